@@ -1,0 +1,77 @@
+"""The errors that the kernel raises: a reason from one list, a sentence for people, and values for programs.
+
+Every room of the kernel raises these; `api` turns each into one gRPC status with a `google.rpc.ErrorInfo`.
+The message names the bad value and what would be right; `metadata` carries both as strings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+from enum import Enum
+
+
+class Reason(Enum):
+    """Why a call was refused; the names equal those of `ErrorReason` in the contract."""
+
+    INVALID_ARGUMENT = "INVALID_ARGUMENT"
+    UNKNOWN_NAME = "UNKNOWN_NAME"
+    NAME_TAKEN = "NAME_TAKEN"
+    STALE_REVISION = "STALE_REVISION"
+    LIMIT_EXCEEDED = "LIMIT_EXCEEDED"
+    UNREACHABLE = "UNREACHABLE"
+    SINGULARITY = "SINGULARITY"
+    ROBOT_BUSY = "ROBOT_BUSY"
+    WRONG_STATE = "WRONG_STATE"
+    MALFORMED_FILE = "MALFORMED_FILE"
+    MISSING_FILE = "MISSING_FILE"
+    MALFORMED_ASSET = "MALFORMED_ASSET"
+    UNKNOWN_ASSET = "UNKNOWN_ASSET"
+    TOO_LARGE = "TOO_LARGE"
+    UNAUTHENTICATED = "UNAUTHENTICATED"
+    SHUTTING_DOWN = "SHUTTING_DOWN"
+    INTERNAL = "INTERNAL"
+
+
+class KernelError(Exception):
+    """A refused call: nothing has changed."""
+
+    reason = Reason.INVALID_ARGUMENT
+
+    def __init__(self, message: str, *, reason: Reason | None = None, **metadata: object) -> None:
+        """Keep `message` for people and `metadata` (made strings) for programs."""
+        super().__init__(message)
+        if reason is not None:
+            self.reason = reason
+        self.metadata = {key: str(value) for key, value in metadata.items()}
+
+
+class UnknownNameError(KernelError):
+    """A name that nothing has; the message lists the nearest right ones."""
+
+    reason = Reason.UNKNOWN_NAME
+
+    def __init__(self, kind: str, name: str, valid: Iterable[str]) -> None:
+        """Name the `kind` of thing that was looked for, the bad `name` and the `valid` ones."""
+        names = sorted(valid)
+        near = get_close_matches(name, names, n=3) or names[:8]
+        hint = f"; did you mean {', '.join(repr(n) for n in near)}?" if near else f"; there is no {kind} yet"
+        super().__init__(f"there is no {kind} named {name!r}{hint}", kind=kind, name=name, valid=", ".join(names[:50]))
+
+
+class LimitError(KernelError):
+    """A value outside its limits; the message names the joint, the value and the limits."""
+
+    reason = Reason.LIMIT_EXCEEDED
+
+
+class MalformedFileError(KernelError):
+    """A file that says something impossible; the message starts with file and line where known."""
+
+    reason = Reason.MALFORMED_FILE
+
+
+class MissingFileError(KernelError):
+    """A file that another file names and that is nowhere; the message lists every place that was tried."""
+
+    reason = Reason.MISSING_FILE

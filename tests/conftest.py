@@ -1,0 +1,24 @@
+"""Fixtures for every test: fresh random numbers whose seed a failure prints."""
+
+from __future__ import annotations
+
+import secrets
+
+import numpy as np
+import pytest
+
+
+@pytest.fixture
+def seed() -> int:
+    """Return a seed drawn anew for each test; set VIRTUALROBOT_TEST_SEED to repeat a failure."""
+    import os
+
+    value = int(os.environ.get("VIRTUALROBOT_TEST_SEED", secrets.randbits(32)))
+    print(f"seed: {value} (repeat with VIRTUALROBOT_TEST_SEED={value})")
+    return value
+
+
+@pytest.fixture
+def rng(seed: int) -> np.random.Generator:
+    """Return a generator on the printed seed."""
+    return np.random.default_rng(seed)
