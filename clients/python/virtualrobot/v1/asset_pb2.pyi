@@ -1,0 +1,61 @@
+from google.protobuf.internal import containers as _containers
+from google.protobuf import descriptor as _descriptor
+from google.protobuf import message as _message
+from collections.abc import Iterable as _Iterable
+from typing import ClassVar as _ClassVar, Optional as _Optional
+
+DESCRIPTOR: _descriptor.FileDescriptor
+
+class UploadRequest(_message.Message):
+    __slots__ = ("sha256", "chunk")
+    SHA256_FIELD_NUMBER: _ClassVar[int]
+    CHUNK_FIELD_NUMBER: _ClassVar[int]
+    sha256: str
+    chunk: bytes
+    def __init__(self, sha256: _Optional[str] = ..., chunk: _Optional[bytes] = ...) -> None: ...
+
+class UploadResponse(_message.Message):
+    __slots__ = ("sha256", "size_bytes")
+    SHA256_FIELD_NUMBER: _ClassVar[int]
+    SIZE_BYTES_FIELD_NUMBER: _ClassVar[int]
+    sha256: str
+    size_bytes: int
+    def __init__(self, sha256: _Optional[str] = ..., size_bytes: _Optional[int] = ...) -> None: ...
+
+class DownloadRequest(_message.Message):
+    __slots__ = ("sha256",)
+    SHA256_FIELD_NUMBER: _ClassVar[int]
+    sha256: str
+    def __init__(self, sha256: _Optional[str] = ...) -> None: ...
+
+class DownloadResponse(_message.Message):
+    __slots__ = ("chunk",)
+    CHUNK_FIELD_NUMBER: _ClassVar[int]
+    chunk: bytes
+    def __init__(self, chunk: _Optional[bytes] = ...) -> None: ...
+
+class FindRequest(_message.Message):
+    __slots__ = ("sha256s",)
+    SHA256S_FIELD_NUMBER: _ClassVar[int]
+    sha256s: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, sha256s: _Optional[_Iterable[str]] = ...) -> None: ...
+
+class FindResponse(_message.Message):
+    __slots__ = ("sha256s",)
+    SHA256S_FIELD_NUMBER: _ClassVar[int]
+    sha256s: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, sha256s: _Optional[_Iterable[str]] = ...) -> None: ...
+
+class ListReferencesRequest(_message.Message):
+    __slots__ = ("sha256", "uri")
+    SHA256_FIELD_NUMBER: _ClassVar[int]
+    URI_FIELD_NUMBER: _ClassVar[int]
+    sha256: str
+    uri: str
+    def __init__(self, sha256: _Optional[str] = ..., uri: _Optional[str] = ...) -> None: ...
+
+class ListReferencesResponse(_message.Message):
+    __slots__ = ("uris",)
+    URIS_FIELD_NUMBER: _ClassVar[int]
+    uris: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, uris: _Optional[_Iterable[str]] = ...) -> None: ...

@@ -1,0 +1,129 @@
+from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
+from virtualrobot.v1 import motion_pb2 as _motion_pb2
+from virtualrobot.v1 import robot_pb2 as _robot_pb2
+from virtualrobot.v1 import signal_pb2 as _signal_pb2
+from google.protobuf.internal import containers as _containers
+from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
+from google.protobuf import descriptor as _descriptor
+from google.protobuf import message as _message
+from collections.abc import Iterable as _Iterable, Mapping as _Mapping
+from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
+
+DESCRIPTOR: _descriptor.FileDescriptor
+
+class ClockMode(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    CLOCK_MODE_UNSPECIFIED: _ClassVar[ClockMode]
+    CLOCK_MODE_REALTIME: _ClassVar[ClockMode]
+    CLOCK_MODE_STEPPED: _ClassVar[ClockMode]
+CLOCK_MODE_UNSPECIFIED: ClockMode
+CLOCK_MODE_REALTIME: ClockMode
+CLOCK_MODE_STEPPED: ClockMode
+
+class GetInfoRequest(_message.Message):
+    __slots__ = ()
+    def __init__(self) -> None: ...
+
+class GetInfoResponse(_message.Message):
+    __slots__ = ("version", "api_version", "capabilities", "model_formats", "kinematics", "max_message_bytes", "max_asset_bytes", "viewer_url", "process_id")
+    VERSION_FIELD_NUMBER: _ClassVar[int]
+    API_VERSION_FIELD_NUMBER: _ClassVar[int]
+    CAPABILITIES_FIELD_NUMBER: _ClassVar[int]
+    MODEL_FORMATS_FIELD_NUMBER: _ClassVar[int]
+    KINEMATICS_FIELD_NUMBER: _ClassVar[int]
+    MAX_MESSAGE_BYTES_FIELD_NUMBER: _ClassVar[int]
+    MAX_ASSET_BYTES_FIELD_NUMBER: _ClassVar[int]
+    VIEWER_URL_FIELD_NUMBER: _ClassVar[int]
+    PROCESS_ID_FIELD_NUMBER: _ClassVar[int]
+    version: str
+    api_version: str
+    capabilities: _containers.RepeatedScalarFieldContainer[str]
+    model_formats: _containers.RepeatedScalarFieldContainer[str]
+    kinematics: _containers.RepeatedScalarFieldContainer[str]
+    max_message_bytes: int
+    max_asset_bytes: int
+    viewer_url: str
+    process_id: int
+    def __init__(self, version: _Optional[str] = ..., api_version: _Optional[str] = ..., capabilities: _Optional[_Iterable[str]] = ..., model_formats: _Optional[_Iterable[str]] = ..., kinematics: _Optional[_Iterable[str]] = ..., max_message_bytes: _Optional[int] = ..., max_asset_bytes: _Optional[int] = ..., viewer_url: _Optional[str] = ..., process_id: _Optional[int] = ...) -> None: ...
+
+class Clock(_message.Message):
+    __slots__ = ("mode", "speed_factor", "tick_nanoseconds", "real_time_factor", "late_ticks")
+    MODE_FIELD_NUMBER: _ClassVar[int]
+    SPEED_FACTOR_FIELD_NUMBER: _ClassVar[int]
+    TICK_NANOSECONDS_FIELD_NUMBER: _ClassVar[int]
+    REAL_TIME_FACTOR_FIELD_NUMBER: _ClassVar[int]
+    LATE_TICKS_FIELD_NUMBER: _ClassVar[int]
+    mode: ClockMode
+    speed_factor: float
+    tick_nanoseconds: int
+    real_time_factor: float
+    late_ticks: int
+    def __init__(self, mode: _Optional[_Union[ClockMode, str]] = ..., speed_factor: _Optional[float] = ..., tick_nanoseconds: _Optional[int] = ..., real_time_factor: _Optional[float] = ..., late_ticks: _Optional[int] = ...) -> None: ...
+
+class GetClockRequest(_message.Message):
+    __slots__ = ()
+    def __init__(self) -> None: ...
+
+class GetClockResponse(_message.Message):
+    __slots__ = ("stamp", "clock")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    CLOCK_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    clock: Clock
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., clock: _Optional[_Union[Clock, _Mapping]] = ...) -> None: ...
+
+class SetClockRequest(_message.Message):
+    __slots__ = ("mode", "speed_factor")
+    MODE_FIELD_NUMBER: _ClassVar[int]
+    SPEED_FACTOR_FIELD_NUMBER: _ClassVar[int]
+    mode: ClockMode
+    speed_factor: float
+    def __init__(self, mode: _Optional[_Union[ClockMode, str]] = ..., speed_factor: _Optional[float] = ...) -> None: ...
+
+class SetClockResponse(_message.Message):
+    __slots__ = ("stamp", "clock")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    CLOCK_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    clock: Clock
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., clock: _Optional[_Union[Clock, _Mapping]] = ...) -> None: ...
+
+class WatchClockRequest(_message.Message):
+    __slots__ = ("max_rate_hertz",)
+    MAX_RATE_HERTZ_FIELD_NUMBER: _ClassVar[int]
+    max_rate_hertz: float
+    def __init__(self, max_rate_hertz: _Optional[float] = ...) -> None: ...
+
+class WatchClockResponse(_message.Message):
+    __slots__ = ("stamp", "clock")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    CLOCK_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    clock: Clock
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., clock: _Optional[_Union[Clock, _Mapping]] = ...) -> None: ...
+
+class StepRequest(_message.Message):
+    __slots__ = ("ticks",)
+    TICKS_FIELD_NUMBER: _ClassVar[int]
+    ticks: int
+    def __init__(self, ticks: _Optional[int] = ...) -> None: ...
+
+class StepResponse(_message.Message):
+    __slots__ = ("stamp", "robots", "signals", "motions")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    ROBOTS_FIELD_NUMBER: _ClassVar[int]
+    SIGNALS_FIELD_NUMBER: _ClassVar[int]
+    MOTIONS_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    robots: _containers.RepeatedCompositeFieldContainer[_robot_pb2.RobotState]
+    signals: _containers.RepeatedCompositeFieldContainer[_signal_pb2.Signal]
+    motions: _containers.RepeatedCompositeFieldContainer[_motion_pb2.Motion]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., robots: _Optional[_Iterable[_Union[_robot_pb2.RobotState, _Mapping]]] = ..., signals: _Optional[_Iterable[_Union[_signal_pb2.Signal, _Mapping]]] = ..., motions: _Optional[_Iterable[_Union[_motion_pb2.Motion, _Mapping]]] = ...) -> None: ...
+
+class ShutdownRequest(_message.Message):
+    __slots__ = ()
+    def __init__(self) -> None: ...
+
+class ShutdownResponse(_message.Message):
+    __slots__ = ()
+    def __init__(self) -> None: ...

@@ -1,0 +1,337 @@
+from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
+from google.protobuf.internal import containers as _containers
+from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
+from google.protobuf import descriptor as _descriptor
+from google.protobuf import message as _message
+from collections.abc import Iterable as _Iterable, Mapping as _Mapping
+from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
+
+DESCRIPTOR: _descriptor.FileDescriptor
+
+class JointType(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    JOINT_TYPE_UNSPECIFIED: _ClassVar[JointType]
+    JOINT_TYPE_FIXED: _ClassVar[JointType]
+    JOINT_TYPE_REVOLUTE: _ClassVar[JointType]
+    JOINT_TYPE_CONTINUOUS: _ClassVar[JointType]
+    JOINT_TYPE_PRISMATIC: _ClassVar[JointType]
+    JOINT_TYPE_FLOATING: _ClassVar[JointType]
+    JOINT_TYPE_PLANAR: _ClassVar[JointType]
+
+class FigureRole(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    FIGURE_ROLE_UNSPECIFIED: _ClassVar[FigureRole]
+    FIGURE_ROLE_VISUAL: _ClassVar[FigureRole]
+    FIGURE_ROLE_COLLISION: _ClassVar[FigureRole]
+JOINT_TYPE_UNSPECIFIED: JointType
+JOINT_TYPE_FIXED: JointType
+JOINT_TYPE_REVOLUTE: JointType
+JOINT_TYPE_CONTINUOUS: JointType
+JOINT_TYPE_PRISMATIC: JointType
+JOINT_TYPE_FLOATING: JointType
+JOINT_TYPE_PLANAR: JointType
+FIGURE_ROLE_UNSPECIFIED: FigureRole
+FIGURE_ROLE_VISUAL: FigureRole
+FIGURE_ROLE_COLLISION: FigureRole
+
+class Node(_message.Message):
+    __slots__ = ("uid", "name", "parent", "parent_t_node", "hidden", "figures", "world", "object", "part", "robot", "link", "adapter", "tool", "annotation")
+    UID_FIELD_NUMBER: _ClassVar[int]
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    PARENT_FIELD_NUMBER: _ClassVar[int]
+    PARENT_T_NODE_FIELD_NUMBER: _ClassVar[int]
+    HIDDEN_FIELD_NUMBER: _ClassVar[int]
+    FIGURES_FIELD_NUMBER: _ClassVar[int]
+    WORLD_FIELD_NUMBER: _ClassVar[int]
+    OBJECT_FIELD_NUMBER: _ClassVar[int]
+    PART_FIELD_NUMBER: _ClassVar[int]
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    LINK_FIELD_NUMBER: _ClassVar[int]
+    ADAPTER_FIELD_NUMBER: _ClassVar[int]
+    TOOL_FIELD_NUMBER: _ClassVar[int]
+    ANNOTATION_FIELD_NUMBER: _ClassVar[int]
+    uid: int
+    name: str
+    parent: str
+    parent_t_node: _geometry_pb2.Pose
+    hidden: bool
+    figures: _containers.RepeatedCompositeFieldContainer[Figure]
+    world: World
+    object: Object
+    part: Part
+    robot: Robot
+    link: Link
+    adapter: Adapter
+    tool: Tool
+    annotation: Annotation
+    def __init__(self, uid: _Optional[int] = ..., name: _Optional[str] = ..., parent: _Optional[str] = ..., parent_t_node: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., hidden: bool = ..., figures: _Optional[_Iterable[_Union[Figure, _Mapping]]] = ..., world: _Optional[_Union[World, _Mapping]] = ..., object: _Optional[_Union[Object, _Mapping]] = ..., part: _Optional[_Union[Part, _Mapping]] = ..., robot: _Optional[_Union[Robot, _Mapping]] = ..., link: _Optional[_Union[Link, _Mapping]] = ..., adapter: _Optional[_Union[Adapter, _Mapping]] = ..., tool: _Optional[_Union[Tool, _Mapping]] = ..., annotation: _Optional[_Union[Annotation, _Mapping]] = ...) -> None: ...
+
+class World(_message.Message):
+    __slots__ = ()
+    def __init__(self) -> None: ...
+
+class Object(_message.Message):
+    __slots__ = ()
+    def __init__(self) -> None: ...
+
+class Part(_message.Message):
+    __slots__ = ("mass_kilograms",)
+    MASS_KILOGRAMS_FIELD_NUMBER: _ClassVar[int]
+    mass_kilograms: float
+    def __init__(self, mass_kilograms: _Optional[float] = ...) -> None: ...
+
+class Robot(_message.Message):
+    __slots__ = ("joint_names", "flange", "kinematics", "postures", "source")
+    JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
+    FLANGE_FIELD_NUMBER: _ClassVar[int]
+    KINEMATICS_FIELD_NUMBER: _ClassVar[int]
+    POSTURES_FIELD_NUMBER: _ClassVar[int]
+    SOURCE_FIELD_NUMBER: _ClassVar[int]
+    joint_names: _containers.RepeatedScalarFieldContainer[str]
+    flange: str
+    kinematics: str
+    postures: _containers.RepeatedCompositeFieldContainer[NamedPosture]
+    source: str
+    def __init__(self, joint_names: _Optional[_Iterable[str]] = ..., flange: _Optional[str] = ..., kinematics: _Optional[str] = ..., postures: _Optional[_Iterable[_Union[NamedPosture, _Mapping]]] = ..., source: _Optional[str] = ...) -> None: ...
+
+class NamedPosture(_message.Message):
+    __slots__ = ("name", "joint_positions")
+    class JointPositionsEntry(_message.Message):
+        __slots__ = ("key", "value")
+        KEY_FIELD_NUMBER: _ClassVar[int]
+        VALUE_FIELD_NUMBER: _ClassVar[int]
+        key: str
+        value: float
+        def __init__(self, key: _Optional[str] = ..., value: _Optional[float] = ...) -> None: ...
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    JOINT_POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    joint_positions: _containers.ScalarMap[str, float]
+    def __init__(self, name: _Optional[str] = ..., joint_positions: _Optional[_Mapping[str, float]] = ...) -> None: ...
+
+class Link(_message.Message):
+    __slots__ = ("joint", "inertial")
+    JOINT_FIELD_NUMBER: _ClassVar[int]
+    INERTIAL_FIELD_NUMBER: _ClassVar[int]
+    joint: Joint
+    inertial: Inertial
+    def __init__(self, joint: _Optional[_Union[Joint, _Mapping]] = ..., inertial: _Optional[_Union[Inertial, _Mapping]] = ...) -> None: ...
+
+class Inertial(_message.Message):
+    __slots__ = ("mass_kilograms", "link_t_inertial", "diagonal", "products")
+    MASS_KILOGRAMS_FIELD_NUMBER: _ClassVar[int]
+    LINK_T_INERTIAL_FIELD_NUMBER: _ClassVar[int]
+    DIAGONAL_FIELD_NUMBER: _ClassVar[int]
+    PRODUCTS_FIELD_NUMBER: _ClassVar[int]
+    mass_kilograms: float
+    link_t_inertial: _geometry_pb2.Pose
+    diagonal: _geometry_pb2.Vector3
+    products: _geometry_pb2.Vector3
+    def __init__(self, mass_kilograms: _Optional[float] = ..., link_t_inertial: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., diagonal: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., products: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ...) -> None: ...
+
+class Joint(_message.Message):
+    __slots__ = ("name", "type", "axis", "limits", "mimic")
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    TYPE_FIELD_NUMBER: _ClassVar[int]
+    AXIS_FIELD_NUMBER: _ClassVar[int]
+    LIMITS_FIELD_NUMBER: _ClassVar[int]
+    MIMIC_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    type: JointType
+    axis: _geometry_pb2.Vector3
+    limits: JointLimits
+    mimic: Mimic
+    def __init__(self, name: _Optional[str] = ..., type: _Optional[_Union[JointType, str]] = ..., axis: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., limits: _Optional[_Union[JointLimits, _Mapping]] = ..., mimic: _Optional[_Union[Mimic, _Mapping]] = ...) -> None: ...
+
+class JointLimits(_message.Message):
+    __slots__ = ("lower", "upper", "velocity", "acceleration", "jerk", "effort")
+    LOWER_FIELD_NUMBER: _ClassVar[int]
+    UPPER_FIELD_NUMBER: _ClassVar[int]
+    VELOCITY_FIELD_NUMBER: _ClassVar[int]
+    ACCELERATION_FIELD_NUMBER: _ClassVar[int]
+    JERK_FIELD_NUMBER: _ClassVar[int]
+    EFFORT_FIELD_NUMBER: _ClassVar[int]
+    lower: float
+    upper: float
+    velocity: float
+    acceleration: float
+    jerk: float
+    effort: float
+    def __init__(self, lower: _Optional[float] = ..., upper: _Optional[float] = ..., velocity: _Optional[float] = ..., acceleration: _Optional[float] = ..., jerk: _Optional[float] = ..., effort: _Optional[float] = ...) -> None: ...
+
+class Mimic(_message.Message):
+    __slots__ = ("joint", "multiplier", "offset")
+    JOINT_FIELD_NUMBER: _ClassVar[int]
+    MULTIPLIER_FIELD_NUMBER: _ClassVar[int]
+    OFFSET_FIELD_NUMBER: _ClassVar[int]
+    joint: str
+    multiplier: float
+    offset: float
+    def __init__(self, joint: _Optional[str] = ..., multiplier: _Optional[float] = ..., offset: _Optional[float] = ...) -> None: ...
+
+class Adapter(_message.Message):
+    __slots__ = ()
+    def __init__(self) -> None: ...
+
+class Tool(_message.Message):
+    __slots__ = ("tool_center_points", "states")
+    TOOL_CENTER_POINTS_FIELD_NUMBER: _ClassVar[int]
+    STATES_FIELD_NUMBER: _ClassVar[int]
+    tool_center_points: _containers.RepeatedCompositeFieldContainer[ToolCenterPoint]
+    states: _containers.RepeatedCompositeFieldContainer[ToolState]
+    def __init__(self, tool_center_points: _Optional[_Iterable[_Union[ToolCenterPoint, _Mapping]]] = ..., states: _Optional[_Iterable[_Union[ToolState, _Mapping]]] = ...) -> None: ...
+
+class ToolCenterPoint(_message.Message):
+    __slots__ = ("name", "tool_t_tcp")
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    TOOL_T_TCP_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    tool_t_tcp: _geometry_pb2.Pose
+    def __init__(self, name: _Optional[str] = ..., tool_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ...) -> None: ...
+
+class ToolState(_message.Message):
+    __slots__ = ("name", "joint_positions")
+    class JointPositionsEntry(_message.Message):
+        __slots__ = ("key", "value")
+        KEY_FIELD_NUMBER: _ClassVar[int]
+        VALUE_FIELD_NUMBER: _ClassVar[int]
+        key: str
+        value: float
+        def __init__(self, key: _Optional[str] = ..., value: _Optional[float] = ...) -> None: ...
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    JOINT_POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    joint_positions: _containers.ScalarMap[str, float]
+    def __init__(self, name: _Optional[str] = ..., joint_positions: _Optional[_Mapping[str, float]] = ...) -> None: ...
+
+class Annotation(_message.Message):
+    __slots__ = ()
+    def __init__(self) -> None: ...
+
+class Figure(_message.Message):
+    __slots__ = ("node_t_figure", "material", "roles", "tool_state", "box", "sphere", "cylinder", "cone", "capsule", "mesh", "points", "lines", "frame", "label")
+    NODE_T_FIGURE_FIELD_NUMBER: _ClassVar[int]
+    MATERIAL_FIELD_NUMBER: _ClassVar[int]
+    ROLES_FIELD_NUMBER: _ClassVar[int]
+    TOOL_STATE_FIELD_NUMBER: _ClassVar[int]
+    BOX_FIELD_NUMBER: _ClassVar[int]
+    SPHERE_FIELD_NUMBER: _ClassVar[int]
+    CYLINDER_FIELD_NUMBER: _ClassVar[int]
+    CONE_FIELD_NUMBER: _ClassVar[int]
+    CAPSULE_FIELD_NUMBER: _ClassVar[int]
+    MESH_FIELD_NUMBER: _ClassVar[int]
+    POINTS_FIELD_NUMBER: _ClassVar[int]
+    LINES_FIELD_NUMBER: _ClassVar[int]
+    FRAME_FIELD_NUMBER: _ClassVar[int]
+    LABEL_FIELD_NUMBER: _ClassVar[int]
+    node_t_figure: _geometry_pb2.Pose
+    material: Material
+    roles: _containers.RepeatedScalarFieldContainer[FigureRole]
+    tool_state: str
+    box: Box
+    sphere: Sphere
+    cylinder: Cylinder
+    cone: Cone
+    capsule: Capsule
+    mesh: Mesh
+    points: Points
+    lines: Lines
+    frame: Frame
+    label: Label
+    def __init__(self, node_t_figure: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., material: _Optional[_Union[Material, _Mapping]] = ..., roles: _Optional[_Iterable[_Union[FigureRole, str]]] = ..., tool_state: _Optional[str] = ..., box: _Optional[_Union[Box, _Mapping]] = ..., sphere: _Optional[_Union[Sphere, _Mapping]] = ..., cylinder: _Optional[_Union[Cylinder, _Mapping]] = ..., cone: _Optional[_Union[Cone, _Mapping]] = ..., capsule: _Optional[_Union[Capsule, _Mapping]] = ..., mesh: _Optional[_Union[Mesh, _Mapping]] = ..., points: _Optional[_Union[Points, _Mapping]] = ..., lines: _Optional[_Union[Lines, _Mapping]] = ..., frame: _Optional[_Union[Frame, _Mapping]] = ..., label: _Optional[_Union[Label, _Mapping]] = ...) -> None: ...
+
+class Material(_message.Message):
+    __slots__ = ("color", "reflectance", "friction")
+    COLOR_FIELD_NUMBER: _ClassVar[int]
+    REFLECTANCE_FIELD_NUMBER: _ClassVar[int]
+    FRICTION_FIELD_NUMBER: _ClassVar[int]
+    color: _geometry_pb2.Color
+    reflectance: float
+    friction: float
+    def __init__(self, color: _Optional[_Union[_geometry_pb2.Color, _Mapping]] = ..., reflectance: _Optional[float] = ..., friction: _Optional[float] = ...) -> None: ...
+
+class Box(_message.Message):
+    __slots__ = ("size",)
+    SIZE_FIELD_NUMBER: _ClassVar[int]
+    size: _geometry_pb2.Vector3
+    def __init__(self, size: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ...) -> None: ...
+
+class Sphere(_message.Message):
+    __slots__ = ("radius_meters",)
+    RADIUS_METERS_FIELD_NUMBER: _ClassVar[int]
+    radius_meters: float
+    def __init__(self, radius_meters: _Optional[float] = ...) -> None: ...
+
+class Cylinder(_message.Message):
+    __slots__ = ("radius_meters", "length_meters")
+    RADIUS_METERS_FIELD_NUMBER: _ClassVar[int]
+    LENGTH_METERS_FIELD_NUMBER: _ClassVar[int]
+    radius_meters: float
+    length_meters: float
+    def __init__(self, radius_meters: _Optional[float] = ..., length_meters: _Optional[float] = ...) -> None: ...
+
+class Cone(_message.Message):
+    __slots__ = ("radius_meters", "length_meters")
+    RADIUS_METERS_FIELD_NUMBER: _ClassVar[int]
+    LENGTH_METERS_FIELD_NUMBER: _ClassVar[int]
+    radius_meters: float
+    length_meters: float
+    def __init__(self, radius_meters: _Optional[float] = ..., length_meters: _Optional[float] = ...) -> None: ...
+
+class Capsule(_message.Message):
+    __slots__ = ("radius_meters", "length_meters")
+    RADIUS_METERS_FIELD_NUMBER: _ClassVar[int]
+    LENGTH_METERS_FIELD_NUMBER: _ClassVar[int]
+    radius_meters: float
+    length_meters: float
+    def __init__(self, radius_meters: _Optional[float] = ..., length_meters: _Optional[float] = ...) -> None: ...
+
+class Mesh(_message.Message):
+    __slots__ = ("uri", "sha256", "scale", "files")
+    URI_FIELD_NUMBER: _ClassVar[int]
+    SHA256_FIELD_NUMBER: _ClassVar[int]
+    SCALE_FIELD_NUMBER: _ClassVar[int]
+    FILES_FIELD_NUMBER: _ClassVar[int]
+    uri: str
+    sha256: str
+    scale: _geometry_pb2.Vector3
+    files: _containers.RepeatedCompositeFieldContainer[AssetFile]
+    def __init__(self, uri: _Optional[str] = ..., sha256: _Optional[str] = ..., scale: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., files: _Optional[_Iterable[_Union[AssetFile, _Mapping]]] = ...) -> None: ...
+
+class AssetFile(_message.Message):
+    __slots__ = ("uri", "sha256")
+    URI_FIELD_NUMBER: _ClassVar[int]
+    SHA256_FIELD_NUMBER: _ClassVar[int]
+    uri: str
+    sha256: str
+    def __init__(self, uri: _Optional[str] = ..., sha256: _Optional[str] = ...) -> None: ...
+
+class Points(_message.Message):
+    __slots__ = ("positions", "colors", "size_meters")
+    POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    COLORS_FIELD_NUMBER: _ClassVar[int]
+    SIZE_METERS_FIELD_NUMBER: _ClassVar[int]
+    positions: _geometry_pb2.Array
+    colors: _geometry_pb2.Array
+    size_meters: float
+    def __init__(self, positions: _Optional[_Union[_geometry_pb2.Array, _Mapping]] = ..., colors: _Optional[_Union[_geometry_pb2.Array, _Mapping]] = ..., size_meters: _Optional[float] = ...) -> None: ...
+
+class Lines(_message.Message):
+    __slots__ = ("segments", "width_pixels")
+    SEGMENTS_FIELD_NUMBER: _ClassVar[int]
+    WIDTH_PIXELS_FIELD_NUMBER: _ClassVar[int]
+    segments: _geometry_pb2.Array
+    width_pixels: float
+    def __init__(self, segments: _Optional[_Union[_geometry_pb2.Array, _Mapping]] = ..., width_pixels: _Optional[float] = ...) -> None: ...
+
+class Frame(_message.Message):
+    __slots__ = ("length_meters",)
+    LENGTH_METERS_FIELD_NUMBER: _ClassVar[int]
+    length_meters: float
+    def __init__(self, length_meters: _Optional[float] = ...) -> None: ...
+
+class Label(_message.Message):
+    __slots__ = ("text",)
+    TEXT_FIELD_NUMBER: _ClassVar[int]
+    text: str
+    def __init__(self, text: _Optional[str] = ...) -> None: ...

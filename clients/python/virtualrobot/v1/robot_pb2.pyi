@@ -1,0 +1,193 @@
+from google.protobuf import field_mask_pb2 as _field_mask_pb2
+from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
+from virtualrobot.v1 import nodes_pb2 as _nodes_pb2
+from google.protobuf.internal import containers as _containers
+from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
+from google.protobuf import descriptor as _descriptor
+from google.protobuf import message as _message
+from collections.abc import Iterable as _Iterable, Mapping as _Mapping
+from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
+
+DESCRIPTOR: _descriptor.FileDescriptor
+
+class InverseStatus(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    INVERSE_STATUS_UNSPECIFIED: _ClassVar[InverseStatus]
+    INVERSE_STATUS_SOLVED: _ClassVar[InverseStatus]
+    INVERSE_STATUS_UNREACHABLE: _ClassVar[InverseStatus]
+INVERSE_STATUS_UNSPECIFIED: InverseStatus
+INVERSE_STATUS_SOLVED: InverseStatus
+INVERSE_STATUS_UNREACHABLE: InverseStatus
+
+class GetRobotRequest(_message.Message):
+    __slots__ = ("name",)
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    def __init__(self, name: _Optional[str] = ...) -> None: ...
+
+class GetRobotResponse(_message.Message):
+    __slots__ = ("stamp", "uid", "joints", "links", "tools", "flange", "kinematics", "chain_joints", "postures")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    UID_FIELD_NUMBER: _ClassVar[int]
+    JOINTS_FIELD_NUMBER: _ClassVar[int]
+    LINKS_FIELD_NUMBER: _ClassVar[int]
+    TOOLS_FIELD_NUMBER: _ClassVar[int]
+    FLANGE_FIELD_NUMBER: _ClassVar[int]
+    KINEMATICS_FIELD_NUMBER: _ClassVar[int]
+    CHAIN_JOINTS_FIELD_NUMBER: _ClassVar[int]
+    POSTURES_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    uid: int
+    joints: _containers.RepeatedCompositeFieldContainer[JointDescription]
+    links: _containers.RepeatedScalarFieldContainer[str]
+    tools: _containers.RepeatedScalarFieldContainer[str]
+    flange: str
+    kinematics: str
+    chain_joints: _containers.RepeatedScalarFieldContainer[str]
+    postures: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.NamedPosture]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., uid: _Optional[int] = ..., joints: _Optional[_Iterable[_Union[JointDescription, _Mapping]]] = ..., links: _Optional[_Iterable[str]] = ..., tools: _Optional[_Iterable[str]] = ..., flange: _Optional[str] = ..., kinematics: _Optional[str] = ..., chain_joints: _Optional[_Iterable[str]] = ..., postures: _Optional[_Iterable[_Union[_nodes_pb2.NamedPosture, _Mapping]]] = ...) -> None: ...
+
+class JointDescription(_message.Message):
+    __slots__ = ("name", "type", "limits", "coordinate_count", "velocity_count")
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    TYPE_FIELD_NUMBER: _ClassVar[int]
+    LIMITS_FIELD_NUMBER: _ClassVar[int]
+    COORDINATE_COUNT_FIELD_NUMBER: _ClassVar[int]
+    VELOCITY_COUNT_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    type: _nodes_pb2.JointType
+    limits: _nodes_pb2.JointLimits
+    coordinate_count: int
+    velocity_count: int
+    def __init__(self, name: _Optional[str] = ..., type: _Optional[_Union[_nodes_pb2.JointType, str]] = ..., limits: _Optional[_Union[_nodes_pb2.JointLimits, _Mapping]] = ..., coordinate_count: _Optional[int] = ..., velocity_count: _Optional[int] = ...) -> None: ...
+
+class RobotState(_message.Message):
+    __slots__ = ("name", "positions", "velocities", "world_t_tcp", "tool", "tool_center_point", "tool_states", "speed_factor", "motion_ids")
+    class ToolStatesEntry(_message.Message):
+        __slots__ = ("key", "value")
+        KEY_FIELD_NUMBER: _ClassVar[int]
+        VALUE_FIELD_NUMBER: _ClassVar[int]
+        key: str
+        value: str
+        def __init__(self, key: _Optional[str] = ..., value: _Optional[str] = ...) -> None: ...
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    VELOCITIES_FIELD_NUMBER: _ClassVar[int]
+    WORLD_T_TCP_FIELD_NUMBER: _ClassVar[int]
+    TOOL_FIELD_NUMBER: _ClassVar[int]
+    TOOL_CENTER_POINT_FIELD_NUMBER: _ClassVar[int]
+    TOOL_STATES_FIELD_NUMBER: _ClassVar[int]
+    SPEED_FACTOR_FIELD_NUMBER: _ClassVar[int]
+    MOTION_IDS_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    positions: _containers.RepeatedScalarFieldContainer[float]
+    velocities: _containers.RepeatedScalarFieldContainer[float]
+    world_t_tcp: _geometry_pb2.Pose
+    tool: str
+    tool_center_point: str
+    tool_states: _containers.ScalarMap[str, str]
+    speed_factor: float
+    motion_ids: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, name: _Optional[str] = ..., positions: _Optional[_Iterable[float]] = ..., velocities: _Optional[_Iterable[float]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., tool: _Optional[str] = ..., tool_center_point: _Optional[str] = ..., tool_states: _Optional[_Mapping[str, str]] = ..., speed_factor: _Optional[float] = ..., motion_ids: _Optional[_Iterable[str]] = ...) -> None: ...
+
+class GetRobotStatesRequest(_message.Message):
+    __slots__ = ("names", "mask")
+    NAMES_FIELD_NUMBER: _ClassVar[int]
+    MASK_FIELD_NUMBER: _ClassVar[int]
+    names: _containers.RepeatedScalarFieldContainer[str]
+    mask: _field_mask_pb2.FieldMask
+    def __init__(self, names: _Optional[_Iterable[str]] = ..., mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ...) -> None: ...
+
+class GetRobotStatesResponse(_message.Message):
+    __slots__ = ("stamp", "robots")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    ROBOTS_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    robots: _containers.RepeatedCompositeFieldContainer[RobotState]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., robots: _Optional[_Iterable[_Union[RobotState, _Mapping]]] = ...) -> None: ...
+
+class WatchRobotStatesRequest(_message.Message):
+    __slots__ = ("names", "mask", "max_rate_hertz")
+    NAMES_FIELD_NUMBER: _ClassVar[int]
+    MASK_FIELD_NUMBER: _ClassVar[int]
+    MAX_RATE_HERTZ_FIELD_NUMBER: _ClassVar[int]
+    names: _containers.RepeatedScalarFieldContainer[str]
+    mask: _field_mask_pb2.FieldMask
+    max_rate_hertz: float
+    def __init__(self, names: _Optional[_Iterable[str]] = ..., mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ..., max_rate_hertz: _Optional[float] = ...) -> None: ...
+
+class WatchRobotStatesResponse(_message.Message):
+    __slots__ = ("stamp", "robots", "removed_names")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    ROBOTS_FIELD_NUMBER: _ClassVar[int]
+    REMOVED_NAMES_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    robots: _containers.RepeatedCompositeFieldContainer[RobotState]
+    removed_names: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., robots: _Optional[_Iterable[_Union[RobotState, _Mapping]]] = ..., removed_names: _Optional[_Iterable[str]] = ...) -> None: ...
+
+class SolveForwardRequest(_message.Message):
+    __slots__ = ("robot", "joint_positions")
+    class JointPositionsEntry(_message.Message):
+        __slots__ = ("key", "value")
+        KEY_FIELD_NUMBER: _ClassVar[int]
+        VALUE_FIELD_NUMBER: _ClassVar[int]
+        key: str
+        value: float
+        def __init__(self, key: _Optional[str] = ..., value: _Optional[float] = ...) -> None: ...
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    JOINT_POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    joint_positions: _containers.ScalarMap[str, float]
+    def __init__(self, robot: _Optional[str] = ..., joint_positions: _Optional[_Mapping[str, float]] = ...) -> None: ...
+
+class SolveForwardResponse(_message.Message):
+    __slots__ = ("stamp", "world_t_tcp", "links", "world_t_link")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    WORLD_T_TCP_FIELD_NUMBER: _ClassVar[int]
+    LINKS_FIELD_NUMBER: _ClassVar[int]
+    WORLD_T_LINK_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    world_t_tcp: _geometry_pb2.Pose
+    links: _containers.RepeatedScalarFieldContainer[str]
+    world_t_link: _geometry_pb2.Array
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., links: _Optional[_Iterable[str]] = ..., world_t_link: _Optional[_Union[_geometry_pb2.Array, _Mapping]] = ...) -> None: ...
+
+class SolveInverseRequest(_message.Message):
+    __slots__ = ("robot", "reference_t_tcp", "reference", "seed")
+    class SeedEntry(_message.Message):
+        __slots__ = ("key", "value")
+        KEY_FIELD_NUMBER: _ClassVar[int]
+        VALUE_FIELD_NUMBER: _ClassVar[int]
+        key: str
+        value: float
+        def __init__(self, key: _Optional[str] = ..., value: _Optional[float] = ...) -> None: ...
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    REFERENCE_T_TCP_FIELD_NUMBER: _ClassVar[int]
+    REFERENCE_FIELD_NUMBER: _ClassVar[int]
+    SEED_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    reference_t_tcp: _geometry_pb2.Pose
+    reference: str
+    seed: _containers.ScalarMap[str, float]
+    def __init__(self, robot: _Optional[str] = ..., reference_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., reference: _Optional[str] = ..., seed: _Optional[_Mapping[str, float]] = ...) -> None: ...
+
+class SolveInverseResponse(_message.Message):
+    __slots__ = ("stamp", "status", "joint_names", "solutions", "configurations", "position_error_meters", "rotation_error_radians", "explanation")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    STATUS_FIELD_NUMBER: _ClassVar[int]
+    JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
+    SOLUTIONS_FIELD_NUMBER: _ClassVar[int]
+    CONFIGURATIONS_FIELD_NUMBER: _ClassVar[int]
+    POSITION_ERROR_METERS_FIELD_NUMBER: _ClassVar[int]
+    ROTATION_ERROR_RADIANS_FIELD_NUMBER: _ClassVar[int]
+    EXPLANATION_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    status: InverseStatus
+    joint_names: _containers.RepeatedScalarFieldContainer[str]
+    solutions: _geometry_pb2.Array
+    configurations: _containers.RepeatedScalarFieldContainer[str]
+    position_error_meters: float
+    rotation_error_radians: float
+    explanation: str
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., status: _Optional[_Union[InverseStatus, str]] = ..., joint_names: _Optional[_Iterable[str]] = ..., solutions: _Optional[_Union[_geometry_pb2.Array, _Mapping]] = ..., configurations: _Optional[_Iterable[str]] = ..., position_error_meters: _Optional[float] = ..., rotation_error_radians: _Optional[float] = ..., explanation: _Optional[str] = ...) -> None: ...

@@ -1,0 +1,325 @@
+from google.protobuf import field_mask_pb2 as _field_mask_pb2
+from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
+from virtualrobot.v1 import nodes_pb2 as _nodes_pb2
+from virtualrobot.v1 import robot_pb2 as _robot_pb2
+from virtualrobot.v1 import signal_pb2 as _signal_pb2
+from google.protobuf.internal import containers as _containers
+from google.protobuf import descriptor as _descriptor
+from google.protobuf import message as _message
+from collections.abc import Iterable as _Iterable, Mapping as _Mapping
+from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
+
+DESCRIPTOR: _descriptor.FileDescriptor
+
+class GetSceneRequest(_message.Message):
+    __slots__ = ("names", "node_mask")
+    NAMES_FIELD_NUMBER: _ClassVar[int]
+    NODE_MASK_FIELD_NUMBER: _ClassVar[int]
+    names: _containers.RepeatedScalarFieldContainer[str]
+    node_mask: _field_mask_pb2.FieldMask
+    def __init__(self, names: _Optional[_Iterable[str]] = ..., node_mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ...) -> None: ...
+
+class GetSceneResponse(_message.Message):
+    __slots__ = ("stamp", "nodes", "world_t_node")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    NODES_FIELD_NUMBER: _ClassVar[int]
+    WORLD_T_NODE_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    nodes: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.Node]
+    world_t_node: _geometry_pb2.Array
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., nodes: _Optional[_Iterable[_Union[_nodes_pb2.Node, _Mapping]]] = ..., world_t_node: _Optional[_Union[_geometry_pb2.Array, _Mapping]] = ...) -> None: ...
+
+class WatchSceneRequest(_message.Message):
+    __slots__ = ("names", "node_mask", "max_rate_hertz")
+    NAMES_FIELD_NUMBER: _ClassVar[int]
+    NODE_MASK_FIELD_NUMBER: _ClassVar[int]
+    MAX_RATE_HERTZ_FIELD_NUMBER: _ClassVar[int]
+    names: _containers.RepeatedScalarFieldContainer[str]
+    node_mask: _field_mask_pb2.FieldMask
+    max_rate_hertz: float
+    def __init__(self, names: _Optional[_Iterable[str]] = ..., node_mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ..., max_rate_hertz: _Optional[float] = ...) -> None: ...
+
+class WatchSceneResponse(_message.Message):
+    __slots__ = ("stamp", "nodes", "removed_uids", "moved_uids", "world_t_node")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    NODES_FIELD_NUMBER: _ClassVar[int]
+    REMOVED_UIDS_FIELD_NUMBER: _ClassVar[int]
+    MOVED_UIDS_FIELD_NUMBER: _ClassVar[int]
+    WORLD_T_NODE_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    nodes: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.Node]
+    removed_uids: _containers.RepeatedScalarFieldContainer[int]
+    moved_uids: _containers.RepeatedScalarFieldContainer[int]
+    world_t_node: _geometry_pb2.Array
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., nodes: _Optional[_Iterable[_Union[_nodes_pb2.Node, _Mapping]]] = ..., removed_uids: _Optional[_Iterable[int]] = ..., moved_uids: _Optional[_Iterable[int]] = ..., world_t_node: _Optional[_Union[_geometry_pb2.Array, _Mapping]] = ...) -> None: ...
+
+class ApplyRequest(_message.Message):
+    __slots__ = ("commands", "expected_structure_revision")
+    COMMANDS_FIELD_NUMBER: _ClassVar[int]
+    EXPECTED_STRUCTURE_REVISION_FIELD_NUMBER: _ClassVar[int]
+    commands: _containers.RepeatedCompositeFieldContainer[Command]
+    expected_structure_revision: int
+    def __init__(self, commands: _Optional[_Iterable[_Union[Command, _Mapping]]] = ..., expected_structure_revision: _Optional[int] = ...) -> None: ...
+
+class ApplyResponse(_message.Message):
+    __slots__ = ("stamp", "created")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    CREATED_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    created: _containers.RepeatedCompositeFieldContainer[CreatedNode]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., created: _Optional[_Iterable[_Union[CreatedNode, _Mapping]]] = ...) -> None: ...
+
+class CreatedNode(_message.Message):
+    __slots__ = ("uid", "name")
+    UID_FIELD_NUMBER: _ClassVar[int]
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    uid: int
+    name: str
+    def __init__(self, uid: _Optional[int] = ..., name: _Optional[str] = ...) -> None: ...
+
+class Command(_message.Message):
+    __slots__ = ("create_node", "update_node", "remove_node", "attach_node", "pick_part", "place_part", "set_joint_positions", "select_tool", "set_tool_state", "create_signal", "remove_signal", "set_signal", "set_speed_factor")
+    CREATE_NODE_FIELD_NUMBER: _ClassVar[int]
+    UPDATE_NODE_FIELD_NUMBER: _ClassVar[int]
+    REMOVE_NODE_FIELD_NUMBER: _ClassVar[int]
+    ATTACH_NODE_FIELD_NUMBER: _ClassVar[int]
+    PICK_PART_FIELD_NUMBER: _ClassVar[int]
+    PLACE_PART_FIELD_NUMBER: _ClassVar[int]
+    SET_JOINT_POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    SELECT_TOOL_FIELD_NUMBER: _ClassVar[int]
+    SET_TOOL_STATE_FIELD_NUMBER: _ClassVar[int]
+    CREATE_SIGNAL_FIELD_NUMBER: _ClassVar[int]
+    REMOVE_SIGNAL_FIELD_NUMBER: _ClassVar[int]
+    SET_SIGNAL_FIELD_NUMBER: _ClassVar[int]
+    SET_SPEED_FACTOR_FIELD_NUMBER: _ClassVar[int]
+    create_node: CreateNode
+    update_node: UpdateNode
+    remove_node: RemoveNode
+    attach_node: AttachNode
+    pick_part: PickPart
+    place_part: PlacePart
+    set_joint_positions: SetJointPositions
+    select_tool: SelectTool
+    set_tool_state: SetToolState
+    create_signal: CreateSignal
+    remove_signal: RemoveSignal
+    set_signal: SetSignal
+    set_speed_factor: SetSpeedFactor
+    def __init__(self, create_node: _Optional[_Union[CreateNode, _Mapping]] = ..., update_node: _Optional[_Union[UpdateNode, _Mapping]] = ..., remove_node: _Optional[_Union[RemoveNode, _Mapping]] = ..., attach_node: _Optional[_Union[AttachNode, _Mapping]] = ..., pick_part: _Optional[_Union[PickPart, _Mapping]] = ..., place_part: _Optional[_Union[PlacePart, _Mapping]] = ..., set_joint_positions: _Optional[_Union[SetJointPositions, _Mapping]] = ..., select_tool: _Optional[_Union[SelectTool, _Mapping]] = ..., set_tool_state: _Optional[_Union[SetToolState, _Mapping]] = ..., create_signal: _Optional[_Union[CreateSignal, _Mapping]] = ..., remove_signal: _Optional[_Union[RemoveSignal, _Mapping]] = ..., set_signal: _Optional[_Union[SetSignal, _Mapping]] = ..., set_speed_factor: _Optional[_Union[SetSpeedFactor, _Mapping]] = ...) -> None: ...
+
+class CreateNode(_message.Message):
+    __slots__ = ("node",)
+    NODE_FIELD_NUMBER: _ClassVar[int]
+    node: _nodes_pb2.Node
+    def __init__(self, node: _Optional[_Union[_nodes_pb2.Node, _Mapping]] = ...) -> None: ...
+
+class UpdateNode(_message.Message):
+    __slots__ = ("name", "node", "mask")
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    NODE_FIELD_NUMBER: _ClassVar[int]
+    MASK_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    node: _nodes_pb2.Node
+    mask: _field_mask_pb2.FieldMask
+    def __init__(self, name: _Optional[str] = ..., node: _Optional[_Union[_nodes_pb2.Node, _Mapping]] = ..., mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ...) -> None: ...
+
+class RemoveNode(_message.Message):
+    __slots__ = ("name",)
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    def __init__(self, name: _Optional[str] = ...) -> None: ...
+
+class AttachNode(_message.Message):
+    __slots__ = ("name", "parent", "parent_t_node")
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    PARENT_FIELD_NUMBER: _ClassVar[int]
+    PARENT_T_NODE_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    parent: str
+    parent_t_node: _geometry_pb2.Pose
+    def __init__(self, name: _Optional[str] = ..., parent: _Optional[str] = ..., parent_t_node: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ...) -> None: ...
+
+class PickPart(_message.Message):
+    __slots__ = ("robot", "part", "max_distance_meters")
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    PART_FIELD_NUMBER: _ClassVar[int]
+    MAX_DISTANCE_METERS_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    part: str
+    max_distance_meters: float
+    def __init__(self, robot: _Optional[str] = ..., part: _Optional[str] = ..., max_distance_meters: _Optional[float] = ...) -> None: ...
+
+class PlacePart(_message.Message):
+    __slots__ = ("robot", "part", "parent")
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    PART_FIELD_NUMBER: _ClassVar[int]
+    PARENT_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    part: str
+    parent: str
+    def __init__(self, robot: _Optional[str] = ..., part: _Optional[str] = ..., parent: _Optional[str] = ...) -> None: ...
+
+class SetJointPositions(_message.Message):
+    __slots__ = ("robot", "joint_positions", "coordinates")
+    class JointPositionsEntry(_message.Message):
+        __slots__ = ("key", "value")
+        KEY_FIELD_NUMBER: _ClassVar[int]
+        VALUE_FIELD_NUMBER: _ClassVar[int]
+        key: str
+        value: float
+        def __init__(self, key: _Optional[str] = ..., value: _Optional[float] = ...) -> None: ...
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    JOINT_POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    COORDINATES_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    joint_positions: _containers.ScalarMap[str, float]
+    coordinates: _geometry_pb2.Array
+    def __init__(self, robot: _Optional[str] = ..., joint_positions: _Optional[_Mapping[str, float]] = ..., coordinates: _Optional[_Union[_geometry_pb2.Array, _Mapping]] = ...) -> None: ...
+
+class SelectTool(_message.Message):
+    __slots__ = ("robot", "tool", "tool_center_point")
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    TOOL_FIELD_NUMBER: _ClassVar[int]
+    TOOL_CENTER_POINT_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    tool: str
+    tool_center_point: str
+    def __init__(self, robot: _Optional[str] = ..., tool: _Optional[str] = ..., tool_center_point: _Optional[str] = ...) -> None: ...
+
+class SetToolState(_message.Message):
+    __slots__ = ("tool", "state")
+    TOOL_FIELD_NUMBER: _ClassVar[int]
+    STATE_FIELD_NUMBER: _ClassVar[int]
+    tool: str
+    state: str
+    def __init__(self, tool: _Optional[str] = ..., state: _Optional[str] = ...) -> None: ...
+
+class CreateSignal(_message.Message):
+    __slots__ = ("signal",)
+    SIGNAL_FIELD_NUMBER: _ClassVar[int]
+    signal: _signal_pb2.Signal
+    def __init__(self, signal: _Optional[_Union[_signal_pb2.Signal, _Mapping]] = ...) -> None: ...
+
+class RemoveSignal(_message.Message):
+    __slots__ = ("name",)
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    def __init__(self, name: _Optional[str] = ...) -> None: ...
+
+class SetSignal(_message.Message):
+    __slots__ = ("name", "value")
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    VALUE_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    value: bool
+    def __init__(self, name: _Optional[str] = ..., value: bool = ...) -> None: ...
+
+class SetSpeedFactor(_message.Message):
+    __slots__ = ("robot", "factor")
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    FACTOR_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    factor: float
+    def __init__(self, robot: _Optional[str] = ..., factor: _Optional[float] = ...) -> None: ...
+
+class ImportModelRequest(_message.Message):
+    __slots__ = ("uri", "files", "packages", "name", "parent", "parent_t_node", "base_joint", "as_part", "scale")
+    class PackagesEntry(_message.Message):
+        __slots__ = ("key", "value")
+        KEY_FIELD_NUMBER: _ClassVar[int]
+        VALUE_FIELD_NUMBER: _ClassVar[int]
+        key: str
+        value: str
+        def __init__(self, key: _Optional[str] = ..., value: _Optional[str] = ...) -> None: ...
+    URI_FIELD_NUMBER: _ClassVar[int]
+    FILES_FIELD_NUMBER: _ClassVar[int]
+    PACKAGES_FIELD_NUMBER: _ClassVar[int]
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    PARENT_FIELD_NUMBER: _ClassVar[int]
+    PARENT_T_NODE_FIELD_NUMBER: _ClassVar[int]
+    BASE_JOINT_FIELD_NUMBER: _ClassVar[int]
+    AS_PART_FIELD_NUMBER: _ClassVar[int]
+    SCALE_FIELD_NUMBER: _ClassVar[int]
+    uri: str
+    files: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.AssetFile]
+    packages: _containers.ScalarMap[str, str]
+    name: str
+    parent: str
+    parent_t_node: _geometry_pb2.Pose
+    base_joint: _nodes_pb2.JointType
+    as_part: bool
+    scale: _geometry_pb2.Vector3
+    def __init__(self, uri: _Optional[str] = ..., files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ..., packages: _Optional[_Mapping[str, str]] = ..., name: _Optional[str] = ..., parent: _Optional[str] = ..., parent_t_node: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., base_joint: _Optional[_Union[_nodes_pb2.JointType, str]] = ..., as_part: bool = ..., scale: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ...) -> None: ...
+
+class ImportModelResponse(_message.Message):
+    __slots__ = ("stamp", "created", "mesh_count", "warnings")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    CREATED_FIELD_NUMBER: _ClassVar[int]
+    MESH_COUNT_FIELD_NUMBER: _ClassVar[int]
+    WARNINGS_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    created: _containers.RepeatedCompositeFieldContainer[CreatedNode]
+    mesh_count: int
+    warnings: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., created: _Optional[_Iterable[_Union[CreatedNode, _Mapping]]] = ..., mesh_count: _Optional[int] = ..., warnings: _Optional[_Iterable[str]] = ...) -> None: ...
+
+class LoadSceneRequest(_message.Message):
+    __slots__ = ("text", "uri", "files", "packages", "add")
+    class PackagesEntry(_message.Message):
+        __slots__ = ("key", "value")
+        KEY_FIELD_NUMBER: _ClassVar[int]
+        VALUE_FIELD_NUMBER: _ClassVar[int]
+        key: str
+        value: str
+        def __init__(self, key: _Optional[str] = ..., value: _Optional[str] = ...) -> None: ...
+    TEXT_FIELD_NUMBER: _ClassVar[int]
+    URI_FIELD_NUMBER: _ClassVar[int]
+    FILES_FIELD_NUMBER: _ClassVar[int]
+    PACKAGES_FIELD_NUMBER: _ClassVar[int]
+    ADD_FIELD_NUMBER: _ClassVar[int]
+    text: str
+    uri: str
+    files: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.AssetFile]
+    packages: _containers.ScalarMap[str, str]
+    add: bool
+    def __init__(self, text: _Optional[str] = ..., uri: _Optional[str] = ..., files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ..., packages: _Optional[_Mapping[str, str]] = ..., add: bool = ...) -> None: ...
+
+class LoadSceneResponse(_message.Message):
+    __slots__ = ("stamp", "created")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    CREATED_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    created: _containers.RepeatedCompositeFieldContainer[CreatedNode]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., created: _Optional[_Iterable[_Union[CreatedNode, _Mapping]]] = ...) -> None: ...
+
+class SaveSceneRequest(_message.Message):
+    __slots__ = ("bundle",)
+    BUNDLE_FIELD_NUMBER: _ClassVar[int]
+    bundle: bool
+    def __init__(self, bundle: bool = ...) -> None: ...
+
+class SaveSceneResponse(_message.Message):
+    __slots__ = ("stamp", "text", "files")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    TEXT_FIELD_NUMBER: _ClassVar[int]
+    FILES_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    text: str
+    files: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.AssetFile]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., text: _Optional[str] = ..., files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ...) -> None: ...
+
+class SceneFile(_message.Message):
+    __slots__ = ("schema_version", "nodes", "signals", "robot_states", "speed_factor", "models")
+    SCHEMA_VERSION_FIELD_NUMBER: _ClassVar[int]
+    NODES_FIELD_NUMBER: _ClassVar[int]
+    SIGNALS_FIELD_NUMBER: _ClassVar[int]
+    ROBOT_STATES_FIELD_NUMBER: _ClassVar[int]
+    SPEED_FACTOR_FIELD_NUMBER: _ClassVar[int]
+    MODELS_FIELD_NUMBER: _ClassVar[int]
+    schema_version: int
+    nodes: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.Node]
+    signals: _containers.RepeatedCompositeFieldContainer[_signal_pb2.Signal]
+    robot_states: _containers.RepeatedCompositeFieldContainer[_robot_pb2.RobotState]
+    speed_factor: float
+    models: _containers.RepeatedCompositeFieldContainer[ImportModelRequest]
+    def __init__(self, schema_version: _Optional[int] = ..., nodes: _Optional[_Iterable[_Union[_nodes_pb2.Node, _Mapping]]] = ..., signals: _Optional[_Iterable[_Union[_signal_pb2.Signal, _Mapping]]] = ..., robot_states: _Optional[_Iterable[_Union[_robot_pb2.RobotState, _Mapping]]] = ..., speed_factor: _Optional[float] = ..., models: _Optional[_Iterable[_Union[ImportModelRequest, _Mapping]]] = ...) -> None: ...
