@@ -1,0 +1,53 @@
+"""The committed stubs are what the generator makes of the contract, and the packaging asks for a runtime that takes them."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+COMMITTED = ROOT / "clients" / "python" / "virtualrobot" / "v1"
+
+
+@pytest.fixture(scope="module")
+def fresh(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """Return the text of each freshly generated file by name."""
+    output = tmp_path_factory.mktemp("stubs")
+    subprocess.run([sys.executable, ROOT / "tools" / "generate_stubs.py", output], check=True)
+    return texts(output / "virtualrobot" / "v1")
+
+
+def texts(directory: Path) -> dict[str, str]:
+    """Return the text of each Python file of `directory` by name, but for __init__.py, which is written by hand."""
+    return {path.name: path.read_text() for path in directory.glob("*.py*") if path.name != "__init__.py"}
+
+
+def test_committed_stubs_are_fresh(fresh: dict[str, str]) -> None:
+    committed = texts(COMMITTED)
+    changed = [name for name in sorted(fresh.keys() | committed.keys()) if fresh.get(name) != committed.get(name)]
+    assert not changed, f"run `make stubs` and commit; these differ from the contract: {', '.join(changed)}"
+
+
+def test_every_proto_file_has_its_stubs(fresh: dict[str, str]) -> None:
+    nouns = [path.stem for path in (ROOT / "proto").rglob("*.proto")]
+    assert nouns
+    assert sorted(fresh) == sorted(f"{noun}_{kind}" for noun in nouns for kind in ("pb2.py", "pb2.pyi", "pb2_grpc.py"))
+
+
+def test_packaging_asks_for_a_runtime_that_takes_the_stubs(fresh: dict[str, str]) -> None:
+    """The versions that the stubs themselves check when they are imported are the lower bounds in pyproject.toml."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    bounds = dict(re.findall(r"^([\w-]+)>=([\d.]+)", "\n".join(project["dependencies"]), re.MULTILINE))
+    demanded_grpc = {version for text in fresh.values() for version in re.findall(r"GRPC_GENERATED_VERSION = '(.*)'", text)}
+    demanded_protobuf = {
+        tuple(int(part) for part in version.split("."))
+        for text in fresh.values()
+        for version in re.findall(r"# Protobuf Python Version: ([\d.]+)", text)
+    }
+    assert demanded_grpc == {bounds["grpcio"]} == {bounds["grpcio-status"]}
+    assert demanded_protobuf == {tuple(int(part) for part in f"{bounds['protobuf']}.0".split("."))}
