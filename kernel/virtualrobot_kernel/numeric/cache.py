@@ -1,0 +1,134 @@
+"""Where compiled code is kept, and how it is compiled or loaded before the kernel's threads start.
+
+numba can compile a function in seconds or load it from a file in milliseconds. The files go to a directory of the
+user, so that an installation that nobody may write to works too, and each version of the sources has its own: numba
+compares only the file of the outermost function and would run stale code after an edit of a function that it calls.
+"""
+
+from __future__ import annotations
+
+import atexit
+import hashlib
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable
+from importlib import import_module
+from importlib.metadata import version
+from pathlib import Path
+from pkgutil import iter_modules
+from typing import TYPE_CHECKING, Any
+
+from platformdirs import user_cache_dir
+
+if TYPE_CHECKING:
+    from numba.core.types import Type
+
+_PACKAGE = Path(__file__).parent
+_compiled_functions: list[CompiledFunction] = []
+
+
+def use_cache_directory() -> Path:
+    """Set NUMBA_CACHE_DIR to this version's own directory and return it.
+
+    Its parent is the value of NUMBA_CACHE_DIR that the user set, else `numba` in the user's cache directory. Where
+    that can't be written, a temporary directory that ends with the process takes its place (each start compiles).
+    """
+    sources = hashlib.sha256()
+    for source in sorted(_PACKAGE.glob("*.py")):
+        sources.update(source.read_bytes())
+    name = f"virtualrobot-{version('numba')}-{sources.hexdigest()[:12]}"
+    parent = Path(os.environ.get("NUMBA_CACHE_DIR") or Path(user_cache_dir("virtualrobot")) / "numba")
+    # A child process inherits the variable with the name already in it.
+    directory = parent if parent.name == name else parent / name
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        writable = os.access(directory, os.W_OK)
+    except OSError:
+        writable = False
+    if not writable:
+        directory = Path(tempfile.mkdtemp(prefix="virtualrobot-numba-"))
+        atexit.register(shutil.rmtree, directory, ignore_errors=True)
+    os.environ["NUMBA_CACHE_DIR"] = str(directory)
+    if "numba" in sys.modules:
+        sys.modules["numba"].config.reload_config()
+    return directory
+
+
+class CompiledFunction:
+    """A function compiled by numba for one declared signature, without the GIL; a native handle.
+
+    One signature means that nothing is ever compiled in the middle of a tick because an array came read-only: inputs
+    are declared read-only, which takes both kinds. A wrong dtype, rank or layout raises TypeError.
+    """
+
+    def __init__(self, function: Callable[..., Any], signature: tuple[Type, ...]) -> None:
+        """Keep `function` and the numba types of its arguments; `compile` makes the native code."""
+        from numba import njit
+
+        self.dispatcher: Any = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})(function)
+        self.name = function.__name__
+        self.__name__ = function.__name__
+        self.__doc__ = function.__doc__
+        self._signature = signature
+        self._module = function.__module__.rpartition(".")[2]
+        self._ready = False
+        _compiled_functions.append(self)
+
+    def __call__(self, *arguments: Any) -> Any:  # noqa: ANN401  what goes in and comes out is the function's own matter
+        """Call the native code; the first call compiles or loads it."""
+        if not self._ready:
+            self.compile()
+        return self.dispatcher(*arguments)
+
+    def is_cached(self) -> bool:
+        """Tell whether the cache directory has code of this function (perhaps for another processor)."""
+        return any(Path(os.environ["NUMBA_CACHE_DIR"]).glob(f"*/{self._module}.{self.name}-*.nbi"))
+
+    def compile(self) -> bool:
+        """Compile or load; return True when it had to be compiled anew."""
+        if not self._ready:
+            self.dispatcher.compile(self._signature)
+            self.dispatcher.disable_compile()
+            self._ready = True
+        return bool(self.dispatcher.stats.cache_misses)
+
+
+def compiled(*signature: Type) -> Callable[[Callable[..., Any]], CompiledFunction]:
+    """Return a decorator that makes a function a `CompiledFunction` of arguments of these numba types."""
+    return lambda function: CompiledFunction(function, signature)
+
+
+def array_of(dtype: Type, dimensions: int) -> Type:
+    """Return the type of an input: a C-contiguous array, writable or not."""
+    from numba.core.types import Array
+
+    return Array(dtype, dimensions, "C", readonly=True)
+
+
+def output_of(dtype: Type, dimensions: int) -> Type:
+    """Return the type of an output: a C-contiguous array that can be written."""
+    from numba.core.types import Array
+
+    return Array(dtype, dimensions, "C")
+
+
+def compile_all(progress: Callable[[int, int, str], None]) -> tuple[str, ...]:
+    """Compile or load every compiled function, and return the names of those that were compiled anew.
+
+    `progress(done, total, name)` is called before each function that is not in the cache, with the number of such
+    functions; a warm start calls it never.
+    """
+    for module in iter_modules([str(_PACKAGE)]):
+        import_module(f"{__package__}.{module.name}")
+    missing = [function for function in _compiled_functions if not function.is_cached()]
+    anew: list[str] = []
+    done = 0
+    for function in _compiled_functions:
+        if function in missing:
+            progress(done, len(missing), function.name)
+            done += 1
+        if function.compile():
+            anew.append(function.name)
+    return tuple(anew)
