@@ -1,10 +1,10 @@
 """Write the Python stubs of the contract: `python tools/generate_stubs.py [directory]`.
 
-The proto path is the Python path, so proto/virtualrobot/v1/robot.proto becomes virtualrobot/v1/robot_pb2.py, robot_pb2.pyi
-and robot_pb2_grpc.py, and the imports between them work unchanged.
+The proto path is the Python path, so proto/virtualrobot/v1/robot.proto becomes virtualrobot/v1/robot_pb2.py,
+robot_pb2.pyi and robot_pb2_grpc.py, and the imports between them work unchanged.
 
-The generator lives in an environment of its own (build/stub-generator, made when it is missing): it is the oldest one that
-we support, and would hold back protobuf and gRPC everywhere else.
+The generator lives in an environment of its own (below build/, made when it is missing): it is the oldest one that we
+support, and would hold back protobuf and gRPC everywhere else.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ CLIENT = ROOT / "clients" / "python"
 STUBS = Path("virtualrobot") / "v1"
 GENERATED = ("*_pb2.py", "*_pb2.pyi", "*_pb2_grpc.py")
 
-# Stubs refuse a runtime older than their generator, and a protobuf runtime takes generated code of its own major version
-# and of the one before. The first generator with protobuf 6 (6.30) thus makes protobuf 6.30 to 7.x right; newer ones
-# would shut out users whose other packages don't allow protobuf 7 yet. The lower bounds in pyproject.toml follow from it.
+# Stubs refuse a runtime older than their generator, and a protobuf runtime takes generated code of its own major
+# version and of the one before. The first generator with protobuf 6 (6.30) thus makes protobuf 6.30 to 7.x right; newer
+# ones would shut out users whose other packages don't allow protobuf 7 yet. The lower bounds in pyproject.toml follow.
 GENERATOR = "1.72.2"
 # grpcio-tools asks for any setuptools; pinned with it so that the same command gives the same stubs next year.
 REQUIREMENTS = (f"grpcio-tools=={GENERATOR}", f"grpcio=={GENERATOR}", "protobuf==6.33.6", "setuptools==80.9.0")

@@ -1,0 +1,79 @@
+# make run    sets up and shows two arms palletizing in the browser     (ARGS=--headless: without)
+# make test   sets up and checks everything: lint, then tests
+# make bench  sets up and measures against the named peers -> benchmarks/RESULTS.md
+# make stubs  writes the Python stubs after a change of the contract
+# make constraints  writes constraints.txt with today's versions
+#
+# Windows, without make:
+#   py -3.11 -m venv .venv
+#   .venv\Scripts\pip install -e .[kernel]
+#   .venv\Scripts\virtualrobot demo
+
+# 3.11, since pybullet, whose robot models the demo shows, has no wheels for later ones.
+PYTHON ?= python3.11
+VENV := .venv
+BIN := $(VENV)/bin
+INSTALL := $(BIN)/python -m pip install -qq --disable-pip-version-check
+NODE_BIN := node_modules/.bin
+
+MAKEFLAGS += --no-print-directory
+.PHONY: run test bench lint ruff pyright buf stubs constraints clean
+.DELETE_ON_ERROR:
+
+run: $(VENV)/installed-kernel
+	@$(BIN)/virtualrobot demo $(ARGS)
+
+test: lint
+	@echo "testing ..."
+	@$(BIN)/python -m pytest -q $(ARGS)
+
+bench: $(VENV)/installed-bench
+	@$(BIN)/python benchmarks/run.py $(ARGS)
+
+lint: ruff pyright buf
+
+ruff: $(VENV)/installed-dev
+	@echo "ruff ..."
+	@$(BIN)/ruff check --quiet
+
+pyright: $(VENV)/installed-dev node_modules/.package-lock.json
+	@echo "pyright ..."
+	@$(NODE_BIN)/pyright --pythonpath $(BIN)/python > $(VENV)/pyright.log || { cat $(VENV)/pyright.log; exit 1; }
+
+buf: node_modules/.package-lock.json
+	@echo "buf lint ..."
+	@$(NODE_BIN)/buf lint
+
+stubs: $(VENV)/bin/python
+	@$(BIN)/python tools/generate_stubs.py
+
+constraints: $(VENV)/bin/python
+	@$(BIN)/python tools/pin_versions.py
+
+clean:
+	@rm -rf $(VENV) node_modules build dist *.egg-info .pytest_cache .ruff_cache
+
+$(VENV)/bin/python:
+	@command -v $(PYTHON) > /dev/null || { echo "$(PYTHON) is missing; install it (with venv), or name another: make PYTHON=..."; exit 1; }
+	@$(PYTHON) -m venv $(VENV)
+
+$(VENV)/installed-kernel: pyproject.toml constraints.txt | $(VENV)/bin/python
+	@echo "setting up the kernel in $(VENV) ... (once, about 1 minute)"
+	@$(INSTALL) -c constraints.txt -e '.[kernel]'
+	@touch $@
+
+$(VENV)/installed-dev: pyproject.toml constraints.txt | $(VENV)/bin/python
+	@echo "setting up the kernel and the test tools in $(VENV) ... (once, about 2 minutes)"
+	@$(INSTALL) -c constraints.txt -e '.[kernel,dev]'
+	@touch $@ $(VENV)/installed-kernel
+
+$(VENV)/installed-bench: pyproject.toml constraints.txt | $(VENV)/bin/python
+	@echo "setting up the kernel and the peers that it is measured against in $(VENV) ... (once, about 2 minutes)"
+	@$(INSTALL) -c constraints.txt -e '.[kernel,dev,bench]'
+	@touch $@ $(VENV)/installed-kernel $(VENV)/installed-dev
+
+node_modules/.package-lock.json: package.json package-lock.json
+	@command -v npm > /dev/null || { echo "npm is missing: it brings buf and pyright; install Node.js 18 or later"; exit 1; }
+	@echo "setting up buf and pyright ... (once)"
+	@npm ci --silent
+	@touch $@
