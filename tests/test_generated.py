@@ -1,4 +1,4 @@
-"""The committed stubs are what the generator makes of the contract; the packaging asks for a runtime that takes them."""
+"""The committed stubs are what the generator makes of the contract; the packaging asks for a runtime for them."""
 
 from __future__ import annotations
 

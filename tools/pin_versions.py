@@ -6,6 +6,7 @@ The Makefile installs exactly these, so that a clean clone is the same next year
 from __future__ import annotations
 
 import json
+import platform
 import subprocess
 import sys
 from pathlib import Path
@@ -14,7 +15,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 def newest_versions() -> list[str]:
-    """Return "name==version" for each distribution of all extras, resolved by pip without installing, sorted by name."""
+    """Return "name==version" for each distribution of all extras, resolved by pip without installing, sorted."""
     command = [sys.executable, "-m", "pip", "install", "--dry-run", "--ignore-installed", "--quiet", "--report", "-"]
     report = subprocess.run([*command, f"{ROOT}[kernel,dev,bench]"], check=True, stdout=subprocess.PIPE).stdout
     found = [distribution["metadata"] for distribution in json.loads(report)["install"]]
@@ -23,5 +24,5 @@ def newest_versions() -> list[str]:
 
 
 if __name__ == "__main__":
-    head = f"# Written by `make constraints` (Python {sys.version_info.major}.{sys.version_info.minor}, {sys.platform}).\n"
+    head = f"# Written by `make constraints` on {sys.platform} with Python {platform.python_version()}.\n"
     (ROOT / "constraints.txt").write_text(head + "\n".join(newest_versions()) + "\n")

@@ -1,0 +1,134 @@
+"""Imports go in one direction: each room sees the packages that its rule names, and no other.
+
+The rules are the table below. A file obeys the rule with the longest path that contains it; the standard library is
+open to all. Imports inside functions, under TYPE_CHECKING and by `import_module("...")` count too.
+"""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+CLIENT = "clients/python/virtualrobot"
+KERNEL = "kernel/virtualrobot_kernel"
+
+PURE = ("numpy", "virtualrobot_kernel.errors", "virtualrobot_kernel.world", "virtualrobot_kernel.motion")
+ROOM = ("numpy", "platformdirs", "virtualrobot_kernel")
+CONTRACT = ("google.protobuf", "virtualrobot.v1")
+
+MAY_IMPORT: dict[str, tuple[str, ...]] = {
+    # The client knows nothing of the kernel; an application knows only the client library.
+    CLIENT: ("virtualrobot", "numpy", "grpc", "grpc_status", "google", "click", "platformdirs"),
+    f"{CLIENT}/apps": ("virtualrobot", "numpy", "click"),
+    # What is pure has no native library, no gRPC and no protobuf; ruckig makes the time laws and nothing else.
+    f"{KERNEL}/world": PURE,
+    f"{KERNEL}/motion": PURE,
+    f"{KERNEL}/motion/profile.py": (*PURE, "ruckig"),
+    # Each native library and the contract have one room. Of the client, the kernel takes its stubs and its resolver,
+    # which is path logic that both ends share.
+    KERNEL: ROOM,
+    f"{KERNEL}/api": (*ROOM, *CONTRACT, "grpc", "grpc_status", "grpc_health", "grpc_reflection", "google.rpc"),
+    f"{KERNEL}/drawing": (*ROOM, "viser"),
+    f"{KERNEL}/formats": (*ROOM, *CONTRACT, "virtualrobot.resolver", "trimesh", "lxml", "ruamel", "collada", "PIL"),
+    f"{KERNEL}/numeric": (*ROOM, "numba", "llvmlite"),
+}
+
+
+def imports(source: str, package: str) -> Iterator[tuple[int, str]]:
+    """Yield line and absolute dotted name of everything that `source`, a module of `package`, imports.
+
+    `from a import b` yields "a.b", since b may be a module.
+    """
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            yield from ((node.lineno, alias.name) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            parents = package.split(".")[: len(package.split(".")) - node.level + 1] if node.level else []
+            base = ".".join([*parents, *([node.module] if node.module else [])])
+            yield from ((node.lineno, f"{base}.{alias.name}") for alias in node.names)
+        elif isinstance(node, ast.Call) and node.args and isinstance(node.args[0], ast.Constant):
+            function = ast.unparse(node.func)
+            if function in ("__import__", "import_module", "importlib.import_module"):
+                yield node.lineno, str(node.args[0].value)
+
+
+def rule_of(path: str) -> str:
+    """Return the longest path of the table that contains `path`."""
+    return max((rule for rule in MAY_IMPORT if path == rule or path.startswith(f"{rule}/")), key=len)
+
+
+def violations(root: Path) -> list[str]:
+    """Return "path:line imports name; rule" for each import below `root` that its rule doesn't name."""
+    found = []
+    for base in (KERNEL, CLIENT):
+        for file in sorted((root / base).rglob("*.py")):
+            path = file.relative_to(root).as_posix()
+            package = ".".join(file.parent.relative_to((root / base).parent).parts)
+            allowed = MAY_IMPORT[rule_of(path)]
+            for line, name in imports(file.read_text(), package):
+                standard = name.partition(".")[0] in sys.stdlib_module_names
+                if not standard and not any(name == module or name.startswith(f"{module}.") for module in allowed):
+                    found.append(f"{path}:{line} imports {name}; {rule_of(path)} may import {', '.join(allowed)}")
+    return found
+
+
+def test_every_import_obeys_its_rule() -> None:
+    assert not violations(ROOT), "\n".join(violations(ROOT))
+
+
+def test_every_rule_is_about_something() -> None:
+    """A room that was renamed would otherwise fall to a weaker rule unseen."""
+    assert [rule for rule in MAY_IMPORT if not (ROOT / rule).exists()] == []
+
+
+@pytest.mark.parametrize(
+    ("path", "source", "name"),
+    [
+        (f"{CLIENT}/robot.py", "import virtualrobot_kernel", "virtualrobot_kernel"),
+        (f"{CLIENT}/cli/serve.py", "def f():\n    from virtualrobot_kernel import serve", "virtualrobot_kernel.serve"),
+        (f"{CLIENT}/cli/serve.py", "import_module('virtualrobot_kernel.serve')", "virtualrobot_kernel.serve"),
+        (f"{CLIENT}/robot.py", "import scipy.spatial", "scipy.spatial"),
+        (f"{CLIENT}/apps/demo.py", "import grpc", "grpc"),
+        (f"{KERNEL}/world/state.py", "import numba", "numba"),
+        (f"{KERNEL}/world/state.py", "from ..drawing import viewer", "virtualrobot_kernel.drawing.viewer"),
+        (f"{KERNEL}/world/state.py", "from .. import api", "virtualrobot_kernel.api"),
+        (f"{KERNEL}/world/state.py", "import ruckig", "ruckig"),
+        (f"{KERNEL}/world/commands.py", "from virtualrobot.v1 import scene_pb2", "virtualrobot.v1.scene_pb2"),
+        (f"{KERNEL}/motion/linear.py", "from ruckig import Ruckig", "ruckig.Ruckig"),
+        (f"{KERNEL}/motion/linear.py", "import numpy, numba", "numba"),
+        (f"{KERNEL}/kernel.py", "import grpc", "grpc"),
+        (f"{KERNEL}/kernel.py", "if TYPE_CHECKING:\n    import viser", "viser"),
+        (f"{KERNEL}/formats/scene.py", "import virtualrobot", "virtualrobot"),
+        (f"{KERNEL}/formats/scene.py", "from virtualrobot import connect", "virtualrobot.connect"),
+        (f"{KERNEL}/drawing/viewer.py", "import trimesh", "trimesh"),
+        (f"{KERNEL}/api/server.py", "import numba", "numba"),
+        (f"{KERNEL}/anew/room.py", "import pybullet", "pybullet"),
+    ],
+)
+def test_a_planted_violation_is_found(tmp_path: Path, path: str, source: str, name: str) -> None:
+    (tmp_path / path).parent.mkdir(parents=True)
+    (tmp_path / path).write_text(source)
+    (found,) = violations(tmp_path)
+    assert f"imports {name};" in found
+    assert found.startswith(f"{path}:{len(source.splitlines())} ")
+
+
+@pytest.mark.parametrize(
+    ("path", "source"),
+    [
+        (f"{CLIENT}/apps/demo.py", "import virtualrobot, numpy.linalg, click, json"),
+        (f"{KERNEL}/motion/profile.py", "from ruckig import Ruckig\nfrom ..errors import LimitError\nimport numpy"),
+        (f"{KERNEL}/world/state.py", "from . import structure\nfrom ..motion.path import Path\nimport threading"),
+        (f"{KERNEL}/api/server.py", "import grpc.aio\nfrom google.rpc import code_pb2\nfrom ..world import store"),
+        (f"{KERNEL}/formats/scene.py", "from virtualrobot.v1 import scene_pb2\nimport virtualrobot.resolver"),
+    ],
+)
+def test_what_the_rules_name_passes(tmp_path: Path, path: str, source: str) -> None:
+    (tmp_path / path).parent.mkdir(parents=True)
+    (tmp_path / path).write_text(source)
+    assert violations(tmp_path) == []
