@@ -69,7 +69,7 @@ def forward_forest(
     Indices are trusted, not checked.
     """
     for position in range(order.shape[0]):
-        row = order[position]
+        row: int = order[position]
         if parent[row] >= 0:
             multiply(world_t_node, parent[row], parent_t_node, row, world_t_node, row)
         else:
@@ -77,7 +77,7 @@ def forward_forest(
         kind = joint_type[row]
         if kind == FIXED:
             continue
-        first = q_index[row]
+        first: int = q_index[row]
         x = axis[row, 0]
         y = axis[row, 1]
         z = axis[row, 2]
@@ -139,7 +139,7 @@ def topological_order(parent: Integers) -> Integers:
         order[i] = children[i]
     read = 0
     while read < found:
-        row = order[read]
+        row: int = order[read]
         read += 1
         for i in range(first_child[row + 1], first_child[row + 2]):
             order[found] = children[i]

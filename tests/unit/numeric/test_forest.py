@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import pinocchio
+import pinocchio  # pyright: ignore[reportMissingImports]  a path file makes it importable
 import pytest
 from scipy.spatial.transform import Rotation
-
 from virtualrobot_kernel.numeric.forest import (
     FIXED,
     FLOATING,
@@ -18,7 +17,7 @@ from virtualrobot_kernel.numeric.forest import (
     topological_order,
 )
 
-from .urdf_arrays import URDFS, read
+from .urdf_arrays import URDFS, Forest, read
 
 
 def single(kind: int, q: np.ndarray, axis: np.ndarray, parent_t_node: np.ndarray | None = None) -> np.ndarray:
@@ -33,9 +32,27 @@ def single(kind: int, q: np.ndarray, axis: np.ndarray, parent_t_node: np.ndarray
 
 def random_pose(rng: np.random.Generator) -> np.ndarray:
     pose = np.eye(4)
-    pose[:3, :3] = Rotation.random(random_state=int(rng.integers(2**31))).as_matrix()
+    pose[:3, :3] = Rotation.from_quat(rng.normal(size=4)).as_matrix()
     pose[:3, 3] = rng.normal(size=3)
     return pose
+
+
+def world_poses(forest: Forest, q: np.ndarray) -> np.ndarray:
+    """Return the world pose of every link."""
+    out = np.full((len(forest.links), 4, 4), np.nan)
+    forward_forest(
+        topological_order(forest.parent),
+        forest.parent,
+        forest.joint_type,
+        forest.axis,
+        forest.q_index,
+        forest.multiplier,
+        forest.offset,
+        forest.parent_t_node,
+        q,
+        out,
+    )
+    return out
 
 
 def unit(rng: np.random.Generator) -> np.ndarray:
@@ -48,28 +65,43 @@ def test_link_poses_agree_with_pinocchio(name: str, rng: np.random.Generator) ->
     forest = read(URDFS[name])
     model = pinocchio.buildModelFromUrdf(str(URDFS[name]), mimic=True)
     data = model.createData()
-    order = topological_order(forest.parent)
-    world_t_node = np.full((len(forest.links), 4, 4), np.nan)
     for _ in range(50):
         q = rng.uniform(np.maximum(forest.lower, -np.pi), np.minimum(forest.upper, np.pi))
         theirs = pinocchio.neutral(model)
         for joint, value in zip(forest.joints, q, strict=True):
             theirs[model.joints[model.getJointId(joint)].idx_q] = value
         pinocchio.framesForwardKinematics(model, data, theirs)
-        forward_forest(
-            order,
-            forest.parent,
-            forest.joint_type,
-            forest.axis,
-            forest.q_index,
-            forest.multiplier,
-            forest.offset,
-            forest.parent_t_node,
-            q,
-            world_t_node,
-        )
         expected = [data.oMf[model.getFrameId(link)].homogeneous for link in forest.links]
-        np.testing.assert_allclose(world_t_node, expected, atol=1e-9)
+        np.testing.assert_allclose(world_poses(forest, q), expected, atol=1e-9)
+
+
+def test_puma_equals_the_product_of_its_published_table(rng: np.random.Generator) -> None:
+    # Corke and Armstrong-Helouvry 1994: a, alpha, d of standard Denavit-Hartenberg; see the README of the models.
+    a = [0, 0.4318, 0.0203, 0, 0, 0]
+    alpha = [np.pi / 2, 0, -np.pi / 2, np.pi / 2, -np.pi / 2, 0]
+    d = [0, 0, 0.15005, 0.4318, 0, 0]
+    forest = read(URDFS["puma560"])
+    tip = forest.links.index("tool0")
+    for _ in range(100):
+        q = rng.uniform(forest.lower, forest.upper)
+        expected = np.eye(4)
+        expected[2, 3] = 26.45 * 0.0254
+        for i in range(6):
+            c, s, ca, sa = np.cos(q[i]), np.sin(q[i]), np.cos(alpha[i]), np.sin(alpha[i])
+            expected = expected @ [
+                [c, -s * ca, s * sa, a[i] * c],
+                [s, c * ca, -c * sa, a[i] * s],
+                [0, sa, ca, d[i]],
+                [0, 0, 0, 1],
+            ]
+        np.testing.assert_allclose(world_poses(forest, q)[tip], expected, atol=1e-12)
+
+
+def test_puma_has_its_published_limits() -> None:
+    forest = read(URDFS["puma560"])
+    # Wang and Chen 1991.
+    np.testing.assert_allclose(np.degrees(forest.lower), [-160, -45, -225, -110, -100, -266], atol=1e-9)
+    np.testing.assert_allclose(np.degrees(forest.upper), [160, 225, 45, 170, 100, 266], atol=1e-9)
 
 
 def test_revolute_joint_turns_by_the_exponential_of_its_axis(rng: np.random.Generator) -> None:
@@ -102,7 +134,7 @@ def test_planar_joint_moves_in_the_plane_normal_to_its_axis(rng: np.random.Gener
     nearly_down = np.array([1e-9, 0.0, -1.0])
     for axis in (unit(rng), unit(rng) * [1, 1, -1], np.array([0, 0, 1.0]), np.array([1.0, 0, 0]), nearly_down):
         x, y, theta = rng.normal(size=3)
-        smallest, _ = Rotation.align_vectors(axis[None], [[0, 0, 1.0]])
+        smallest = Rotation.align_vectors(axis[None], [[0, 0, 1.0]])[0]
         pose = single(PLANAR, np.array([x, y, theta]), axis)
         if axis is not nearly_down:  # scipy's own choice of axis is rounded there; the laws below still hold
             np.testing.assert_allclose(pose[:3, 3], smallest.apply([x, y, 0]), atol=1e-12)
