@@ -1,0 +1,98 @@
+"""`pip install .` alone gives the client library and the command line, and no native robotics package."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import tomllib
+import venv
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.timeout(400)
+
+ROOT = Path(__file__).resolve().parent.parent
+SCRIPTS = "Scripts" if os.name == "nt" else "bin"
+
+# All that the client may bring: what pyproject.toml names, what that needs, and the installer.
+CLIENT_PACKAGES = {
+    *("virtualrobot", "grpcio", "grpcio-status", "protobuf", "googleapis-common-protos", "typing-extensions"),
+    *("numpy", "click", "colorama", "platformdirs", "pip", "setuptools"),
+}
+IMPORT_ALL = """
+import importlib, pkgutil, virtualrobot
+names = [module.name for module in pkgutil.walk_packages(virtualrobot.__path__, "virtualrobot.")]
+for name in names:
+    if not name.endswith(".__main__"):
+        importlib.import_module(name)
+assert "virtualrobot.v1.robot_pb2_grpc" in names and "virtualrobot.cli" in names, names
+"""
+
+
+@pytest.fixture(scope="module")
+def client(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a fresh environment that holds what `pip install .` installs."""
+    source = tmp_path_factory.mktemp("source") / "virtualrobot"
+    # A copy, since setuptools would leave its build directory and read what an earlier build left there.
+    leave = shutil.ignore_patterns(".git", ".venv", "node_modules", "build", "dist", "*.egg-info", "__pycache__")
+    shutil.copytree(ROOT, source, ignore=leave)
+    home = tmp_path_factory.mktemp("client")
+    venv.create(home, with_pip=True)
+    run(home, "python", "-m", "pip", "install", "--quiet", str(source)).check_returncode()
+    return home
+
+
+def run(home: Path, program: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run a program of the environment `home`, away from the source tree."""
+    environment = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "PYTHONHOME")}
+    command = [str(home / SCRIPTS / program), *arguments]
+    return subprocess.run(command, cwd=home, env=environment, capture_output=True, text=True, stdin=subprocess.DEVNULL)
+
+
+def test_nothing_but_the_client_is_installed(client: Path) -> None:
+    listed = json.loads(run(client, "python", "-m", "pip", "list", "--format", "json").stdout)
+    names = {re.sub(r"[-_.]+", "-", distribution["name"]).lower() for distribution in listed}
+    assert {"virtualrobot", "grpcio"} <= names
+    assert names <= CLIENT_PACKAGES
+
+
+def test_every_module_of_the_client_imports(client: Path) -> None:
+    result = run(client, "python", "-W", "error", "-c", IMPORT_ALL)
+    assert result.returncode == 0, result.stderr
+
+
+def test_types_are_installed(client: Path) -> None:
+    (package,) = client.rglob("site-packages/virtualrobot")
+    assert (package / "py.typed").exists()
+    assert (package / "v1" / "robot_pb2.pyi").exists()
+
+
+def test_the_command_line_helps(client: Path) -> None:
+    result = run(client, "virtualrobot", "--help")
+    assert result.returncode == 0, result.stderr
+    assert "serve" in result.stdout
+
+
+def test_serve_says_how_to_install_the_kernel(client: Path) -> None:
+    result = run(client, "virtualrobot", "serve")
+    assert result.returncode != 0
+    assert "pip install 'virtualrobot[kernel]'" in result.stderr
+    assert len(result.stderr.strip().splitlines()) == 1, result.stderr
+
+
+def test_the_lowest_versions_that_we_allow_will_do(client: Path) -> None:
+    """The stubs check the version of their runtime when they are imported."""
+    dependencies = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["dependencies"]
+    lowest = [
+        re.sub(r">=([\d.]+).*", r"==\1", dependency)
+        for dependency in dependencies
+        if dependency.startswith(("grpcio", "protobuf"))
+    ]
+    assert len(lowest) == 3
+    run(client, "python", "-m", "pip", "install", "--quiet", *lowest).check_returncode()
+    result = run(client, "python", "-W", "error", "-c", IMPORT_ALL)
+    assert result.returncode == 0, result.stderr
