@@ -1,0 +1,55 @@
+"""The pure heart: `(world, commands) -> world`, all or none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.world import apply_motions, apply_nodes, apply_robots, commands
+from virtualrobot_kernel.world.change import Change, Forward, frozen
+from virtualrobot_kernel.world.state import State
+from virtualrobot_kernel.world.structure import Structure
+
+HANDLERS: dict[type, Callable[[Change, Any, Forward], Change]] = {
+    commands.CreateNodes: apply_nodes.create_nodes,
+    commands.UpdateNode: apply_nodes.update_node,
+    commands.RemoveNode: apply_nodes.remove_node,
+    commands.ClearWorld: apply_nodes.clear_world,
+    commands.AttachNode: apply_nodes.attach_node,
+    commands.PickPart: apply_robots.pick_part,
+    commands.PlacePart: apply_robots.place_part,
+    commands.SetJointPositions: apply_robots.set_joint_positions,
+    commands.SelectTool: apply_robots.select_tool,
+    commands.SetToolState: apply_robots.set_tool_state,
+    commands.CreateSignal: apply_robots.create_signal,
+    commands.RemoveSignal: apply_robots.remove_signal,
+    commands.SetSignal: apply_robots.set_signal,
+    commands.SetSpeedFactor: apply_robots.set_speed_factor,
+    commands.StartMotion: apply_motions.start_motion,
+    commands.PauseMotion: apply_motions.pause_motion,
+    commands.ResumeMotion: apply_motions.resume_motion,
+    commands.CancelMotion: apply_motions.cancel_motion,
+    commands.StopMotions: apply_motions.stop_motions,
+}
+
+
+def apply(structure: Structure, state: State, batch: Sequence[commands.Command], forward: Forward) -> Change:
+    """Return the world after all commands of `batch`; raise KernelError, which names the command, when one is refused.
+
+    The structure's revision grows by one when the batch changes the structure. Nothing that was given is written to.
+    """
+    change = Change(structure, state)
+    for place, command in enumerate(batch):
+        try:
+            change = HANDLERS[type(command)](change, command, forward)
+        except KernelError as error:
+            if len(batch) > 1:
+                error.metadata["command_index"] = str(place)
+            raise
+    for array in (change.state.q, change.state.v, change.state.parent_t_node):
+        frozen(array)
+    if change.structure is not structure:
+        change = replace(change, structure=replace(change.structure, revision=structure.revision + 1))
+    return change

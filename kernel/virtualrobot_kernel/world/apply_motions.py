@@ -1,0 +1,104 @@
+"""Commands about motions: start a planned one, pause, resume, cancel, stop."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
+from virtualrobot_kernel.motion import running
+from virtualrobot_kernel.world.apply_robots import tool_state
+from virtualrobot_kernel.world.change import Change, Forward, joint_places, refuse_while_moving, single_joint
+from virtualrobot_kernel.world.commands import CancelMotion, PauseMotion, ResumeMotion, StartMotion, StopMotions
+from virtualrobot_kernel.world.state import Motion, State
+
+START_TOLERANCE = 1e-6
+"""How far a joint may be from where the plan starts, in radians or meters."""
+
+
+def start_motion(change: Change, command: StartMotion, forward: Forward) -> Change:
+    """Start a planned motion where the joints are; refused when they move, or are not where the plan starts."""
+    structure, state = change.structure, change.state
+    joints = tuple((structure.robot(robot)[0].uid, joint) for robot, joint in command.joints)
+    for robot, joint in command.joints:
+        single_joint(structure, structure.robot(robot)[0], joint)
+    for uid in dict.fromkeys(uid for uid, _ in joints):
+        refuse_while_moving(change, structure.nodes[uid], {joint for joint in joints if joint[0] == uid})
+    q_index, v_index = joint_places(structure, joints)
+    off = np.abs(state.q[q_index] - command.plan.start)
+    if len(off) and off.max() > START_TOLERANCE:
+        worst = int(off.argmax())
+        robot, joint = command.joints[worst]
+        raise KernelError(
+            f"the joint {joint!r} of {robot!r} is at {state.q[q_index][worst]:g}, but the motion was planned from "
+            f"{command.plan.start[worst]:g}; plan again",
+            reason=Reason.STALE_REVISION,
+            robot=robot,
+            joint=joint,
+        )
+    id = f"motion-{state.motion_count + 1}"
+    motion = Motion(
+        id=id,
+        robots=tuple(dict.fromkeys(uid for uid, _ in joints)),
+        joints=joints,
+        q_index=q_index,
+        v_index=v_index,
+        running=running.start(command.plan, 1.0),
+        start_tick=state.tick,
+        tool_states=tuple((tool_state(structure, tool, name)[0].uid, name) for tool, name in command.tool_states),
+    )
+    motion = replace(motion, running=running.start(command.plan, override(state, motion)))
+    state = replace(state, motions=(*state.motions, motion), motion_count=state.motion_count + 1)
+    return replace(change, state=state, created=(*change.created, id))
+
+
+def override(state: State, motion: Motion) -> float:
+    """Return the speed factor of a motion: that of all, times the least of its robots'."""
+    return state.speed_factor * min((state.speed_factors.get(uid, 1.0) for uid in motion.robots), default=1.0)
+
+
+def pause_motion(change: Change, command: PauseMotion, forward: Forward) -> Change:
+    """Slow a motion to standstill; a paused one stays paused."""
+    motion = _running(change.state, command.id)
+    return _with(change, replace(motion, running=running.pause(motion.running)))
+
+
+def resume_motion(change: Change, command: ResumeMotion, forward: Forward) -> Change:
+    """Let a motion go on."""
+    motion = _running(change.state, command.id)
+    return _with(change, replace(motion, running=running.resume(motion.running)))
+
+
+def cancel_motion(change: Change, command: CancelMotion, forward: Forward) -> Change:
+    """Slow a motion to standstill and end it."""
+    motion = _running(change.state, command.id)
+    return _with(change, _cancelled(motion, command.reason or "cancelled"))
+
+
+def stop_motions(change: Change, command: StopMotions, forward: Forward) -> Change:
+    """Cancel all motions of some robots, or of all."""
+    robots = {change.structure.robot(name)[0].uid for name in command.robots}
+    for motion in change.state.motions:
+        if not robots or not robots.isdisjoint(motion.robots):
+            change = _with(change, _cancelled(motion, command.reason))
+    return change
+
+
+def _cancelled(motion: Motion, reason: str) -> Motion:
+    return replace(motion, running=running.cancel(motion.running), cancel_reason=motion.cancel_reason or reason)
+
+
+def _running(state: State, id: str) -> Motion:
+    for motion in state.motions:
+        if motion.id == id:
+            return motion
+    for motion in state.ended:
+        if motion.id == id:
+            raise KernelError(f"the motion {id!r} has ended", reason=Reason.WRONG_STATE, motion=id)
+    raise UnknownNameError("running motion", id, (motion.id for motion in state.motions))
+
+
+def _with(change: Change, motion: Motion) -> Change:
+    motions = tuple(motion if other.id == motion.id else other for other in change.state.motions)
+    return replace(change, state=replace(change.state, motions=motions))

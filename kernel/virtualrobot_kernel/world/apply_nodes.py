@@ -1,0 +1,256 @@
+"""Commands about the tree: create, update, remove, attach, clear."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
+from virtualrobot_kernel.world import index
+from virtualrobot_kernel.world.change import (
+    Change,
+    Forward,
+    check_joint_value,
+    inverse,
+    rebuilt,
+    refuse_while_moving,
+    single_joint,
+)
+from virtualrobot_kernel.world.commands import AttachNode, ClearWorld, CreateNodes, RemoveNode, UpdateNode
+from virtualrobot_kernel.world.figures import Pose
+from virtualrobot_kernel.world.state import Selection, State
+from virtualrobot_kernel.world.structure import (
+    WORLD_UID,
+    Kind,
+    LinkData,
+    Node,
+    PartData,
+    RobotData,
+    Structure,
+    ToolData,
+)
+
+DATA = {Kind.PART: PartData, Kind.ROBOT: RobotData, Kind.LINK: LinkData, Kind.TOOL: ToolData}
+"""The data that a kind of node must have; other kinds have none."""
+
+
+def create_nodes(change: Change, command: CreateNodes, forward: Forward) -> Change:
+    """Add nodes; tools get their first state, and become the tool of a robot that has none."""
+    nodes = dict(change.structure.nodes)
+    uids = dict(change.structure.uid_by_name)
+    poses: dict[int, Pose] = {}
+    uid = change.structure.next_uid
+    for spec in command.specs:
+        if spec.kind is Kind.WORLD:
+            raise KernelError("there is one world already; create other kinds of nodes", node=spec.name)
+        parent = uids.get(spec.parent)
+        if parent is None:
+            raise UnknownNameError(f"parent for {spec.name!r}", spec.parent, uids)
+        if spec.name in uids:
+            raise KernelError(
+                f"the name {spec.name!r} is taken by another node; choose another one",
+                reason=Reason.NAME_TAKEN,
+                name=spec.name,
+            )
+        data = (
+            spec.data
+            if spec.data is not None
+            else DATA[spec.kind]()
+            if spec.kind in DATA and spec.kind is not Kind.LINK
+            else None
+        )
+        _check_data(spec.name, spec.kind, data)
+        nodes[uid] = Node(uid, spec.name, spec.kind, parent, spec.hidden, spec.figures, data)
+        uids[spec.name] = uid
+        poses[uid] = spec.parent_t_node
+        uid += 1
+    created = tuple(poses)
+    after = rebuilt(change, nodes, uid, poses)
+    for new in created:
+        after = _checked(after, after.structure.nodes[new])
+    for new in created:
+        if nodes[new].kind is Kind.TOOL:
+            after = _mounted(after, nodes[new])
+    return replace(after, created=change.created + created)
+
+
+def update_node(change: Change, command: UpdateNode, forward: Forward) -> Change:
+    """Change a node's name, pose, visibility, figures or data; renaming a robot renames its links' prefix."""
+    node = change.structure.node(command.name)
+    if node.kind is Kind.WORLD:
+        raise KernelError("the world's root cannot be changed", reason=Reason.WRONG_STATE, node=node.name)
+    new = replace(
+        node,
+        name=node.name if command.new_name is None else command.new_name,
+        hidden=node.hidden if command.hidden is None else command.hidden,
+        figures=node.figures if command.figures is None else command.figures,
+        data=node.data if command.data is None else command.data,
+    )
+    _check_data(node.name, node.kind, new.data)
+    renamed = new.name != node.name
+    rejointed = command.data is not None and node.kind in (Kind.LINK, Kind.ROBOT, Kind.TOOL)
+    if rejointed:
+        _refuse_while_robot_moves(change, node)
+    if renamed or rejointed:
+        nodes = {**change.structure.nodes, node.uid: new}
+        if renamed and node.kind is Kind.ROBOT:
+            for link in change.structure.robots[node.uid].links:
+                old = nodes[link]
+                if old.name.startswith(node.name + "."):
+                    nodes[link] = replace(old, name=new.name + old.name[len(node.name) :])
+        change = rebuilt(change, nodes, change.structure.next_uid, {})
+        change = _checked(change, new)
+    elif new != node:
+        change = replace(change, structure=index.replaced(change.structure, new))
+    if command.parent_t_node is not None:
+        change = replace(change, state=_placed(change.structure, change.state, node.uid, command.parent_t_node))
+    return change
+
+
+def remove_node(change: Change, command: RemoveNode, forward: Forward) -> Change:
+    """Take a node and all below it away; refused while a robot among them moves."""
+    node = change.structure.node(command.name)
+    if node.kind is Kind.WORLD:
+        raise KernelError("the world's root cannot be removed", reason=Reason.WRONG_STATE, node=node.name)
+    gone = {below.uid for below in change.structure.below(node.uid)}
+    _refuse_while_robot_moves(change, node)
+    for uid in gone & change.structure.robots.keys():
+        _refuse_while_robot_moves(change, change.structure.nodes[uid])
+    nodes = {uid: kept for uid, kept in change.structure.nodes.items() if uid not in gone}
+    selections = {
+        robot: Selection() if selection.tool in gone else selection
+        for robot, selection in change.state.selections.items()
+    }
+    change = replace(change, state=replace(change.state, selections=selections))
+    return rebuilt(change, nodes, change.structure.next_uid, {})
+
+
+def attach_node(change: Change, command: AttachNode, forward: Forward) -> Change:
+    """Give a node another parent; without a pose it stays where it is in the world."""
+    node = change.structure.node(command.name)
+    parent = change.structure.node(command.parent)
+    if node.kind in (Kind.WORLD, Kind.LINK):
+        raise KernelError(
+            f"{node.kind.value} nodes such as {node.name!r} cannot be attached elsewhere",
+            reason=Reason.WRONG_STATE,
+            node=node.name,
+        )
+    return attached(change, node, parent, command.parent_t_node, forward)
+
+
+def attached(change: Change, node: Node, parent: Node, parent_t_node: Pose | None, forward: Forward) -> Change:
+    """Return the world with a node under another parent, at a pose or where it is in the world."""
+    structure = index.reparented(change.structure, node.uid, parent.uid)
+    if parent_t_node is None:
+        world = forward(change.structure, change.state)
+        rows = change.structure.rows
+        parent_t_node = inverse(world[rows[parent.uid]]) @ world[rows[node.uid]]
+    change = replace(change, structure=structure, state=_placed(structure, change.state, node.uid, parent_t_node))
+    if node.kind is Kind.TOOL:
+        change = _dismounted(change, node)
+        change = _mounted(change, node)
+    return change
+
+
+def clear_world(change: Change, command: ClearWorld, forward: Forward) -> Change:
+    """Take everything away but the root; running motions end where they are."""
+    ended = tuple(replace(motion, cancel_reason="the world was cleared") for motion in change.state.motions)
+    root = {WORLD_UID: change.structure.nodes[WORLD_UID]}
+    state = replace(change.state, motions=(), ended=change.state.ended + ended, signals={}, speed_factor=1.0)
+    return rebuilt(replace(change, state=state), root, change.structure.next_uid, {})
+
+
+def _placed(structure: Structure, state: State, uid: int, pose: Pose) -> State:
+    poses = state.parent_t_node.copy()
+    poses[structure.rows[uid]] = pose
+    return replace(state, parent_t_node=poses)
+
+
+def _check_data(name: str, kind: Kind, data: object) -> None:
+    wanted = DATA.get(kind)
+    if (wanted is None and data is not None) or (wanted is not None and not isinstance(data, wanted)):
+        raise KernelError(
+            f"the {kind.value} {name!r} needs the fields of a {kind.value}, not {type(data).__name__}", node=name
+        )
+
+
+def _checked(change: Change, node: Node) -> Change:
+    """Check what a node says of others: flange, postures and tool states."""
+    structure = change.structure
+    if node.kind is Kind.ROBOT and isinstance(node.data, RobotData):
+        if node.data.flange:
+            flange(structure, node)
+        for posture in node.data.postures.values():
+            check_posture(structure, node, posture)
+    if node.kind is Kind.TOOL and isinstance(node.data, ToolData):
+        owner = structure.robot_of(node.uid)
+        for name, positions in node.data.states.items():
+            if positions and owner is None:
+                raise KernelError(
+                    f"the state {name!r} of the tool {node.name!r} names joints, but the tool is on no robot",
+                    tool=node.name,
+                )
+            if owner is not None:
+                check_posture(structure, owner, positions)
+    return change
+
+
+def check_posture(structure: Structure, robot: Node, positions: object) -> None:
+    """Raise KernelError unless all named joints are the robot's and within limits."""
+    for joint, value in dict(positions).items():  # pyright: ignore[reportArgumentType, reportCallIssue] a Mapping by the callers' types
+        check_joint_value(robot.name, single_joint(structure, robot, joint)[0], value)
+
+
+def flange(structure: Structure, robot: Node) -> Node:
+    """Return the node that tools are mounted on: the named link, or the last one before the tree branches."""
+    if not isinstance(robot.data, RobotData) or not robot.data.flange:
+        return structure.nodes[index.default_flange(structure, robot.uid)]
+    links = [structure.nodes[uid] for uid in structure.robots[robot.uid].links]
+    for link in links:
+        if link.name in (robot.data.flange, f"{robot.name}.{robot.data.flange}"):
+            return link
+    raise UnknownNameError(f"link of {robot.name!r} for its flange", robot.data.flange, (link.name for link in links))
+
+
+def _mounted(change: Change, tool: Node) -> Change:
+    """Give a tool its first state, and make it the tool of its robot when that has none."""
+    state, structure = change.state, change.structure
+    assert isinstance(tool.data, ToolData)
+    owner = structure.robot_of(tool.uid)
+    if tool.data.states and tool.uid not in state.tool_states:
+        name, positions = next(iter(tool.data.states.items()))
+        q = state.q.copy()
+        if owner is not None:
+            for joint, value in positions.items():
+                q[single_joint(structure, owner, joint)[1]] = value
+        state = replace(state, q=q, tool_states={**state.tool_states, tool.uid: name})
+    if owner is not None and not state.selections.get(owner.uid, Selection()).tool:
+        chosen = Selection(tool.uid, next(iter(tool.data.tool_center_points), ""))
+        state = replace(state, selections={**state.selections, owner.uid: chosen})
+    return replace(change, state=state)
+
+
+def _dismounted(change: Change, tool: Node) -> Change:
+    selections = {
+        robot: Selection() if selection.tool == tool.uid and not _is_on(change.structure, tool, robot) else selection
+        for robot, selection in change.state.selections.items()
+    }
+    return replace(change, state=replace(change.state, selections=selections))
+
+
+def _is_on(structure: Structure, tool: Node, robot: int) -> bool:
+    owner = structure.robot_of(tool.uid)
+    return owner is not None and owner.uid == robot
+
+
+def _refuse_while_robot_moves(change: Change, node: Node) -> None:
+    robot = change.structure.robot_of(node.uid) if node.kind in (Kind.LINK, Kind.ROBOT, Kind.TOOL) else None
+    if robot is not None:
+        names = change.structure.robots[robot.uid].joint_names
+        refuse_while_moving(change, robot, {(robot.uid, name) for name in names})
+
+
+def world_pose(change: Change, forward: Forward, uid: int) -> np.ndarray:
+    """Return where a node is in the world's frame, shape (4, 4)."""
+    return forward(change.structure, change.state)[change.structure.rows[uid]]

@@ -1,0 +1,235 @@
+"""Commands about robots: parts, joints, tools, speed; and about signals."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
+from virtualrobot_kernel.world.apply_nodes import attached
+from virtualrobot_kernel.world.change import Change, Forward, check_joint_value, refuse_while_moving, single_joint
+from virtualrobot_kernel.world.commands import (
+    CreateSignal,
+    PickPart,
+    PlacePart,
+    RemoveSignal,
+    SelectTool,
+    SetJointPositions,
+    SetSignal,
+    SetSpeedFactor,
+    SetToolState,
+)
+from virtualrobot_kernel.world.state import Selection
+from virtualrobot_kernel.world.structure import JointType, Kind, Node, Structure, ToolData
+
+REACH_OF_A_PICK = 0.2
+"""How far the nearest part's origin may be from the tool centre point when no part is named, in meters."""
+
+
+def pick_part(change: Change, command: PickPart, forward: Forward) -> Change:
+    """Attach a part to the robot's chosen tool, where it is in the world."""
+    tool, tcp = _chosen_tool(change, command.robot)
+    structure = change.structure
+    world = forward(structure, change.state)
+    point = (world[structure.rows[tool.uid]] @ tcp)[:3, 3]
+    free = {
+        node.uid: node
+        for node in structure.nodes.values()
+        if node.kind is Kind.PART and holder(structure, node.uid) is None
+    }
+    distance = {uid: float(np.linalg.norm(world[structure.rows[uid]][:3, 3] - point)) for uid in free}
+    if command.part:
+        part = structure.node(command.part, Kind.PART)
+        if held := holder(structure, part.uid):
+            raise KernelError(
+                f"the part {part.name!r} is held by the tool {held.name!r}; let it go first",
+                reason=Reason.WRONG_STATE,
+                part=part.name,
+                tool=held.name,
+            )
+        limit = command.max_distance or np.inf
+    else:
+        if not free:
+            raise KernelError("there is no part that could be picked", reason=Reason.WRONG_STATE, robot=command.robot)
+        part = free[min(distance, key=lambda uid: (distance[uid], uid))]
+        limit = command.max_distance or REACH_OF_A_PICK
+    if distance[part.uid] > limit:
+        raise KernelError(
+            f"the part {part.name!r} is {distance[part.uid]:.4f} m from the tool centre point of {command.robot!r}, farther than {limit:g} m",
+            reason=Reason.WRONG_STATE,
+            part=part.name,
+            distance_meters=distance[part.uid],
+            max_distance_meters=limit,
+        )
+    return attached(change, part, tool, None, forward)
+
+
+def place_part(change: Change, command: PlacePart, forward: Forward) -> Change:
+    """Attach what the robot's chosen tool holds to another parent, where it is in the world."""
+    tool, _ = _chosen_tool(change, command.robot)
+    structure = change.structure
+    parent = structure.node(command.parent)
+    held = [
+        structure.nodes[uid] for uid in structure.children.get(tool.uid, ()) if structure.nodes[uid].kind is Kind.PART
+    ]
+    if command.part:
+        part = structure.node(command.part, Kind.PART)
+        held = [node for node in held if node.uid == part.uid]
+    if not held:
+        what = repr(command.part) if command.part else "no part"
+        raise KernelError(
+            f"the tool {tool.name!r} holds {'not ' if command.part else ''}{what}",
+            reason=Reason.WRONG_STATE,
+            tool=tool.name,
+            part=command.part,
+        )
+    for part in held:
+        change = attached(change, part, parent, None, forward)
+    return change
+
+
+def set_joint_positions(change: Change, command: SetJointPositions, forward: Forward) -> Change:
+    """Put joints somewhere at once; refused while the robot moves."""
+    node, robot = change.structure.robot(command.robot)
+    refuse_while_moving(change, node, {(robot.uid, name) for name in robot.joint_names})
+    q = change.state.q.copy()
+    if command.coordinates is not None:
+        q[robot.q_slice] = _checked_coordinates(
+            node, robot.joints, np.asarray(command.coordinates, float).reshape(-1), robot.q_slice
+        )
+    for name, value in command.joint_positions.items():
+        joint, place, _ = single_joint(change.structure, node, name)
+        check_joint_value(node.name, joint, value)
+        q[place] = value
+    return replace(change, state=replace(change.state, q=q))
+
+
+def select_tool(change: Change, command: SelectTool, forward: Forward) -> Change:
+    """Choose the tool and tool centre point of a robot."""
+    node, _ = change.structure.robot(command.robot)
+    selection = Selection()
+    if command.tool:
+        tools = {tool.name: tool for tool in change.structure.tools_of(node.uid)}
+        if command.tool not in tools:
+            raise UnknownNameError(f"tool of {node.name!r}", command.tool, tools)
+        tool = tools[command.tool]
+        assert isinstance(tool.data, ToolData)
+        points = tool.data.tool_center_points
+        point = command.tool_center_point or next(iter(points))
+        if point not in points:
+            raise UnknownNameError(f"tool centre point of {tool.name!r}", point, points)
+        selection = Selection(tool.uid, point)
+    return replace(change, state=replace(change.state, selections={**change.state.selections, node.uid: selection}))
+
+
+def set_tool_state(change: Change, command: SetToolState, forward: Forward) -> Change:
+    """Put a tool's joints to where a state has them, at once."""
+    tool, positions = tool_state(change.structure, command.tool, command.state)
+    q = change.state.q.copy()
+    robot = change.structure.robot_of(tool.uid)
+    if robot is not None:
+        refuse_while_moving(change, robot, {(robot.uid, name) for name in positions})
+        for name, value in positions.items():
+            q[single_joint(change.structure, robot, name)[1]] = value
+    return replace(
+        change, state=replace(change.state, q=q, tool_states={**change.state.tool_states, tool.uid: command.state})
+    )
+
+
+def tool_state(structure: Structure, tool: str, state: str) -> tuple[Node, dict[str, float]]:
+    """Return a tool and the joint positions of one of its states; raise UnknownNameError."""
+    node = structure.node(tool, Kind.TOOL)
+    assert isinstance(node.data, ToolData)
+    if state not in node.data.states:
+        raise UnknownNameError(f"state of the tool {tool!r}", state, node.data.states)
+    return node, dict(node.data.states[state])
+
+
+def create_signal(change: Change, command: CreateSignal, forward: Forward) -> Change:
+    """Add a signal."""
+    name = command.signal.name
+    if not name:
+        raise KernelError("a signal's name may not be empty", name=name)
+    if name in change.state.signals:
+        raise KernelError(
+            f"the name {name!r} is taken by another signal; choose another one", reason=Reason.NAME_TAKEN, name=name
+        )
+    return replace(change, state=replace(change.state, signals={**change.state.signals, name: command.signal}))
+
+
+def remove_signal(change: Change, command: RemoveSignal, forward: Forward) -> Change:
+    """Take a signal away."""
+    if command.name not in change.state.signals:
+        raise UnknownNameError("signal", command.name, change.state.signals)
+    signals = {name: signal for name, signal in change.state.signals.items() if name != command.name}
+    return replace(change, state=replace(change.state, signals=signals))
+
+
+def set_signal(change: Change, command: SetSignal, forward: Forward) -> Change:
+    """Set a signal."""
+    signal = change.state.signals.get(command.name)
+    if signal is None:
+        raise UnknownNameError("signal", command.name, change.state.signals)
+    signals = {**change.state.signals, command.name: replace(signal, value=command.value)}
+    return replace(change, state=replace(change.state, signals=signals))
+
+
+def set_speed_factor(change: Change, command: SetSpeedFactor, forward: Forward) -> Change:
+    """Slow the motions of one robot, or of all."""
+    if not 0.0 < command.factor <= 1.0:
+        raise KernelError(
+            f"a speed factor must be above 0 and at most 1, not {command.factor:g}", factor=command.factor
+        )
+    state = change.state
+    if not command.robot:
+        return replace(change, state=replace(state, speed_factor=command.factor))
+    node, _ = change.structure.robot(command.robot)
+    return replace(change, state=replace(state, speed_factors={**state.speed_factors, node.uid: command.factor}))
+
+
+def holder(structure: Structure, part: int) -> Node | None:
+    """Return the tool that holds a part, or None."""
+    return next((node for node in structure.ancestors(part) if node.kind is Kind.TOOL), None)
+
+
+def _chosen_tool(change: Change, robot: str) -> tuple[Node, np.ndarray]:
+    node, _ = change.structure.robot(robot)
+    selection = change.state.selections.get(node.uid, Selection())
+    if not selection.tool:
+        raise KernelError(
+            f"the robot {robot!r} has no tool; create a tool below its flange, or choose one with select_tool",
+            reason=Reason.WRONG_STATE,
+            robot=robot,
+        )
+    tool = change.structure.nodes[selection.tool]
+    assert isinstance(tool.data, ToolData)
+    return tool, tool.data.tool_center_points.get(selection.tool_center_point, np.eye(4))
+
+
+def _checked_coordinates(node: Node, joints: tuple, coordinates: np.ndarray, place: slice) -> np.ndarray:
+    wanted = place.stop - place.start
+    if coordinates.shape != (wanted,):
+        raise KernelError(
+            f"the robot {node.name!r} has {wanted} coordinates, not {coordinates.size}", robot=node.name, wanted=wanted
+        )
+    if not np.isfinite(coordinates).all():
+        raise KernelError(
+            f"the coordinates of {node.name!r} must be finite, not {coordinates.tolist()}", robot=node.name
+        )
+    result, at = coordinates.copy(), 0
+    for joint in joints:
+        count = joint.type.coordinate_count
+        if count == 1:
+            check_joint_value(node.name, joint, float(result[at]))
+        elif joint.type is JointType.FLOATING:
+            length = np.linalg.norm(result[at + 3 : at + 7])
+            if length < 1e-9:
+                raise KernelError(
+                    f"the quaternion of joint {joint.name!r} of {node.name!r} is zero",
+                    robot=node.name,
+                    joint=joint.name,
+                )
+            result[at + 3 : at + 7] /= length
+        at += count
+    return result

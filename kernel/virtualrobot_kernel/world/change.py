@@ -1,0 +1,166 @@
+"""What a command works on and gives back: the world as one value, with the helpers that every command needs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from virtualrobot_kernel.errors import KernelError, LimitError, Reason, UnknownNameError
+from virtualrobot_kernel.world import index
+from virtualrobot_kernel.world.figures import Pose
+from virtualrobot_kernel.world.state import Motion, State
+from virtualrobot_kernel.world.structure import Joint, JointType, Node, Structure
+
+Forward = Callable[[Structure, State], NDArray[np.float64]]
+"""The forward pass: returns world_t_node (N, 4, 4). Given from outside, because it is compiled."""
+
+LIMIT_TOLERANCE = 1e-9
+"""Joint values may be outside their limits by this much, in radians or meters (rounding)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Change:
+    """The world before or after a command; `created` are uids of nodes and ids of motions, in order."""
+
+    structure: Structure
+    state: State
+    created: tuple[int | str, ...] = ()
+
+
+def inverse(pose: Pose) -> Pose:
+    """Return the inverse of a rigid transform, shape (4, 4)."""
+    result = np.eye(4)
+    result[:3, :3] = pose[:3, :3].T
+    result[:3, 3] = -pose[:3, :3].T @ pose[:3, 3]
+    return result
+
+
+def rebuilt(change: Change, nodes: Mapping[int, Node], next_uid: int, poses: Mapping[int, Pose]) -> Change:
+    """Return the world with other nodes: rows, joints and motions find their places again.
+
+    `poses` holds `parent_t_node` (4, 4) of the new nodes by uid. New joints start at zero, or at the limit nearest to
+    it; new floating joints start unturned.
+    """
+    old, state = change.structure, change.state
+    new = index.build(nodes, next_uid, old.revision)
+    parent_t_node = np.empty((len(nodes), 4, 4))
+    for uid, row in new.rows.items():
+        parent_t_node[row] = poses[uid] if uid in poses else state.parent_t_node[old.rows[uid]]
+    q, v = np.zeros(new.q_count), np.zeros(new.v_count)
+    for robot in new.robots.values():
+        before = old.robots.get(robot.uid)
+        places = (
+            {j.name: (j.type, *start) for j, *start in zip(before.joints, before.q_start, before.v_start, strict=True)}
+            if before
+            else {}
+        )
+        for joint, at_q, at_v in zip(robot.joints, robot.q_start, robot.v_start, strict=True):
+            nq, nv = joint.type.coordinate_count, joint.type.velocity_count
+            kind, from_q, from_v = places.get(joint.name, (None, 0, 0))
+            if kind is joint.type:
+                q[at_q : at_q + nq] = state.q[from_q : from_q + nq]
+                v[at_v : at_v + nv] = state.v[from_v : from_v + nv]
+            else:
+                q[at_q : at_q + nq] = neutral(joint)
+    motions = tuple(relocated(new, motion) for motion in state.motions)
+    alive = new.nodes.keys()
+    return replace(
+        change,
+        structure=new,
+        state=replace(
+            state,
+            q=q,
+            v=v,
+            parent_t_node=parent_t_node,
+            motions=motions,
+            tool_states={uid: name for uid, name in state.tool_states.items() if uid in alive},
+            selections={uid: selection for uid, selection in state.selections.items() if uid in alive},
+            speed_factors={uid: factor for uid, factor in state.speed_factors.items() if uid in alive},
+        ),
+    )
+
+
+def neutral(joint: Joint) -> NDArray[np.float64]:
+    """Return the coordinates of a joint at zero, or at the limit nearest to zero; shape (nq,)."""
+    q = np.zeros(joint.type.coordinate_count)
+    if joint.type is JointType.FLOATING:
+        q[6] = 1.0
+    elif joint.type is not JointType.PLANAR:
+        q[0] = min(max(0.0, joint.limits.lower), joint.limits.upper)
+    return q
+
+
+def relocated(structure: Structure, motion: Motion) -> Motion:
+    """Return a motion whose columns point to where its joints are in `structure`."""
+    q_index, v_index = joint_places(structure, motion.joints)
+    return replace(motion, q_index=q_index, v_index=v_index)
+
+
+def joint_places(
+    structure: Structure, joints: tuple[tuple[int, str], ...]
+) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Return where single-coordinate joints, given as (robot uid, joint name), are in q and in v."""
+    q_index, v_index = [], []
+    for uid, name in joints:
+        robot = structure.robots[uid]
+        place = robot.joint_names.index(name)
+        q_index.append(robot.q_start[place])
+        v_index.append(robot.v_start[place])
+    return np.array(q_index, np.int32), np.array(v_index, np.int32)
+
+
+def single_joint(structure: Structure, robot: Node, name: str) -> tuple[Joint, int, int]:
+    """Return a joint with one coordinate and its places in q and v; raise KernelError when there is none."""
+    found = structure.robots[robot.uid]
+    if name not in found.joint_names:
+        raise UnknownNameError(f"joint of {robot.name!r} that can be moved", name, found.joint_names)
+    place = found.joint_names.index(name)
+    joint = found.joints[place]
+    if joint.type.coordinate_count != 1:
+        raise KernelError(
+            f"the joint {name!r} of {robot.name!r} has {joint.type.coordinate_count} coordinates; give all coordinates of the robot",
+            robot=robot.name,
+            joint=name,
+        )
+    return joint, found.q_start[place], found.v_start[place]
+
+
+def check_joint_value(robot: str, joint: Joint, value: float) -> None:
+    """Raise LimitError when a value is outside the joint's limits, KernelError when it is not finite."""
+    unit = "m" if joint.type is JointType.PRISMATIC else "rad"
+    about = {"robot": robot, "joint": joint.name, "value": value}
+    if not np.isfinite(value):
+        raise KernelError(f"the joint {joint.name!r} of {robot!r} cannot be at {value}; give a finite number", **about)
+    lower, upper = joint.limits.lower, joint.limits.upper
+    if not lower - LIMIT_TOLERANCE <= value <= upper + LIMIT_TOLERANCE:
+        raise LimitError(
+            f"the joint {joint.name!r} of {robot!r} cannot be at {value:g} {unit}; its limits are {lower:g} to {upper:g} {unit}",
+            lower=lower,
+            upper=upper,
+            **about,
+        )
+
+
+def moving_motion(state: State, joints: set[tuple[int, str]]) -> Motion | None:
+    """Return a running motion that moves one of these joints, given as (robot uid, joint name), or None."""
+    return next((motion for motion in state.motions if not joints.isdisjoint(motion.joints)), None)
+
+
+def refuse_while_moving(change: Change, robot: Node, joints: set[tuple[int, str]]) -> None:
+    """Raise KernelError (ROBOT_BUSY) when one of these joints moves."""
+    if motion := moving_motion(change.state, joints):
+        raise KernelError(
+            f"the robot {robot.name!r} moves in {motion.id!r}; wait for its end or cancel it",
+            reason=Reason.ROBOT_BUSY,
+            robot=robot.name,
+            motion=motion.id,
+        )
+
+
+def frozen(array: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the array after making it read-only."""
+    array.setflags(write=False)
+    return array

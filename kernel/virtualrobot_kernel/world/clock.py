@@ -1,0 +1,72 @@
+"""When the next tick is due. Time is a count of ticks of one fixed length; only this file looks at the wall clock."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import Enum
+
+CATCH_UP_SECONDS = 0.05
+"""Lateness up to this is caught up by ticks in quick succession; beyond it simulation time falls behind."""
+
+FACTOR_WINDOW_SECONDS = 0.5
+"""The real-time factor is measured over about this much of the wall clock."""
+
+
+class Mode(Enum):
+    """How time runs."""
+
+    REALTIME = "realtime"
+    STEPPED = "stepped"
+
+
+@dataclass(frozen=True, slots=True)
+class Clock:
+    """How time runs and how well it keeps up; `tick_nanoseconds` is the length of a tick in simulation time."""
+
+    mode: Mode
+    speed_factor: float
+    tick_nanoseconds: int
+    real_time_factor: float = 0.0
+    late_ticks: int = 0
+
+    @property
+    def tick_seconds(self) -> float:
+        """Return the length of a tick in seconds of simulation time."""
+        return self.tick_nanoseconds * 1e-9
+
+
+class Pacer:
+    """Says when ticks are due on a monotonic wall clock; a late tick is never merged with the next."""
+
+    def __init__(self, clock: Clock, now: float) -> None:
+        """Begin at `now`, in seconds of a monotonic clock."""
+        self.clock = clock
+        self._due = now + self._period
+        self._window = (now, 0)
+
+    @property
+    def _period(self) -> float:
+        return self.clock.tick_seconds / self.clock.speed_factor
+
+    def set(self, mode: Mode, speed_factor: float, now: float) -> None:
+        """Change mode and speed factor; the next tick is due one period from now."""
+        self.clock = replace(self.clock, mode=mode, speed_factor=speed_factor, real_time_factor=0.0)
+        self._due = now + self._period
+        self._window = (now, 0)
+
+    def wait_seconds(self, now: float) -> float | None:
+        """Return how long until the next tick is due (0: now), or None when ticks only come by Step."""
+        return max(0.0, self._due - now) if self.clock.mode is Mode.REALTIME else None
+
+    def ticked(self, now: float) -> None:
+        """Note that a tick was begun in REALTIME at `now`."""
+        late = now - self._due
+        if late > self._period:
+            self.clock = replace(self.clock, late_ticks=self.clock.late_ticks + 1)
+        self._due = self._due + self._period if late < CATCH_UP_SECONDS else now + self._period
+        since, count = self._window
+        self._window = (since, count + 1)
+        if now - since >= FACTOR_WINDOW_SECONDS:
+            reached = (count + 1) * self.clock.tick_seconds / (now - since)
+            self.clock = replace(self.clock, real_time_factor=reached)
+            self._window = (now, 0)

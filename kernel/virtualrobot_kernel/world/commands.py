@@ -1,0 +1,196 @@
+"""The commands: whatever changes the world is one of these. They are data; `apply` gives them their meaning.
+
+Names are those of nodes, signals and motions; lengths in meters, angles in radians, poses 4x4 `parent_t_child`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from virtualrobot_kernel.motion.plan import Plan
+from virtualrobot_kernel.world.figures import Figure, Pose
+from virtualrobot_kernel.world.state import Signal
+from virtualrobot_kernel.world.structure import NodeData, NodeSpec
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CreateNodes:
+    """Adds nodes, parents before children."""
+
+    specs: tuple[NodeSpec, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class UpdateNode:
+    """Changes what is not None."""
+
+    name: str
+    new_name: str | None = None
+    parent_t_node: Pose | None = None
+    hidden: bool | None = None
+    figures: tuple[Figure, ...] | None = None
+    data: NodeData = None
+
+
+@dataclass(frozen=True, slots=True)
+class RemoveNode:
+    """Takes a node and all below it out of the world."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class ClearWorld:
+    """Takes everything out of the world but its root; motions end where they are."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AttachNode:
+    """Gives a node another parent; without a pose it stays where it is in the world."""
+
+    name: str
+    parent: str
+    parent_t_node: Pose | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class PickPart:
+    """Fixes a part (empty: the nearest) to the robot's chosen tool; a distance of 0 means the default."""
+
+    robot: str
+    part: str = ""
+    max_distance: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class PlacePart:
+    """Lets a part (empty: all) of the robot's chosen tool go, to a new parent."""
+
+    robot: str
+    part: str = ""
+    parent: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SetJointPositions:
+    """Puts joints somewhere at once: by name, or all coordinates of the robot in their order."""
+
+    robot: str
+    joint_positions: Mapping[str, float] = field(default_factory=dict)
+    coordinates: NDArray[np.float64] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SelectTool:
+    """Chooses a robot's tool (empty: none) and tool centre point (empty: the tool's first)."""
+
+    robot: str
+    tool: str = ""
+    tool_center_point: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class SetToolState:
+    """Puts a tool into a state at once."""
+
+    tool: str
+    state: str
+
+
+@dataclass(frozen=True, slots=True)
+class CreateSignal:
+    """Adds a digital signal."""
+
+    signal: Signal
+
+
+@dataclass(frozen=True, slots=True)
+class RemoveSignal:
+    """Takes a signal out of the world."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class SetSignal:
+    """Sets a signal."""
+
+    name: str
+    value: bool
+
+
+@dataclass(frozen=True, slots=True)
+class SetSpeedFactor:
+    """Slows the motions of one robot, or of all (empty)."""
+
+    robot: str
+    factor: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StartMotion:
+    """Starts a planned motion; refused when the joints are not where the plan starts.
+
+    `joints` names the plan's columns as (robot, joint); `tool_states` (tool, state) become true when it succeeds.
+    """
+
+    joints: tuple[tuple[str, str], ...]
+    plan: Plan
+    tool_states: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class PauseMotion:
+    """Slows a motion to standstill on its path."""
+
+    id: str
+
+
+@dataclass(frozen=True, slots=True)
+class ResumeMotion:
+    """Lets a paused motion go on."""
+
+    id: str
+
+
+@dataclass(frozen=True, slots=True)
+class CancelMotion:
+    """Slows a motion to standstill on its path and ends it."""
+
+    id: str
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class StopMotions:
+    """Cancels all motions of these robots (empty: of all)."""
+
+    robots: tuple[str, ...] = ()
+    reason: str = "stopped"
+
+
+Command = (
+    CreateNodes
+    | UpdateNode
+    | RemoveNode
+    | ClearWorld
+    | AttachNode
+    | PickPart
+    | PlacePart
+    | SetJointPositions
+    | SelectTool
+    | SetToolState
+    | CreateSignal
+    | RemoveSignal
+    | SetSignal
+    | SetSpeedFactor
+    | StartMotion
+    | PauseMotion
+    | ResumeMotion
+    | CancelMotion
+    | StopMotions
+)

@@ -1,0 +1,128 @@
+"""What nodes look like: frozen figures of primitives, meshes and annotations.
+
+Lengths in meters, angles in radians. A figure's pose `node_t_figure` is a read-only 4x4 array. Geometry compares and
+hashes by value, so that a worker builds a native object once for each geometry it has never seen.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Pose = NDArray[np.float64]
+"""A rigid transform `parent_t_child` as a (4, 4) float64 array."""
+
+
+def identity() -> Pose:
+    """Return a read-only identity pose, shape (4, 4)."""
+    pose = np.eye(4)
+    pose.setflags(write=False)
+    return pose
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A box about the origin; `size` holds the edge lengths."""
+
+    size: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Sphere:
+    """A sphere about the origin."""
+
+    radius: float
+
+
+@dataclass(frozen=True, slots=True)
+class Cylinder:
+    """A cylinder about the origin, along z."""
+
+    radius: float
+    length: float
+
+
+@dataclass(frozen=True, slots=True)
+class Cone:
+    """A cone along z, its base at -length/2 and its tip at +length/2."""
+
+    radius: float
+    length: float
+
+
+@dataclass(frozen=True, slots=True)
+class Capsule:
+    """A cylinder of `length` along z about the origin, with half spheres on both ends."""
+
+    radius: float
+    length: float
+
+
+@dataclass(frozen=True, slots=True)
+class Mesh:
+    """Triangles from a file that the asset store holds.
+
+    `uri` says where the file came from and its ending the format; `files` are (uri, sha256) of the files it names.
+    """
+
+    uri: str
+    sha256: str
+    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    files: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Points:
+    """Points: `positions` are the bytes of a C-ordered float64 (n, 3) array, `colors` of a uint8 (n, 3) one or empty."""
+
+    positions: bytes
+    colors: bytes = b""
+    size: float = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class Lines:
+    """Line segments: `segments` are the bytes of a C-ordered float64 (n, 2, 3) array; `width` is in pixels."""
+
+    segments: bytes
+    width: float = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """Three arrows at the origin: x red, y green, z blue."""
+
+    length: float = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """Words at the origin."""
+
+    text: str
+
+
+Geometry = Box | Sphere | Cylinder | Cone | Capsule | Mesh | Points | Lines | Frame | Label
+
+
+@dataclass(frozen=True, slots=True)
+class Material:
+    """How a figure looks and feels: colour as red, green, blue, alpha from 0 to 1."""
+
+    color: tuple[float, float, float, float] | None = None
+    reflectance: float = 0.5
+    friction: float = 0.5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Figure:
+    """One shape of a node; `tool_state` names the only state of its tool in which it shows (empty: always)."""
+
+    geometry: Geometry
+    node_t_figure: Pose = field(default_factory=identity)
+    material: Material | None = None
+    visual: bool = True
+    collision: bool = True
+    tool_state: str = ""

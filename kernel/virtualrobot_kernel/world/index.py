@@ -1,0 +1,256 @@
+"""Builds the structure: checks the tree and lays it out as flat arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
+from virtualrobot_kernel.world.structure import (
+    WORLD_NAME,
+    WORLD_UID,
+    Forest,
+    Joint,
+    JointType,
+    Kind,
+    LinkData,
+    Mimic,
+    Node,
+    RobotIndex,
+    Structure,
+)
+
+SINGLE = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
+
+
+def empty() -> Structure:
+    """Return a structure with nothing but the world's root."""
+    return build({WORLD_UID: Node(WORLD_UID, WORLD_NAME, Kind.WORLD, 0)}, WORLD_UID + 1, 0)
+
+
+def build(nodes: Mapping[int, Node], next_uid: int, revision: int) -> Structure:
+    """Return the structure of `nodes` (by uid, in the order of their rows).
+
+    Raise KernelError when names are not unique, a parent is missing or below its own child, a link is on no robot, or
+    joints of a robot share a name or follow one that is not there.
+    """
+    rows = {uid: row for row, uid in enumerate(nodes)}
+    uid_by_name = _names(nodes.values())
+    children: dict[int, list[int]] = {}
+    for node in nodes.values():
+        if node.parent:
+            children.setdefault(node.parent, []).append(node.uid)
+    parent = np.array([rows.get(node.parent, -1) for node in nodes.values()], np.int32)
+    order = _order(nodes, rows, children)
+    robots, counts = _robots(nodes, children)
+    return Structure(
+        nodes=dict(nodes),
+        next_uid=next_uid,
+        revision=revision,
+        uid_by_name=uid_by_name,
+        rows=rows,
+        children={uid: tuple(below) for uid, below in children.items()},
+        robots=robots,
+        forest=_forest(nodes, rows, robots, parent, order),
+        q_count=counts[0],
+        v_count=counts[1],
+    )
+
+
+def reparented(structure: Structure, uid: int, parent: int) -> Structure:
+    """Return the structure with one node under another parent; cheap, because rows and joints stay as they are."""
+    if any(node.uid == uid for node in structure.ancestors(parent)):
+        names = structure.nodes[uid].name, structure.nodes[parent].name
+        raise KernelError(
+            f"cannot attach {names[0]!r} to {names[1]!r}, which hangs below it", node=names[0], parent=names[1]
+        )
+    nodes = dict(structure.nodes)
+    node = nodes[uid] = replace(structure.nodes[uid], parent=parent)
+    children = dict(structure.children)
+    before = structure.nodes[uid].parent
+    children[before] = tuple(child for child in children[before] if child != uid)
+    children[parent] = (*children.get(parent, ()), node.uid)
+    parents = structure.forest.parent.copy()
+    parents[structure.rows[uid]] = structure.rows[parent]
+    order = _order(nodes, structure.rows, children)
+    forest = replace(structure.forest, parent=parents, order=order)
+    return replace(structure, nodes=nodes, children=children, forest=forest)
+
+
+def replaced(structure: Structure, node: Node) -> Structure:
+    """Return the structure with one node changed in anything but its parent and its data of joints."""
+    nodes = {**structure.nodes, node.uid: node}
+    return replace(structure, nodes=nodes)
+
+
+def default_flange(structure: Structure, robot: int) -> int:
+    """Return the uid of the last link before the robot's tree branches into several moving parts.
+
+    Without links it is the robot itself.
+    """
+    links = set(structure.robots[robot].links)
+    moving = {uid for uid in links if structure.nodes[uid].data.joint.type is not JointType.FIXED}  # pyright: ignore[reportOptionalMemberAccess, reportAttributeAccessIssue] links have LinkData
+
+    def moves(uid: int) -> bool:
+        return any(node.uid in moving for node in structure.below(uid))
+
+    at = robot
+    while below := [uid for uid in structure.children.get(at, ()) if uid in links]:
+        candidates = [uid for uid in below if moves(uid)] or below
+        if len(candidates) > 1:
+            break
+        at = candidates[0]
+    return at
+
+
+def _names(nodes: Iterable[Node]) -> dict[str, int]:
+    names: dict[str, int] = {}
+    for node in nodes:
+        if not node.name or node.name != node.name.strip():
+            raise KernelError(
+                f"a node's name may not be empty or begin or end with a space, this one is {node.name!r}",
+                name=node.name,
+            )
+        if node.name in names:
+            raise KernelError(
+                f"the name {node.name!r} is taken by another node; choose another one",
+                reason=Reason.NAME_TAKEN,
+                name=node.name,
+            )
+        names[node.name] = node.uid
+    return names
+
+
+def _order(
+    nodes: Mapping[int, Node], rows: Mapping[int, int], children: Mapping[int, Iterable[int]]
+) -> NDArray[np.int32]:
+    order, stack = [], [WORLD_UID]
+    while stack:
+        uid = stack.pop()
+        order.append(rows[uid])
+        stack.extend(children.get(uid, ()))
+    if len(order) != len(nodes):
+        lost = next(node for node in nodes.values() if rows[node.uid] not in set(order))
+        raise KernelError(f"the node {lost.name!r} hangs on no parent that leads to the world", node=lost.name)
+    return np.array(order, np.int32)
+
+
+def _robots(
+    nodes: Mapping[int, Node], children: Mapping[int, Iterable[int]]
+) -> tuple[dict[int, RobotIndex], tuple[int, int]]:
+    links = _links_by_robot(nodes)
+    robots: dict[int, RobotIndex] = {}
+    q = v = 0
+    for uid, node in nodes.items():
+        if node.kind is not Kind.ROBOT:
+            continue
+        joints, q_start, v_start = [], [], []
+        for joint in _checked_joints(node, [nodes[link] for link in links.get(uid, ())]):
+            if joint.mimic or joint.type is JointType.FIXED:
+                continue
+            joints.append(joint)
+            q_start.append(q)
+            v_start.append(v)
+            q += joint.type.coordinate_count
+            v += joint.type.velocity_count
+        robots[uid] = RobotIndex(uid, tuple(links.get(uid, ())), tuple(joints), tuple(q_start), tuple(v_start))
+    return robots, (q, v)
+
+
+def _links_by_robot(nodes: Mapping[int, Node]) -> dict[int, list[int]]:
+    links: dict[int, list[int]] = {}
+    for uid, node in nodes.items():
+        if node.kind is not Kind.LINK:
+            continue
+        at = nodes.get(node.parent)
+        while at is not None and at.kind is not Kind.ROBOT:
+            at = nodes.get(at.parent)
+        if at is None:
+            raise KernelError(
+                f"the link {node.name!r} hangs on no robot; its parent must be a robot or one of its links",
+                node=node.name,
+            )
+        links.setdefault(at.uid, []).append(uid)
+    return links
+
+
+def _link_data(node: Node) -> LinkData:
+    if not isinstance(node.data, LinkData):
+        raise KernelError(f"the link {node.name!r} has no joint", node=node.name)
+    return node.data
+
+
+def _checked_joints(robot: Node, links: list[Node]) -> list[Joint]:
+    joints = [_link_data(link).joint for link in links]
+    by_name: dict[str, Joint] = {}
+    for joint in joints:
+        if joint.name in by_name and joint.type is not JointType.FIXED:
+            raise KernelError(
+                f"the robot {robot.name!r} has two joints named {joint.name!r}",
+                reason=Reason.NAME_TAKEN,
+                robot=robot.name,
+                joint=joint.name,
+            )
+        by_name[joint.name] = joint
+    for joint in joints:
+        if joint.mimic:
+            _mimic_source(robot, joint, by_name)
+    return joints
+
+
+def _mimic_source(robot: Node, joint: Joint, by_name: Mapping[str, Joint]) -> tuple[str, float, float]:
+    """Return the joint at the end of a chain of mimics, with multiplier and offset multiplied out."""
+    multiplier, offset, seen, at = 1.0, 0.0, [joint.name], joint
+    while at.mimic:
+        mimic: Mimic = at.mimic
+        if mimic.joint in seen:
+            raise KernelError(
+                f"joints of {robot.name!r} mimic each other in a circle: {' -> '.join([*seen, mimic.joint])}",
+                robot=robot.name,
+            )
+        if mimic.joint not in by_name:
+            raise UnknownNameError(f"joint of {robot.name!r} to mimic", mimic.joint, by_name)
+        offset += multiplier * mimic.offset
+        multiplier *= mimic.multiplier
+        at = by_name[mimic.joint]
+        seen.append(at.name)
+    if at.type not in SINGLE or joint.type not in SINGLE:
+        raise KernelError(
+            f"the joint {joint.name!r} of {robot.name!r} mimics {at.name!r}; both must be revolute, continuous or prismatic",
+            robot=robot.name,
+            joint=joint.name,
+        )
+    return at.name, multiplier, offset
+
+
+def _forest(
+    nodes: Mapping[int, Node],
+    rows: Mapping[int, int],
+    robots: Mapping[int, RobotIndex],
+    parent: NDArray[np.int32],
+    order: NDArray[np.int32],
+) -> Forest:
+    count = len(nodes)
+    joint_type = np.zeros(count, np.int8)
+    axis = np.tile([1.0, 0.0, 0.0], (count, 1))
+    q_index = np.full(count, -1, np.int32)
+    multiplier, offset = np.ones(count), np.zeros(count)
+    for robot in robots.values():
+        start = dict(zip(robot.joint_names, robot.q_start, strict=True))
+        joints = {uid: _link_data(nodes[uid]).joint for uid in robot.links}
+        by_name = {joint.name: joint for joint in joints.values()}
+        for uid, joint in joints.items():
+            if joint.type is JointType.FIXED:
+                continue
+            row = rows[uid]
+            joint_type[row] = joint.type.code
+            axis[row] = joint.axis
+            if joint.mimic:
+                source, multiplier[row], offset[row] = _mimic_source(nodes[robot.uid], joint, by_name)
+                q_index[row] = start[source]
+            else:
+                q_index[row] = start[joint.name]
+    return Forest(order, parent, joint_type, axis, q_index, multiplier, offset)

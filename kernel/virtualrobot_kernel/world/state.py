@@ -1,0 +1,95 @@
+"""What changes every tick: joints, poses, motions, tool states, signals, the clock; and the snapshot of it all."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from virtualrobot_kernel.motion.running import Running
+from virtualrobot_kernel.world.structure import Structure
+
+
+@dataclass(frozen=True, slots=True)
+class Signal:
+    """A digital signal."""
+
+    name: str
+    value: bool
+    description: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Selection:
+    """The tool (a uid; 0: none) and the tool centre point that a robot works with."""
+
+    tool: int = 0
+    tool_center_point: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """A motion that runs or has ended: what it moves and where it is on its path.
+
+    `q_index` and `v_index` say where each column of the path goes in q and v; `joints` names the columns as
+    (robot uid, joint name); `tool_states` become true when the motion succeeds.
+    """
+
+    id: str
+    robots: tuple[int, ...]
+    joints: tuple[tuple[int, str], ...]
+    q_index: NDArray[np.int32]
+    v_index: NDArray[np.int32]
+    running: Running
+    start_tick: int
+    tool_states: tuple[tuple[int, str], ...] = ()
+    cancel_reason: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class State:
+    """The world at one tick. Arrays are never written to after they are published.
+
+    q (nq,) coordinates and v (nv,) velocities of all joints: radians, meters, per second.
+    parent_t_node (N, 4, 4): where each node is in its parent's frame, a row for each node.
+    """
+
+    tick: int
+    q: NDArray[np.float64]
+    v: NDArray[np.float64]
+    parent_t_node: NDArray[np.float64]
+    signals: Mapping[str, Signal] = field(default_factory=dict)
+    motions: tuple[Motion, ...] = ()
+    ended: tuple[Motion, ...] = ()
+    motion_count: int = 0
+    tool_states: Mapping[int, str] = field(default_factory=dict)
+    selections: Mapping[int, Selection] = field(default_factory=dict)
+    speed_factors: Mapping[int, float] = field(default_factory=dict)
+    speed_factor: float = 1.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Snapshot:
+    """An immutable picture of the world; replacing a reference to it publishes it.
+
+    world_t_node (N, 4, 4): where each node is in the world's frame, a row for each node (`structure.rows`).
+    `wall_time` is in seconds since 1970.
+    """
+
+    structure: Structure
+    state: State
+    world_t_node: NDArray[np.float64]
+    revision: int
+    wall_time: float
+    tick_seconds: float
+
+    @property
+    def simulation_time(self) -> float:
+        """Return the simulation time in seconds."""
+        return self.state.tick * self.tick_seconds
+
+    def world_t(self, uid: int) -> NDArray[np.float64]:
+        """Return where a node is in the world's frame, shape (4, 4)."""
+        return self.world_t_node[self.structure.rows[uid]]

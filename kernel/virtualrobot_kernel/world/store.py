@@ -1,0 +1,225 @@
+"""The world thread: one queue, one writer, snapshots for everybody else.
+
+No lock is held while anything is computed. `snapshot` is a plain reference: reading it never waits.
+"""
+
+from __future__ import annotations
+
+import logging
+import queue
+import threading
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.world import index
+from virtualrobot_kernel.world.apply import apply
+from virtualrobot_kernel.world.change import Forward
+from virtualrobot_kernel.world.clock import Clock, Mode, Pacer
+from virtualrobot_kernel.world.commands import Command
+from virtualrobot_kernel.world.journal import Entry, Journal
+from virtualrobot_kernel.world.state import Snapshot, State
+from virtualrobot_kernel.world.structure import Structure
+from virtualrobot_kernel.world.tick import advance
+
+MAX_STEPS = 10_000
+"""The most ticks in one Step: nothing else is served meanwhile."""
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Applied:
+    """What a batch did: the world after it, and the uids and motion ids that it created."""
+
+    snapshot: Snapshot
+    created: tuple[int | str, ...]
+
+
+@dataclass(slots=True, eq=False)
+class _Batch:
+    commands: tuple[Command, ...]
+    author: str
+    expected_revision: int | None
+    done: Future[Applied] = field(default_factory=Future)
+
+
+@dataclass(slots=True, eq=False)
+class _Step:
+    ticks: int
+    done: Future[Snapshot] = field(default_factory=Future)
+
+
+@dataclass(slots=True, eq=False)
+class _SetClock:
+    mode: Mode
+    speed_factor: float
+    done: Future[Snapshot] = field(default_factory=Future)
+
+
+class World:
+    """Owns the world thread. All methods may be called from any thread; results come as futures."""
+
+    def __init__(
+        self,
+        forward: Forward,
+        journal: Journal,
+        clock: Clock,
+        structure: Structure | None = None,
+        state: State | None = None,
+    ) -> None:
+        """Begin with an empty world, or with `structure` and `state`; nothing runs before `start`."""
+        self._forward = forward
+        self._journal = journal
+        structure = structure or index.empty()
+        self.snapshot = self._pictured(
+            structure, state or State(0, np.zeros(0), np.zeros(0), np.eye(4)[None]), clock, 0, None
+        )
+        self._pacer = Pacer(clock, time.monotonic())
+        self._queue: queue.SimpleQueue[_Batch | _Step | _SetClock | None] = queue.SimpleQueue()
+        self._listeners: tuple[Callable[[], None], ...] = ()
+        self._thread = threading.Thread(target=self._run, name="world", daemon=True)
+
+    @property
+    def clock(self) -> Clock:
+        """Return how time runs now."""
+        return self._pacer.clock
+
+    @property
+    def journal(self) -> Journal:
+        """Return where applied batches are written."""
+        return self._journal
+
+    def start(self) -> None:
+        """Start the world thread."""
+        self._pacer.set(self.clock.mode, self.clock.speed_factor, time.monotonic())
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the world thread; what is still queued is refused as SHUTTING_DOWN."""
+        self._queue.put(None)
+        if self._thread.is_alive():
+            self._thread.join(10.0)
+
+    def listen(self, published: Callable[[], None]) -> None:
+        """Have `published` called in the world thread after each snapshot; it must return at once."""
+        self._listeners = (*self._listeners, published)
+
+    def submit(
+        self, commands: Sequence[Command], author: str = "", expected_revision: int | None = None
+    ) -> Future[Applied]:
+        """Queue a batch that is applied as a whole between two ticks, or refused as a whole."""
+        batch = _Batch(tuple(commands), author, expected_revision)
+        self._queue.put(batch)
+        return batch.done
+
+    def step(self, ticks: int) -> Future[Snapshot]:
+        """In STEPPED mode let time go on by some ticks; the future gives the snapshot after the last one."""
+        step = _Step(ticks)
+        self._queue.put(step)
+        return step.done
+
+    def set_clock(self, mode: Mode, speed_factor: float) -> Future[Snapshot]:
+        """Change how time runs, between two ticks."""
+        change = _SetClock(mode, speed_factor)
+        self._queue.put(change)
+        return change.done
+
+    def _run(self) -> None:
+        while True:
+            wait = self._pacer.wait_seconds(time.monotonic())
+            if wait == 0.0:
+                self._pacer.ticked(time.monotonic())
+                self._publish(self.snapshot.structure, advance(self.snapshot.state, self.clock.tick_seconds))
+                wait = 0.0
+            try:
+                item = self._queue.get(timeout=wait) if wait is None or wait > 0.0 else self._queue.get_nowait()
+            except queue.Empty:
+                continue
+            if item is None:
+                break
+            self._serve(item)
+        self._refuse_rest()
+
+    def _serve(self, item: _Batch | _Step | _SetClock) -> None:
+        if not item.done.set_running_or_notify_cancel():
+            return
+        try:
+            if isinstance(item, _Batch):
+                item.done.set_result(self._apply(item))
+            elif isinstance(item, _Step):
+                item.done.set_result(self._step(item.ticks))
+            else:
+                item.done.set_result(self._set_clock(item.mode, item.speed_factor))
+        except KernelError as error:
+            item.done.set_exception(error)
+        except Exception as error:
+            log.exception("a command failed inside the kernel; the world is as it was before")
+            item.done.set_exception(error)
+
+    def _apply(self, batch: _Batch) -> Applied:
+        before = self.snapshot
+        if batch.expected_revision is not None and batch.expected_revision != before.structure.revision:
+            raise KernelError(
+                f"the structure has revision {before.structure.revision}, not {batch.expected_revision}; read it again and retry",
+                reason=Reason.STALE_REVISION,
+                revision=before.structure.revision,
+                expected_revision=batch.expected_revision,
+            )
+        change = apply(before.structure, before.state, batch.commands, self._forward)
+        self._journal.append(Entry(before.state.tick, batch.author, batch.commands))
+        self._publish(change.structure, change.state)
+        return Applied(self.snapshot, change.created)
+
+    def _step(self, ticks: int) -> Snapshot:
+        if self.clock.mode is not Mode.STEPPED:
+            raise KernelError(
+                "time follows the wall clock; set the clock to STEPPED before you step", reason=Reason.WRONG_STATE
+            )
+        if not 1 <= ticks <= MAX_STEPS:
+            raise KernelError(f"a step takes 1 to {MAX_STEPS} ticks, not {ticks}", ticks=ticks)
+        state = self.snapshot.state
+        for _ in range(ticks):
+            state = advance(state, self.clock.tick_seconds)
+        self._publish(self.snapshot.structure, state)
+        return self.snapshot
+
+    def _set_clock(self, mode: Mode, speed_factor: float) -> Snapshot:
+        if not 0.01 <= speed_factor <= 100.0:
+            raise KernelError(
+                f"a clock's speed factor must be 0.01 to 100, not {speed_factor:g}", speed_factor=speed_factor
+            )
+        self._pacer.set(mode, speed_factor, time.monotonic())
+        self._publish(self.snapshot.structure, self.snapshot.state)
+        return self.snapshot
+
+    def _publish(self, structure: Structure, state: State) -> None:
+        before = self.snapshot
+        self.snapshot = self._pictured(structure, state, self.clock, before.revision + 1, before)
+        for published in self._listeners:
+            published()
+
+    def _pictured(
+        self, structure: Structure, state: State, clock: Clock, revision: int, before: Snapshot | None
+    ) -> Snapshot:
+        still = (
+            before is not None
+            and structure.forest is before.structure.forest
+            and state.q is before.state.q
+            and state.parent_t_node is before.state.parent_t_node
+        )
+        world_t_node = before.world_t_node if still and before is not None else self._forward(structure, state)
+        return Snapshot(structure, state, world_t_node, revision, time.time(), clock.tick_seconds)
+
+    def _refuse_rest(self) -> None:
+        while True:
+            try:
+                item = self._queue.get_nowait()
+            except queue.Empty:
+                return
+            if item is not None and item.done.set_running_or_notify_cancel():
+                item.done.set_exception(KernelError("the kernel is ending", reason=Reason.SHUTTING_DOWN))

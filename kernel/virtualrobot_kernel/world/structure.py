@@ -1,0 +1,262 @@
+"""The structure of the world: a tree of frozen nodes, and the flat forest that one compiled pass walks.
+
+A node's row is its place in every per-node array. Rows follow the order of creation; a removal closes the gap.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from virtualrobot_kernel.errors import UnknownNameError
+from virtualrobot_kernel.world.figures import Figure, Pose, identity
+
+WORLD_UID = 1
+WORLD_NAME = "world"
+
+
+class Kind(Enum):
+    """What sort of element a node is."""
+
+    WORLD = "world"
+    OBJECT = "object"
+    PART = "part"
+    ROBOT = "robot"
+    LINK = "link"
+    ADAPTER = "adapter"
+    TOOL = "tool"
+    ANNOTATION = "annotation"
+
+
+class JointType(Enum):
+    """How a joint moves, as in URDF; the value is (code of the compiled pass, coordinates, velocities)."""
+
+    FIXED = ("fixed", 0, 0, 0)
+    REVOLUTE = ("revolute", 1, 1, 1)
+    CONTINUOUS = ("continuous", 1, 1, 1)
+    PRISMATIC = ("prismatic", 2, 1, 1)
+    FLOATING = ("floating", 3, 7, 6)
+    PLANAR = ("planar", 4, 3, 3)
+
+    @property
+    def code(self) -> int:
+        """Return the code that the compiled pass knows."""
+        return self.value[1]
+
+    @property
+    def coordinate_count(self) -> int:
+        """Return the count of coordinates (nq)."""
+        return self.value[2]
+
+    @property
+    def velocity_count(self) -> int:
+        """Return the count of velocities (nv)."""
+        return self.value[3]
+
+
+@dataclass(frozen=True, slots=True)
+class JointLimits:
+    """How far and how fast a joint moves: radians or meters, per second, s^2, s^3; effort in N m or N.
+
+    Infinite positions mean no limit; an effort of 0 means unknown. Speed, acceleration and jerk are always positive.
+    """
+
+    lower: float = -np.inf
+    upper: float = np.inf
+    velocity: float = 2.0
+    acceleration: float = 8.0
+    jerk: float = 80.0
+    effort: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Mimic:
+    """position = multiplier * position of `joint` + offset."""
+
+    joint: str
+    multiplier: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    """The joint before a link; `axis` is a unit vector in the joint's frame."""
+
+    name: str
+    type: JointType = JointType.FIXED
+    axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    limits: JointLimits = JointLimits()
+    mimic: Mimic | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Inertial:
+    """Mass in kg, pose of the inertial frame, inertia as (xx, yy, zz) and (xy, xz, yz) in kg m^2 in that frame."""
+
+    mass: float
+    link_t_inertial: Pose
+    diagonal: tuple[float, float, float]
+    products: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class PartData:
+    """What only parts have; a mass of 0 kg means unknown."""
+
+    mass: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class RobotData:
+    """What only robots have; an empty flange means the last link of the longest chain."""
+
+    flange: str = ""
+    kinematics: str = "chain"
+    postures: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    source: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LinkData:
+    """What only links have."""
+
+    joint: Joint
+    inertial: Inertial | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ToolData:
+    """What only tools have: poses `tool_t_tcp` by name and joint positions by state; the first ones are the default."""
+
+    tool_center_points: Mapping[str, Pose] = field(default_factory=lambda: {"tcp": identity()})
+    states: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+
+
+NodeData = PartData | RobotData | LinkData | ToolData | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NodeSpec:
+    """A node to create: what importers and clients give."""
+
+    name: str
+    kind: Kind
+    parent: str = WORLD_NAME
+    parent_t_node: Pose = field(default_factory=identity)
+    hidden: bool = False
+    figures: tuple[Figure, ...] = ()
+    data: NodeData = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Node:
+    """One element of the tree; where it is, is state. `parent` is a uid; 0 for the root."""
+
+    uid: int
+    name: str
+    kind: Kind
+    parent: int
+    hidden: bool = False
+    figures: tuple[Figure, ...] = ()
+    data: NodeData = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RobotIndex:
+    """Where a robot's joints are in the arrays; joints in the order of creation, mimic and fixed ones left out."""
+
+    uid: int
+    links: tuple[int, ...]
+    joints: tuple[Joint, ...]
+    q_start: tuple[int, ...]
+    v_start: tuple[int, ...]
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Return the names of the joints that can be moved."""
+        return tuple(joint.name for joint in self.joints)
+
+    @property
+    def q_slice(self) -> slice:
+        """Return where the robot's coordinates are in q; they lie side by side."""
+        count = sum(joint.type.coordinate_count for joint in self.joints)
+        return slice(self.q_start[0], self.q_start[0] + count) if count else slice(0, 0)
+
+    @property
+    def v_slice(self) -> slice:
+        """Return where the robot's velocities are in v; they lie side by side."""
+        count = sum(joint.type.velocity_count for joint in self.joints)
+        return slice(self.v_start[0], self.v_start[0] + count) if count else slice(0, 0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Forest:
+    """The tree as flat arrays, a row for each node (see `numeric.forest.forward_forest`)."""
+
+    order: NDArray[np.int32]
+    parent: NDArray[np.int32]
+    joint_type: NDArray[np.int8]
+    axis: NDArray[np.float64]
+    q_index: NDArray[np.int32]
+    multiplier: NDArray[np.float64]
+    offset: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Structure:
+    """All nodes and what follows from them; build it with `index.build`, never by hand."""
+
+    nodes: Mapping[int, Node]
+    next_uid: int
+    revision: int
+    uid_by_name: Mapping[str, int]
+    rows: Mapping[int, int]
+    children: Mapping[int, tuple[int, ...]]
+    robots: Mapping[int, RobotIndex]
+    forest: Forest
+    q_count: int
+    v_count: int
+
+    def node(self, name: str, kind: Kind | None = None) -> Node:
+        """Return the node called `name` (empty: the world); raise UnknownNameError when there is none of that kind."""
+        uid = self.uid_by_name.get(name or WORLD_NAME)
+        node = self.nodes[uid] if uid is not None else None
+        if node is None or (kind is not None and node.kind is not kind):
+            valid = (n.name for n in self.nodes.values() if kind is None or n.kind is kind)
+            raise UnknownNameError(kind.value if kind else "node", name, valid)
+        return node
+
+    def robot(self, name: str) -> tuple[Node, RobotIndex]:
+        """Return the robot called `name` and its index; raise UnknownNameError when there is none."""
+        node = self.node(name, Kind.ROBOT)
+        return node, self.robots[node.uid]
+
+    def ancestors(self, uid: int) -> Iterator[Node]:
+        """Yield the node and the nodes above it, up to the root."""
+        while uid:
+            node = self.nodes[uid]
+            yield node
+            uid = node.parent
+
+    def below(self, uid: int) -> Iterator[Node]:
+        """Yield the node and all nodes below it, parents first."""
+        yield self.nodes[uid]
+        for child in self.children.get(uid, ()):
+            yield from self.below(child)
+
+    def robot_of(self, uid: int) -> Node | None:
+        """Return the nearest robot at or above the node, or None."""
+        return next((node for node in self.ancestors(uid) if node.kind is Kind.ROBOT), None)
+
+    def tools_of(self, robot: int) -> tuple[Node, ...]:
+        """Return the tools mounted on a robot, in the order of creation."""
+        tools = (node for node in self.nodes.values() if node.kind is Kind.TOOL)
+        return tuple(tool for tool in tools if (owner := self.robot_of(tool.uid)) and owner.uid == robot)
+
+    def with_revision(self, revision: int) -> Structure:
+        """Return the same structure under another revision."""
+        return replace(self, revision=revision)
