@@ -75,5 +75,5 @@ $(VENV)/installed-bench: pyproject.toml constraints.txt | $(VENV)/bin/python
 node_modules/.package-lock.json: package.json package-lock.json
 	@command -v npm > /dev/null || { echo "npm is missing: it brings buf and pyright; install Node.js 18 or later"; exit 1; }
 	@echo "setting up buf and pyright ... (once)"
-	@npm ci --silent
+	@npm ci --loglevel=error --no-fund > /dev/null
 	@touch $@
