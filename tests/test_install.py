@@ -65,10 +65,14 @@ def test_every_module_of_the_client_imports(client: Path) -> None:
     assert result.returncode == 0, result.stderr
 
 
-def test_types_are_installed(client: Path) -> None:
-    (package,) = client.rglob("site-packages/virtualrobot")
-    assert (package / "py.typed").exists()
-    assert (package / "v1" / "robot_pb2.pyi").exists()
+def test_every_file_of_the_packages_is_installed(client: Path) -> None:
+    """Not only modules: types, robot models and licence-bearing notes beside them."""
+    (site,) = client.rglob("site-packages")
+    packages = [ROOT / "clients" / "python" / "virtualrobot", ROOT / "kernel" / "virtualrobot_kernel"]
+    files = [(package, file) for package in packages for file in package.rglob("*") if file.is_file()]
+    expected = {file.relative_to(package.parent) for package, file in files if "__pycache__" not in file.parts}
+    assert Path("virtualrobot/v1/robot_pb2.pyi") in expected
+    assert sorted(file for file in expected if not (site / file).exists()) == []
 
 
 def test_the_command_line_helps(client: Path) -> None:
