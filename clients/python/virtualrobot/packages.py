@@ -1,0 +1,84 @@
+"""Where the folder of a package may be: ROS environment, folders around a file, installed Python packages."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+# Each lists folders that are packages or hold packages, as ROS 1 reads ROS_PACKAGE_PATH.
+_FOLDER_VARIABLES = ("VIRTUALROBOT_PACKAGE_PATH", "ROS_PACKAGE_PATH")
+_CRAWL_DEPTH = 3  # workspace/src, repository, package: deeper ones are rare and a crawl of a home folder takes long
+_NAME = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
+_NOT_PACKAGES = {"node_modules", "__pycache__", "build", "install", "log"}
+
+
+def environment_folders(name: str) -> Iterator[Path]:
+    """Yield the folders that the environment gives to the package `name`."""
+    for variable in _FOLDER_VARIABLES:
+        for entry in filter(None, os.environ.get(variable, "").split(os.pathsep)):
+            yield from _crawl(name, Path(entry), _CRAWL_DEPTH)
+    for entry in filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)):
+        folder = Path(entry) / "share" / name
+        if folder.is_dir():
+            yield folder
+
+
+def nearby_folders(name: str, start: Path) -> Iterator[Path]:
+    """Yield the folders that may be the package `name`, from `start` upwards.
+
+    At each level: the folder itself when it has that name or its package.xml says so, a folder of that name in it, and
+    folders in it whose package.xml says so.
+    """
+    for folder in (start, *start.parents):
+        if folder.name == name or declared_name(folder) == name:
+            yield folder
+        if (folder / name).is_dir():
+            yield folder / name
+        if folder != folder.parent:  # not every folder of the disk's root
+            yield from (child for child in _children(folder) if child.name != name and declared_name(child) == name)
+
+
+def python_package_folder(name: str) -> Path | None:
+    """Return the folder of the installed Python package `name` without importing it, or None."""
+    if not name.isidentifier():
+        return None
+    try:
+        spec = importlib.util.find_spec(name)
+    except (ImportError, ValueError):  # ValueError: a module of this name is loaded and has no spec
+        return None
+    locations = spec.submodule_search_locations if spec is not None else None
+    return Path(next(iter(locations))) if locations else None
+
+
+def declared_name(folder: Path) -> str | None:
+    """Return the name that the folder's package.xml declares, or None."""
+    try:
+        text = (folder / "package.xml").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return None
+    match = _NAME.search(text)
+    return match[1] if match else None
+
+
+def _crawl(name: str, folder: Path, depth: int) -> Iterator[Path]:
+    """Yield the package `name` in a folder of packages, this folder included."""
+    declared = declared_name(folder)
+    if folder.name == name or declared == name:
+        if folder.is_dir():
+            yield folder
+    elif declared is None and depth > 0:  # packages do not hold packages
+        for child in _children(folder):
+            yield from _crawl(name, child, depth - 1)
+
+
+def _children(folder: Path) -> list[Path]:
+    """Return the folders in a folder, by name, without hidden ones and those that never hold a package's sources."""
+    try:
+        with os.scandir(folder) as entries:
+            names = [e.name for e in entries if not e.name.startswith(".") and e.is_dir()]
+    except OSError:
+        return []
+    return [folder / name for name in sorted(names) if name not in _NOT_PACKAGES]

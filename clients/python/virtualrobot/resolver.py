@@ -1,0 +1,176 @@
+"""The one resolver: which file does a URI in a model or scene file mean?
+
+`package://`, `model://`, `file://`, relative and absolute names, as URDF, SDF, mesh and scene files write them. The
+client uses it for files on its own machine, the kernel for files on its machine. Pure path logic: nothing is opened
+but `package.xml` files.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path, PurePosixPath, PureWindowsPath
+from urllib.parse import unquote
+
+from virtualrobot.packages import environment_folders, nearby_folders, python_package_folder
+
+_SCHEME = re.compile(r"^([A-Za-z][A-Za-z0-9+.-]+):(.*)$", re.DOTALL)  # two letters or more: `C:` is a drive
+_PACKAGE_SCHEMES = ("package", "model")
+
+
+class UnresolvedUriError(FileNotFoundError):
+    """A URI that names no file here; `tried` lists every place that was looked at, in order."""
+
+    def __init__(self, uri: str, referrer: Path | None, tried: Sequence[Path], hint: str = "") -> None:
+        """Say which `uri` of which file (`referrer`) was sought, where (`tried`), and a `hint` what would help."""
+        self.uri, self.referrer, self.tried = uri, referrer, tuple(tried)
+        named_by = f", named by {referrer}," if referrer is not None else ""
+        places = "; tried " + ", ".join(str(place) for place in self.tried) if self.tried else ""
+        super().__init__(f"{uri!r}{named_by} is not there{places}" + (f"; {hint}" if hint else ""))
+
+
+def is_relative(uri: str) -> bool:
+    """Return whether `uri` counts from the folder of the file that names it: no scheme, no root, no drive."""
+    return not _SCHEME.match(uri) and not PurePosixPath(uri).is_absolute() and not PureWindowsPath(uri).anchor
+
+
+def join_uri(referrer: str, uri: str) -> str:
+    """Return the one name of a file that `referrer` (itself a path or URI) names as `uri`.
+
+    A relative `uri` counts from the referrer's folder, so that `package://a/meshes/x.obj` naming `x.mtl` gives
+    `package://a/meshes/x.mtl`; others stand for themselves. Backslashes become slashes; `.` and `..` are worked out.
+    """
+    uri = uri.replace("\\", "/")
+    if not is_relative(uri):
+        return uri
+    referrer = referrer.replace("\\", "/")
+    scheme, separator, path = referrer.rpartition("://")
+    parts: list[str] = []
+    for part in [*path.split("/")[:-1], *uri.split("/")]:
+        if part == ".." and parts and parts[-1] not in ("", ".."):
+            parts.pop()
+        elif part != "." and (part or not parts):
+            parts.append(part)
+    return scheme + separator + "/".join(parts)
+
+
+class Resolver:
+    """Finds the files that URIs mean, with folders that are told for packages and for relative names."""
+
+    def __init__(self, packages: Mapping[str, str | Path] | None = None, search: Sequence[str | Path] = ()) -> None:
+        """Take folders by package name, which win over all other places, and more folders for relative names."""
+        self.packages = {name: Path(folder) for name, folder in (packages or {}).items()}
+        self.search = tuple(Path(folder) for folder in search)
+
+    def resolve(self, uri: str, referrer: str | Path | None = None) -> Path:
+        """Return the absolute path of the existing file that `uri` means when the file `referrer` names it.
+
+        A package is looked for in this order: the folders told to the constructor (and then nowhere else), the
+        environment (VIRTUALROBOT_PACKAGE_PATH, ROS_PACKAGE_PATH, AMENT_PREFIX_PATH), the parents of the referrer (a
+        folder of that name, or one whose package.xml says so), an installed Python package of that name (such as
+        `pybullet_data`; it is not imported), and last, since many models name a package that differs from its folder,
+        any parent of the referrer under which the rest of the URI exists. Names count letter case on every system.
+
+        Raises:
+            UnresolvedUriError: when there is no such file; its text lists every place that was tried.
+        """
+        source = None if referrer is None else Path(referrer).absolute()
+        tried: list[Path] = []
+        hint = ""
+        for place in self._candidates(uri, source):
+            candidate = Path(os.path.normpath(place))
+            if candidate in tried:
+                continue
+            tried.append(candidate)
+            other = _spelled_otherwise(candidate)
+            if candidate.is_file() and other is None:
+                return candidate
+            if other is not None and not hint:
+                hint = f"{other} differs in letter case"
+        raise UnresolvedUriError(uri, source, tried, hint or self._hint(uri))
+
+    def _candidates(self, uri: str, source: Path | None) -> Iterator[Path]:
+        """Yield the places where `uri` may be, the best first."""
+        match = _SCHEME.match(uri)
+        if match is None:
+            yield from self._plain(uri, source)
+            return
+        scheme, rest = match[1].lower(), match[2]
+        if scheme in _PACKAGE_SCHEMES:
+            name, _, inner = rest.replace("\\", "/").removeprefix("//").partition("/")
+            for spelling in dict.fromkeys((inner, unquote(inner))):
+                if name and spelling:
+                    yield from (folder / spelling for folder in self._package_folders(name, source))
+        elif scheme == "file":
+            path = unquote(rest)
+            if path.startswith("//"):
+                host, slash, local = path[2:].partition("/")
+                # `file://meshes/x.stl` is wrong but common: what should be a host is a folder.
+                path = slash + local if host in ("", "localhost") else path[2:]
+            if re.match(r"^/[A-Za-z]:[/\\]", path):
+                path = path[1:]  # file:///C:/x means C:/x
+            yield from self._plain(path, source)
+
+    def _plain(self, name: str, source: Path | None) -> Iterator[Path]:
+        """Yield the places of a relative or absolute path; backslashes count as slashes where they must."""
+        for spelling in dict.fromkeys((name, name.replace("\\", "/"))):
+            path = Path(spelling).expanduser() if spelling.startswith("~") else Path(spelling)
+            if path.is_absolute():
+                yield path
+            elif spelling and not PureWindowsPath(spelling).drive:  # a drive of Windows is nowhere on other systems
+                if source is None:
+                    yield Path.cwd() / path
+                else:
+                    yield from (folder / path for folder in _folders_of(source))
+                yield from (folder / path for folder in self.search)
+
+    def _package_folders(self, name: str, source: Path | None) -> Iterator[Path]:
+        """Yield the folders that the package `name` may be, the best first."""
+        if name in self.packages:
+            yield self.packages[name]
+            return
+        yield from environment_folders(name)
+        starts = [Path.cwd()] if source is None else _folders_of(source)
+        starts += self.search
+        for start in starts:
+            yield from nearby_folders(name, start)
+        if (folder := python_package_folder(name)) is not None:
+            yield folder
+        for start in starts:
+            yield from (start, *start.parents)
+
+    def _hint(self, uri: str) -> str:
+        match = _SCHEME.match(uri)
+        scheme = match[1].lower() if match else ""
+        if scheme in _PACKAGE_SCHEMES:
+            name = uri.partition("://")[2].partition("/")[0]
+            return f"say where the package {name!r} is, or set VIRTUALROBOT_PACKAGE_PATH to the folder that holds it"
+        if scheme not in ("", "file"):
+            return f"{scheme}:// is not read: use package://, file:// or a path"
+        return "it is a path of Windows" if PureWindowsPath(uri).drive and os.name != "nt" else ""
+
+
+def _folders_of(source: Path) -> list[Path]:
+    """Return the folder that a file is in, and the one that it is in behind symbolic links."""
+    return list(dict.fromkeys((source.parent, source.resolve().parent)))
+
+
+def _spelled_otherwise(path: Path) -> Path | None:
+    """Return the existing path that differs from `path` in letter case only, or None when there is none.
+
+    On a file system that ignores case a wrong spelling is found too; it would not be on another machine.
+    """
+    if path.exists() and not path.with_name(path.name.swapcase()).exists():
+        return None  # this file system tells cases apart
+    found = Path(path.anchor)
+    for part in path.relative_to(path.anchor).parts:
+        try:
+            names = os.listdir(found)
+        except OSError:
+            names = [part] if (found / part).exists() else []  # a folder that may be passed but not listed
+        alike = part if part in names else next((name for name in names if name.lower() == part.lower()), None)
+        if alike is None:
+            return None
+        found /= alike
+    return None if found == path else found

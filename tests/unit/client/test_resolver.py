@@ -1,0 +1,186 @@
+"""The resolver finds what URIs of model files mean, in the stated order, and says where it looked."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from pathlib import Path
+
+import pytest
+from virtualrobot.resolver import Resolver, UnresolvedUriError, is_relative, join_uri
+
+
+def make(root: Path, *names: str) -> None:
+    """Create empty files below `root`."""
+    for name in names:
+        path = root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+
+
+def declare(folder: Path, name: str) -> None:
+    """Write a package.xml that gives the folder a package name."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "package.xml").write_text(f"<package format='3'>\n <name> {name} </name>\n</package>", encoding="utf-8")
+
+
+@pytest.fixture(autouse=True)
+def no_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Start from an environment that names no packages."""
+    for variable in ("VIRTUALROBOT_PACKAGE_PATH", "ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"):
+        monkeypatch.delenv(variable, raising=False)
+
+
+def test_relative_absolute_and_file_uris(tmp_path: Path) -> None:
+    make(tmp_path, "model/arm.urdf", "model/meshes/link 0.stl", "shared/base.stl")
+    urdf, mesh = tmp_path / "model/arm.urdf", tmp_path / "model/meshes/link 0.stl"
+    resolver = Resolver(search=[tmp_path / "shared"])
+    for uri in (
+        "meshes/link 0.stl",
+        "./meshes/../meshes/link 0.stl",
+        "meshes\\link 0.stl",
+        str(mesh),
+        mesh.as_uri(),
+        f"file://localhost{str(mesh).replace(' ', '%20')}",
+        "file://meshes/link%200.stl",
+    ):
+        assert resolver.resolve(uri, urdf) == mesh, uri
+    assert resolver.resolve("base.stl", urdf) == tmp_path / "shared/base.stl"
+
+
+def test_relative_without_referrer_counts_from_the_working_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make(tmp_path, "arm.urdf")
+    monkeypatch.chdir(tmp_path)
+    assert Resolver().resolve("arm.urdf") == tmp_path / "arm.urdf"
+
+
+def test_a_told_package_wins_and_is_the_only_place(tmp_path: Path) -> None:
+    make(tmp_path, "pkg/urdf/a.urdf", "pkg/x.stl", "told/x.stl", "pkg/y.stl")
+    resolver = Resolver({"pkg": tmp_path / "told"})
+    assert resolver.resolve("package://pkg/x.stl", tmp_path / "pkg/urdf/a.urdf") == tmp_path / "told/x.stl"
+    with pytest.raises(UnresolvedUriError) as refused:
+        resolver.resolve("package://pkg/y.stl", tmp_path / "pkg/urdf/a.urdf")
+    assert refused.value.tried == (tmp_path / "told/y.stl",)
+
+
+@pytest.mark.parametrize("variable", ["VIRTUALROBOT_PACKAGE_PATH", "ROS_PACKAGE_PATH"])
+def test_the_environment_names_packages_and_folders_of_packages(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, variable: str
+) -> None:
+    make(tmp_path, "src/repository/arm/x.stl", "src/other_folder/y.stl", "direct/z.stl", "model/a.urdf")
+    declare(tmp_path / "src/other_folder", "gripper")
+    monkeypatch.setenv(variable, os.pathsep.join([str(tmp_path / "src"), str(tmp_path / "direct")]))
+    urdf = tmp_path / "model/a.urdf"
+    assert Resolver().resolve("package://arm/x.stl", urdf) == tmp_path / "src/repository/arm/x.stl"
+    assert Resolver().resolve("package://gripper/y.stl", urdf) == tmp_path / "src/other_folder/y.stl"
+    assert Resolver().resolve("model://direct/z.stl", urdf) == tmp_path / "direct/z.stl"
+
+
+def test_ament_prefixes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    make(tmp_path, "opt/share/arm/meshes/x.stl", "a.urdf")
+    monkeypatch.setenv("AMENT_PREFIX_PATH", f"{tmp_path / 'none'}{os.pathsep}{tmp_path / 'opt'}")
+    assert (
+        Resolver().resolve("package://arm/meshes/x.stl", tmp_path / "a.urdf") == tmp_path / "opt/share/arm/meshes/x.stl"
+    )
+
+
+def test_the_environment_goes_before_the_parents(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    make(tmp_path, "env/arm/x.stl", "arm/x.stl", "arm/urdf/a.urdf")
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "env"))
+    assert Resolver().resolve("package://arm/x.stl", tmp_path / "arm/urdf/a.urdf") == tmp_path / "env/arm/x.stl"
+
+
+def test_parents_by_name_by_package_xml_and_by_what_exists(tmp_path: Path) -> None:
+    make(tmp_path, "work/arm/urdf/a.urdf", "work/arm/m/named.stl", "work/renamed/urdf/a.urdf", "work/renamed/m/own.stl")
+    declare(tmp_path / "work/renamed", "gripper")
+    resolver = Resolver()
+    assert resolver.resolve("package://arm/m/named.stl", tmp_path / "work/arm/urdf/a.urdf").name == "named.stl"
+    # Declared by package.xml: from inside, and from a neighbour.
+    for urdf in ("work/renamed/urdf/a.urdf", "work/arm/urdf/a.urdf"):
+        assert resolver.resolve("package://gripper/m/own.stl", tmp_path / urdf) == tmp_path / "work/renamed/m/own.stl"
+    # A package that is named by nothing: the folder under which the rest exists.
+    found = resolver.resolve("package://whatever/m/named.stl", tmp_path / "work/arm/urdf/a.urdf")
+    assert found == tmp_path / "work/arm/m/named.stl"
+
+
+def test_a_named_folder_goes_before_a_guess(tmp_path: Path) -> None:
+    make(tmp_path, "work/models/a.urdf", "work/models/x.stl", "work/arm/x.stl")
+    assert Resolver().resolve("package://arm/x.stl", tmp_path / "work/models/a.urdf") == tmp_path / "work/arm/x.stl"
+
+
+def test_links_to_a_model_find_files_on_both_sides(tmp_path: Path) -> None:
+    make(tmp_path, "store/arm/a.urdf", "store/arm/m/x.stl", "cell/y.stl")
+    (tmp_path / "cell/a.urdf").symlink_to(tmp_path / "store/arm/a.urdf")
+    assert Resolver().resolve("y.stl", tmp_path / "cell/a.urdf") == tmp_path / "cell/y.stl"
+    assert Resolver().resolve("m/x.stl", tmp_path / "cell/a.urdf") == tmp_path / "store/arm/m/x.stl"
+
+
+def test_an_error_lists_every_place_once(tmp_path: Path) -> None:
+    make(tmp_path, "arm/urdf/a.urdf")
+    with pytest.raises(UnresolvedUriError) as refused:
+        Resolver().resolve("package://arm/x.stl", tmp_path / "arm/urdf/a.urdf")
+    tried = refused.value.tried
+    assert tried[0] == tmp_path / "arm/x.stl"
+    assert len(set(tried)) == len(tried)
+    assert {tmp_path / "arm/urdf/x.stl", tmp_path / "x.stl"} <= set(tried)
+    assert all(str(place) in str(refused.value) for place in tried)
+    assert "VIRTUALROBOT_PACKAGE_PATH" in str(refused.value)
+    assert isinstance(refused.value, FileNotFoundError)
+
+
+def test_letter_case_counts_and_is_hinted_at(tmp_path: Path) -> None:
+    make(tmp_path, "a.urdf", "Meshes/Link0.STL")
+    with pytest.raises(UnresolvedUriError, match=re.escape(f"{tmp_path / 'Meshes/Link0.STL'} differs in letter case")):
+        Resolver().resolve("meshes/link0.stl", tmp_path / "a.urdf")
+
+
+def test_what_is_not_read_is_said(tmp_path: Path) -> None:
+    with pytest.raises(UnresolvedUriError, match="https:// is not read"):
+        Resolver().resolve("https://example.org/x.stl", tmp_path / "a.urdf")
+    if os.name != "nt":
+        with pytest.raises(UnresolvedUriError, match="path of Windows"):
+            Resolver().resolve(r"C:\models\x.stl", tmp_path / "a.urdf")
+    for empty in ("", "package://", "package://arm", "file://"):
+        with pytest.raises(UnresolvedUriError):
+            Resolver().resolve(empty, tmp_path / "a.urdf")
+
+
+def test_a_python_package_is_found_but_not_imported() -> None:
+    pytest.importorskip("pybullet_data")
+    for name in [name for name in sys.modules if name.startswith("pybullet_data")]:
+        del sys.modules[name]
+    assert Resolver().resolve("package://pybullet_data/kuka_iiwa/model.urdf").is_file()
+    assert "pybullet_data" not in sys.modules
+
+
+@pytest.mark.parametrize(
+    "model",
+    ["kuka_iiwa/model.urdf", "franka_panda/panda.urdf", "xarm/xarm6_robot.urdf", "a1/a1.urdf", "husky/husky.urdf",
+     "r2d2.urdf"],
+)  # fmt: skip
+def test_every_mesh_of_real_models_is_found(model: str) -> None:
+    data = pytest.importorskip("pybullet_data").getDataPath()
+    urdf = Path(data) / model
+    text = re.sub(r"<!--.*?-->", "", urdf.read_text(encoding="utf-8"), flags=re.DOTALL)
+    uris = set(re.findall(r"<mesh[^>]*filename=\"([^\"]+)\"", text))
+    assert uris
+    for uri in uris:
+        # The files of pybullet_data all lie in the model's folder, so the name alone tells which one is right.
+        found = Resolver().resolve(uri, urdf)
+        assert str(found).endswith(uri.partition("://")[2].partition("/")[2] if "://" in uri else uri)
+        assert urdf.parent in found.parents
+
+
+def test_joined_names() -> None:
+    assert join_uri("package://a/meshes/x.obj", "x.mtl") == "package://a/meshes/x.mtl"
+    assert join_uri("package://a/meshes/x.obj", "../textures/t.png") == "package://a/textures/t.png"
+    assert join_uri("/home/me/arm.urdf", "./meshes/x.stl") == "/home/me/meshes/x.stl"
+    assert join_uri("arm.urdf", "meshes\\x.stl") == "meshes/x.stl"
+    assert join_uri("C:\\models\\arm.urdf", "x.stl") == "C:/models/x.stl"
+    assert join_uri("arm.urdf", "../x.stl") == "../x.stl"
+    for absolute in ("package://b/y.stl", "/y.stl", "file:///y.stl", "C:/y.stl"):
+        assert join_uri("/home/me/arm.urdf", absolute) == absolute
+        assert not is_relative(absolute)
