@@ -1,0 +1,1 @@
+"""Kinematics components: the interface that all have, and `chain` for any serial chain."""

@@ -18,13 +18,17 @@ from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
 from pkgutil import iter_modules
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from platformdirs import user_cache_dir
 
 if TYPE_CHECKING:
     from numba.core.types import Type
 
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}}
+"""No GIL; division by zero gives inf, as in NumPy; a * b + c may be rounded once, nothing else is reordered."""
 _PACKAGE = Path(__file__).parent
 _compiled_functions: list[CompiledFunction] = []
 
@@ -67,7 +71,7 @@ class CompiledFunction:
         """Keep `function` and the numba types of its arguments; `compile` makes the native code."""
         from numba import njit
 
-        self.dispatcher: Any = njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})(function)
+        self.dispatcher: Any = njit(cache=True, **_OPTIONS)(function)
         self.name = function.__name__
         self.__name__ = function.__name__
         self.__doc__ = function.__doc__
@@ -98,6 +102,14 @@ class CompiledFunction:
 def compiled(*signature: Type) -> Callable[[Callable[..., Any]], CompiledFunction]:
     """Return a decorator that makes a function a `CompiledFunction` of arguments of these numba types."""
     return lambda function: CompiledFunction(function, signature)
+
+
+def inlined(function: Function) -> Function:
+    """Make a function a part of the compiled functions that call it; it has no cache entry of its own."""
+    from numba import njit
+
+    # To the type checker it stays what it was; numba replaces it by something called the same way.
+    return cast("Function", njit(**_OPTIONS)(function))
 
 
 def array_of(dtype: Type, dimensions: int) -> Type:
