@@ -1,0 +1,118 @@
+"""Which other files a file names: meshes of a URDF, materials and textures of a mesh, meshes and models of a scene."""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Iterator
+from urllib.parse import unquote
+
+from virtualrobot_kernel.errors import MalformedFileError
+from virtualrobot_kernel.formats import scene_file
+from virtualrobot_kernel.formats.xml import malformed, parse_xml
+
+_GLB_MAGIC, _GLB_JSON = 0x46546C67, 0x4E4F534A  # Khronos glTF 2.0 specification, section 4.4
+
+
+def ending(uri: str) -> str:
+    """Return the ending of a name, in small letters and with its dot; empty when it has none."""
+    name = uri.replace("\\", "/").rpartition("/")[2]
+    stem, dot, last = name.rpartition(".")
+    return f".{last.lower()}" if dot and stem else ""
+
+
+def list_references(data: bytes, uri: str) -> list[str]:
+    """Return the names of the files that a file names, each once, in the order of the file.
+
+    Names are as written, but for backslashes, which become slashes, and `%20` and the like in COLLADA and glTF, which
+    are worked out. A format that names no files gives an empty list. Raises MalformedFileError for broken files.
+    """
+    read = _READERS.get(ending(uri))
+    if read is None:
+        return []
+    return list(dict.fromkeys(name for name in read(data, uri) if name))
+
+
+def _urdf(data: bytes, uri: str) -> Iterator[str]:
+    for mesh in parse_xml(data, uri).iterfind(".//geometry/mesh"):
+        yield mesh.get("filename", "").replace("\\", "/")
+
+
+def _statements(data: bytes) -> Iterator[tuple[str, str]]:
+    """Yield keyword and rest of each line of an OBJ or MTL file; a backslash at the end of a line goes on."""
+    for line in data.decode("utf-8", "replace").replace("\\\r\n", " ").replace("\\\n", " ").splitlines():
+        keyword, _, rest = line.strip().partition(" ")
+        yield keyword.lower(), rest.strip()
+
+
+def _obj(data: bytes, uri: str) -> Iterator[str]:
+    if b"mtllib" not in data:
+        return
+    for keyword, rest in _statements(data):
+        if keyword == "mtllib":
+            yield rest.replace("\\", "/")
+
+
+def _mtl(data: bytes, uri: str) -> Iterator[str]:
+    for keyword, rest in _statements(data):
+        if keyword == "map_kd":
+            yield rest.replace("\\", "/")
+
+
+def _dae(data: bytes, uri: str) -> Iterator[str]:
+    for image in parse_xml(data, uri).iterfind(".//{*}library_images/{*}image"):
+        for source in image.iterfind(".//{*}init_from"):
+            named = source.find("{*}ref")  # COLLADA 1.5 wraps the name in <ref>
+            text = (source.text if named is None else named.text) or ""
+            yield unquote(text.strip()).removeprefix("./").replace("\\", "/")
+
+
+def _gltf(data: bytes, uri: str) -> Iterator[str]:
+    tree = gltf_json(data, uri)
+    for kind in ("buffers", "images"):
+        for entry in tree.get(kind, []):
+            name = entry.get("uri", "")
+            if not name.startswith("data:"):
+                yield unquote(name)
+
+
+def gltf_json(data: bytes, uri: str) -> dict:
+    """Return the JSON part of a glTF or GLB file; raise MalformedFileError when there is none."""
+    text = data
+    if ending(uri) == ".glb":
+        if len(data) < 20 or struct.unpack_from("<I", data)[0] != _GLB_MAGIC:
+            raise malformed(uri, None, "not a GLB file: it does not begin with glTF")
+        length, kind = struct.unpack_from("<II", data, 12)
+        if kind != _GLB_JSON or 20 + length > len(data):
+            raise malformed(uri, None, "broken GLB file: its JSON part is missing or cut off")
+        text = data[20 : 20 + length]
+    try:
+        tree = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise malformed(uri, None, f"not glTF: {error}") from error
+    if not isinstance(tree, dict) or not all(
+        isinstance(tree.get(kind, []), list) and all(isinstance(entry, dict) for entry in tree.get(kind, []))
+        for kind in ("buffers", "images")
+    ):
+        raise malformed(uri, None, "not glTF: expected an object with lists of buffers and images")
+    return tree
+
+
+def _scene(data: bytes, uri: str) -> Iterator[str]:
+    try:
+        text = data.decode()
+    except UnicodeDecodeError as error:
+        raise MalformedFileError(f"{uri}: not text in utf-8: {error.reason}", file=uri) from error
+    yield from scene_file.references(scene_file.parse(text, uri))
+
+
+_READERS = {
+    ".urdf": _urdf,
+    ".obj": _obj,
+    ".mtl": _mtl,
+    ".dae": _dae,
+    ".gltf": _gltf,
+    ".glb": _gltf,
+    ".yaml": _scene,
+    ".yml": _scene,
+}

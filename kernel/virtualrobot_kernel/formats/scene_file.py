@@ -1,0 +1,93 @@
+"""Scene files: YAML 1.2 text to the message `SceneFile` and back.
+
+The text is the protobuf JSON mapping of the message with the names of the contract, so that one schema serves the API
+and the file. It is read against that schema: a text field takes what is written as text (`on`, `5` and `1.0` are
+names), and every error names line, path and the nearest right word.
+
+Laws: parse(format(x)) == x, and format(parse(format(x))) == format(x).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from google.protobuf.json_format import MessageToDict
+from ruamel.yaml import YAML
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.nodes import MappingNode, Node
+from virtualrobot.v1 import nodes_pb2, scene_pb2
+
+from virtualrobot_kernel.formats.scene_reader import SceneReader
+from virtualrobot_kernel.formats.scene_writer import write_yaml
+from virtualrobot_kernel.formats.xml import malformed
+
+SCHEMA_VERSION = 1
+"""The version of the format that is written and read."""
+
+HEADER = "# A VirtualRobot scene: meters, radians, kilograms; parents before children.\n"
+
+
+def parse(text: str, uri: str = "scene.yaml") -> scene_pb2.SceneFile:
+    """Return the scene that `text` tells; `uri` names the file in errors.
+
+    Raises:
+        MalformedFileError: `scene.yaml:12: nodes[3].figures[0].box: ...` for broken YAML, duplicate, unknown and
+            misplaced keys, values of a wrong type, and a schema version that is missing or unknown.
+    """
+    try:
+        root = YAML(typ="rt", pure=True).compose(text)
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        line = mark.line + 1 if mark is not None else None
+        raise malformed(uri, line, f"not YAML: {error.problem or error.context}") from error
+    except (YAMLError, RecursionError, ValueError) as error:
+        message = "nested too deeply" if isinstance(error, RecursionError) else f"not YAML: {error}"
+        raise malformed(uri, None, message) from error
+    _check_version(root, uri)
+    scene = scene_pb2.SceneFile()
+    try:
+        SceneReader(uri).fill(scene, root, "")
+    except RecursionError as error:
+        raise malformed(uri, None, "nested too deeply") from error
+    return scene
+
+
+def format(scene: scene_pb2.SceneFile) -> str:
+    """Return the scene as YAML text: one key a line, keys in the order of the contract, defaults left out.
+
+    Messages of nothing but numbers (vectors, quaternions, colours) stand on one line. Numbers read back exactly.
+    """
+    return HEADER + write_yaml(MessageToDict(scene, preserving_proto_field_name=True))
+
+
+def references(scene: scene_pb2.SceneFile) -> Iterator[str]:
+    """Yield the names of the files that a scene names: meshes, files of meshes, models."""
+    for node in scene.nodes:
+        for mesh in meshes(node):
+            yield mesh.uri
+    for model in scene.models:
+        yield model.uri
+
+
+def meshes(node: nodes_pb2.Node) -> Iterator[nodes_pb2.Mesh]:
+    """Yield the meshes of a node's figures; they may be changed in place."""
+    for figure in node.figures:
+        if figure.HasField("mesh"):
+            yield figure.mesh
+
+
+def _check_version(root: Node | None, uri: str) -> None:
+    """Ask for the version before anything else: the rest of a newer file may mean something else."""
+    example = f"a scene file begins with `schema_version: {SCHEMA_VERSION}`"
+    if root is None:
+        raise malformed(uri, 1, f"the file is empty; {example}")
+    if not isinstance(root, MappingNode):
+        raise malformed(uri, root.start_mark.line + 1, f"expected keys and values; {example}")
+    for key, value in root.value:
+        if key.value == "schema_version":
+            if value.value != str(SCHEMA_VERSION):
+                line = value.start_mark.line + 1
+                known = f"unknown version {value.value!r}; this kernel reads version {SCHEMA_VERSION}"
+                raise malformed(uri, line, known, "schema_version")
+            return
+    raise malformed(uri, 1, f"the version is missing; {example}", "schema_version")

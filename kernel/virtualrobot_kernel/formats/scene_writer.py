@@ -1,0 +1,68 @@
+"""Plain values as YAML 1.2 text: stable, readable, exact. A small writer, so that the text depends on nothing else."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+
+# What any YAML reader, of version 1.1 too, takes as text without quotes.
+_PLAIN = re.compile(r"[A-Za-z_/.][A-Za-z0-9_/.+-]*( [A-Za-z0-9_/.+-]+)*")
+_RESERVED = frozenset("null true false yes no on off y n".split())
+_NUMBER_LIKE = re.compile(r"[-+.]?[0-9_.]+([eE][-+]?[0-9]*)?|\.(inf|nan)", re.IGNORECASE)
+# json.dumps leaves these as they are, but YAML reads some as line breaks and refuses others.
+_UNPRINTABLE = re.compile("[\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff]")
+
+
+def write_yaml(value: dict) -> str:
+    """Return a mapping of mappings, lists, text, numbers and truth values as YAML, keys in their order."""
+    return "".join(f"{line}\n" for line in _mapping(value, "")) or "{}\n"
+
+
+def _mapping(value: dict, indent: str) -> Iterator[str]:
+    for key, item in value.items():
+        name = _scalar(str(key))
+        if isinstance(item, dict) and not _on_one_line(item):
+            yield f"{indent}{name}:"
+            yield from _mapping(item, indent + "  ")
+        elif isinstance(item, list) and not _on_one_line(item):
+            yield f"{indent}{name}:"
+            yield from _list(item, indent)
+        else:
+            yield f"{indent}{name}: {_inline(item)}"
+
+
+def _list(value: list, indent: str) -> Iterator[str]:
+    for item in value:
+        if isinstance(item, dict) and item and not _on_one_line(item):
+            lines = _mapping(item, indent + "  ")
+            yield f"{indent}- {next(lines)[len(indent) + 2 :]}"
+            yield from lines
+        else:
+            yield f"{indent}- {_inline(item)}"
+
+
+def _on_one_line(value: dict | list) -> bool:
+    """Return whether it is empty or holds nothing but numbers."""
+    items = value.values() if isinstance(value, dict) else value
+    return all(isinstance(item, (int, float)) for item in items)
+
+
+def _inline(value: object) -> str:
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{_scalar(str(key))}: {_inline(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(_inline(item) for item in value) + "]"
+    return _scalar(value)
+
+
+def _scalar(value: object) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, (int, float)):
+        return repr(value)
+    text = str(value)
+    if _PLAIN.fullmatch(text) and text.lower() not in _RESERVED and not _NUMBER_LIKE.fullmatch(text):
+        return text
+    quoted = json.dumps(text, ensure_ascii=False)
+    return _UNPRINTABLE.sub(lambda match: f"\\u{ord(match[0]):04x}", quoted)

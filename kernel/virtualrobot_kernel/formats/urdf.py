@@ -1,0 +1,157 @@
+"""URDF read into nodes: the robot first, then its links, parents before children."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.formats.files import File, located
+from virtualrobot_kernel.formats.urdf_elements import (
+    Palette,
+    Place,
+    attribute,
+    inertial,
+    numbers,
+    origin,
+    primitive,
+    text_attribute,
+)
+from virtualrobot_kernel.formats.urdf_joints import UrdfJoint, read_joints, tree_order
+from virtualrobot_kernel.formats.xml import Element, children, line_of, local_name, malformed, parse_xml, place_in
+from virtualrobot_kernel.world.figures import Figure, Geometry, Material, Mesh, identity
+from virtualrobot_kernel.world.structure import Joint, JointType, Kind, LinkData, NodeSpec, RobotData
+
+BASE_JOINTS = (JointType.FIXED, JointType.FLOATING, JointType.PLANAR)
+"""How a robot's root link may hang below its robot."""
+
+FindMesh = Callable[[str, str, tuple[float, float, float], bool], Mesh]
+"""(name, key of the file that names it, scale, whether it is drawn) -> the mesh, parsed once to see that it is whole."""
+
+
+@dataclass(frozen=True, slots=True)
+class UrdfModel:
+    """What a URDF file holds: nodes named `robot` and `robot.link`, counts and oddities."""
+
+    name: str
+    nodes: tuple[NodeSpec, ...]
+    mesh_count: int
+    warnings: tuple[str, ...]
+
+
+@dataclass(slots=True)
+class _Reader:
+    """What is known while one file is read."""
+
+    uri: str
+    find_mesh: FindMesh
+    palette: Palette
+    mesh_count: int = 0
+    warnings: list[str] = field(default_factory=list)
+
+    def link_figures(self, link: Element) -> tuple[Figure, ...]:
+        """Return the shapes of a link, visual ones first as a rule: they stay in the order of the file."""
+        name = link.get("name", "")
+        return tuple(
+            self._figure(Place(self.uri, f"link {name!r}"), element)
+            for element in link.iterchildren("visual", "collision")
+        )
+
+    def _figure(self, place: Place, element: Element) -> Figure:
+        visual = local_name(element) == "visual"
+        geometry = element.find("geometry")
+        shapes = [] if geometry is None else [child for child in geometry if isinstance(child.tag, str)]
+        if not shapes:
+            raise place.error(element, f"<{local_name(element)}> needs a <geometry> with a shape")
+        color = self.palette.color_of(place, element) if visual else None
+        return Figure(
+            self._geometry(place, shapes[0], visual),
+            origin(place, element),
+            None if color is None else Material(color),
+            visual=visual,
+            collision=not visual,
+        )
+
+    def _geometry(self, place: Place, shape: Element, drawn: bool) -> Geometry:
+        if local_name(shape) != "mesh":
+            return primitive(place, shape)
+        filename = text_attribute(place, shape, "filename")
+        x, y, z = numbers(place, shape, "scale", 3, (1.0, 1.0, 1.0))
+        if 0.0 in (x, y, z):
+            raise place.error(shape, f"scale {x:g} {y:g} {z:g}: no factor may be 0")
+        try:
+            mesh = self.find_mesh(filename, self.uri, (x, y, z), drawn)
+        except KernelError as error:
+            raise located(error, place_in(self.uri, line_of(shape), place.path)) from error
+        self.mesh_count += 1
+        return mesh
+
+
+def read_urdf(
+    file: File, find_mesh: FindMesh, choose_name: Callable[[str], str], base_joint: JointType = JointType.FIXED
+) -> UrdfModel:
+    """Return the robot that a URDF file describes.
+
+    The robot is called what `choose_name` makes of the name in the file. Its root link hangs below it by a joint of
+    type `base_joint` (one of BASE_JOINTS).
+
+    Raises:
+        MalformedFileError: naming file, line and element, for whatever is no URDF.
+        MissingFileError: for a mesh that is nowhere, naming each place that was tried.
+    """
+    root = parse_xml(file.data, file.key)
+    _refuse_xacro(file.key, root)
+    if local_name(root) != "robot":
+        raise malformed(file.key, line_of(root), f"the root element is <{local_name(root)}>, expected <robot>")
+    palette = Palette(file.key)
+    for element in [*children(root, "material"), *root.iterfind("link/visual/material")]:
+        palette.learn(element)
+    reader = _Reader(file.key, find_mesh, palette)
+    links: dict[str, Element] = {}
+    for element in children(root, "link"):
+        name = text_attribute(Place(file.key, "link"), element, "name")
+        if name in links:
+            taken = f"the name is taken by the link on line {line_of(links[name])}"
+            raise malformed(file.key, line_of(element), taken, f"link {name!r}")
+        links[name] = element
+    if not links:
+        raise malformed(file.key, line_of(root), "the robot has no link")
+    joints = read_joints(file.key, root, reader.warnings)
+    order = tree_order(file.key, {name: line_of(element) for name, element in links.items()}, joints)
+    robot = choose_name(attribute(Place(file.key, "robot"), root, "name").strip())
+    base = Joint(_free_name("base", joints), base_joint, axis=(0.0, 0.0, 1.0))
+    nodes = [NodeSpec(robot, Kind.ROBOT, data=RobotData(source=file.key))]
+    for name, joint in order:
+        nodes.append(_link_node(reader, robot, links[name], joint, base))
+    return UrdfModel(robot, tuple(nodes), reader.mesh_count, tuple(reader.warnings + palette.warnings))
+
+
+def _link_node(reader: _Reader, robot: str, link: Element, before: UrdfJoint | None, base: Joint) -> NodeSpec:
+    name = link.get("name", "")
+    return NodeSpec(
+        f"{robot}.{name}",
+        Kind.LINK,
+        robot if before is None else f"{robot}.{before.parent}",
+        identity() if before is None else before.parent_t_joint,
+        figures=reader.link_figures(link),
+        data=LinkData(base if before is None else before.joint, inertial(Place(reader.uri, f"link {name!r}"), link)),
+    )
+
+
+def _free_name(name: str, joints: Sequence[UrdfJoint]) -> str:
+    """Return `name`, with underscores behind it while a joint has that name."""
+    taken = {joint.joint.name for joint in joints}
+    while name in taken:
+        name += "_"
+    return name
+
+
+def _refuse_xacro(uri: str, root: Element) -> None:
+    for element in root.iter("{*}*"):
+        if isinstance(element.tag, str) and element.tag.startswith("{") and "xacro" in element.tag:
+            raise malformed(
+                uri,
+                line_of(element),
+                f"<xacro:{local_name(element)}> is xacro, not URDF: expand the file first "
+                "(xacro model.xacro > model.urdf)",
+            )

@@ -1,0 +1,216 @@
+"""The small elements of URDF: numbers, origins, inertia, geometry, materials; each error names file, line and element.
+
+Format: http://wiki.ros.org/urdf/XML; angles are roll, pitch, yaw about fixed axes: R = Rz(yaw) Ry(pitch) Rx(roll).
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from virtualrobot_kernel.errors import MalformedFileError
+from virtualrobot_kernel.formats.xml import Element, line_of, local_name, malformed
+from virtualrobot_kernel.world.figures import Box, Capsule, Cylinder, Geometry, Pose, Sphere
+from virtualrobot_kernel.world.structure import Inertial
+
+Color = tuple[float, float, float, float]
+
+_OPTENV = re.compile(r"\$\(optenv\s+\S+\s*([^()]*)\)")
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where in the file we are: its name, and the element that is being read, for people."""
+
+    uri: str
+    path: str
+
+    def error(self, element: Element, message: str) -> MalformedFileError:
+        """Return the error `model.urdf:41: joint 'a': message`."""
+        return malformed(self.uri, line_of(element), message, self.path)
+
+
+def text_attribute(place: Place, element: Element, name: str) -> str:
+    """Return an attribute that must be there and not be empty."""
+    text = attribute(place, element, name).strip()
+    if not text:
+        raise place.error(element, f"<{local_name(element)}> needs the attribute {name!r}")
+    return text
+
+
+def attribute(place: Place, element: Element, name: str, default: str = "") -> str:
+    """Return an attribute as text.
+
+    `$(optenv NAME text)` is worked out to its text: the kernel's environment is not looked at, so that a model is the
+    same everywhere. Other `$(...)` and `${...}` are xacro and refused.
+    """
+    text = element.get(name)
+    if text is None:
+        return default
+    if "$" in text:
+        text = _OPTENV.sub(lambda match: match[1].strip(), text)
+        if "$(" in text or "${" in text:
+            raise place.error(
+                element,
+                f"{name}={element.get(name)!r} is xacro: expand the file first (xacro model.xacro > model.urdf)",
+            )
+    return text
+
+
+def numbers(place: Place, element: Element, name: str, count: int, default: tuple[float, ...] = ()) -> list[float]:
+    """Return `count` finite numbers from an attribute; `default` when it is absent, an error when that is empty."""
+    text = attribute(place, element, name)
+    if element.get(name) is None or not text.strip():
+        if not default:
+            raise place.error(element, f"<{local_name(element)}> needs {_plural(count)} in {name!r}")
+        return list(default)
+    words = text.split()
+    values = []
+    for word in words:
+        # Python's float() takes words such as nan, inf and 1_0 too.
+        if not _NUMBER.fullmatch(word) or not math.isfinite(float(word)):
+            raise place.error(element, f"{name}={text!r}: {word!r} is no finite number")
+        values.append(float(word))
+    if len(values) != count:
+        raise place.error(element, f"{name}={text!r} has {_plural(len(values))}, expected {count}")
+    return values
+
+
+def number(place: Place, element: Element, name: str, default: float | None = None) -> float:
+    """Return one finite number from an attribute; `default` when it is absent, an error when that is None."""
+    return numbers(place, element, name, 1, () if default is None else (default,))[0]
+
+
+def positive(place: Place, element: Element, name: str) -> float:
+    """Return one number above 0."""
+    value = number(place, element, name)
+    if value <= 0.0:
+        raise place.error(element, f"{name}={value:g} must be above 0")
+    return value
+
+
+def origin(place: Place, element: Element) -> Pose:
+    """Return the pose that the child <origin> tells; identity when there is none."""
+    child = element.find("origin")
+    if child is None:
+        return read_only(np.eye(4))
+    zero = (0.0, 0.0, 0.0)
+    roll, pitch, yaw = numbers(place, child, "rpy", 3, zero)
+    pose = np.eye(4)
+    pose[:3, :3] = rotation_from_rpy(roll, pitch, yaw)
+    pose[:3, 3] = numbers(place, child, "xyz", 3, zero)
+    return read_only(pose)
+
+
+def rotation_from_rpy(roll: float, pitch: float, yaw: float) -> np.ndarray:
+    """Return R = Rz(yaw) Ry(pitch) Rx(roll), shape (3, 3), angles in radians."""
+    cr, sr = math.cos(roll), math.sin(roll)
+    cp, sp = math.cos(pitch), math.sin(pitch)
+    cy, sy = math.cos(yaw), math.sin(yaw)
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+def read_only(pose: np.ndarray) -> Pose:
+    """Return the array itself, made read-only."""
+    pose.setflags(write=False)
+    return pose
+
+
+def inertial(place: Place, link: Element) -> Inertial | None:
+    """Return mass and inertia of a link, or None when it has no <inertial>."""
+    element = link.find("inertial")
+    if element is None:
+        return None
+    mass_element, inertia = element.find("mass"), element.find("inertia")
+    if mass_element is None:
+        raise place.error(element, "<inertial> needs a <mass>")
+    mass = number(place, mass_element, "value")
+    if mass < 0.0:
+        raise place.error(mass_element, f"mass {mass:g} kg must not be below 0")
+    moments = dict.fromkeys(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), 0.0)
+    if inertia is not None:
+        moments = {name: number(place, inertia, name, 0.0) for name in moments}
+    return Inertial(
+        mass,
+        origin(place, element),
+        (moments["ixx"], moments["iyy"], moments["izz"]),
+        (moments["ixy"], moments["ixz"], moments["iyz"]),
+    )
+
+
+def primitive(place: Place, shape: Element) -> Geometry:
+    """Return the geometry of a <box>, <sphere>, <cylinder> or <capsule> (the last is a common extension)."""
+    kind = local_name(shape)
+    if kind == "box":
+        x, y, z = numbers(place, shape, "size", 3)
+        if min(x, y, z) <= 0.0:
+            raise place.error(shape, f"size {x:g} {y:g} {z:g}: each edge must be above 0")
+        return Box((x, y, z))
+    if kind == "sphere":
+        return Sphere(positive(place, shape, "radius"))
+    if kind == "cylinder":
+        return Cylinder(positive(place, shape, "radius"), positive(place, shape, "length"))
+    if kind == "capsule":
+        return Capsule(positive(place, shape, "radius"), positive(place, shape, "length"))
+    raise place.error(shape, f"unknown geometry <{kind}>; known: box, sphere, cylinder, capsule, mesh")
+
+
+@dataclass(slots=True)
+class Palette:
+    """The colours of a file by material name, and what was odd about its materials."""
+
+    uri: str
+    colors: dict[str, Color] = field(default_factory=dict)
+    warnings: list[str] = field(default_factory=list)
+
+    def learn(self, element: Element) -> None:
+        """Remember the colour of a <material> that has name and colour; the first of a name counts."""
+        color = self._color(element)
+        name = element.get("name", "")
+        if name and color is not None:
+            self.colors.setdefault(name, color)
+
+    def color_of(self, place: Place, visual: Element) -> Color | None:
+        """Return the colour that a <visual> asks for: its own first, then that of its material's name.
+
+        None keeps the mesh's own look.
+        """
+        element = visual.find("material")
+        if element is None:
+            return None
+        color = self._color(element)
+        name = element.get("name", "")
+        if color is None:
+            color = self.colors.get(name)
+        if element.find("texture") is not None and element.find("texture").get("filename"):
+            self._warn(place, element, "the texture of a URDF material is not drawn; the mesh keeps its own look")
+        elif color is None and name:
+            self._warn(place, element, f"material {name!r} is defined nowhere; the mesh keeps its own look")
+        return color
+
+    def _color(self, element: Element) -> Color | None:
+        child = element.find("color")
+        if child is None:
+            return None
+        place = Place(self.uri, f"material {element.get('name', '')!r}")
+        red, green, blue, alpha = numbers(place, child, "rgba", 4)
+        if min(red, green, blue, alpha) < 0.0 or max(red, green, blue, alpha) > 1.0:
+            raise place.error(child, f"rgba={child.get('rgba')!r}: each part must be from 0 to 1")
+        return red, green, blue, alpha
+
+    def _warn(self, place: Place, element: Element, message: str) -> None:
+        self.warnings.append(str(place.error(element, message)))
+
+
+def _plural(count: int) -> str:
+    return "1 number" if count == 1 else f"{count} numbers"

@@ -1,0 +1,84 @@
+"""XML read safely: no entities, no network, and every error with file and line."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from posixpath import basename
+from typing import Any, TypeAlias
+
+from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  compiled, and has no types
+
+from virtualrobot_kernel.errors import MalformedFileError
+
+Element: TypeAlias = Any
+"""An lxml element: lxml has neither types nor a public name for it."""
+
+_DECLARATION = re.compile(rb"^(?:\xef\xbb\xbf)?(\s*<\?xml\b[^>]*\?>)")
+_ENCODING = re.compile(rb"""encoding\s*=\s*["']([A-Za-z0-9._-]+)["']""")
+
+
+def parse_xml(data: bytes, uri: str) -> Element:
+    """Return the root element of a document.
+
+    A declaration that the standard refuses but that real models carry (`version="0.0"`, blank lines before it) is
+    passed over. Raises MalformedFileError when the bytes are no XML, or declare entities.
+    """
+    text = _utf8(data, uri)
+    parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False, encoding="utf-8")
+    try:
+        root = etree.fromstring(text, parser)
+    except etree.XMLSyntaxError as error:
+        line = error.lineno or 1
+        raise malformed(uri, line, f"not XML: {error.msg}") from error
+    document_type = root.getroottree().docinfo.internalDTD
+    if document_type is not None and next(iter(document_type.entities()), None) is not None:
+        raise malformed(uri, 1, "the document declares entities (<!ENTITY ...>); write their text out instead")
+    return root
+
+
+def _utf8(data: bytes, uri: str) -> bytes:
+    """Return the document as UTF-8 with its declaration blanked out, so that line numbers stay."""
+    declaration = _DECLARATION.match(data)
+    encoding = "utf-8"
+    if declaration:
+        named = _ENCODING.search(declaration[1])
+        encoding = named[1].decode("ascii") if named else encoding
+        data = b"\n" * declaration[1].count(b"\n") + data[declaration.end() :]
+    elif data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        encoding = "utf-16"
+    try:
+        return data.decode(encoding).removeprefix("\ufeff").encode()
+    except LookupError as error:
+        raise malformed(uri, 1, f"unknown encoding {encoding!r}") from error
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        raise malformed(uri, line, f"not text in {encoding}: {error.reason}") from error
+
+
+def malformed(uri: str, line: int | None, message: str, path: str = "") -> MalformedFileError:
+    """Return the error `file:line: path: message`; metadata has the whole URI."""
+    where = place_in(uri, line, path)
+    return MalformedFileError(f"{where}: {message}", file=uri, line=line or "", path=path)
+
+
+def place_in(uri: str, line: int | None, path: str = "") -> str:
+    """Return `file:line: path` for people; the file by its name without folders."""
+    file = basename(uri.replace("\\", "/")) or uri or "the text"
+    file += f":{line}" if line is not None else ""
+    return f"{file}: {path}" if path else file
+
+
+def line_of(element: Element) -> int:
+    """Return the line on which the element begins, from 1."""
+    return element.sourceline or 1
+
+
+def local_name(element: Element) -> str:
+    """Return the tag without its namespace."""
+    return etree.QName(element).localname
+
+
+def children(element: Element, tag: str) -> Iterator[Element]:
+    """Yield the child elements with this tag, in the order of the file."""
+    return element.iterchildren(tag)
