@@ -72,7 +72,7 @@ class CompiledFunction:
         from numba import njit
 
         self.dispatcher: Any = njit(cache=True, **_OPTIONS)(function)
-        self.name = function.__name__
+        self.name = function.__name__.lstrip("_")
         self.__name__ = function.__name__
         self.__doc__ = function.__doc__
         self._signature = signature
@@ -88,7 +88,7 @@ class CompiledFunction:
 
     def is_cached(self) -> bool:
         """Tell whether the cache directory has code of this function (perhaps for another processor)."""
-        return any(Path(os.environ["NUMBA_CACHE_DIR"]).glob(f"*/{self._module}.{self.name}-*.nbi"))
+        return any(Path(os.environ["NUMBA_CACHE_DIR"]).glob(f"*/{self._module}.{self.__name__}-*.nbi"))
 
     def compile(self) -> bool:
         """Compile or load; return True when it had to be compiled anew."""

@@ -1,0 +1,66 @@
+"""Where compiled code goes, and what the first and the second start report; each in a process of its own."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+KERNEL = Path(__file__).parents[3] / "kernel"
+REPORT = """
+import json, os
+from virtualrobot_kernel.numeric import cache
+calls = []
+anew = cache.compile_all(lambda done, total, name: calls.append((done, total, name)))
+print(json.dumps({"calls": calls, "anew": anew, "directory": os.environ["NUMBA_CACHE_DIR"]}))
+"""
+DIRECTORY = """
+import json, os
+import virtualrobot_kernel.numeric
+print(json.dumps({"directory": os.environ["NUMBA_CACHE_DIR"]}))
+"""
+
+
+def run(program: str, **environment: str) -> dict:
+    """Run a program in a new process and return what it prints."""
+    inherited = {key: value for key, value in os.environ.items() if key != "NUMBA_CACHE_DIR"}
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        env={**inherited, "PYTHONPATH": str(KERNEL), **environment},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return json.loads(done.stdout)
+
+
+def test_first_start_says_what_it_compiles_and_the_second_says_nothing(tmp_path: Path) -> None:
+    first = run(REPORT, NUMBA_CACHE_DIR=str(tmp_path))
+    names = [name for _, _, name in first["calls"]]
+    assert {"forward_forest", "chain_frames", "chain_jacobian", "search"} <= set(names)
+    assert [(done, total) for done, total, _ in first["calls"]] == [(i, len(names)) for i in range(len(names))]
+    assert first["anew"] == names
+    assert Path(first["directory"]).parent == tmp_path
+    second = run(REPORT, NUMBA_CACHE_DIR=str(tmp_path))
+    assert second == {"calls": [], "anew": [], "directory": first["directory"]}
+
+
+def test_without_a_setting_the_user_s_cache_directory_is_used(tmp_path: Path) -> None:
+    directory = Path(run(DIRECTORY, XDG_CACHE_HOME=str(tmp_path), HOME=str(tmp_path))["directory"])
+    assert directory.is_relative_to(tmp_path)
+    assert directory.is_dir()
+
+
+def test_a_child_process_uses_the_directory_of_its_parent(tmp_path: Path) -> None:
+    parent = run(DIRECTORY, NUMBA_CACHE_DIR=str(tmp_path))["directory"]
+    assert run(DIRECTORY, NUMBA_CACHE_DIR=parent)["directory"] == parent
+
+
+def test_a_place_that_cannot_be_written_gives_way_to_a_temporary_one(tmp_path: Path) -> None:
+    blocked = tmp_path / "file"
+    blocked.write_text("not a directory")
+    directory = Path(run(DIRECTORY, NUMBA_CACHE_DIR=str(blocked / "cache"))["directory"])
+    assert not directory.is_relative_to(tmp_path)
+    assert not directory.exists()  # it went with its process
