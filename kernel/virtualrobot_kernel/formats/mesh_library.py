@@ -49,6 +49,17 @@ def find_mesh(
     return Mesh(main.key, main.sha256, scale, tuple(found.items())), tuple(warnings)
 
 
+def hold_mesh(files: Files, mesh: Mesh, referrer: str = "") -> tuple[Mesh, tuple[str, ...]]:
+    """Return a mesh of a scene file or an API message with all its files in the asset store, and warnings.
+
+    One that the store holds already stays as it is; others are looked for by their URI, see `find_mesh`.
+    """
+    store = files.store
+    if mesh.sha256 and store.has(mesh.sha256) and all(store.has(sha256) for _, sha256 in mesh.files):
+        return mesh, ()
+    return find_mesh(files, mesh.uri, referrer, mesh.scale, mesh.sha256)
+
+
 def _gather(files: Files, main: File, file: File, found: dict[str, str], warnings: list[str]) -> None:
     """Read what `file` names, by name as counted from the main file, and what those files name."""
     for name in list_references(file.data, file.key):
@@ -56,7 +67,7 @@ def _gather(files: Files, main: File, file: File, found: dict[str, str], warning
         if known_as in found:
             continue
         try:
-            dependent = files.read(name, file.key)
+            dependent = _read_dependent(files, name, file.key)
         except MissingFileError as error:
             if ending(name) not in _LOOKS:
                 raise
@@ -64,6 +75,21 @@ def _gather(files: Files, main: File, file: File, found: dict[str, str], warning
             continue
         found[known_as] = dependent.sha256
         _gather(files, main, dependent, found, warnings)
+
+
+def _read_dependent(files: Files, name: str, referrer: str) -> File:
+    """Return the file by its name, or one of that name beside its referrer: exporters write their own disk's paths."""
+    try:
+        return files.read(name, referrer)
+    except MissingFileError:
+        beside = name.rpartition("/")[2]
+        if beside == name or not beside:
+            raise
+        try:
+            return files.read(beside, referrer)
+        except MissingFileError:
+            pass  # the first error says more
+        raise
 
 
 def _from_main(main: File, file: File, name: str) -> str:

@@ -26,7 +26,7 @@ BASE_JOINTS = (JointType.FIXED, JointType.FLOATING, JointType.PLANAR)
 """How a robot's root link may hang below its robot."""
 
 FindMesh = Callable[[str, str, tuple[float, float, float], bool], Mesh]
-"""(name, key of the file that names it, scale, whether it is drawn) -> the mesh, parsed once to see that it is whole."""
+"""(name, key of the file that names it, scale, whether it is drawn) -> the mesh, parsed once to see if it is whole."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,30 +49,34 @@ class _Reader:
     mesh_count: int = 0
     warnings: list[str] = field(default_factory=list)
 
-    def link_figures(self, link: Element) -> tuple[Figure, ...]:
-        """Return the shapes of a link, visual ones first as a rule: they stay in the order of the file."""
-        name = link.get("name", "")
-        return tuple(
-            self._figure(Place(self.uri, f"link {name!r}"), element)
-            for element in link.iterchildren("visual", "collision")
-        )
+    def link_figures(self, name: str, link: Element) -> tuple[Figure, ...]:
+        """Return the shapes of a link in the order of the file."""
+        elements = link.iterchildren("visual", "collision")
+        figures = (self._figure(Place(self.uri, f"link {name!r}"), element) for element in elements)
+        return tuple(figure for figure in figures if figure is not None)
 
-    def _figure(self, place: Place, element: Element) -> Figure:
+    def _figure(self, place: Place, element: Element) -> Figure | None:
+        """Return the shape of a <visual> or <collision>, or None for one without extent."""
         visual = local_name(element) == "visual"
         geometry = element.find("geometry")
         shapes = [] if geometry is None else [child for child in geometry if isinstance(child.tag, str)]
         if not shapes:
             raise place.error(element, f"<{local_name(element)}> needs a <geometry> with a shape")
         color = self.palette.color_of(place, element) if visual else None
+        shape = self._geometry(place, shapes[0], visual)
+        if shape is None:
+            message = f"this <{local_name(shapes[0])}> has no extent and is left out"
+            self.warnings.append(str(place.error(shapes[0], message)))
+            return None
         return Figure(
-            self._geometry(place, shapes[0], visual),
+            shape,
             origin(place, element),
             None if color is None else Material(color),
             visual=visual,
             collision=not visual,
         )
 
-    def _geometry(self, place: Place, shape: Element, drawn: bool) -> Geometry:
+    def _geometry(self, place: Place, shape: Element, drawn: bool) -> Geometry | None:
         if local_name(shape) != "mesh":
             return primitive(place, shape)
         filename = text_attribute(place, shape, "filename")
@@ -122,18 +126,19 @@ def read_urdf(
     base = Joint(_free_name("base", joints), base_joint, axis=(0.0, 0.0, 1.0))
     nodes = [NodeSpec(robot, Kind.ROBOT, data=RobotData(source=file.key))]
     for name, joint in order:
-        nodes.append(_link_node(reader, robot, links[name], joint, base))
+        nodes.append(_link_node(reader, robot, name, links[name], joint, base))
     return UrdfModel(robot, tuple(nodes), reader.mesh_count, tuple(reader.warnings + palette.warnings))
 
 
-def _link_node(reader: _Reader, robot: str, link: Element, before: UrdfJoint | None, base: Joint) -> NodeSpec:
-    name = link.get("name", "")
+def _link_node(
+    reader: _Reader, robot: str, name: str, link: Element, before: UrdfJoint | None, base: Joint
+) -> NodeSpec:
     return NodeSpec(
         f"{robot}.{name}",
         Kind.LINK,
         robot if before is None else f"{robot}.{before.parent}",
         identity() if before is None else before.parent_t_joint,
-        figures=reader.link_figures(link),
+        figures=reader.link_figures(name, link),
         data=LinkData(base if before is None else before.joint, inertial(Place(reader.uri, f"link {name!r}"), link)),
     )
 

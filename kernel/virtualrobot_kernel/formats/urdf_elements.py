@@ -85,12 +85,12 @@ def number(place: Place, element: Element, name: str, default: float | None = No
     return numbers(place, element, name, 1, () if default is None else (default,))[0]
 
 
-def positive(place: Place, element: Element, name: str) -> float:
-    """Return one number above 0."""
-    value = number(place, element, name)
-    if value <= 0.0:
-        raise place.error(element, f"{name}={value:g} must be above 0")
-    return value
+def extent(place: Place, element: Element, name: str, count: int = 1) -> tuple[float, ...]:
+    """Return lengths in meters that are not below 0."""
+    values = numbers(place, element, name, count)
+    if min(values) < 0.0:
+        raise place.error(element, f"{name}={element.get(name)!r} must not be below 0")
+    return tuple(values)
 
 
 def origin(place: Place, element: Element) -> Pose:
@@ -148,21 +148,24 @@ def inertial(place: Place, link: Element) -> Inertial | None:
     )
 
 
-def primitive(place: Place, shape: Element) -> Geometry:
-    """Return the geometry of a <box>, <sphere>, <cylinder> or <capsule> (the last is a common extension)."""
+def primitive(place: Place, shape: Element) -> Geometry | None:
+    """Return the geometry of a <box>, <sphere>, <cylinder> or <capsule> (the last is a common extension).
+
+    None for one without extent: there are robots with spheres of radius 0 in them.
+    """
     kind = local_name(shape)
     if kind == "box":
-        x, y, z = numbers(place, shape, "size", 3)
-        if min(x, y, z) <= 0.0:
-            raise place.error(shape, f"size {x:g} {y:g} {z:g}: each edge must be above 0")
-        return Box((x, y, z))
+        x, y, z = extent(place, shape, "size", 3)
+        return Box((x, y, z)) if x and y and z else None
+    if kind not in ("sphere", "cylinder", "capsule"):
+        raise place.error(shape, f"unknown geometry <{kind}>; known: box, sphere, cylinder, capsule, mesh")
+    (radius,) = extent(place, shape, "radius")
     if kind == "sphere":
-        return Sphere(positive(place, shape, "radius"))
-    if kind == "cylinder":
-        return Cylinder(positive(place, shape, "radius"), positive(place, shape, "length"))
-    if kind == "capsule":
-        return Capsule(positive(place, shape, "radius"), positive(place, shape, "length"))
-    raise place.error(shape, f"unknown geometry <{kind}>; known: box, sphere, cylinder, capsule, mesh")
+        return Sphere(radius) if radius else None
+    (length,) = extent(place, shape, "length")
+    if not (radius and length):
+        return None
+    return Cylinder(radius, length) if kind == "cylinder" else Capsule(radius, length)
 
 
 @dataclass(slots=True)

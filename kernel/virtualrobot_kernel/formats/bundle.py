@@ -1,0 +1,50 @@
+"""Where a scene's files go when the scene travels: a folder for each mesh, laid out so that names inside files hold."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Iterable
+from posixpath import normpath
+
+from virtualrobot.resolver import is_relative
+
+from virtualrobot_kernel.world.figures import Mesh
+
+_FORBIDDEN = re.compile(r'[\x00-\x1f<>:"|?*\\/]')  # in file names of one system or another
+
+
+def bundle(meshes: Iterable[Mesh]) -> tuple[dict[Mesh, str], list[tuple[str, str]]]:
+    """Return the new URI of each mesh, relative to the scene file, and all files as (relative path, SHA-256).
+
+    A mesh goes to `assets/<8 hex digits>/<name>`, the digits being those of its content, so that equal meshes share a
+    folder and others with the same name don't meet. What the mesh file names keeps its path relative to it; where
+    such paths climb (`../textures/a.png`) the mesh goes deeper by as many folders. Files that are named by an absolute
+    path or a package lie beside the mesh, where they are found by their name alone.
+    """
+    uris: dict[Mesh, str] = {}
+    paths: dict[str, str] = {}
+    folders: dict[str, str] = {}
+    for mesh in meshes:
+        content = hashlib.sha256(repr((mesh.sha256, _file_name(mesh.uri), mesh.files)).encode()).hexdigest()
+        length = 8
+        while folders.setdefault(content[:length], content) != content:
+            length += 1
+        relative = [(_inside(name), sha256) for name, sha256 in mesh.files]
+        depth = max((name.split("/").count("..") for name, _ in relative), default=0)
+        folder = "/".join(["assets", content[:length], *["mesh"] * depth])
+        uris[mesh] = f"{folder}/{_file_name(mesh.uri)}"
+        paths[uris[mesh]] = mesh.sha256
+        for name, sha256 in relative:
+            paths[normpath(f"{folder}/{name}")] = sha256
+    return uris, list(paths.items())
+
+
+def _file_name(uri: str) -> str:
+    """Return the last part of a URI, made a name that any system takes."""
+    return _FORBIDDEN.sub("_", uri.replace("\\", "/").rpartition("/")[2]).lstrip(".") or "mesh"
+
+
+def _inside(name: str) -> str:
+    """Return a dependent's path relative to its mesh, `..` only at the start."""
+    return normpath(name) if is_relative(name) else _file_name(name)
