@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
-
-import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.world import index
@@ -145,8 +144,10 @@ def attached(change: Change, node: Node, parent: Node, parent_t_node: Pose | Non
     if parent_t_node is None:
         world = forward(change.structure, change.state)
         rows = change.structure.rows
-        parent_t_node = inverse(world[rows[parent.uid]]) @ world[rows[node.uid]]
-    change = replace(change, structure=structure, state=_placed(structure, change.state, node.uid, parent_t_node))
+        place: Pose = inverse(world[rows[parent.uid]]) @ world[rows[node.uid]]
+    else:
+        place = parent_t_node
+    change = replace(change, structure=structure, state=_placed(structure, change.state, node.uid, place))
     if node.kind is Kind.TOOL:
         change = _dismounted(change, node)
         change = _mounted(change, node)
@@ -155,7 +156,10 @@ def attached(change: Change, node: Node, parent: Node, parent_t_node: Pose | Non
 
 def clear_world(change: Change, command: ClearWorld, forward: Forward) -> Change:
     """Take everything away but the root; running motions end where they are."""
-    ended = tuple(replace(motion, cancel_reason="the world was cleared") for motion in change.state.motions)
+    ended = tuple(
+        replace(motion, cancel_reason="the world was cleared", end_tick=change.state.tick)
+        for motion in change.state.motions
+    )
     root = {WORLD_UID: change.structure.nodes[WORLD_UID]}
     state = replace(change.state, motions=(), ended=change.state.ended + ended, signals={}, speed_factor=1.0)
     return rebuilt(replace(change, state=state), root, change.structure.next_uid, {})
@@ -176,11 +180,9 @@ def _check_data(name: str, kind: Kind, data: object) -> None:
 
 
 def _checked(change: Change, node: Node) -> Change:
-    """Check what a node says of others: flange, postures and tool states."""
+    """Check what a node says of joints: postures and tool states."""
     structure = change.structure
     if node.kind is Kind.ROBOT and isinstance(node.data, RobotData):
-        if node.data.flange:
-            flange(structure, node)
         for posture in node.data.postures.values():
             check_posture(structure, node, posture)
     if node.kind is Kind.TOOL and isinstance(node.data, ToolData):
@@ -196,21 +198,10 @@ def _checked(change: Change, node: Node) -> Change:
     return change
 
 
-def check_posture(structure: Structure, robot: Node, positions: object) -> None:
+def check_posture(structure: Structure, robot: Node, positions: Mapping[str, float]) -> None:
     """Raise KernelError unless all named joints are the robot's and within limits."""
-    for joint, value in dict(positions).items():  # pyright: ignore[reportArgumentType, reportCallIssue] a Mapping by the callers' types
+    for joint, value in positions.items():
         check_joint_value(robot.name, single_joint(structure, robot, joint)[0], value)
-
-
-def flange(structure: Structure, robot: Node) -> Node:
-    """Return the node that tools are mounted on: the named link, or the last one before the tree branches."""
-    if not isinstance(robot.data, RobotData) or not robot.data.flange:
-        return structure.nodes[index.default_flange(structure, robot.uid)]
-    links = [structure.nodes[uid] for uid in structure.robots[robot.uid].links]
-    for link in links:
-        if link.name in (robot.data.flange, f"{robot.name}.{robot.data.flange}"):
-            return link
-    raise UnknownNameError(f"link of {robot.name!r} for its flange", robot.data.flange, (link.name for link in links))
 
 
 def _mounted(change: Change, tool: Node) -> Change:
@@ -249,8 +240,3 @@ def _refuse_while_robot_moves(change: Change, node: Node) -> None:
     if robot is not None:
         names = change.structure.robots[robot.uid].joint_names
         refuse_while_moving(change, robot, {(robot.uid, name) for name in names})
-
-
-def world_pose(change: Change, forward: Forward, uid: int) -> np.ndarray:
-    """Return where a node is in the world's frame, shape (4, 4)."""
-    return forward(change.structure, change.state)[change.structure.rows[uid]]

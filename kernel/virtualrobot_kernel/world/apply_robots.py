@@ -56,7 +56,8 @@ def pick_part(change: Change, command: PickPart, forward: Forward) -> Change:
         limit = command.max_distance or REACH_OF_A_PICK
     if distance[part.uid] > limit:
         raise KernelError(
-            f"the part {part.name!r} is {distance[part.uid]:.4f} m from the tool centre point of {command.robot!r}, farther than {limit:g} m",
+            f"the part {part.name!r} is {distance[part.uid]:.4f} m from the tool centre point of {command.robot!r}, "
+            f"farther than {limit:g} m",
             reason=Reason.WRONG_STATE,
             part=part.name,
             distance_meters=distance[part.uid],

@@ -121,7 +121,8 @@ def single_joint(structure: Structure, robot: Node, name: str) -> tuple[Joint, i
     joint = found.joints[place]
     if joint.type.coordinate_count != 1:
         raise KernelError(
-            f"the joint {name!r} of {robot.name!r} has {joint.type.coordinate_count} coordinates; give all coordinates of the robot",
+            f"the joint {name!r} of {robot.name!r} has {joint.type.coordinate_count} coordinates; "
+            "give all coordinates of the robot",
             robot=robot.name,
             joint=name,
         )
@@ -137,7 +138,8 @@ def check_joint_value(robot: str, joint: Joint, value: float) -> None:
     lower, upper = joint.limits.lower, joint.limits.upper
     if not lower - LIMIT_TOLERANCE <= value <= upper + LIMIT_TOLERANCE:
         raise LimitError(
-            f"the joint {joint.name!r} of {robot!r} cannot be at {value:g} {unit}; its limits are {lower:g} to {upper:g} {unit}",
+            f"the joint {joint.name!r} of {robot!r} cannot be at {value:g} {unit}; "
+            f"its limits are {lower:g} to {upper:g} {unit}",
             lower=lower,
             upper=upper,
             **about,

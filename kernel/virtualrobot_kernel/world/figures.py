@@ -75,7 +75,7 @@ class Mesh:
 
 @dataclass(frozen=True, slots=True)
 class Points:
-    """Points: `positions` are the bytes of a C-ordered float64 (n, 3) array, `colors` of a uint8 (n, 3) one or empty."""
+    """Points: `positions` holds the bytes of a float64 (n, 3) array in C order, `colors` of a uint8 (n, 3) or none."""
 
     positions: bytes
     colors: bytes = b""

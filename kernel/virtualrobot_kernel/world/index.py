@@ -19,6 +19,7 @@ from virtualrobot_kernel.world.structure import (
     LinkData,
     Mimic,
     Node,
+    RobotData,
     RobotIndex,
     Structure,
 )
@@ -46,6 +47,7 @@ def build(nodes: Mapping[int, Node], next_uid: int, revision: int) -> Structure:
     parent = np.array([rows.get(node.parent, -1) for node in nodes.values()], np.int32)
     order = _order(nodes, rows, children)
     robots, counts = _robots(nodes, children)
+    tools = _tools(nodes)
     return Structure(
         nodes=dict(nodes),
         next_uid=next_uid,
@@ -54,6 +56,7 @@ def build(nodes: Mapping[int, Node], next_uid: int, revision: int) -> Structure:
         rows=rows,
         children={uid: tuple(below) for uid, below in children.items()},
         robots=robots,
+        tools=tools,
         forest=_forest(nodes, rows, robots, parent, order),
         q_count=counts[0],
         v_count=counts[1],
@@ -77,33 +80,15 @@ def reparented(structure: Structure, uid: int, parent: int) -> Structure:
     parents[structure.rows[uid]] = structure.rows[parent]
     order = _order(nodes, structure.rows, children)
     forest = replace(structure.forest, parent=parents, order=order)
-    return replace(structure, nodes=nodes, children=children, forest=forest)
+    # A part has no tools below it; whatever else moves may take some to another robot.
+    tools = structure.tools if node.kind is Kind.PART else _tools(nodes)
+    return replace(structure, nodes=nodes, children=children, forest=forest, tools=tools)
 
 
 def replaced(structure: Structure, node: Node) -> Structure:
     """Return the structure with one node changed in anything but its parent and its data of joints."""
     nodes = {**structure.nodes, node.uid: node}
     return replace(structure, nodes=nodes)
-
-
-def default_flange(structure: Structure, robot: int) -> int:
-    """Return the uid of the last link before the robot's tree branches into several moving parts.
-
-    Without links it is the robot itself.
-    """
-    links = set(structure.robots[robot].links)
-    moving = {uid for uid in links if structure.nodes[uid].data.joint.type is not JointType.FIXED}  # pyright: ignore[reportOptionalMemberAccess, reportAttributeAccessIssue] links have LinkData
-
-    def moves(uid: int) -> bool:
-        return any(node.uid in moving for node in structure.below(uid))
-
-    at = robot
-    while below := [uid for uid in structure.children.get(at, ()) if uid in links]:
-        candidates = [uid for uid in below if moves(uid)] or below
-        if len(candidates) > 1:
-            break
-        at = candidates[0]
-    return at
 
 
 def _names(nodes: Iterable[Node]) -> dict[str, int]:
@@ -131,7 +116,7 @@ def _order(
     while stack:
         uid = stack.pop()
         order.append(rows[uid])
-        stack.extend(children.get(uid, ()))
+        stack.extend(reversed(tuple(children.get(uid, ()))))
     if len(order) != len(nodes):
         lost = next(node for node in nodes.values() if rows[node.uid] not in set(order))
         raise KernelError(f"the node {lost.name!r} hangs on no parent that leads to the world", node=lost.name)
@@ -156,8 +141,51 @@ def _robots(
             v_start.append(v)
             q += joint.type.coordinate_count
             v += joint.type.velocity_count
-        robots[uid] = RobotIndex(uid, tuple(links.get(uid, ())), tuple(joints), tuple(q_start), tuple(v_start))
+        below = tuple(links.get(uid, ()))
+        flange = _flange(node, [nodes[link] for link in below], children)
+        robots[uid] = RobotIndex(uid, flange, below, tuple(joints), tuple(q_start), tuple(v_start))
     return robots, (q, v)
+
+
+def _flange(robot: Node, links: list[Node], children: Mapping[int, Iterable[int]]) -> int:
+    """Return the link that tools are mounted on: the named one, or the last before the tree branches into moving parts.
+
+    Without links it is the robot itself.
+    """
+    named = robot.data.flange if isinstance(robot.data, RobotData) else ""
+    if named:
+        for link in links:
+            if link.name in (named, f"{robot.name}.{named}"):
+                return link.uid
+        raise UnknownNameError(f"link of {robot.name!r} for its flange", named, (link.name for link in links))
+    parents = {link.uid: link.parent for link in links}
+    moves = set()
+    for link in links:
+        at = link.uid
+        if _link_data(link).joint.type is not JointType.FIXED:
+            while at in parents and at not in moves:
+                moves.add(at)
+                at = parents[at]
+    flange = robot.uid
+    while below := [uid for uid in children.get(flange, ()) if uid in parents]:
+        candidates = [uid for uid in below if uid in moves] or below
+        if len(candidates) > 1:
+            break
+        flange = candidates[0]
+    return flange
+
+
+def _tools(nodes: Mapping[int, Node]) -> dict[int, tuple[int, ...]]:
+    """Return the tools (uids) mounted on each robot."""
+    tools: dict[int, tuple[int, ...]] = {}
+    for uid, node in nodes.items():
+        if node.kind is Kind.TOOL:
+            at = nodes.get(node.parent)
+            while at is not None and at.kind is not Kind.ROBOT:
+                at = nodes.get(at.parent)
+            if at is not None:
+                tools[at.uid] = (*tools.get(at.uid, ()), uid)
+    return tools
 
 
 def _links_by_robot(nodes: Mapping[int, Node]) -> dict[int, list[int]]:
@@ -219,7 +247,8 @@ def _mimic_source(robot: Node, joint: Joint, by_name: Mapping[str, Joint]) -> tu
         seen.append(at.name)
     if at.type not in SINGLE or joint.type not in SINGLE:
         raise KernelError(
-            f"the joint {joint.name!r} of {robot.name!r} mimics {at.name!r}; both must be revolute, continuous or prismatic",
+            f"the joint {joint.name!r} of {robot.name!r} mimics {at.name!r}; "
+            "both must be revolute, continuous or prismatic",
             robot=robot.name,
             joint=joint.name,
         )

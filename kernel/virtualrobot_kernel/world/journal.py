@@ -1,4 +1,4 @@
-"""The journal: every batch of commands that was applied, with its tick and its author. A run can be replayed from it."""
+"""The journal: every batch of commands that was applied, with its tick and author; a run is replayed from it."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ class Motion:
     """A motion that runs or has ended: what it moves and where it is on its path.
 
     `q_index` and `v_index` say where each column of the path goes in q and v; `joints` names the columns as
-    (robot uid, joint name); `tool_states` become true when the motion succeeds.
+    (robot uid, joint name); `tool_states` become true when the motion succeeds; `end_tick` is 0 until it has ended.
     """
 
     id: str
@@ -46,6 +46,7 @@ class Motion:
     start_tick: int
     tool_states: tuple[tuple[int, str], ...] = ()
     cancel_reason: str = ""
+    end_tick: int = 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

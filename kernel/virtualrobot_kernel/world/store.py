@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 
@@ -61,6 +62,9 @@ class _SetClock:
     done: Future[Snapshot] = field(default_factory=Future)
 
 
+Item = TypeVar("Item", _Batch, _Step, _SetClock)
+
+
 class World:
     """Owns the world thread. All methods may be called from any thread; results come as futures."""
 
@@ -82,6 +86,7 @@ class World:
         self._pacer = Pacer(clock, time.monotonic())
         self._queue: queue.SimpleQueue[_Batch | _Step | _SetClock | None] = queue.SimpleQueue()
         self._listeners: tuple[Callable[[], None], ...] = ()
+        self._ended = False
         self._thread = threading.Thread(target=self._run, name="world", daemon=True)
 
     @property
@@ -109,25 +114,29 @@ class World:
         """Have `published` called in the world thread after each snapshot; it must return at once."""
         self._listeners = (*self._listeners, published)
 
+    def unlisten(self, published: Callable[[], None]) -> None:
+        """Call `published` no more."""
+        self._listeners = tuple(listener for listener in self._listeners if listener != published)
+
     def submit(
         self, commands: Sequence[Command], author: str = "", expected_revision: int | None = None
     ) -> Future[Applied]:
         """Queue a batch that is applied as a whole between two ticks, or refused as a whole."""
-        batch = _Batch(tuple(commands), author, expected_revision)
-        self._queue.put(batch)
-        return batch.done
+        return self._queued(_Batch(tuple(commands), author, expected_revision)).done
 
     def step(self, ticks: int) -> Future[Snapshot]:
         """In STEPPED mode let time go on by some ticks; the future gives the snapshot after the last one."""
-        step = _Step(ticks)
-        self._queue.put(step)
-        return step.done
+        return self._queued(_Step(ticks)).done
 
     def set_clock(self, mode: Mode, speed_factor: float) -> Future[Snapshot]:
         """Change how time runs, between two ticks."""
-        change = _SetClock(mode, speed_factor)
-        self._queue.put(change)
-        return change.done
+        return self._queued(_SetClock(mode, speed_factor)).done
+
+    def _queued(self, item: Item) -> Item:
+        self._queue.put(item)
+        if self._ended:
+            self._refuse_rest()
+        return item
 
     def _run(self) -> None:
         while True:
@@ -143,6 +152,7 @@ class World:
             if item is None:
                 break
             self._serve(item)
+        self._ended = True
         self._refuse_rest()
 
     def _serve(self, item: _Batch | _Step | _SetClock) -> None:
@@ -165,7 +175,8 @@ class World:
         before = self.snapshot
         if batch.expected_revision is not None and batch.expected_revision != before.structure.revision:
             raise KernelError(
-                f"the structure has revision {before.structure.revision}, not {batch.expected_revision}; read it again and retry",
+                f"the structure has revision {before.structure.revision}, not {batch.expected_revision}; "
+                "read it again and retry",
                 reason=Reason.STALE_REVISION,
                 revision=before.structure.revision,
                 expected_revision=batch.expected_revision,

@@ -6,7 +6,7 @@ A node's row is its place in every per-node array. Rows follow the order of crea
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
@@ -167,9 +167,13 @@ class Node:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RobotIndex:
-    """Where a robot's joints are in the arrays; joints in the order of creation, mimic and fixed ones left out."""
+    """Where a robot's joints are in the arrays; joints in the order of creation, mimic and fixed ones left out.
+
+    `flange` is the uid of the node that tools are mounted on; `links` are uids.
+    """
 
     uid: int
+    flange: int
     links: tuple[int, ...]
     joints: tuple[Joint, ...]
     q_start: tuple[int, ...]
@@ -217,6 +221,7 @@ class Structure:
     rows: Mapping[int, int]
     children: Mapping[int, tuple[int, ...]]
     robots: Mapping[int, RobotIndex]
+    tools: Mapping[int, tuple[int, ...]]
     forest: Forest
     q_count: int
     v_count: int
@@ -254,9 +259,4 @@ class Structure:
 
     def tools_of(self, robot: int) -> tuple[Node, ...]:
         """Return the tools mounted on a robot, in the order of creation."""
-        tools = (node for node in self.nodes.values() if node.kind is Kind.TOOL)
-        return tuple(tool for tool in tools if (owner := self.robot_of(tool.uid)) and owner.uid == robot)
-
-    def with_revision(self, revision: int) -> Structure:
-        """Return the same structure under another revision."""
-        return replace(self, revision=revision)
+        return tuple(self.nodes[uid] for uid in self.tools.get(robot, ()))

@@ -31,7 +31,7 @@ def advance(state: State, tick_seconds: float) -> State:
         q[motion.q_index] = position
         v[motion.v_index] = velocity
         if now.phase in ENDED:
-            ended.append(motion)
+            ended.append(replace(motion, end_tick=state.tick + 1))
             v[motion.v_index] = 0.0
             if now.phase is Phase.SUCCEEDED:
                 tool_states.update(motion.tool_states)

@@ -1,0 +1,70 @@
+"""AssetService: files in chunks, by content."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+
+from virtualrobot.v1 import asset_pb2, asset_pb2_grpc
+
+from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.formats.references import list_references
+
+CHUNK_BYTES = 1024 * 1024
+
+
+class AssetServicer(asset_pb2_grpc.AssetServiceServicer):
+    """Serves AssetService."""
+
+    def __init__(self, rooms: Rooms) -> None:
+        """Serve from these rooms."""
+        self._rooms = rooms
+
+    async def Upload(
+        self, request_iterator: AsyncIterator[asset_pb2.UploadRequest], context: object
+    ) -> asset_pb2.UploadResponse:
+        """Take a file; nothing is kept of one that breaks off or does not have the stated SHA-256."""
+        store = self._rooms.assets
+        stated, data = "", bytearray()
+        async for request in request_iterator:
+            stated = stated or request.sha256
+            if not stated:
+                raise KernelError(
+                    "the first message of an upload must state the SHA-256", reason=Reason.MALFORMED_ASSET
+                )
+            if len(request.chunk) > CHUNK_BYTES:
+                raise KernelError(
+                    f"a chunk may have {CHUNK_BYTES} bytes, not {len(request.chunk)}", reason=Reason.TOO_LARGE
+                )
+            store.check_size(len(data) + len(request.chunk), "the upload")
+            data += request.chunk
+        if not stated:
+            raise KernelError(
+                "the upload has no message; the first must state the SHA-256", reason=Reason.MALFORMED_ASSET
+            )
+        run = asyncio.get_running_loop().run_in_executor
+        sha256 = await run(self._rooms.workers, store.put, bytes(data), stated)
+        return asset_pb2.UploadResponse(sha256=sha256, size_bytes=len(data))
+
+    async def Download(
+        self, request: asset_pb2.DownloadRequest, context: object
+    ) -> AsyncIterator[asset_pb2.DownloadResponse]:
+        """Give a file."""
+        data = self._rooms.assets.get(request.sha256)
+        for start in range(0, len(data), CHUNK_BYTES):
+            yield asset_pb2.DownloadResponse(chunk=data[start : start + CHUNK_BYTES])
+
+    async def Find(self, request: asset_pb2.FindRequest, context: object) -> asset_pb2.FindResponse:
+        """Tell which files are here already."""
+        store = self._rooms.assets
+        return asset_pb2.FindResponse(sha256s=[sha256 for sha256 in request.sha256s if store.has(sha256)])
+
+    async def ListReferences(
+        self, request: asset_pb2.ListReferencesRequest, context: object
+    ) -> asset_pb2.ListReferencesResponse:
+        """Tell which other files a file names."""
+        data = self._rooms.assets.get(request.sha256)
+        run = asyncio.get_running_loop().run_in_executor
+        uris = await run(self._rooms.workers, list_references, data, request.uri)
+        return asset_pb2.ListReferencesResponse(uris=uris)

@@ -1,0 +1,1 @@
+"""The only place where messages of the contract meet the kernel's own types."""

@@ -1,0 +1,95 @@
+"""Commands of the contract: to the world's own commands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+from virtualrobot.v1 import nodes_pb2, scene_pb2
+
+from virtualrobot_kernel.api.convert.nodes import figures, node_data, node_spec
+from virtualrobot_kernel.api.convert.values import array, finite, mask_fields, pose
+from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.world import commands
+from virtualrobot_kernel.world.state import Signal
+
+UPDATABLE = frozenset({"name", "parent_t_node", "hidden", "figures", "part", "robot", "link", "tool"})
+
+
+def world_commands(messages: Iterable[scene_pb2.Command]) -> list[commands.Command]:
+    """Return the commands; nodes that are created one after the other become one command."""
+    result: list[commands.Command] = []
+    for place, message in enumerate(messages):
+        kind = message.WhichOneof("command")
+        if kind is None:
+            raise KernelError(f"commands[{place}] says nothing to do", field=f"commands[{place}]")
+        if kind == "create_node":
+            spec = node_spec(message.create_node.node)
+            if result and isinstance(result[-1], commands.CreateNodes):
+                result[-1] = commands.CreateNodes((*result[-1].specs, spec))
+            else:
+                result.append(commands.CreateNodes((spec,)))
+        else:
+            result.append(COMMANDS[kind](getattr(message, kind)))
+    return result
+
+
+def _update(message: scene_pb2.UpdateNode) -> commands.UpdateNode:
+    fields = mask_fields(message.mask, nodes_pb2.Node)
+    if fields is None or not fields <= UPDATABLE:
+        said = ", ".join(sorted(fields - UPDATABLE)) if fields else "nothing"
+        raise KernelError(
+            f"the mask of update_node for {message.name!r} names {said}; "
+            f"it must name some of {', '.join(sorted(UPDATABLE))}",
+            node=message.name,
+        )
+    node, what = message.node, message.name
+    data = node_data(node, what)
+    kinds = fields & {"part", "robot", "link", "tool"}
+    if kinds and node.WhichOneof("kind") not in kinds:
+        raise KernelError(
+            f"the mask of update_node for {what!r} names {', '.join(kinds)}, but the node has none", node=what
+        )
+    return commands.UpdateNode(
+        name=message.name,
+        new_name=node.name if "name" in fields else None,
+        parent_t_node=pose(node.parent_t_node, f"{what}.parent_t_node") if "parent_t_node" in fields else None,
+        hidden=node.hidden if "hidden" in fields else None,
+        figures=figures(node, what) if "figures" in fields else None,
+        data=data if kinds else None,
+    )
+
+
+def _attach(message: scene_pb2.AttachNode) -> commands.AttachNode:
+    place = pose(message.parent_t_node, "parent_t_node") if message.HasField("parent_t_node") else None
+    return commands.AttachNode(message.name, message.parent, place)
+
+
+def _joints(message: scene_pb2.SetJointPositions) -> commands.SetJointPositions:
+    coordinates = array(message.coordinates, (None,), "coordinates") if message.HasField("coordinates") else None
+    if coordinates is not None and message.joint_positions:
+        raise KernelError("give joint_positions or coordinates, not both", robot=message.robot)
+    return commands.SetJointPositions(
+        message.robot, dict(message.joint_positions), None if coordinates is None else np.asarray(coordinates, float)
+    )
+
+
+COMMANDS: dict[str, Callable[[Any], commands.Command]] = {
+    "update_node": _update,
+    "remove_node": lambda message: commands.RemoveNode(message.name),
+    "attach_node": _attach,
+    "pick_part": lambda message: commands.PickPart(
+        message.robot, message.part, finite(message.max_distance_meters, "max_distance_meters")
+    ),
+    "place_part": lambda message: commands.PlacePart(message.robot, message.part, message.parent),
+    "set_joint_positions": _joints,
+    "select_tool": lambda message: commands.SelectTool(message.robot, message.tool, message.tool_center_point),
+    "set_tool_state": lambda message: commands.SetToolState(message.tool, message.state),
+    "create_signal": lambda message: commands.CreateSignal(
+        Signal(message.signal.name, message.signal.value, message.signal.description)
+    ),
+    "remove_signal": lambda message: commands.RemoveSignal(message.name),
+    "set_signal": lambda message: commands.SetSignal(message.name, message.value),
+    "set_speed_factor": lambda message: commands.SetSpeedFactor(message.robot, finite(message.factor, "factor")),
+}

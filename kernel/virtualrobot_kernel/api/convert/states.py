@@ -1,0 +1,87 @@
+"""Robots, signals, motions and the clock as they are in a snapshot: to messages."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from virtualrobot.v1 import kernel_pb2, motion_pb2, robot_pb2, signal_pb2
+
+from virtualrobot_kernel.api.convert.values import masked, quaternions, vector_message
+from virtualrobot_kernel.motion.running import Phase
+from virtualrobot_kernel.planning.robots import tcp_frame
+from virtualrobot_kernel.world.clock import Clock, Mode
+from virtualrobot_kernel.world.state import Motion, Selection, Signal, Snapshot
+from virtualrobot_kernel.world.structure import Kind, Node
+
+PHASES = {phase: getattr(motion_pb2, f"MOTION_PHASE_{phase.name}") for phase in Phase}
+MODES = {mode: getattr(kernel_pb2, f"CLOCK_MODE_{mode.name}") for mode in Mode}
+MODE_BY_NUMBER = {number: mode for mode, number in MODES.items()}
+
+
+def robot_states(
+    snapshot: Snapshot, robots: Iterable[Node], fields: frozenset[str] | None
+) -> list[robot_pb2.RobotState]:
+    """Return the states of some robots with the wanted fields (None: all)."""
+    nodes = list(robots)
+    messages = [_robot_state(snapshot, node) for node in nodes]
+    if nodes and (fields is None or "world_t_tcp" in fields):
+        frames = np.stack([tcp_frame(snapshot, node) for node in nodes])
+        for message, frame, turn in zip(messages, frames, quaternions(frames[:, :3, :3]).tolist(), strict=True):
+            place = message.world_t_tcp
+            place.position.CopyFrom(vector_message(frame[:3, 3].tolist()))
+            place.orientation.x, place.orientation.y, place.orientation.z, place.orientation.w = turn
+    return [masked(message, fields) for message in messages]
+
+
+def _robot_state(snapshot: Snapshot, node: Node) -> robot_pb2.RobotState:
+    structure, state = snapshot.structure, snapshot.state
+    robot = structure.robots[node.uid]
+    selection = state.selections.get(node.uid, Selection())
+    return robot_pb2.RobotState(
+        name=node.name,
+        positions=state.q[robot.q_slice].tolist(),
+        velocities=state.v[robot.v_slice].tolist(),
+        tool=structure.nodes[selection.tool].name if selection.tool else "",
+        tool_center_point=selection.tool_center_point,
+        tool_states={tool.name: state.tool_states.get(tool.uid, "") for tool in structure.tools_of(node.uid)},
+        speed_factor=state.speed_factors.get(node.uid, 1.0),
+        motion_ids=[motion.id for motion in state.motions if node.uid in motion.robots],
+    )
+
+
+def robots_named(snapshot: Snapshot, names: Iterable[str]) -> list[Node]:
+    """Return the robots of these names, or all; raise UnknownNameError."""
+    structure = snapshot.structure
+    chosen = [structure.node(name, Kind.ROBOT) for name in names]
+    return chosen or [structure.nodes[uid] for uid in structure.robots]
+
+
+def signal_message(signal: Signal) -> signal_pb2.Signal:
+    """Return a signal as a message."""
+    return signal_pb2.Signal(name=signal.name, value=signal.value, description=signal.description)
+
+
+def motion_message(snapshot: Snapshot, motion: Motion) -> motion_pb2.Motion:
+    """Return a motion as a message."""
+    nodes = snapshot.structure.nodes
+    return motion_pb2.Motion(
+        id=motion.id,
+        robots=[nodes[uid].name for uid in motion.robots if uid in nodes],
+        phase=PHASES[motion.running.phase],
+        progress=motion.running.progress,
+        planned_duration_seconds=motion.running.plan.duration,
+        start_time_seconds=motion.start_tick * snapshot.tick_seconds,
+        cancel_reason=motion.cancel_reason,
+    )
+
+
+def clock_message(clock: Clock) -> kernel_pb2.Clock:
+    """Return how time runs as a message."""
+    return kernel_pb2.Clock(
+        mode=MODES[clock.mode],
+        speed_factor=clock.speed_factor,
+        tick_nanoseconds=clock.tick_nanoseconds,
+        real_time_factor=clock.real_time_factor,
+        late_ticks=clock.late_ticks,
+    )

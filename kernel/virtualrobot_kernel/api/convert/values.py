@@ -1,0 +1,197 @@
+"""Poses, vectors, colours, arrays and stamps: messages to NumPy and back. What comes in is checked here, once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import TypeVar
+
+import numpy as np
+from google.protobuf.field_mask_pb2 import FieldMask
+from google.protobuf.message import Message
+from google.protobuf.timestamp_pb2 import Timestamp
+from numpy.typing import NDArray
+from virtualrobot.v1 import geometry_pb2
+
+from virtualrobot_kernel.errors import KernelError, UnknownNameError
+from virtualrobot_kernel.world.state import Snapshot
+
+M = TypeVar("M", bound=Message)
+
+DTYPES = {
+    geometry_pb2.ARRAY_TYPE_FLOAT64: np.dtype("<f8"),
+    geometry_pb2.ARRAY_TYPE_FLOAT32: np.dtype("<f4"),
+    geometry_pb2.ARRAY_TYPE_INT32: np.dtype("<i4"),
+    geometry_pb2.ARRAY_TYPE_UINT8: np.dtype("u1"),
+}
+
+
+def finite(value: float, what: str) -> float:
+    """Return the value; raise KernelError when it is not finite."""
+    if not math.isfinite(value):
+        raise KernelError(f"{what} must be a finite number, not {value}", field=what, value=value)
+    return value
+
+
+def positive(value: float, what: str) -> float:
+    """Return the value; raise KernelError when it is not finite and above 0."""
+    if not (math.isfinite(value) and value > 0.0):
+        raise KernelError(f"{what} must be above 0, not {value:g}", field=what, value=value)
+    return value
+
+
+def vector(message: geometry_pb2.Vector3, what: str) -> tuple[float, float, float]:
+    """Return x, y, z."""
+    x, y, z = message.x, message.y, message.z
+    return finite(x, f"{what}.x"), finite(y, f"{what}.y"), finite(z, f"{what}.z")
+
+
+def vector_message(values: Iterable[float]) -> geometry_pb2.Vector3:
+    """Return a Vector3 of x, y, z."""
+    x, y, z = values
+    return geometry_pb2.Vector3(x=x, y=y, z=z)
+
+
+def pose(message: geometry_pb2.Pose, what: str = "pose") -> NDArray[np.float64]:
+    """Return a pose as a read-only (4, 4) array; absent parts are identity."""
+    result = np.eye(4)
+    if message.HasField("position"):
+        result[:3, 3] = vector(message.position, f"{what}.position")
+    if message.HasField("orientation"):
+        turn = message.orientation
+        result[:3, :3] = rotation(np.array([turn.x, turn.y, turn.z, turn.w]), f"{what}.orientation")
+    result.setflags(write=False)
+    return result
+
+
+def rotation(xyzw: NDArray[np.float64], what: str) -> NDArray[np.float64]:
+    """Return the rotation matrix of a quaternion x, y, z, w, which is normalised first."""
+    length = float(np.linalg.norm(xyzw))
+    if not (math.isfinite(length) and length > 1e-9):
+        raise KernelError(f"{what} must be a quaternion of a length above 0, not {xyzw.tolist()}", field=what)
+    x, y, z, w = xyzw / length
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def quaternions(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the quaternions x, y, z, w with w >= 0 of (n, 3, 3) rotation matrices, shape (n, 4).
+
+    Bar-Itzhack, New method for extracting the quaternion from a rotation matrix (2000) would need eigenvectors; this is
+    Shepperd's (1978): the largest of four squares is taken as the pivot, so that no division is by a small number.
+    """
+    m = rotations
+    trace = m[:, 0, 0] + m[:, 1, 1] + m[:, 2, 2]
+    squares = np.stack([m[:, 0, 0], m[:, 1, 1], m[:, 2, 2], trace], axis=1)
+    pivot = squares.argmax(axis=1)
+    result = np.empty((len(m), 4))
+    for k in range(4):
+        rows = np.flatnonzero(pivot == k)
+        if not len(rows):
+            continue
+        r = m[rows]
+        if k == 3:
+            result[rows] = np.stack(
+                [
+                    r[:, 2, 1] - r[:, 1, 2],
+                    r[:, 0, 2] - r[:, 2, 0],
+                    r[:, 1, 0] - r[:, 0, 1],
+                    1 + trace[rows],
+                ],
+                axis=1,
+            )
+        else:
+            i, j, n = k, (k + 1) % 3, (k + 2) % 3
+            part = np.empty((len(rows), 4))
+            part[:, i] = 1 + r[:, i, i] - r[:, j, j] - r[:, n, n]
+            part[:, j] = r[:, j, i] + r[:, i, j]
+            part[:, n] = r[:, n, i] + r[:, i, n]
+            part[:, 3] = r[:, n, j] - r[:, j, n]
+            result[rows] = part
+    result /= np.linalg.norm(result, axis=1, keepdims=True)
+    result[result[:, 3] < 0] *= -1
+    return result
+
+
+def pose_message(matrix: NDArray[np.float64]) -> geometry_pb2.Pose:
+    """Return a (4, 4) pose as a message."""
+    x, y, z, w = quaternions(matrix[None, :3, :3])[0].tolist()
+    return geometry_pb2.Pose(
+        position=vector_message(matrix[:3, 3].tolist()), orientation=geometry_pb2.Quaternion(x=x, y=y, z=z, w=w)
+    )
+
+
+def is_identity(matrix: NDArray[np.float64]) -> bool:
+    """Return whether a pose changes nothing."""
+    return bool(np.array_equal(matrix, np.eye(4)))
+
+
+def poses_array(matrices: NDArray[np.float64]) -> geometry_pb2.Array:
+    """Return (n, 4, 4) poses as an array (n, 7) of x, y, z and the quaternion x, y, z, w."""
+    rows = np.concatenate([matrices[:, :3, 3], quaternions(matrices[:, :3, :3])], axis=1)
+    return array_message(rows)
+
+
+def array_message(
+    values: NDArray, kind: geometry_pb2.ArrayType = geometry_pb2.ARRAY_TYPE_FLOAT64
+) -> geometry_pb2.Array:
+    """Return an array as a message."""
+    stored = np.ascontiguousarray(values, DTYPES[kind])
+    return geometry_pb2.Array(type=kind, shape=stored.shape, data=stored.tobytes())  # pyright: ignore[reportArgumentType]
+
+
+def array(message: geometry_pb2.Array, shape: Sequence[int | None], what: str) -> NDArray:
+    """Return the array as float64 (8-bit ones as they are); None in `shape` stands for any length."""
+    dtype = DTYPES.get(message.type)
+    if dtype is None:
+        raise KernelError(f"{what}.type must say how the numbers are stored, such as ARRAY_TYPE_FLOAT64", field=what)
+    given = tuple(message.shape)
+    if len(given) != len(shape) or any(
+        want is not None and have != want for have, want in zip(given, shape, strict=False)
+    ):
+        wanted = ", ".join("n" if want is None else str(want) for want in shape)
+        raise KernelError(f"{what} must have the shape ({wanted}), not {given}", field=what, shape=given)
+    if math.prod(given) * dtype.itemsize != len(message.data):
+        raise KernelError(
+            f"{what} of shape {given} needs {math.prod(given) * dtype.itemsize} bytes, not {len(message.data)}",
+            field=what,
+        )
+    values = np.frombuffer(message.data, dtype).reshape(given)
+    if dtype.kind == "f" and not np.isfinite(values).all():
+        raise KernelError(f"{what} holds a number that is not finite", field=what)
+    return values if dtype.kind == "u" else values.astype(np.float64)
+
+
+def stamp(snapshot: Snapshot) -> geometry_pb2.Stamp:
+    """Return when a snapshot was true."""
+    seconds = int(snapshot.wall_time)
+    return geometry_pb2.Stamp(
+        wall_time=Timestamp(seconds=seconds, nanos=int((snapshot.wall_time - seconds) * 1e9)),
+        simulation_time_seconds=snapshot.simulation_time,
+        tick=snapshot.state.tick,
+        structure_revision=snapshot.structure.revision,
+        state_revision=snapshot.revision,
+    )
+
+
+def mask_fields(mask: FieldMask, message: type[Message]) -> frozenset[str] | None:
+    """Return the top-level fields that a mask wants, or None for all; raise UnknownNameError for a field that isn't."""
+    valid = message.DESCRIPTOR.fields_by_name
+    for path in mask.paths:
+        if path.split(".")[0] not in valid:
+            raise UnknownNameError(f"field of {message.DESCRIPTOR.name}", path, valid)
+    return frozenset(path.split(".")[0] for path in mask.paths) or None
+
+
+def masked(message: M, fields: frozenset[str] | None) -> M:
+    """Return the message with nothing but these fields (None: as it is)."""
+    if fields is not None:
+        for field, _ in message.ListFields():
+            if field.name not in fields:
+                message.ClearField(field.name)  # pyright: ignore[reportArgumentType]
+    return message

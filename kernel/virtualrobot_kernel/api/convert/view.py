@@ -1,0 +1,64 @@
+"""View settings: messages to frozen settings and back; nodes by name outside, by uid inside."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from google.protobuf.field_mask_pb2 import FieldMask
+from virtualrobot.v1 import geometry_pb2, view_pb2
+
+from virtualrobot_kernel.api.convert.values import mask_fields, vector, vector_message
+from virtualrobot_kernel.drawing.view import DEFAULT_FIELD_OF_VIEW, Camera, ViewSettings
+from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.world.structure import Kind, Structure
+
+
+def changed_settings(view: view_pb2.View, mask: FieldMask, structure: Structure) -> dict[str, Any]:
+    """Return the fields of ViewSettings that a mask names, with their new values."""
+    fields = mask_fields(mask, view_pb2.View)
+    if fields is None:
+        names = ", ".join(field.name for field in view.DESCRIPTOR.fields)
+        raise KernelError(f"the mask must name the fields that change, some of {names}", field="mask")
+    result: dict[str, Any] = {}
+    if "background" in fields:
+        color = view.background
+        result["background"] = (
+            (color.red, color.green, color.blue) if view.HasField("background") else DEFAULT.background
+        )
+    if "grid_hidden" in fields:
+        result["grid_hidden"] = view.grid_hidden
+    if "joint_axes" in fields:
+        result["joint_axes"] = tuple(structure.node(name, Kind.ROBOT).uid for name in view.joint_axes)
+    if "bounding_boxes" in fields:
+        result["bounding_boxes"] = tuple(structure.node(name).uid for name in view.bounding_boxes)
+    if "camera" in fields:
+        result["camera"] = _camera(view.camera) if view.HasField("camera") else None
+    return result
+
+
+DEFAULT = ViewSettings()
+
+
+def _camera(message: view_pb2.Camera) -> Camera:
+    return Camera(
+        vector(message.position, "camera.position"),
+        vector(message.target, "camera.target"),
+        message.field_of_view_radians or DEFAULT_FIELD_OF_VIEW,
+    )
+
+
+def view_message(settings: ViewSettings, structure: Structure) -> view_pb2.View:
+    """Return the settings as a message; nodes that are gone are left out."""
+    red, green, blue = settings.background
+    message = view_pb2.View(
+        background=geometry_pb2.Color(red=red, green=green, blue=blue),
+        grid_hidden=settings.grid_hidden,
+        joint_axes=[structure.nodes[uid].name for uid in settings.joint_axes if uid in structure.nodes],
+        bounding_boxes=[structure.nodes[uid].name for uid in settings.bounding_boxes if uid in structure.nodes],
+    )
+    if settings.camera:
+        camera = settings.camera
+        message.camera.position.CopyFrom(vector_message(camera.position))
+        message.camera.target.CopyFrom(vector_message(camera.target))
+        message.camera.field_of_view_radians = camera.field_of_view
+    return message

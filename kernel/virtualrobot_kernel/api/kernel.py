@@ -1,0 +1,104 @@
+"""KernelService: what the kernel is, how its time runs, and its end."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from collections.abc import AsyncIterator
+
+from virtualrobot.v1 import kernel_pb2, kernel_pb2_grpc
+
+from virtualrobot_kernel.api.convert.states import (
+    MODE_BY_NUMBER,
+    clock_message,
+    motion_message,
+    robot_states,
+    robots_named,
+    signal_message,
+)
+from virtualrobot_kernel.api.convert.values import finite, stamp
+from virtualrobot_kernel.api.rates import rate
+from virtualrobot_kernel.api.rooms import MAX_MESSAGE_BYTES, Rooms
+from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.formats.models import MODEL_FORMATS
+from virtualrobot_kernel.planning.robots import COMPONENTS
+from virtualrobot_kernel.version import VERSION
+
+CAPABILITIES = (
+    "assets",
+    "clock.realtime",
+    "clock.stepped",
+    "motion.group",
+    "motion.joint_trajectory",
+    "motion.linear",
+    "motion.point_to_point",
+    "motion.tool_state",
+    "scene.bundle",
+    "signals",
+    "viewer",
+)
+
+
+class KernelServicer(kernel_pb2_grpc.KernelServiceServicer):
+    """Serves KernelService."""
+
+    def __init__(self, rooms: Rooms) -> None:
+        """Serve from these rooms."""
+        self._rooms = rooms
+
+    async def GetInfo(self, request: kernel_pb2.GetInfoRequest, context: object) -> kernel_pb2.GetInfoResponse:
+        """Tell versions, limits and capabilities."""
+        url = self._rooms.viewer_url()
+        return kernel_pb2.GetInfoResponse(
+            version=VERSION,
+            api_version="virtualrobot.v1",
+            capabilities=[name for name in CAPABILITIES if name != "viewer" or url],
+            model_formats=MODEL_FORMATS,
+            kinematics=sorted(COMPONENTS),
+            max_message_bytes=MAX_MESSAGE_BYTES,
+            max_asset_bytes=self._rooms.assets.limit_bytes,
+            viewer_url=url,
+            process_id=os.getpid(),
+        )
+
+    async def GetClock(self, request: kernel_pb2.GetClockRequest, context: object) -> kernel_pb2.GetClockResponse:
+        """Tell how time runs."""
+        world = self._rooms.world
+        return kernel_pb2.GetClockResponse(stamp=stamp(world.snapshot), clock=clock_message(world.clock))
+
+    async def SetClock(self, request: kernel_pb2.SetClockRequest, context: object) -> kernel_pb2.SetClockResponse:
+        """Change how time runs."""
+        mode = MODE_BY_NUMBER.get(request.mode)
+        if mode is None:
+            raise KernelError("mode must be CLOCK_MODE_REALTIME or CLOCK_MODE_STEPPED", mode=request.mode)
+        world = self._rooms.world
+        factor = finite(request.speed_factor, "speed_factor") or 1.0
+        snapshot = await asyncio.wrap_future(world.set_clock(mode, factor))
+        return kernel_pb2.SetClockResponse(stamp=stamp(snapshot), clock=clock_message(world.clock))
+
+    async def WatchClock(
+        self, request: kernel_pb2.WatchClockRequest, context: object
+    ) -> AsyncIterator[kernel_pb2.WatchClockResponse]:
+        """Tell how time runs, again and again."""
+        world = self._rooms.world
+        async for snapshot in self._rooms.publications.snapshots(rate(request.max_rate_hertz, 1.0)):
+            yield kernel_pb2.WatchClockResponse(stamp=stamp(snapshot), clock=clock_message(world.clock))
+
+    async def Step(self, request: kernel_pb2.StepRequest, context: object) -> kernel_pb2.StepResponse:
+        """Let time go on by some ticks."""
+        world = self._rooms.world
+        first = world.snapshot.state.tick
+        snapshot = await asyncio.wrap_future(world.step(request.ticks))
+        state = snapshot.state
+        ended = [motion for motion in state.ended if motion.end_tick > first]
+        return kernel_pb2.StepResponse(
+            stamp=stamp(snapshot),
+            robots=robot_states(snapshot, robots_named(snapshot, ()), None),
+            signals=[signal_message(signal) for signal in state.signals.values()],
+            motions=[motion_message(snapshot, motion) for motion in (*ended, *state.motions)],
+        )
+
+    async def Shutdown(self, request: kernel_pb2.ShutdownRequest, context: object) -> kernel_pb2.ShutdownResponse:
+        """End the kernel once this call is answered."""
+        asyncio.get_running_loop().call_later(0.05, self._rooms.shut_down)
+        return kernel_pb2.ShutdownResponse()

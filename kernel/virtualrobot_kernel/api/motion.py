@@ -1,0 +1,180 @@
+"""MotionService: start, watch, pause, resume, cancel, stop."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import Counter
+from collections.abc import AsyncIterator, Sequence
+
+from virtualrobot.v1 import motion_pb2, motion_pb2_grpc
+
+from virtualrobot_kernel.api.author import author
+from virtualrobot_kernel.api.convert.moves import wished_move
+from virtualrobot_kernel.api.convert.states import motion_message
+from virtualrobot_kernel.api.convert.values import stamp
+from virtualrobot_kernel.api.rates import rate
+from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
+from virtualrobot_kernel.planning.moves import Move, joints_of, plan_motion
+from virtualrobot_kernel.world.change import moving_motion
+from virtualrobot_kernel.world.commands import CancelMotion, Command, PauseMotion, ResumeMotion, StopMotions
+from virtualrobot_kernel.world.state import Motion, Snapshot
+from virtualrobot_kernel.world.store import Applied
+
+GRACE_SECONDS = 1.0
+"""How long a motion bound to its watch goes on when nobody watches, in seconds of the wall clock."""
+
+
+class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
+    """Serves MotionService; remembers only who watches which motion."""
+
+    def __init__(self, rooms: Rooms) -> None:
+        """Serve from these rooms."""
+        self._rooms = rooms
+        self._watchers: Counter[str] = Counter()
+        self._bound: set[str] = set()
+
+    async def StartMotion(
+        self, request: motion_pb2.StartMotionRequest, context: object
+    ) -> motion_pb2.StartMotionResponse:
+        """Plan in a worker thread, then start between two ticks."""
+        moves = [wished_move(message, f"moves[{place}]") for place, message in enumerate(request.moves)]
+        world = self._rooms.world
+        await self._cleared(moves, request.busy_policy, author(context))
+        run = asyncio.get_running_loop().run_in_executor
+        command = await run(self._rooms.workers, plan_motion, world.snapshot, moves)
+        applied = await self._submit([command], context)
+        motion = _find(applied.snapshot, str(applied.created[0]))
+        if request.on_disconnect != motion_pb2.DISCONNECT_POLICY_CONTINUE:
+            self._bound.add(motion.id)
+            self._check_later(motion.id)
+        return motion_pb2.StartMotionResponse(
+            stamp=stamp(applied.snapshot), motion=motion_message(applied.snapshot, motion)
+        )
+
+    async def GetMotion(self, request: motion_pb2.GetMotionRequest, context: object) -> motion_pb2.GetMotionResponse:
+        """Tell how a motion is doing."""
+        snapshot = self._rooms.world.snapshot
+        motion = motion_message(snapshot, _find(snapshot, request.id))
+        return motion_pb2.GetMotionResponse(stamp=stamp(snapshot), motion=motion)
+
+    async def ListMotions(
+        self, request: motion_pb2.ListMotionsRequest, context: object
+    ) -> motion_pb2.ListMotionsResponse:
+        """Tell which motions run, and which have ended lately."""
+        snapshot = self._rooms.world.snapshot
+        state = snapshot.state
+        motions = state.motions if request.running_only else (*state.ended, *state.motions)
+        return motion_pb2.ListMotionsResponse(
+            stamp=stamp(snapshot), motions=[motion_message(snapshot, motion) for motion in motions]
+        )
+
+    async def WatchMotion(
+        self, request: motion_pb2.WatchMotionRequest, context: object
+    ) -> AsyncIterator[motion_pb2.WatchMotionResponse]:
+        """Tell progress until the end; whoever watches keeps the motion alive."""
+        id = request.id
+        pause = 1.0 / rate(request.max_rate_hertz)
+        snapshot = self._rooms.world.snapshot
+        _find(snapshot, id)
+        self._watchers[id] += 1
+        try:
+            while True:
+                motion = _find(snapshot, id)
+                yield motion_pb2.WatchMotionResponse(stamp=stamp(snapshot), motion=motion_message(snapshot, motion))
+                if motion.end_tick:
+                    return
+                snapshot = await self._progressed(snapshot, id, pause)
+        finally:
+            self._watchers[id] -= 1
+            self._check_later(id)
+
+    async def PauseMotion(
+        self, request: motion_pb2.PauseMotionRequest, context: object
+    ) -> motion_pb2.PauseMotionResponse:
+        """Slow a motion to standstill."""
+        return motion_pb2.PauseMotionResponse(motion=await self._changed(PauseMotion(request.id), request.id, context))
+
+    async def ResumeMotion(
+        self, request: motion_pb2.ResumeMotionRequest, context: object
+    ) -> motion_pb2.ResumeMotionResponse:
+        """Let a motion go on."""
+        return motion_pb2.ResumeMotionResponse(
+            motion=await self._changed(ResumeMotion(request.id), request.id, context)
+        )
+
+    async def CancelMotion(
+        self, request: motion_pb2.CancelMotionRequest, context: object
+    ) -> motion_pb2.CancelMotionResponse:
+        """Slow a motion to standstill and end it."""
+        command = CancelMotion(request.id, request.reason)
+        return motion_pb2.CancelMotionResponse(motion=await self._changed(command, request.id, context))
+
+    async def Stop(self, request: motion_pb2.StopRequest, context: object) -> motion_pb2.StopResponse:
+        """Cancel all motions, or all of some robots."""
+        before = {motion.id for motion in self._rooms.world.snapshot.state.motions}
+        applied = await self._submit([StopMotions(tuple(request.robots), f"stopped by {author(context)}")], context)
+        snapshot = applied.snapshot
+        stopped = [one for one in snapshot.state.motions if one.cancel_reason and one.id in before]
+        return motion_pb2.StopResponse(motions=[motion_message(snapshot, motion) for motion in stopped])
+
+    async def _cleared(self, moves: Sequence[Move], policy: int, who: str) -> None:
+        """Refuse, or cancel and wait for standstill, when joints that the moves need move already."""
+        world = self._rooms.world
+        snapshot = world.snapshot
+        while motion := moving_motion(snapshot.state, joints_of(snapshot, moves)):
+            if policy != motion_pb2.BUSY_POLICY_PREEMPT:
+                names = ", ".join(repr(snapshot.structure.nodes[uid].name) for uid in motion.robots)
+                raise KernelError(
+                    f"{names} moves in {motion.id!r}; wait for its end, cancel it, or start with PREEMPT",
+                    reason=Reason.ROBOT_BUSY,
+                    motion=motion.id,
+                )
+            if not motion.cancel_reason:
+                cancel = world.submit([CancelMotion(motion.id, f"preempted by {who}")], who)
+                snapshot = (await asyncio.wrap_future(cancel)).snapshot
+            else:
+                snapshot = await self._rooms.publications.newer_than(snapshot)
+
+    async def _progressed(self, seen: Snapshot, id: str, pause: float) -> Snapshot:
+        """Return the latest snapshot once the motion has gone on, after `pause` seconds or at its end."""
+        loop = asyncio.get_running_loop()
+        due = loop.time() + pause
+        snapshot = seen
+        while True:
+            snapshot = await self._rooms.publications.newer_than(snapshot)
+            if not any(motion.id == id for motion in snapshot.state.motions):
+                return snapshot
+            wait = due - loop.time()
+            if wait <= 0.0:
+                return snapshot
+
+    async def _changed(self, command: Command, id: str, context: object) -> motion_pb2.Motion:
+        applied = await self._submit([command], context)
+        return motion_message(applied.snapshot, _find(applied.snapshot, id))
+
+    async def _submit(self, commands: Sequence[Command], context: object) -> Applied:
+        return await asyncio.wrap_future(self._rooms.world.submit(commands, author(context)))
+
+    def _check_later(self, id: str) -> None:
+        if id in self._bound:
+            asyncio.get_running_loop().call_later(GRACE_SECONDS, self._check, id)
+
+    def _check(self, id: str) -> None:
+        """Cancel a motion that is bound to its watch when nobody watches it."""
+        running = any(motion.id == id for motion in self._rooms.world.snapshot.state.motions)
+        if running and not self._watchers[id]:
+            reason = f"nobody has watched it for {GRACE_SECONDS:g} s"
+            self._rooms.world.submit([CancelMotion(id, reason)], "kernel")
+        if not running:
+            self._bound.discard(id)
+            self._watchers.pop(id, None)
+
+
+def _find(snapshot: Snapshot, id: str) -> Motion:
+    """Return a motion that runs or has ended lately; raise UnknownNameError."""
+    motions = (*snapshot.state.motions, *snapshot.state.ended)
+    for motion in motions:
+        if motion.id == id:
+            return motion
+    raise UnknownNameError("motion", id, (motion.id for motion in motions))

@@ -1,0 +1,149 @@
+"""RobotService: where joints and tools are, and kinematics."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+
+import numpy as np
+from virtualrobot.v1 import nodes_pb2, robot_pb2, robot_pb2_grpc
+
+from virtualrobot_kernel.api.convert.nodes import JOINT_TYPE_NUMBERS, limits_message
+from virtualrobot_kernel.api.convert.states import robot_states, robots_named
+from virtualrobot_kernel.api.convert.values import array_message, mask_fields, pose, pose_message, poses_array, stamp
+from virtualrobot_kernel.api.rates import rate
+from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.planning.robots import arm_of, forward_links, solve_inverse
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import Kind, Node, RobotData
+
+
+class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
+    """Serves RobotService."""
+
+    def __init__(self, rooms: Rooms) -> None:
+        """Serve from these rooms."""
+        self._rooms = rooms
+
+    async def GetRobot(self, request: robot_pb2.GetRobotRequest, context: object) -> robot_pb2.GetRobotResponse:
+        """Tell joints, links and tools."""
+        snapshot = self._rooms.world.snapshot
+        structure = snapshot.structure
+        node, index = structure.robot(request.name)
+        data = node.data if isinstance(node.data, RobotData) else RobotData()
+        arm = arm_of(snapshot, node)
+        return robot_pb2.GetRobotResponse(
+            stamp=stamp(snapshot),
+            uid=node.uid,
+            joints=[
+                robot_pb2.JointDescription(
+                    name=joint.name,
+                    type=JOINT_TYPE_NUMBERS[joint.type],
+                    limits=limits_message(joint.limits),
+                    coordinate_count=joint.type.coordinate_count,
+                    velocity_count=joint.type.velocity_count,
+                )
+                for joint in index.joints
+            ],
+            links=[structure.nodes[uid].name for uid in index.links],
+            tools=[tool.name for tool in structure.tools_of(node.uid)],
+            flange=structure.nodes[arm.flange].name,
+            kinematics=data.kinematics,
+            chain_joints=arm.joint_names,
+            postures=[
+                nodes_pb2.NamedPosture(name=name, joint_positions=joints) for name, joints in data.postures.items()
+            ],
+        )
+
+    async def GetRobotStates(
+        self, request: robot_pb2.GetRobotStatesRequest, context: object
+    ) -> robot_pb2.GetRobotStatesResponse:
+        """Tell where robots are."""
+        snapshot = self._rooms.world.snapshot
+        fields = mask_fields(request.mask, robot_pb2.RobotState)
+        robots = robot_states(snapshot, robots_named(snapshot, request.names), fields)
+        return robot_pb2.GetRobotStatesResponse(stamp=stamp(snapshot), robots=robots)
+
+    async def WatchRobotStates(
+        self, request: robot_pb2.WatchRobotStatesRequest, context: object
+    ) -> AsyncIterator[robot_pb2.WatchRobotStatesResponse]:
+        """Tell where robots are, then those that change."""
+        fields = mask_fields(request.mask, robot_pb2.RobotState)
+        watched = {node.uid: node.name for node in robots_named(self._rooms.world.snapshot, request.names)}
+        before: Snapshot | None = None
+        told: dict[int, str] = {}
+        async for snapshot in self._rooms.publications.snapshots(rate(request.max_rate_hertz)):
+            structure = snapshot.structure
+            uids = [uid for uid in structure.robots if uid in watched or not request.names]
+            changed = [uid for uid in uids if before is None or uid not in told or _changed(before, snapshot, uid)]
+            removed = [name for uid, name in told.items() if uid not in structure.robots]
+            told = {uid: structure.nodes[uid].name for uid in uids}
+            if changed or removed or before is None:
+                robots = robot_states(snapshot, [structure.nodes[uid] for uid in changed], fields)
+                yield robot_pb2.WatchRobotStatesResponse(stamp=stamp(snapshot), robots=robots, removed_names=removed)
+            before = snapshot
+
+    async def SolveForward(
+        self, request: robot_pb2.SolveForwardRequest, context: object
+    ) -> robot_pb2.SolveForwardResponse:
+        """Tell where links would be."""
+        snapshot = self._rooms.world.snapshot
+        node = snapshot.structure.node(request.robot, Kind.ROBOT)
+        world_t_link, world_t_tcp = forward_links(snapshot, node, dict(request.joint_positions))
+        links = snapshot.structure.robots[node.uid].links
+        return robot_pb2.SolveForwardResponse(
+            stamp=stamp(snapshot),
+            world_t_tcp=pose_message(world_t_tcp),
+            links=[snapshot.structure.nodes[uid].name for uid in links],
+            world_t_link=poses_array(world_t_link),
+        )
+
+    async def SolveInverse(
+        self, request: robot_pb2.SolveInverseRequest, context: object
+    ) -> robot_pb2.SolveInverseResponse:
+        """Tell which joints reach a pose."""
+        snapshot = self._rooms.world.snapshot
+        node = snapshot.structure.node(request.robot, Kind.ROBOT)
+        reference = snapshot.structure.node(request.reference)
+        world_t_tcp = snapshot.world_t(reference.uid) @ pose(request.reference_t_tcp, "reference_t_tcp")
+        run = asyncio.get_running_loop().run_in_executor
+        arm, result = await run(self._rooms.workers, solve_inverse, snapshot, node, world_t_tcp, dict(request.seed))
+        solved = len(result.solutions) > 0
+        return robot_pb2.SolveInverseResponse(
+            stamp=stamp(snapshot),
+            status=robot_pb2.INVERSE_STATUS_SOLVED if solved else robot_pb2.INVERSE_STATUS_UNREACHABLE,
+            joint_names=arm.joint_names,
+            solutions=array_message(np.asarray(result.solutions).reshape(-1, len(arm.joint_names))),
+            configurations=result.configurations,
+            position_error_meters=result.position_error,
+            rotation_error_radians=result.rotation_error,
+            explanation=result.reason,
+        )
+
+
+def _changed(before: Snapshot, after: Snapshot, uid: int) -> bool:
+    """Return whether anything that RobotState tells has changed between two snapshots."""
+    if before.state is after.state and before.structure is after.structure:
+        return False
+    old, new = before.structure.robots.get(uid), after.structure.robots[uid]
+    if old is None or before.structure.nodes[uid] is not after.structure.nodes[uid]:
+        return True
+    a, b = before.state, after.state
+    return (
+        not np.array_equal(a.q[old.q_slice], b.q[new.q_slice])
+        or not np.array_equal(a.v[old.v_slice], b.v[new.v_slice])
+        or not np.array_equal(before.world_t(uid), after.world_t(uid))
+        or a.selections.get(uid) != b.selections.get(uid)
+        or a.speed_factors.get(uid) != b.speed_factors.get(uid)
+        or a.tool_states is not b.tool_states
+        or _tools(before, before.structure.nodes[uid]) != _tools(after, after.structure.nodes[uid])
+        or _moving(before, uid) != _moving(after, uid)
+    )
+
+
+def _tools(snapshot: Snapshot, node: Node) -> list[int]:
+    return [tool.uid for tool in snapshot.structure.tools_of(node.uid)]
+
+
+def _moving(snapshot: Snapshot, uid: int) -> list[str]:
+    return [motion.id for motion in snapshot.state.motions if uid in motion.robots]

@@ -1,0 +1,34 @@
+"""What the servicers reach of the kernel; `kernel.py` fills it in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+from virtualrobot_kernel.api.publications import Publications
+from virtualrobot_kernel.drawing.view import ViewStore
+from virtualrobot_kernel.formats.assets import AssetStore
+from virtualrobot_kernel.formats.mesh_library import MeshLibrary
+from virtualrobot_kernel.world.store import World
+
+MAX_MESSAGE_BYTES = 16 * 1024 * 1024
+"""The largest message that the server takes; larger things travel as assets, in chunks."""
+
+MAX_RATE_HERTZ = 250.0
+"""The most messages a second of one watch."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rooms:
+    """The rooms that the API opens. Long work goes to `workers`, never to the API's thread."""
+
+    world: World
+    publications: Publications
+    assets: AssetStore
+    meshes: MeshLibrary
+    view: ViewStore
+    workers: Executor
+    viewer_url: Callable[[], str]
+    viewer_count: Callable[[], int]
+    shut_down: Callable[[], None]

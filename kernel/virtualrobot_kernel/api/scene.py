@@ -1,0 +1,150 @@
+"""SceneService: the tree, changes of it, models and scene files."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Sequence
+
+from virtualrobot.v1 import nodes_pb2, scene_pb2, scene_pb2_grpc
+
+from virtualrobot_kernel.api import scene_files
+from virtualrobot_kernel.api.author import author
+from virtualrobot_kernel.api.convert.commands import world_commands
+from virtualrobot_kernel.api.convert.nodes import node_message
+from virtualrobot_kernel.api.convert.values import mask_fields, masked, poses_array, stamp
+from virtualrobot_kernel.api.rates import rate
+from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.world.commands import Command, CreateNodes, UpdateNode
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.store import Applied
+from virtualrobot_kernel.world.structure import Node, Structure
+
+
+class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
+    """Serves SceneService."""
+
+    def __init__(self, rooms: Rooms) -> None:
+        """Serve from these rooms."""
+        self._rooms = rooms
+
+    async def GetScene(self, request: scene_pb2.GetSceneRequest, context: object) -> scene_pb2.GetSceneResponse:
+        """Tell nodes and where they are."""
+        snapshot = self._rooms.world.snapshot
+        fields = mask_fields(request.node_mask, nodes_pb2.Node)
+        structure = snapshot.structure
+        nodes = [structure.node(name) for name in request.names] or _parents_first(structure)
+        rows = [structure.rows[node.uid] for node in nodes]
+        return scene_pb2.GetSceneResponse(
+            stamp=stamp(snapshot),
+            nodes=[masked(node_message(snapshot, node), fields) for node in nodes],
+            world_t_node=poses_array(snapshot.world_t_node[rows]),
+        )
+
+    async def WatchScene(
+        self, request: scene_pb2.WatchSceneRequest, context: object
+    ) -> AsyncIterator[scene_pb2.WatchSceneResponse]:
+        """Tell all nodes, then changes."""
+        fields = mask_fields(request.node_mask, nodes_pb2.Node)
+        wanted = {self._rooms.world.snapshot.structure.node(name).uid for name in request.names}
+        before: Snapshot | None = None
+        async for snapshot in self._rooms.publications.snapshots(rate(request.max_rate_hertz)):
+            message = _difference(before, snapshot, wanted, fields)
+            if before is None or message.nodes or message.removed_uids or message.moved_uids:
+                yield message
+            before = snapshot
+
+    async def Apply(self, request: scene_pb2.ApplyRequest, context: object) -> scene_pb2.ApplyResponse:
+        """Change the world by all commands or by none."""
+        commands = world_commands(request.commands)
+        if any(isinstance(command, (CreateNodes, UpdateNode)) for command in commands):
+            run = asyncio.get_running_loop().run_in_executor
+            commands = await run(self._rooms.workers, scene_files.with_assets, self._rooms.meshes, commands)
+        expected = request.expected_structure_revision if request.HasField("expected_structure_revision") else None
+        applied = await self._submit(commands, context, expected)
+        return scene_pb2.ApplyResponse(stamp=stamp(applied.snapshot), created=created_nodes(applied))
+
+    async def ImportModel(
+        self, request: scene_pb2.ImportModelRequest, context: object
+    ) -> scene_pb2.ImportModelResponse:
+        """Read a model in a worker thread, then add it as one change."""
+        run = asyncio.get_running_loop().run_in_executor
+        structure = self._rooms.world.snapshot.structure
+        model = await run(self._rooms.workers, scene_files.read_model, self._rooms.meshes, request, structure)
+        applied = await self._submit([CreateNodes(model.nodes)], context)
+        return scene_pb2.ImportModelResponse(
+            stamp=stamp(applied.snapshot),
+            created=created_nodes(applied),
+            mesh_count=model.mesh_count,
+            warnings=model.warnings,
+        )
+
+    async def LoadScene(self, request: scene_pb2.LoadSceneRequest, context: object) -> scene_pb2.LoadSceneResponse:
+        """Read a scene file in a worker thread, then replace the world by it, as one change."""
+        run = asyncio.get_running_loop().run_in_executor
+        structure = self._rooms.world.snapshot.structure
+        commands = await run(self._rooms.workers, scene_files.read_scene, self._rooms.meshes, request, structure)
+        applied = await self._submit(commands, context)
+        return scene_pb2.LoadSceneResponse(stamp=stamp(applied.snapshot), created=created_nodes(applied))
+
+    async def SaveScene(self, request: scene_pb2.SaveSceneRequest, context: object) -> scene_pb2.SaveSceneResponse:
+        """Write the world as a scene file's text."""
+        snapshot = self._rooms.world.snapshot
+        run = asyncio.get_running_loop().run_in_executor
+        text, files = await run(self._rooms.workers, scene_files.write_scene, snapshot, request.bundle)
+        return scene_pb2.SaveSceneResponse(
+            stamp=stamp(snapshot),
+            text=text,
+            files=[nodes_pb2.AssetFile(uri=path, sha256=sha256) for path, sha256 in files],
+        )
+
+    async def _submit(
+        self, commands: Sequence[Command], context: object, expected_revision: int | None = None
+    ) -> Applied:
+        return await asyncio.wrap_future(self._rooms.world.submit(commands, author(context), expected_revision))
+
+
+def created_nodes(applied: Applied) -> list[scene_pb2.CreatedNode]:
+    """Return the nodes that a batch created and did not remove again."""
+    nodes = applied.snapshot.structure.nodes
+    uids = [uid for uid in applied.created if isinstance(uid, int) and uid in nodes]
+    return [scene_pb2.CreatedNode(uid=uid, name=nodes[uid].name) for uid in uids]
+
+
+def _parents_first(structure: Structure) -> list[Node]:
+    uids = list(structure.nodes)
+    return [structure.nodes[uids[row]] for row in structure.forest.order.tolist()]
+
+
+def _difference(
+    before: Snapshot | None, after: Snapshot, wanted: set[int], fields: frozenset[str] | None
+) -> scene_pb2.WatchSceneResponse:
+    """Return what has changed between two snapshots, or everything when there is none before."""
+    structure = after.structure
+    nodes = [node for node in _parents_first(structure) if not wanted or node.uid in wanted]
+    if before is None:
+        changed, removed, moved = nodes, [], nodes
+    else:
+        old = before.structure
+        same = old is structure
+        changed = [] if same else [node for node in nodes if old.nodes.get(node.uid) is not node]
+        removed = [uid for uid in old.nodes if uid not in structure.nodes and (not wanted or uid in wanted)]
+        moved = _moved(before, after, nodes)
+    rows = [structure.rows[node.uid] for node in moved]
+    return scene_pb2.WatchSceneResponse(
+        stamp=stamp(after),
+        nodes=[masked(node_message(after, node), fields) for node in changed],
+        removed_uids=removed,
+        moved_uids=[node.uid for node in moved],
+        world_t_node=poses_array(after.world_t_node[rows]) if rows else None,
+    )
+
+
+def _moved(before: Snapshot, after: Snapshot, nodes: list[Node]) -> list[Node]:
+    if before.world_t_node is after.world_t_node and before.structure.rows is after.structure.rows:
+        return []
+    old, new = before.structure.rows, after.structure.rows
+    known = [node for node in nodes if node.uid in old]
+    a = before.world_t_node[[old[node.uid] for node in known]]
+    b = after.world_t_node[[new[node.uid] for node in known]]
+    differs = dict(zip((node.uid for node in known), (a != b).any(axis=(1, 2)).tolist(), strict=True)) if known else {}
+    return [node for node in nodes if differs.get(node.uid, True)]

@@ -1,0 +1,147 @@
+"""The server: grpc.aio in a thread of its own, so that four watchers and a slow call never block a fifth."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import threading
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import dataclass
+
+import grpc
+from grpc_health.v1 import health_pb2, health_pb2_grpc
+from grpc_health.v1._async import HealthServicer
+from grpc_reflection.v1alpha import reflection
+from virtualrobot.v1 import (
+    asset_pb2,
+    asset_pb2_grpc,
+    kernel_pb2,
+    kernel_pb2_grpc,
+    motion_pb2,
+    motion_pb2_grpc,
+    robot_pb2,
+    robot_pb2_grpc,
+    scene_pb2,
+    scene_pb2_grpc,
+    signal_pb2,
+    signal_pb2_grpc,
+    view_pb2,
+    view_pb2_grpc,
+)
+
+from virtualrobot_kernel.api.asset import AssetServicer
+from virtualrobot_kernel.api.interceptors import Errors, Token
+from virtualrobot_kernel.api.kernel import KernelServicer
+from virtualrobot_kernel.api.motion import MotionServicer
+from virtualrobot_kernel.api.publications import Publications
+from virtualrobot_kernel.api.robot import RobotServicer
+from virtualrobot_kernel.api.rooms import MAX_MESSAGE_BYTES, Rooms
+from virtualrobot_kernel.api.scene import SceneServicer
+from virtualrobot_kernel.api.signal import SignalServicer
+from virtualrobot_kernel.api.view import ViewServicer
+from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.world.store import World
+
+log = logging.getLogger(__name__)
+
+SERVICES = (
+    (kernel_pb2, kernel_pb2_grpc.add_KernelServiceServicer_to_server, KernelServicer),
+    (asset_pb2, asset_pb2_grpc.add_AssetServiceServicer_to_server, AssetServicer),
+    (scene_pb2, scene_pb2_grpc.add_SceneServiceServicer_to_server, SceneServicer),
+    (robot_pb2, robot_pb2_grpc.add_RobotServiceServicer_to_server, RobotServicer),
+    (motion_pb2, motion_pb2_grpc.add_MotionServiceServicer_to_server, MotionServicer),
+    (signal_pb2, signal_pb2_grpc.add_SignalServiceServicer_to_server, SignalServicer),
+    (view_pb2, view_pb2_grpc.add_ViewServiceServicer_to_server, ViewServicer),
+)
+"""Each noun of the contract, and who serves it."""
+
+OPTIONS = (
+    ("grpc.max_receive_message_length", MAX_MESSAGE_BYTES),
+    ("grpc.max_send_message_length", MAX_MESSAGE_BYTES),
+    ("grpc.so_reuseport", 0),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Address:
+    """Where to listen, and how: `token` empty means that none is wanted; certificate and key (PEM) mean TLS."""
+
+    host: str
+    port: int
+    token: str
+    certificate: bytes = b""
+    key: bytes = b""
+
+
+class Server:
+    """Owns the API's thread and event loop."""
+
+    def __init__(self, address: Address, world: World, rooms: Callable[[Publications], Rooms]) -> None:
+        """Prepare to serve `world`; `rooms` is called once the event loop runs."""
+        self._address = address
+        self._world = world
+        self._rooms = rooms
+        self._started: Future[int] = Future()
+        self._stop: asyncio.Event | None = None
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._thread = threading.Thread(target=self._run, name="api", daemon=True)
+
+    def start(self) -> int:
+        """Start serving and return the port; raise KernelError when the port is taken."""
+        self._thread.start()
+        return self._started.result()
+
+    def close(self) -> None:
+        """End all calls with UNAVAILABLE and the thread with them."""
+        if self._loop is not None and self._stop is not None and not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(self._stop.set)
+        self._thread.join(10.0)
+
+    def _run(self) -> None:
+        try:
+            asyncio.run(self._serve())
+        except BaseException as error:
+            if self._started.done():
+                raise
+            self._started.set_exception(error)
+
+    async def _serve(self) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._stop = asyncio.Event()
+        errors = Errors()
+        tokens = [Token(self._address.token)] if self._address.token else []
+        server = grpc.aio.server(interceptors=[*tokens, errors], options=OPTIONS)
+        rooms = self._rooms(Publications(self._world, self._loop))
+        names = [reflection.SERVICE_NAME, health_pb2.DESCRIPTOR.services_by_name["Health"].full_name]
+        for module, add, servicer in SERVICES:
+            add(servicer(rooms), server)
+            names += [service.full_name for service in module.DESCRIPTOR.services_by_name.values()]
+        health = HealthServicer()
+        health_pb2_grpc.add_HealthServicer_to_server(health, server)
+        reflection.enable_server_reflection(names, server)
+        port = self._bind(server)
+        await server.start()
+        for name in ("", *names):
+            await health.set(name, health_pb2.HealthCheckResponse.SERVING)
+        self._started.set_result(port)
+        await self._stop.wait()
+        await health.enter_graceful_shutdown()
+        errors.close()
+        await server.stop(0.5)
+
+    def _bind(self, server: grpc.aio.Server) -> int:
+        address = self._address
+        place = f"[{address.host}]:{address.port}" if ":" in address.host else f"{address.host}:{address.port}"
+        try:
+            if address.certificate:
+                pair = [(address.key, address.certificate)]
+                return server.add_secure_port(place, grpc.ssl_server_credentials(pair))
+            return server.add_insecure_port(place)
+        except RuntimeError as error:
+            raise KernelError(
+                f"cannot listen on {place}: the port is in use, or the address is not this machine's; "
+                "choose another one with --port (0: any free one)",
+                reason=Reason.WRONG_STATE,
+                address=place,
+            ) from error

@@ -1,0 +1,63 @@
+"""SignalService: digital signals."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Iterable, Mapping
+
+from virtualrobot.v1 import signal_pb2, signal_pb2_grpc
+
+from virtualrobot_kernel.api.author import author
+from virtualrobot_kernel.api.convert.states import signal_message
+from virtualrobot_kernel.api.convert.values import stamp
+from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.errors import UnknownNameError
+from virtualrobot_kernel.world.commands import SetSignal
+from virtualrobot_kernel.world.state import Signal
+
+
+class SignalServicer(signal_pb2_grpc.SignalServiceServicer):
+    """Serves SignalService."""
+
+    def __init__(self, rooms: Rooms) -> None:
+        """Serve from these rooms."""
+        self._rooms = rooms
+
+    async def GetSignals(self, request: signal_pb2.GetSignalsRequest, context: object) -> signal_pb2.GetSignalsResponse:
+        """Tell signals as they are."""
+        snapshot = self._rooms.world.snapshot
+        chosen = _chosen(snapshot.state.signals, request.names)
+        return signal_pb2.GetSignalsResponse(stamp=stamp(snapshot), signals=[signal_message(one) for one in chosen])
+
+    async def SetSignals(self, request: signal_pb2.SetSignalsRequest, context: object) -> signal_pb2.SetSignalsResponse:
+        """Set signals as one change."""
+        batch = [SetSignal(name, value) for name, value in sorted(request.values.items())]
+        applied = await asyncio.wrap_future(self._rooms.world.submit(batch, author(context)))
+        return signal_pb2.SetSignalsResponse(stamp=stamp(applied.snapshot))
+
+    async def WatchSignals(
+        self, request: signal_pb2.WatchSignalsRequest, context: object
+    ) -> AsyncIterator[signal_pb2.WatchSignalsResponse]:
+        """Tell signals, then each change in order."""
+        _chosen(self._rooms.world.snapshot.state.signals, request.names)
+        told: Mapping[str, Signal] | None = None
+        async for snapshot in self._rooms.publications.every_signal_change():
+            now = snapshot.state.signals
+            if request.names:
+                now = {name: now[name] for name in request.names if name in now}
+            before: Mapping[str, Signal] = told or {}
+            changed = [signal for name, signal in now.items() if before.get(name) != signal]
+            removed = [name for name in before if name not in now]
+            if changed or removed or told is None:
+                yield signal_pb2.WatchSignalsResponse(
+                    stamp=stamp(snapshot), signals=[signal_message(one) for one in changed], removed_names=removed
+                )
+            told = now
+
+
+def _chosen(signals: Mapping[str, Signal], names: Iterable[str]) -> list[Signal]:
+    names = list(names)
+    for name in names:
+        if name not in signals:
+            raise UnknownNameError("signal", name, signals)
+    return [signals[name] for name in names] if names else list(signals.values())

@@ -1,0 +1,51 @@
+"""ViewService: how the picture is set up."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+
+from virtualrobot.v1 import view_pb2, view_pb2_grpc
+
+from virtualrobot_kernel.api.convert.view import changed_settings, view_message
+from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.drawing.view import ViewSettings
+
+
+class ViewServicer(view_pb2_grpc.ViewServiceServicer):
+    """Serves ViewService."""
+
+    def __init__(self, rooms: Rooms) -> None:
+        """Serve from these rooms."""
+        self._rooms = rooms
+
+    async def GetView(self, request: view_pb2.GetViewRequest, context: object) -> view_pb2.GetViewResponse:
+        """Tell the set-up."""
+        structure = self._rooms.world.snapshot.structure
+        view = view_message(self._rooms.view.get(), structure)
+        return view_pb2.GetViewResponse(view=view, viewer_count=self._rooms.viewer_count())
+
+    async def UpdateView(self, request: view_pb2.UpdateViewRequest, context: object) -> view_pb2.UpdateViewResponse:
+        """Change the set-up."""
+        structure = self._rooms.world.snapshot.structure
+        fields = changed_settings(request.view, request.mask, structure)
+        return view_pb2.UpdateViewResponse(view=view_message(self._rooms.view.update(**fields), structure))
+
+    async def WatchView(
+        self, request: view_pb2.WatchViewRequest, context: object
+    ) -> AsyncIterator[view_pb2.WatchViewResponse]:
+        """Tell the set-up, then each change; a slow reader gets the latest."""
+        loop, changed = asyncio.get_running_loop(), asyncio.Event()
+
+        def wake(_: ViewSettings) -> None:
+            loop.call_soon_threadsafe(changed.set)
+
+        end = self._rooms.view.subscribe(wake)
+        try:
+            while True:
+                changed.clear()
+                view = view_message(self._rooms.view.get(), self._rooms.world.snapshot.structure)
+                yield view_pb2.WatchViewResponse(view=view)
+                await changed.wait()
+        finally:
+            end()

@@ -1,0 +1,105 @@
+"""The composition root: it alone knows every room of the house, builds them and joins them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from virtualrobot.v1 import scene_pb2
+
+from virtualrobot_kernel.api import scene_files
+from virtualrobot_kernel.api.publications import Publications
+from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.api.server import Address, Server
+from virtualrobot_kernel.drawing.view import ViewStore
+from virtualrobot_kernel.errors import MissingFileError
+from virtualrobot_kernel.formats.assets import AssetStore
+from virtualrobot_kernel.formats.mesh_library import MeshLibrary
+from virtualrobot_kernel.planning.robots import world_poses
+from virtualrobot_kernel.world.clock import Clock, Mode
+from virtualrobot_kernel.world.journal import MemoryJournal
+from virtualrobot_kernel.world.store import World
+
+if TYPE_CHECKING:
+    from virtualrobot_kernel.drawing.viewer import Viewer
+
+WORKERS = 2
+"""Threads for long work: reading files and planning."""
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """How a kernel is started: where it listens, how its time runs, and which port its viewer takes (0: a free one)."""
+
+    address: Address
+    mode: Mode = Mode.REALTIME
+    tick_nanoseconds: int = 4_000_000
+    viewer_port: int = 0
+
+
+class Kernel:
+    """Owns all threads of one world; `start` begins them and `close` ends them."""
+
+    def __init__(self, settings: Settings, shut_down: Callable[[], None]) -> None:
+        """Build the rooms; `shut_down` is called when a client asks for the kernel's end."""
+        self._settings = settings
+        self._viewer: Viewer | None = None
+        self._assets = AssetStore()
+        self._meshes = MeshLibrary(self._assets)
+        self._view = ViewStore()
+        self.world = World(world_poses, MemoryJournal(), Clock(settings.mode, 1.0, settings.tick_nanoseconds))
+        self._workers = ThreadPoolExecutor(WORKERS, thread_name_prefix="worker")
+        self._server = Server(settings.address, self.world, self._rooms)
+        self._shut_down = shut_down
+
+    def start(self) -> int:
+        """Start the world and the API; return the port."""
+        self.world.start()
+        return self._server.start()
+
+    def start_viewer(self) -> str:
+        """Start the drawing thread and return the viewer's address."""
+        from virtualrobot_kernel.drawing.viewer import (
+            Viewer,
+        )  # loading it takes a second that the first call need not wait
+
+        port = self._settings.viewer_port
+        viewer = Viewer(lambda: self.world.snapshot, self._view, self._meshes.load, port=port)
+        viewer.start()
+        self._viewer = viewer
+        return viewer.url
+
+    def load(self, path: Path) -> None:
+        """Load a scene file; raise KernelError when something in it is wrong."""
+        try:
+            text = path.read_text("utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            raise MissingFileError(f"cannot read the scene file {path}: {error}", file=path) from error
+        request = scene_pb2.LoadSceneRequest(text=text, uri=str(path.resolve()))
+        structure = self.world.snapshot.structure
+        commands = scene_files.read_scene(self._meshes, request, structure)
+        self.world.submit(commands, f"scene file {path}").result()
+
+    def close(self) -> None:
+        """End all calls with UNAVAILABLE, then every thread."""
+        self._server.close()
+        if self._viewer is not None:
+            self._viewer.close()
+        self.world.close()
+        self._workers.shutdown(wait=False, cancel_futures=True)
+
+    def _rooms(self, publications: Publications) -> Rooms:
+        return Rooms(
+            world=self.world,
+            publications=publications,
+            assets=self._assets,
+            meshes=self._meshes,
+            view=self._view,
+            workers=self._workers,
+            viewer_url=lambda: self._viewer.url if self._viewer else "",
+            viewer_count=lambda: self._viewer.viewer_count if self._viewer else 0,
+            shut_down=self._shut_down,
+        )

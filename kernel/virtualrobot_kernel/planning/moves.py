@@ -1,0 +1,244 @@
+"""Motions: from moves of one or several robots, and a snapshot, to one planned motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
+from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
+from virtualrobot_kernel.motion.plan import Plan, plan_lin, plan_ptp, plan_together, plan_trajectory
+from virtualrobot_kernel.planning.robots import Arm, arm_of, flange_t_tcp, solve_inverse
+from virtualrobot_kernel.world.apply_robots import tool_state
+from virtualrobot_kernel.world.change import inverse, single_joint
+from virtualrobot_kernel.world.commands import StartMotion
+from virtualrobot_kernel.world.figures import Pose
+from virtualrobot_kernel.world.state import Selection, Snapshot
+from virtualrobot_kernel.world.structure import Kind, Node, RobotData
+
+LINE_VELOCITY = 0.25
+"""The speed of a line where none is given, in m/s."""
+
+LINE_ACCELERATION = 1.0
+"""The acceleration of a line where none is given, in m/s^2."""
+
+JERK_RATIO = 10.0
+"""The jerk of a line in m/s^3 is its acceleration times this (1/s): full acceleration after 0.1 s."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PoseGoal:
+    """Where the chosen tool centre point shall be: `reference_t_tcp` (4, 4) in the frame of the node `reference`."""
+
+    reference_t_tcp: Pose
+    reference: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PointToPoint:
+    """A straight line in joint space to joints by name, to a pose, or to a posture by name."""
+
+    robot: str
+    goal: Mapping[str, float] | PoseGoal | str
+    speed_factor: float = 1.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Linear:
+    """A straight line of the tool centre point; 0 stands for the default speed (m/s) and acceleration (m/s^2)."""
+
+    robot: str
+    goal: PoseGoal
+    speed_factor: float = 1.0
+    max_velocity: float = 0.0
+    max_acceleration: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointTrajectory:
+    """Joints at times (n,) in seconds: positions (n, k), velocities (n, k) or None."""
+
+    robot: str
+    joint_names: tuple[str, ...]
+    times: NDArray[np.float64]
+    positions: NDArray[np.float64]
+    velocities: NDArray[np.float64] | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ToolStateMove:
+    """The joints of a tool (empty: the chosen one) to where one of its states has them."""
+
+    robot: str
+    tool: str
+    state: str
+    speed_factor: float = 1.0
+
+
+Move = PointToPoint | Linear | JointTrajectory | ToolStateMove
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlannedMove:
+    """The plan of one move, and which joints of the robot its columns are."""
+
+    robot: Node
+    joint_names: tuple[str, ...]
+    plan: Plan
+    tool_states: tuple[tuple[str, str], ...] = ()
+
+
+def plan_motion(snapshot: Snapshot, moves: Sequence[Move]) -> StartMotion:
+    """Return the command that starts these moves together; raise KernelError with place and reason if it can't be."""
+    if not moves:
+        raise KernelError("a motion needs at least one move", field="moves")
+    planned = [PLANNERS[type(move)](snapshot, move) for move in moves]
+    joints = tuple((one.robot.name, name) for one in planned for name in one.joint_names)
+    if len(set(joints)) != len(joints):
+        robot, joint = next(pair for pair in joints if joints.count(pair) > 1)
+        raise KernelError(f"two moves of one motion move the joint {joint!r} of {robot!r}", robot=robot, joint=joint)
+    plan = planned[0].plan if len(planned) == 1 else plan_together([one.plan for one in planned])
+    return StartMotion(joints, plan, tuple(pair for one in planned for pair in one.tool_states))
+
+
+def joints_of(snapshot: Snapshot, moves: Sequence[Move]) -> set[tuple[int, str]]:
+    """Return the joints that moves need, as (robot uid, joint name)."""
+    needed: set[tuple[int, str]] = set()
+    for move in moves:
+        node = snapshot.structure.node(move.robot, Kind.ROBOT)
+        if isinstance(move, ToolStateMove):
+            names: Sequence[str] = tuple(_tool_positions(snapshot, node, move)[1])
+        elif isinstance(move, JointTrajectory):
+            names = move.joint_names
+        elif isinstance(move, PointToPoint) and not isinstance(move.goal, PoseGoal):
+            names = tuple(_positions(node, move.goal))
+        else:
+            names = arm_of(snapshot, node).joint_names
+        needed |= {(node.uid, name) for name in names}
+    return needed
+
+
+def _point_to_point(snapshot: Snapshot, move: PointToPoint) -> PlannedMove:
+    node = snapshot.structure.node(move.robot, Kind.ROBOT)
+    if isinstance(move.goal, PoseGoal):
+        arm, goal = _solved(snapshot, node, move.goal)
+        limits, start = _limits(snapshot, node, arm.joint_names)
+        goal = _nearest_turn(goal, start, limits)
+        return PlannedMove(node, arm.joint_names, plan_ptp(start, goal, limits, move.speed_factor or 1.0))
+    positions = _positions(node, move.goal)
+    return _to_joints(snapshot, node, positions, move.speed_factor)
+
+
+def _to_joints(snapshot: Snapshot, node: Node, positions: Mapping[str, float], speed_factor: float) -> PlannedMove:
+    names = tuple(positions)
+    limits, start = _limits(snapshot, node, names)
+    goal = np.array([positions[name] for name in names])
+    return PlannedMove(node, names, plan_ptp(start, goal, limits, speed_factor or 1.0))
+
+
+def _positions(node: Node, goal: Mapping[str, float] | PoseGoal | str) -> Mapping[str, float]:
+    if isinstance(goal, str):
+        postures = node.data.postures if isinstance(node.data, RobotData) else {}
+        if goal not in postures:
+            raise UnknownNameError(f"posture of {node.name!r}", goal, postures)
+        goal = postures[goal]
+    assert not isinstance(goal, PoseGoal)
+    if not goal:
+        raise KernelError(f"the move of {node.name!r} names no joint", robot=node.name)
+    return goal
+
+
+def _linear(snapshot: Snapshot, move: Linear) -> PlannedMove:
+    node = snapshot.structure.node(move.robot, Kind.ROBOT)
+    arm = arm_of(snapshot, node)
+    limits, start = _limits(snapshot, node, arm.joint_names)
+    base_t_goal = inverse(snapshot.world_t(arm.base)) @ _world_t_goal(snapshot, move.goal)
+    acceleration = move.max_acceleration or LINE_ACCELERATION
+    cartesian = CartesianLimits(
+        velocity=move.max_velocity or LINE_VELOCITY, acceleration=acceleration, jerk=JERK_RATIO * acceleration
+    )
+    tip_t_tcp = flange_t_tcp(snapshot, node)
+    plan = plan_lin(arm.solver(), start, base_t_goal, limits, cartesian, move.speed_factor or 1.0, tip_t_tcp)
+    return PlannedMove(node, arm.joint_names, plan)
+
+
+def _joint_trajectory(snapshot: Snapshot, move: JointTrajectory) -> PlannedMove:
+    node = snapshot.structure.node(move.robot, Kind.ROBOT)
+    if not move.joint_names or len(set(move.joint_names)) != len(move.joint_names):
+        raise KernelError(
+            f"a trajectory must name its joints, each once, not {list(move.joint_names)}", robot=node.name
+        )
+    limits, start = _limits(snapshot, node, move.joint_names)
+    return PlannedMove(
+        node, move.joint_names, plan_trajectory(start, move.times, move.positions, move.velocities, limits)
+    )
+
+
+def _tool_state(snapshot: Snapshot, move: ToolStateMove) -> PlannedMove:
+    node = snapshot.structure.node(move.robot, Kind.ROBOT)
+    tool, positions = _tool_positions(snapshot, node, move)
+    if not positions:
+        raise KernelError(
+            f"the state {move.state!r} of the tool {tool!r} moves no joints; set it with the command set_tool_state",
+            reason=Reason.WRONG_STATE,
+            tool=tool,
+        )
+    planned = _to_joints(snapshot, node, positions, move.speed_factor)
+    return PlannedMove(node, planned.joint_names, planned.plan, ((tool, move.state),))
+
+
+def _tool_positions(snapshot: Snapshot, node: Node, move: ToolStateMove) -> tuple[str, dict[str, float]]:
+    structure = snapshot.structure
+    chosen = structure.nodes.get(snapshot.state.selections.get(node.uid, Selection()).tool)
+    name = move.tool or (chosen.name if chosen else "")
+    tools = [tool.name for tool in structure.tools_of(node.uid)]
+    if name not in tools:
+        raise UnknownNameError(f"tool of {node.name!r}", name, tools)
+    return name, tool_state(structure, name, move.state)[1]
+
+
+PLANNERS: dict[type, Callable[[Snapshot, Any], PlannedMove]] = {
+    PointToPoint: _point_to_point,
+    Linear: _linear,
+    JointTrajectory: _joint_trajectory,
+    ToolStateMove: _tool_state,
+}
+
+
+def _solved(snapshot: Snapshot, node: Node, goal: PoseGoal) -> tuple[Arm, NDArray[np.float64]]:
+    arm, result = solve_inverse(snapshot, node, _world_t_goal(snapshot, goal), {})
+    if not len(result.solutions):
+        raise KernelError(
+            f"{node.name!r} cannot reach the pose: {result.reason}",
+            reason=Reason.UNREACHABLE,
+            robot=node.name,
+            position_error_meters=result.position_error,
+            rotation_error_radians=result.rotation_error,
+        )
+    return arm, result.solutions[0]
+
+
+def _world_t_goal(snapshot: Snapshot, goal: PoseGoal) -> Pose:
+    return snapshot.world_t(snapshot.structure.node(goal.reference).uid) @ goal.reference_t_tcp
+
+
+def _limits(snapshot: Snapshot, node: Node, names: Sequence[str]) -> tuple[JointLimits, NDArray[np.float64]]:
+    """Return the limits of joints and where they are now, (k,) each."""
+    found = [single_joint(snapshot.structure, node, name) for name in names]
+    limits = [joint.limits for joint, _, _ in found]
+    columns = {
+        field: np.array([getattr(one, field) for one in limits])
+        for field in ("lower", "upper", "velocity", "acceleration", "jerk")
+    }
+    return JointLimits(tuple(names), **columns), snapshot.state.q[[place for _, place, _ in found]]
+
+
+def _nearest_turn(goal: NDArray[np.float64], start: NDArray[np.float64], limits: JointLimits) -> NDArray[np.float64]:
+    """Return the goal with joints that turn without limits brought within half a turn of where they are."""
+    free = np.isinf(limits.lower) & np.isinf(limits.upper)
+    turns = np.round((goal - start) / (2 * np.pi))
+    return np.where(free, goal - 2 * np.pi * turns, goal)

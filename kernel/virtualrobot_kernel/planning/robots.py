@@ -1,0 +1,189 @@
+"""The kinematics of robots as they stand in a snapshot: from a robot's base to its flange, tool included."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
+from virtualrobot_kernel.kinematics.chain import ChainKinematics
+from virtualrobot_kernel.kinematics.component import InverseOptions, InverseResult, Kinematics
+from virtualrobot_kernel.kinematics.extract import extract_chain
+from virtualrobot_kernel.numeric.chain import SerialChain
+from virtualrobot_kernel.numeric.forest import forward_forest
+from virtualrobot_kernel.world.change import check_joint_value, inverse, single_joint
+from virtualrobot_kernel.world.figures import Pose
+from virtualrobot_kernel.world.state import Selection, Snapshot, State
+from virtualrobot_kernel.world.structure import JointType, LinkData, Node, RobotData, RobotIndex, Structure, ToolData
+
+COMPONENTS: Mapping[str, Callable[[SerialChain, tuple[str, ...]], Kinematics]] = {"chain": ChainKinematics}
+"""The kinematics components by name."""
+
+REMEMBERED = 256
+"""How many arms are kept ready."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Arm:
+    """The serial chain of a robot from `base` to `flange` (uids), and where its k coordinates are in q, shape (k,)."""
+
+    robot: Node
+    base: int
+    flange: int
+    joint_names: tuple[str, ...]
+    q_index: NDArray[np.int32]
+    kinematics: Kinematics | None
+
+    def solver(self) -> Kinematics:
+        """Return the kinematics; raise KernelError when no joint moves the flange."""
+        if self.kinematics is None:
+            raise KernelError(
+                f"no joint of {self.robot.name!r} moves its flange; name its flange in the robot's `flange`, or move "
+                "its joints one by one",
+                reason=Reason.WRONG_STATE,
+                robot=self.robot.name,
+            )
+        return self.kinematics
+
+
+def world_poses(structure: Structure, state: State) -> NDArray[np.float64]:
+    """Return world_t_node (N, 4, 4) of every node: the one forward pass."""
+    forest = structure.forest
+    result = np.empty_like(state.parent_t_node)
+    forward_forest(
+        forest.order,
+        forest.parent,
+        forest.joint_type,
+        forest.axis,
+        forest.q_index,
+        forest.multiplier,
+        forest.offset,
+        state.parent_t_node,
+        state.q,
+        result,
+    )
+    result.setflags(write=False)
+    return result
+
+
+_arms: OrderedDict[tuple[RobotIndex, int, bytes], Arm] = OrderedDict()
+
+
+def arm_of(snapshot: Snapshot, robot: Node) -> Arm:
+    """Return the chain from the robot's base (or its last floating or planar link) to its flange.
+
+    Chains are remembered as long as the robot's joints and the places of its links stay as they are.
+    """
+    structure = snapshot.structure
+    index = structure.robots[robot.uid]
+    path: list[int] = []
+    base = index.flange
+    while base != robot.uid:
+        data = structure.nodes[base].data
+        if isinstance(data, LinkData) and data.joint.type in (JointType.FLOATING, JointType.PLANAR):
+            break
+        path.append(base)
+        base = structure.nodes[base].parent
+    rows = [structure.rows[uid] for uid in path]
+    key = (index, base, snapshot.state.parent_t_node[rows].tobytes())
+    arm = _arms.get(key)
+    if arm is None or arm.robot is not robot:
+        arm = _arms[key] = _built(structure, snapshot.state, robot, index, base, path)
+        while len(_arms) > REMEMBERED:
+            _arms.popitem(last=False)
+    return arm
+
+
+def _built(structure: Structure, state: State, robot: Node, index: RobotIndex, base: int, path: list[int]) -> Arm:
+    moving = any(
+        isinstance(data := structure.nodes[uid].data, LinkData) and data.joint.type is not JointType.FIXED
+        for uid in path
+    )
+    if not moving:
+        return Arm(robot, base, index.flange, (), np.empty(0, np.int32), None)
+    lower, upper = np.full(structure.q_count, -np.inf), np.full(structure.q_count, np.inf)
+    names: dict[int, str] = {}
+    for joint, start in zip(index.joints, index.q_start, strict=True):
+        lower[start], upper[start] = joint.limits.lower, joint.limits.upper
+        names[start] = joint.name
+    forest = structure.forest
+    chain, q_index = extract_chain(
+        structure.rows[base],
+        structure.rows[index.flange],
+        parent=forest.parent,
+        joint_type=forest.joint_type,
+        axis=forest.axis,
+        q_index=forest.q_index,
+        multiplier=forest.multiplier,
+        offset=forest.offset,
+        parent_t_node=state.parent_t_node,
+        lower=lower,
+        upper=upper,
+    )
+    joint_names = tuple(names[int(place)] for place in q_index)
+    component = robot.data.kinematics if isinstance(robot.data, RobotData) else "chain"
+    if component not in COMPONENTS:
+        raise UnknownNameError("kinematics component", component, COMPONENTS)
+    return Arm(robot, base, index.flange, joint_names, q_index, COMPONENTS[component](chain, joint_names))
+
+
+def tcp_frame(snapshot: Snapshot, robot: Node) -> Pose:
+    """Return world_t_tcp (4, 4) of the chosen tool centre point; without a tool the flange."""
+    tool, point = chosen_tcp(snapshot, robot)
+    if tool is None:
+        return snapshot.world_t(snapshot.structure.robots[robot.uid].flange)
+    return snapshot.world_t(tool.uid) @ point
+
+
+def chosen_tcp(snapshot: Snapshot, robot: Node) -> tuple[Node | None, Pose]:
+    """Return the chosen tool (None: none) and tool_t_tcp (4, 4)."""
+    selection = snapshot.state.selections.get(robot.uid, Selection())
+    tool = snapshot.structure.nodes.get(selection.tool)
+    if tool is None or not isinstance(tool.data, ToolData):
+        return None, np.eye(4)
+    return tool, tool.data.tool_center_points.get(selection.tool_center_point, np.eye(4))
+
+
+def flange_t_tcp(snapshot: Snapshot, robot: Node) -> Pose:
+    """Return where the chosen tool centre point is in the flange's frame, shape (4, 4)."""
+    flange = snapshot.structure.robots[robot.uid].flange
+    return inverse(snapshot.world_t(flange)) @ tcp_frame(snapshot, robot)
+
+
+def joint_vector(snapshot: Snapshot, arm: Arm, positions: Mapping[str, float]) -> NDArray[np.float64]:
+    """Return the arm's joints (k,): those named in `positions`, the others as they are; raise for unknown names."""
+    q = snapshot.state.q.copy()
+    for name, value in positions.items():
+        joint, place, _ = single_joint(snapshot.structure, arm.robot, name)
+        check_joint_value(arm.robot.name, joint, value)
+        q[place] = value
+    return q[arm.q_index]
+
+
+def forward_links(snapshot: Snapshot, robot: Node, positions: Mapping[str, float]) -> tuple[NDArray[np.float64], Pose]:
+    """Return world_t_link (n, 4, 4) of the robot's links and world_t_tcp (4, 4), with some joints elsewhere."""
+    structure = snapshot.structure
+    q = snapshot.state.q.copy()
+    for name, value in positions.items():
+        joint, place, _ = single_joint(structure, robot, name)
+        check_joint_value(robot.name, joint, value)
+        q[place] = value
+    world = world_poses(structure, replace(snapshot.state, q=q))
+    index = structure.robots[robot.uid]
+    tool, point = chosen_tcp(snapshot, robot)
+    tcp = world[structure.rows[index.flange]] if tool is None else world[structure.rows[tool.uid]] @ point
+    return world[[structure.rows[uid] for uid in index.links]], tcp
+
+
+def solve_inverse(
+    snapshot: Snapshot, robot: Node, world_t_tcp: Pose, seed: Mapping[str, float]
+) -> tuple[Arm, InverseResult]:
+    """Return the arm and the joints that bring its chosen tool centre point to `world_t_tcp` (4, 4)."""
+    arm = arm_of(snapshot, robot)
+    solver = arm.solver()
+    base_t_tip = inverse(snapshot.world_t(arm.base)) @ world_t_tcp @ inverse(flange_t_tcp(snapshot, robot))
+    return arm, solver.inverse(base_t_tip, InverseOptions(seed=joint_vector(snapshot, arm, seed)))

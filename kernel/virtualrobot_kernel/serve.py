@@ -1,0 +1,181 @@
+"""`virtualrobot serve`: starts a kernel, says where it listens, and ends it cleanly on SIGTERM, Ctrl-C or Shutdown."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import ipaddress
+import logging
+import os
+import secrets
+import signal
+import sys
+import threading
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from virtualrobot.session import token_path
+
+from virtualrobot_kernel.errors import KernelError
+
+log = logging.getLogger(__name__)
+
+DEFAULT_PORT = 50500
+SWITCH_INTERVAL_SECONDS = 0.0005
+"""How long a thread may hold the interpreter while others wait: measured to give calls the shortest tail."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a kernel until it is told to end; return the exit code."""
+    options = _parser().parse_args(arguments)
+    logging.basicConfig(
+        level=logging.DEBUG if options.debug else logging.WARNING, format="%(levelname)s %(name)s: %(message)s"
+    )
+    try:
+        return _serve(options)
+    except KernelError as error:
+        if options.debug:
+            raise
+        print(f"virtualrobot serve: {error}", file=sys.stderr)
+        return 1
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser("virtualrobot serve", description="Start a kernel and keep it running.")
+    parser.add_argument("scene", nargs="?", type=Path, help="a scene file to load first")
+    parser.add_argument("--host", default="127.0.0.1", help="the address to listen on (default: this machine only)")
+    parser.add_argument("--port", type=int, default=DEFAULT_PORT, help=f"0 for any free one (default: {DEFAULT_PORT})")
+    parser.add_argument("--token-file", type=Path, help="where the token is read from, or written when it isn't there")
+    parser.add_argument("--no-token", action="store_true", help="let every program of this machine in")
+    parser.add_argument("--tls-certificate", type=Path, help="a PEM file; needed beyond this machine")
+    parser.add_argument("--tls-key", type=Path, help="the certificate's key, a PEM file")
+    parser.add_argument("--headless", action="store_true", help="no viewer")
+    parser.add_argument(
+        "--viewer-port", type=int, default=8080, help="where the viewer is sought a port from (default: 8080)"
+    )
+    parser.add_argument("--stepped", action="store_true", help="time goes on only when a client steps it")
+    parser.add_argument(
+        "--tick-milliseconds", type=float, default=4.0, help="the length of a tick, from 1 (default: 4)"
+    )
+    parser.add_argument("--debug", action="store_true", help="log more, and show tracebacks")
+    return parser
+
+
+def _serve(options: argparse.Namespace) -> int:
+    _check(options)
+    _compile()
+    from virtualrobot_kernel.api.server import Address
+    from virtualrobot_kernel.kernel import Kernel, Settings
+    from virtualrobot_kernel.world.clock import Mode
+
+    sys.setswitchinterval(SWITCH_INTERVAL_SECONDS)
+    ended = threading.Event()
+    token = "" if options.no_token else _given_token(options) or secrets.token_urlsafe(32)
+    tls = [_read(path) for path in (options.tls_certificate, options.tls_key) if path]
+    settings = Settings(
+        Address(options.host, options.port, token, *tls),
+        Mode.STEPPED if options.stepped else Mode.REALTIME,
+        round(options.tick_milliseconds * 1e6),
+        options.viewer_port,
+    )
+    kernel = Kernel(settings, ended.set)
+    faults: list[threading.ExceptHookArgs] = []
+
+    def fault(about: threading.ExceptHookArgs) -> None:
+        # A world without its thread must not pretend to run.
+        log.critical("the thread %s failed", about.thread and about.thread.name, exc_info=about.exc_value)
+        faults.append(about)
+        ended.set()
+
+    threading.excepthook = fault
+    for name in ("SIGINT", "SIGTERM", "SIGBREAK"):
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), lambda *_: ended.set())
+    try:
+        port = kernel.start()
+        with _token_file(options, token, port):
+            if options.scene:
+                kernel.load(options.scene)
+            print(f"listening on {options.host}:{port}", flush=True)
+            if not options.headless:
+                print(f"viewer at {kernel.start_viewer()}", flush=True)
+            while not ended.wait(0.5):  # a wait without timeout can't be interrupted on Windows
+                pass
+    finally:
+        kernel.close()
+    return 1 if faults else 0
+
+
+def _check(options: argparse.Namespace) -> None:
+    """Refuse to listen beyond this machine without TLS and a token."""
+    if bool(options.tls_certificate) != bool(options.tls_key):
+        raise KernelError("--tls-certificate and --tls-key go together")
+    if options.tick_milliseconds < 1.0 or options.tick_milliseconds > 100.0:
+        raise KernelError(f"a tick may last 1 to 100 milliseconds, not {options.tick_milliseconds:g}")
+    if not 0 <= options.port <= 65535:
+        raise KernelError(f"a port is 0 to 65535, not {options.port}")
+    if _is_loopback(options.host):
+        return
+    if not options.tls_certificate:
+        raise KernelError(f"{options.host} is reachable from other machines: give --tls-certificate and --tls-key")
+    if options.no_token:
+        raise KernelError(f"{options.host} is reachable from other machines: --no-token is for this machine only")
+
+
+def _is_loopback(host: str) -> bool:
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def _compile() -> None:
+    """Load compiled code; on the first start say that it is compiled, and how far it is."""
+    from virtualrobot_kernel.numeric.cache import compile_all
+
+    def progress(done: int, total: int, name: str) -> None:
+        print(f"compiling (first start only) {done + 1}/{total}: {name}", file=sys.stderr, flush=True)
+
+    compile_all(progress)
+
+
+def _given_token(options: argparse.Namespace) -> str:
+    path = options.token_file
+    if path is None or not path.exists():
+        return ""
+    token = path.read_text("utf-8").strip()
+    if not token:
+        raise KernelError(f"the token file {path} is empty")
+    return token
+
+
+@contextlib.contextmanager
+def _token_file(options: argparse.Namespace, token: str, port: int) -> Iterator[None]:
+    """Keep the token where clients of this user look for it, readable by nobody else, while the kernel runs."""
+    if not token or (options.token_file and options.token_file.exists()):
+        yield
+        return
+    path = options.token_file or token_path(port)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.unlink(missing_ok=True)
+    with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
+        file.write(token)
+    try:
+        yield
+    finally:
+        with contextlib.suppress(OSError):
+            if path.read_text("utf-8") == token:
+                path.unlink()
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise KernelError(f"cannot read {path}: {error.strerror}") from error
+
+
+if __name__ == "__main__":
+    sys.exit(main())
