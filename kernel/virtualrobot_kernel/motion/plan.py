@@ -1,0 +1,195 @@
+"""The planners: PTP, LIN and timed joint trajectories become plans of plain arrays, or are refused with the place."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from virtualrobot_kernel.errors import KernelError, LimitError
+from virtualrobot_kernel.motion.limits import (
+    TOLERANCE,
+    CartesianLimits,
+    JointLimits,
+    checked_joints,
+    checked_scale,
+)
+from virtualrobot_kernel.motion.line import CartesianLine, cartesian_line
+from virtualrobot_kernel.motion.linear_path import LineKinematics, TcpKinematics, linear_path
+from virtualrobot_kernel.motion.path import joint_line, smooth_path
+from virtualrobot_kernel.motion.planned import Plan, Track, peaks, plan_together, planned
+from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
+from virtualrobot_kernel.motion.profile import jerk_limited_profile
+
+__all__ = ["Plan", "plan_lin", "plan_ptp", "plan_together", "plan_trajectory"]
+
+#: A LIN motion that has to be slowed down for a joint is slowed down by this much more.
+_MARGIN = 1.001
+
+
+def plan_ptp(
+    q_start: Sequence[float] | Array, q_goal: Sequence[float] | Array, limits: JointLimits, velocity_scale: float = 1.0
+) -> Plan:
+    """Return the point-to-point motion: the straight line between two joint positions (k,), phase-synchronised.
+
+    All joints share one jerk-limited law, the fastest that keeps every joint's velocity (times `velocity_scale` in
+    (0, 1]), acceleration and jerk. Continuous joints move by the plain difference. Raises LimitError naming a joint
+    whose start or goal is outside its limits.
+    """
+    q_start = checked_joints(q_start, len(limits.names), "the start of a PTP motion")
+    q_goal = checked_joints(q_goal, len(limits.names), "the goal of a PTP motion")
+    limits.check(q_start, "the start of the PTP motion")
+    limits.check(q_goal, "the goal of the PTP motion")
+    slow = limits.scaled(velocity_scale)
+    travel = np.abs(q_goal - q_start)
+    moving = travel > 0.0
+    if moving.any():
+        bounds = [
+            float((values[moving] / travel[moving]).min()) for values in (slow.velocity, slow.acceleration, slow.jerk)
+        ]
+        law = jerk_limited_profile(1.0, *bounds)
+    else:
+        law = jerk_limited_profile(0.0, 1.0, 1.0, 1.0)
+    return planned("ptp", joint_line(q_start, q_goal), law, limits)
+
+
+def plan_lin(
+    kinematics: LineKinematics,
+    q_start: Sequence[float] | Array,
+    base_t_goal: ArrayLike,
+    limits: JointLimits,
+    cartesian_limits: CartesianLimits | None = None,
+    velocity_scale: float = 1.0,
+    tip_t_tcp: ArrayLike | None = None,
+) -> Plan:
+    """Return the linear motion: the TCP moves on a straight line, its orientation turns about one axis (slerp).
+
+    base_t_goal: (4, 4), where the TCP ends; tip_t_tcp: (4, 4), the TCP at the kinematics' last frame (identity when
+    None). The law along the line keeps `cartesian_limits`, with speeds times `velocity_scale` in (0, 1]; where a joint
+    cannot follow, the whole motion is slowed down uniformly until every joint keeps its velocity, acceleration and
+    jerk. Errors: see `linear_path`.
+    """
+    q_start = checked_joints(q_start, len(limits.names), "the start of a LIN motion")
+    limits.check(q_start, "the start of the LIN motion")
+    tcp = TcpKinematics(kinematics, np.eye(4) if tip_t_tcp is None else np.array(tip_t_tcp, dtype=np.float64))
+    line = cartesian_line(tcp.pose(q_start), np.array(base_t_goal, dtype=np.float64))
+    bounds = _line_bounds(line, cartesian_limits or CartesianLimits(), checked_scale(velocity_scale, "velocity scale"))
+    if not bounds:
+        return planned("lin", joint_line(q_start, q_start), jerk_limited_profile(0.0, 1.0, 1.0, 1.0), limits)
+    path = linear_path(tcp, line, q_start, limits)
+    law = slowed_down(path, jerk_limited_profile(1.0, *bounds), limits.scaled(velocity_scale))
+    return planned("lin", path, law, limits)
+
+
+def plan_trajectory(
+    q_start: Sequence[float] | Array,
+    times: ArrayLike,
+    positions: ArrayLike,
+    velocities: ArrayLike | None,
+    limits: JointLimits,
+) -> Plan:
+    """Return the motion through joint positions (m, k) at times (m,) in s, m >= 2, at rest at start and end.
+
+    The path is `smooth_path`: it passes every sample at its time, with the given velocities (m, k) or its own.
+    Raises KernelError when the times do not increase strictly from 0, something is not finite, the first sample is
+    not at `q_start` (the current joints, to 1e-6), or an end velocity is not 0; LimitError naming joint, time, value
+    and limit where position or velocity leaves its limits, also between the samples.
+    """
+    names = limits.names
+    t, q = np.array(times, dtype=np.float64), np.array(positions, dtype=np.float64)
+    v = None if velocities is None else np.array(velocities, dtype=np.float64)
+    current = checked_joints(q_start, len(names), "the start of a trajectory")
+    _check_samples(t, q, v, names)
+    for index in np.flatnonzero(np.abs(q[0] - current) > TOLERANCE):
+        raise KernelError(
+            f"the trajectory starts with joint {names[index]!r} at {q[0, index]:.9g}, but the joint is at "
+            f"{current[index]:.9g}; they must agree to {TOLERANCE}",
+            joint=names[index],
+            value=q[0, index],
+            current=current[index],
+        )
+    q[0] = current
+    path = smooth_path(t, q, v)
+    excursion = path.first_excursion(limits.lower, limits.upper, TOLERANCE)
+    if excursion is not None:
+        what = f"the trajectory leaves the joint limits at {excursion.entered:.6g} s, at {excursion.parameter:.6g} s"
+        raise limits.error(excursion.component, excursion.value, what, time=excursion.entered)
+    excursion = path.derivative().first_excursion(-limits.velocity, limits.velocity, TOLERANCE)
+    if excursion is not None:
+        name, limit = names[excursion.component], float(limits.velocity[excursion.component])
+        raise LimitError(
+            f"the trajectory is too fast from {excursion.entered:.6g} s on: at {excursion.parameter:.6g} s joint "
+            f"{name!r} has velocity {excursion.value:.6g}, its limit is {limit:.6g} per second",
+            joint=name,
+            time=excursion.entered,
+            value=excursion.value,
+            limit=limit,
+        )
+    return planned("trajectory", path, PiecewisePolynomial(t[[0, -1]], np.array([[[0.0], [1.0]]])), limits)
+
+
+def slowed_down(path: PiecewisePolynomial, law: PiecewisePolynomial, limits: JointLimits) -> PiecewisePolynomial:
+    """Return `law` stretched uniformly until every joint of the path keeps its velocity, acceleration and jerk.
+
+    A stretch by c divides velocities by c, accelerations by c², jerks by c³, so that the largest of
+    max |v| / limit, sqrt(max |a| / limit), cbrt(max |j| / limit) is the stretch that is needed.
+    """
+    bounds = np.stack([limits.velocity, limits.acceleration, limits.jerk])
+    powers = np.array([1.0, 1.0 / 2.0, 1.0 / 3.0])
+    # The second, finer grid verifies the first; a stretched law is checked again.
+    for points in (2000, 7001):
+        while (need := float(((peaks(Track(path, law), points) / bounds).max(axis=1) ** powers).max())) > 1.0:
+            law = law.stretched(law.end * need * _MARGIN)
+    return law
+
+
+def _line_bounds(line: CartesianLine, limits: CartesianLimits, velocity_scale: float) -> list[float]:
+    """Return velocity, acceleration and jerk limits of the fraction u of the line; empty for a line of no length."""
+    motions = [
+        (line.length, (limits.velocity, limits.acceleration, limits.jerk)),
+        (line.angle, (limits.rotation_velocity, limits.rotation_acceleration, limits.rotation_jerk)),
+    ]
+    rows = [[value / size for value in values] for size, values in motions if size > 0.0]
+    if not rows:
+        return []
+    velocity, acceleration, jerk = (min(column) for column in zip(*rows, strict=True))
+    return [velocity * velocity_scale, acceleration, jerk]
+
+
+def _check_samples(t: Array, q: Array, v: Array | None, names: tuple[str, ...]) -> None:
+    if t.ndim != 1 or len(t) < 2:
+        raise KernelError(f"a trajectory needs at least 2 times, not an array of shape {t.shape}")
+    if q.shape != (len(t), len(names)):
+        raise KernelError(f"{len(t)} times and {len(names)} joints need positions of shape {(len(t), len(names))}, "
+                          f"not {q.shape}")  # fmt: skip
+    if v is not None and v.shape != q.shape:
+        raise KernelError(f"the velocities of a trajectory have shape {v.shape}, the positions {q.shape}")
+    if not np.all(np.isfinite(t)):
+        raise KernelError(f"times[{int(np.flatnonzero(~np.isfinite(t))[0])}] is not finite")
+    if t[0] != 0.0:
+        raise KernelError(f"the times of a trajectory start at 0, not {t[0]:.6g} s", time=t[0])
+    for row in np.flatnonzero(np.diff(t) <= 0.0):
+        raise KernelError(
+            f"the times of a trajectory must increase strictly: times[{row}] is {t[row]:.9g} s, times[{row + 1}] is "
+            f"{t[row + 1]:.9g} s",
+            time=t[row + 1],
+        )
+    for what, values in (("position", q),) if v is None else (("position", q), ("velocity", v)):
+        for row, joint in np.argwhere(~np.isfinite(values)):
+            raise KernelError(
+                f"the {what} of joint {names[joint]!r} at {t[row]:.6g} s is {values[row, joint]}; it must be finite",
+                joint=names[joint],
+                time=t[row],
+                value=values[row, joint],
+            )
+    if v is not None:
+        for row in (0, -1):
+            for joint in np.flatnonzero(v[row]):
+                raise KernelError(
+                    f"a trajectory starts and ends at rest, but joint {names[joint]!r} has velocity "
+                    f"{v[row, joint]:.6g} at {t[row]:.6g} s",
+                    joint=names[joint],
+                    time=t[row],
+                    value=v[row, joint],
+                )

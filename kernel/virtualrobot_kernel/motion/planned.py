@@ -1,0 +1,149 @@
+"""A planned motion: geometric paths and time laws as plain arrays, evaluated with nothing but numpy."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.motion.limits import JointLimits
+from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
+
+
+#: Time between rows of a plan's table (s), and the fewest and most rows.
+_TABLE_STEP, _TABLE_ROWS = 0.002, (512, 8192)
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """One path q(u) (k joints) and its law u(tau), tau in [0, duration]; at rest at both ends of the law."""
+
+    path: PiecewisePolynomial
+    time_law: PiecewisePolynomial
+
+    def derivatives(self, tau: Array) -> Array:
+        """Return q, dq/dtau, d2q/dtau2 and d3q/dtau3 at nominal times (m,): shape (4, m, k)."""
+        _, u1, u2, u3 = (law := self.time_law.states(tau, 3))
+        q, q1, q2, q3 = self.path.states(law[0, :, 0], 3)
+        return np.stack([q, q1 * u1, q2 * u1**2 + q1 * u2, q3 * u1**3 + 3.0 * q2 * u1 * u2 + q1 * u3])
+
+    def grid(self, points: int) -> Array:
+        """Return nominal times (m,) that cover the law evenly, each of its breaks from both sides included."""
+        breaks = self.time_law.breaks
+        points = max(points, 8 * len(self.path.coefficients))
+        return np.concatenate([np.linspace(breaks[0], breaks[-1], points), breaks, np.nextafter(breaks, -np.inf)])
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A motion of n joints that is at rest at both ends; joints of a group's robots are concatenated.
+
+    kind: "ptp", "lin", "trajectory" or "group". tracks: one for each robot, all with the same duration.
+    max_velocity, max_acceleration, max_jerk (n,): what running it may reach: the joint limits, or the motion's own
+    peaks where a timed trajectory has higher ones (rad or m, per s, s², s³).
+    """
+
+    kind: str
+    joint_names: tuple[str, ...]
+    tracks: tuple[Track, ...]
+    max_velocity: Array
+    max_acceleration: Array
+    max_jerk: Array
+    duration: float = field(init=False)
+    start: Array = field(init=False)
+    goal: Array = field(init=False)
+    stop_time: float = field(init=False)
+    table: Array = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Derive what running needs.
+
+        duration (s); start, goal (n,); table (N, 3, n): the first three derivatives of the joints by nominal time at
+        N - 1 times evenly from 0 to `duration`, then zeros; stop_time (s): what a smooth stop from top speed takes.
+        """
+        ends = {track.time_law.end for track in self.tracks}
+        if len(ends) != 1:
+            raise KernelError(f"the tracks of one plan must last equally long, not {sorted(ends)} s")
+        object.__setattr__(self, "duration", ends.pop())
+        for name, u in (("start", 0), ("goal", -1)):
+            joints = [track.path.evaluate(float(track.time_law.evaluate(track.time_law.breaks[u])[0]))
+                      for track in self.tracks]  # fmt: skip
+            joints = np.concatenate(joints)
+            joints.setflags(write=False)
+            object.__setattr__(self, name, joints)
+        times = np.linspace(0.0, self.duration, int(np.clip(self.duration / _TABLE_STEP, *_TABLE_ROWS)))
+        table = np.concatenate([self.derivatives(times)[1:].transpose(1, 0, 2), np.zeros((1, 3, self.q_count))])
+        table.setflags(write=False)
+        object.__setattr__(self, "table", table)
+        peak = np.abs(table[:, 0]).max(axis=0)
+        # Peaks of a quintic step from 1 to 0 in time T: |rate'| 15/8 / T, |rate''| 10/sqrt(3) / T².
+        braking = 1.875 * peak / self.max_acceleration
+        smoothing = np.sqrt(10.0 / np.sqrt(3.0) * peak / self.max_jerk)
+        object.__setattr__(self, "stop_time", float(np.maximum(braking, smoothing).max(initial=0.0)))
+
+    @property
+    def q_count(self) -> int:
+        """The number n of joints."""
+        return len(self.joint_names)
+
+    def derivatives(self, tau: Array) -> Array:
+        """Return q and its first three derivatives by nominal time at (m,) times: shape (4, m, n)."""
+        if len(self.tracks) == 1:
+            return self.tracks[0].derivatives(tau)
+        return np.concatenate([track.derivatives(tau) for track in self.tracks], axis=2)
+
+    def sample(self, tau: float, rate: float, rate_slope: float) -> tuple[Array, Array, Array]:
+        """Return joint positions, velocities and accelerations (n,) at nominal time `tau` when dtau/dt = `rate`.
+
+        rate_slope: d2tau/dt2 in 1/s.
+        """
+        parts = []
+        for track in self.tracks:
+            u, u1, u2 = track.time_law.scalar_state(tau)
+            state = track.path.state(u, 2)
+            speed = u1 * rate
+            slope = u2 * rate * rate + u1 * rate_slope
+            parts.append((state[0], state[1] * speed, state[2] * (speed * speed) + state[1] * slope))
+        if len(parts) == 1:
+            return parts[0]
+        q, v, a = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
+        return q, v, a
+
+
+def peaks(track: Track, points: int = 2000) -> Array:
+    """Return the largest |velocity|, |acceleration| and |jerk| of a track at nominal rate: (3, k)."""
+    return np.abs(track.derivatives(track.grid(points))[1:]).max(axis=1)
+
+
+def planned(kind: str, path: PiecewisePolynomial, time_law: PiecewisePolynomial, limits: JointLimits) -> Plan:
+    """Return the plan of one robot; `limits` are the joints' own, not those of a slower move."""
+    track = Track(path, time_law)
+    velocity, acceleration, jerk = peaks(track)
+    return Plan(
+        kind,
+        limits.names,
+        (track,),
+        np.maximum(limits.velocity, velocity),
+        np.maximum(limits.acceleration, acceleration),
+        np.maximum(limits.jerk, jerk),
+    )
+
+
+def plan_together(plans: Sequence[Plan]) -> Plan:
+    """Return one plan in which several robots start and end together.
+
+    Each is slowed down uniformly to the longest, so its path, and its limits, stay; the joints are concatenated.
+    """
+    if not plans:
+        raise KernelError("a group needs at least one motion")
+    duration = max(plan.duration for plan in plans)
+    return Plan(
+        "group",
+        tuple(name for plan in plans for name in plan.joint_names),
+        tuple(Track(track.path, track.time_law.stretched(duration)) for plan in plans for track in plan.tracks),
+        np.concatenate([plan.max_velocity for plan in plans]),
+        np.concatenate([plan.max_acceleration for plan in plans]),
+        np.concatenate([plan.max_jerk for plan in plans]),
+    )
