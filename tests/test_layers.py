@@ -18,7 +18,8 @@ CLIENT = "clients/python/virtualrobot"
 KERNEL = "kernel/virtualrobot_kernel"
 
 PURE = ("numpy", "virtualrobot_kernel.errors", "virtualrobot_kernel.world", "virtualrobot_kernel.motion")
-ROOM = ("numpy", "platformdirs", "virtualrobot_kernel")
+# The resolver is path logic that both ends share.
+ROOM = ("numpy", "platformdirs", "virtualrobot.resolver", "virtualrobot_kernel")
 CONTRACT = ("google.protobuf", "virtualrobot.v1")
 
 MAY_IMPORT: dict[str, tuple[str, ...]] = {
@@ -29,12 +30,14 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{KERNEL}/world": PURE,
     f"{KERNEL}/motion": PURE,
     f"{KERNEL}/motion/profile.py": (*PURE, "ruckig"),
-    # Each native library and the contract have one room. Of the client, the kernel takes its stubs and its resolver,
-    # which is path logic that both ends share.
+    # Each native library has one room.
     KERNEL: ROOM,
+    # The composition root knows every room; `serve` writes the token where the client's rule says.
+    f"{KERNEL}/kernel.py": (*ROOM, "virtualrobot.v1"),
+    f"{KERNEL}/serve.py": (*ROOM, "virtualrobot.session"),
     f"{KERNEL}/api": (*ROOM, *CONTRACT, "grpc", "grpc_status", "grpc_health", "grpc_reflection", "google.rpc"),
     f"{KERNEL}/drawing": (*ROOM, "viser"),
-    f"{KERNEL}/formats": (*ROOM, *CONTRACT, "virtualrobot.resolver", "trimesh", "lxml", "ruamel", "collada", "PIL"),
+    f"{KERNEL}/formats": (*ROOM, *CONTRACT, "trimesh", "lxml", "ruamel", "collada", "PIL"),
     f"{KERNEL}/numeric": (*ROOM, "numba", "llvmlite"),
 }
 
