@@ -1,0 +1,173 @@
+"""Real kernels for tests: server processes on free ports, reached over TCP."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import grpc
+import pytest
+from virtualrobot.v1 import (
+    asset_pb2_grpc,
+    kernel_pb2_grpc,
+    motion_pb2_grpc,
+    robot_pb2_grpc,
+    scene_pb2,
+    scene_pb2_grpc,
+    signal_pb2_grpc,
+    view_pb2_grpc,
+)
+
+START_SECONDS = 300
+"""A guard against a kernel that never answers; the very first start compiles for about a minute."""
+
+EMPTY_SCENE = "schema_version: 1\n"
+
+
+class Stubs:
+    """One stub for each service of the contract, on one channel."""
+
+    def __init__(self, channel: grpc.Channel) -> None:
+        self.channel = channel
+        self.kernel = kernel_pb2_grpc.KernelServiceStub(channel)
+        self.asset = asset_pb2_grpc.AssetServiceStub(channel)
+        self.scene = scene_pb2_grpc.SceneServiceStub(channel)
+        self.robot = robot_pb2_grpc.RobotServiceStub(channel)
+        self.motion = motion_pb2_grpc.MotionServiceStub(channel)
+        self.signal = signal_pb2_grpc.SignalServiceStub(channel)
+        self.view = view_pb2_grpc.ViewServiceStub(channel)
+
+
+@dataclass
+class KernelProcess:
+    """A kernel in a process of its own; `lines` are what it has printed."""
+
+    process: subprocess.Popen[str]
+    lines: list[str] = field(default_factory=list)
+    address: str = ""
+    token: str = ""
+    viewer_url: str = ""
+
+    def channel(self) -> grpc.Channel:
+        """Return a new channel that sends the token, if the kernel wants one."""
+        channel = grpc.insecure_channel(self.address)
+        if not self.token:
+            return channel
+        credentials = grpc.metadata_call_credentials(
+            lambda _, callback: callback((("authorization", f"Bearer {self.token}"),), None)
+        )
+        secure = grpc.composite_channel_credentials(grpc.local_channel_credentials(), credentials)
+        return grpc.secure_channel(self.address, secure)
+
+    def stubs(self) -> Stubs:
+        """Return stubs on a new channel."""
+        return Stubs(self.channel())
+
+    def end(self, seconds: float = 30.0) -> int:
+        """Ask the kernel to end and return its exit code."""
+        if self.process.poll() is None:
+            self.process.terminate()
+        try:
+            return self.process.wait(seconds)
+        finally:
+            if self.process.poll() is None:
+                self.process.kill()
+            if self.process.stdout:
+                self.process.stdout.close()
+
+
+StartKernel = Callable[..., KernelProcess]
+
+
+@pytest.fixture(scope="session")
+def start_kernel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StartKernel]:
+    """Return a function that starts a kernel with the given options; all end with the session."""
+    started: list[KernelProcess] = []
+
+    def start(
+        *options: str, viewer: bool = False, token: bool = False, environment: dict[str, str] | None = None
+    ) -> KernelProcess:
+        command = [sys.executable, "-m", "virtualrobot_kernel.serve", "--port", "0", *options]
+        token_file: Path | None = None
+        if not viewer:
+            command.append("--headless")
+        if token:
+            token_file = tmp_path_factory.mktemp("token") / "token"
+            command += ["--token-file", str(token_file)]
+        else:
+            command.append("--no-token")
+        process = subprocess.Popen(
+            command,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            env={**os.environ, **(environment or {})},
+        )
+        kernel = KernelProcess(process)
+        started.append(kernel)
+        ready = threading.Event()
+
+        def read() -> None:
+            assert process.stdout
+            for line in process.stdout:
+                kernel.lines.append(line.rstrip())
+                if line.startswith("listening on "):
+                    kernel.address = line.removeprefix("listening on ").strip()
+                    if not viewer:
+                        ready.set()
+                if line.startswith("viewer at "):
+                    kernel.viewer_url = line.removeprefix("viewer at ").strip()
+                    ready.set()
+            ready.set()
+
+        threading.Thread(target=read, daemon=True).start()
+        assert ready.wait(START_SECONDS), f"the kernel did not start: {kernel.lines}"
+        assert kernel.address, f"the kernel ended at once: {kernel.lines}"
+        if token_file is not None:
+            kernel.token = token_file.read_text()
+        return kernel
+
+    yield start
+    for kernel in started:
+        kernel.end()
+
+
+@pytest.fixture(scope="module")
+def kernel(start_kernel: StartKernel) -> Iterator[KernelProcess]:
+    """Return a kernel whose time follows the wall clock; one for each test file."""
+    process = start_kernel()
+    yield process
+    process.end()
+
+
+@pytest.fixture(scope="module")
+def stepped_kernel(start_kernel: StartKernel) -> Iterator[KernelProcess]:
+    """Return a kernel whose time goes on by Step only; one for each test file."""
+    process = start_kernel("--stepped")
+    yield process
+    process.end()
+
+
+def emptied(process: KernelProcess) -> Iterator[Stubs]:
+    """Yield stubs to a kernel whose world is empty."""
+    stubs = process.stubs()
+    stubs.scene.LoadScene(scene_pb2.LoadSceneRequest(text=EMPTY_SCENE))
+    yield stubs
+    stubs.channel.close()
+
+
+@pytest.fixture
+def stubs(kernel: KernelProcess) -> Iterator[Stubs]:
+    """Return stubs to a kernel in REALTIME with an empty world."""
+    yield from emptied(kernel)
+
+
+@pytest.fixture
+def stepped(stepped_kernel: KernelProcess) -> Iterator[Stubs]:
+    """Return stubs to a kernel in STEPPED mode with an empty world."""
+    yield from emptied(stepped_kernel)
