@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from virtualrobot_kernel.errors import KernelError, LimitError
+from virtualrobot_kernel.errors import KernelError, LimitError, Reason
 from virtualrobot_kernel.motion.polynomial import Array
 
 #: How far outside its limits a joint may be by rounding (radians or metres), and a start from the current joints.
@@ -70,6 +70,7 @@ class JointLimits:
             value=value,
             lower=lower,
             upper=upper,
+            reason=Reason.LIMIT_EXCEEDED,
             **metadata,
         )
 

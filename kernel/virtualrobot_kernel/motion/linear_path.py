@@ -10,11 +10,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import ceil
-from typing import Protocol
 
 import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.kinematics.component import Kinematics
 from virtualrobot_kernel.motion.limits import TOLERANCE, JointLimits
 from virtualrobot_kernel.motion.line import CartesianLine
 from virtualrobot_kernel.motion.path import quintic_hermite
@@ -29,23 +29,11 @@ _LONGEST_STEP = (0.05, 0.2)
 _SHORTEST_STEP = 1e-6
 
 
-class LineKinematics(Protocol):
-    """What a line needs of a kinematics component; joints (k,), poses in the base frame."""
-
-    def forward(self, q: Array, /) -> Array:
-        """Return the frames (n, 4, 4), the last one the tip."""
-        ...
-
-    def jacobian(self, q: Array, /) -> Array:
-        """Return the geometric Jacobian (6, k) of the tip: linear rows first, base frame."""
-        ...
-
-
 @dataclass(frozen=True, eq=False)
 class TcpKinematics:
     """Pose and Jacobian of a tool centre point that is fixed at the tip by `tip_t_tcp` (4, 4)."""
 
-    kinematics: LineKinematics
+    kinematics: Kinematics
     tip_t_tcp: Array
 
     def pose(self, q: Array) -> Array:
@@ -87,7 +75,8 @@ class _Follower:
         return self.solve(self.tcp.jacobian(q), self.twist)
 
     def solve(self, jacobian: Array, weighted: Array) -> Array:
-        return np.linalg.lstsq(jacobian * self.weights[:, None], weighted, rcond=1e-12)[0]
+        solution = np.linalg.lstsq(jacobian * self.weights[:, None], weighted, rcond=1e-12)[0]
+        return np.asarray(solution, dtype=np.float64)
 
     def sample(self, u: float, q: Array) -> _Sample:
         left, values, right = np.linalg.svd(self.tcp.jacobian(q) * self.weights[:, None], full_matrices=False)

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from virtualrobot_kernel.errors import KernelError, LimitError
+from virtualrobot_kernel.errors import KernelError, LimitError, Reason
+from virtualrobot_kernel.kinematics.component import InverseOptions, InverseStatus, Kinematics
 from virtualrobot_kernel.motion.limits import (
     TOLERANCE,
     CartesianLimits,
@@ -16,7 +17,7 @@ from virtualrobot_kernel.motion.limits import (
     checked_scale,
 )
 from virtualrobot_kernel.motion.line import CartesianLine, cartesian_line
-from virtualrobot_kernel.motion.linear_path import LineKinematics, TcpKinematics, linear_path
+from virtualrobot_kernel.motion.linear_path import TcpKinematics, linear_path
 from virtualrobot_kernel.motion.path import joint_line, smooth_path
 from virtualrobot_kernel.motion.planned import Plan, Track, peaks, plan_together, planned
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
@@ -26,6 +27,8 @@ __all__ = ["Plan", "plan_lin", "plan_ptp", "plan_together", "plan_trajectory"]
 
 #: A LIN motion that has to be slowed down for a joint is slowed down by this much more.
 _MARGIN = 1.001
+#: Starts of the search that tells a goal out of reach from a singularity on the way to a reachable one.
+_RESTARTS = 200
 
 
 def plan_ptp(
@@ -55,7 +58,7 @@ def plan_ptp(
 
 
 def plan_lin(
-    kinematics: LineKinematics,
+    kinematics: Kinematics,
     q_start: Sequence[float] | Array,
     base_t_goal: ArrayLike,
     limits: JointLimits,
@@ -68,7 +71,7 @@ def plan_lin(
     base_t_goal: (4, 4), where the TCP ends; tip_t_tcp: (4, 4), the TCP at the kinematics' last frame (identity when
     None). The law along the line keeps `cartesian_limits`, with speeds times `velocity_scale` in (0, 1]; where a joint
     cannot follow, the whole motion is slowed down uniformly until every joint keeps its velocity, acceleration and
-    jerk. Errors: see `linear_path`.
+    jerk. Errors: see `linear_path`; a singularity on the way to a goal out of reach is UNREACHABLE.
     """
     q_start = checked_joints(q_start, len(limits.names), "the start of a LIN motion")
     limits.check(q_start, "the start of the LIN motion")
@@ -77,7 +80,13 @@ def plan_lin(
     bounds = _line_bounds(line, cartesian_limits or CartesianLimits(), checked_scale(velocity_scale, "velocity scale"))
     if not bounds:
         return planned("lin", joint_line(q_start, q_start), jerk_limited_profile(0.0, 1.0, 1.0, 1.0), limits)
-    path = linear_path(tcp, line, q_start, limits)
+    try:
+        path = linear_path(tcp, line, q_start, limits)
+    except KernelError as error:
+        if error.reason is not Reason.SINGULARITY or _reaches(tcp, line, q_start):
+            raise
+        message = f"the goal of the LIN motion is out of reach; on the way there {error}"
+        raise KernelError(message, reason=Reason.UNREACHABLE, **error.metadata) from error
     law = slowed_down(path, jerk_limited_profile(1.0, *bounds), limits.scaled(velocity_scale))
     return planned("lin", path, law, limits)
 
@@ -142,6 +151,13 @@ def slowed_down(path: PiecewisePolynomial, law: PiecewisePolynomial, limits: Joi
         while (need := float(((peaks(Track(path, law), points) / bounds).max(axis=1) ** powers).max())) > 1.0:
             law = law.stretched(law.end * need * _MARGIN)
     return law
+
+
+def _reaches(tcp: TcpKinematics, line: CartesianLine, q_start: Array) -> bool:
+    """Whether some posture, with or without limits, puts the TCP at the end of the line."""
+    base_t_tip = line.pose(1.0) @ np.linalg.inv(tcp.tip_t_tcp)
+    options = InverseOptions(seed=q_start, respect_limits=False, max_restarts=_RESTARTS)
+    return tcp.kinematics.inverse(base_t_tip, options).status is not InverseStatus.UNREACHABLE
 
 
 def _line_bounds(line: CartesianLine, limits: CartesianLimits, velocity_scale: float) -> list[float]:

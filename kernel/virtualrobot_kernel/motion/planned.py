@@ -11,7 +11,6 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 
-
 #: Time between rows of a plan's table (s), and the fewest and most rows.
 _TABLE_STEP, _TABLE_ROWS = 0.002, (512, 8192)
 

@@ -207,5 +207,5 @@ _PERMUTATIONS = [[float(perm(i, k)) for i in range(16)] for k in range(5)]
 
 def _roots_within(polynomial: np.polynomial.Polynomial, width: float) -> Array:
     roots = polynomial.trim().roots()
-    real = roots.real[np.abs(roots.imag) <= 1e-9 * max(width, 1e-12)]
+    real = np.asarray(roots.real, dtype=np.float64)[np.abs(roots.imag) <= 1e-9 * max(width, 1e-12)]
     return np.sort(real[(real >= 0.0) & (real <= width)])

@@ -43,7 +43,7 @@ def jerk_limited_profile(
         velocity += time * (acceleration + time * jerk / 2.0)
         acceleration += time * jerk
         breaks.append(breaks[-1] + time)
-    scale = length / unit ** np.arange(4)
+    scale = np.array([length / unit**power for power in range(4)])
     return PiecewisePolynomial(np.array(breaks) * unit, (np.array(pieces) * scale)[:, :, None])
 
 

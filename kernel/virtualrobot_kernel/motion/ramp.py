@@ -64,8 +64,9 @@ def choose_ramp(
 ) -> RampChoice:
     """Return the shortest of a fixed list of ramps to `goal` on which the joints keep the plan's limits.
 
-    `prompt` leaves out the ramps that are much longer than a stop from top speed. A ramp is tried from nominal time `tau` (s) at the given rate with its derivatives. With s(tau) the joints at
-    nominal time and r the rate: velocity s' r, acceleration s'' r² + s' r', jerk s''' r³ + 3 s'' r r' + s' r''.
+    `prompt` leaves out the ramps that are much longer than a stop from top speed. A ramp is tried from nominal time
+    `tau` (s) at the given rate with its derivatives (1/s, 1/s²). With s(tau) the joints at nominal time and r the
+    rate, it is checked that acceleration s'' r² + s' r' and jerk s''' r³ + 3 s'' r r' + s' r'' keep their limits.
     """
     lengths = np.maximum(plan.stop_time * (_LENGTHS[:_PROMPT] if prompt else _LENGTHS), _SHORTEST)
     least, least_excess = None, np.inf
