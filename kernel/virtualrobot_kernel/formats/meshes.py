@@ -9,9 +9,9 @@ convention, by which URDF files are written (rviz `mesh_loader.cpp` leaves out A
 from __future__ import annotations
 
 import io
-import warnings
 from collections.abc import Mapping
 from typing import Any
+from urllib.parse import unquote
 
 import numpy as np
 import trimesh
@@ -34,10 +34,11 @@ class _Dependents(TrimeshResolver):
         self._files = files
 
     def get(self, key: str) -> bytes:
-        name = key.strip().replace("\\", "/")
-        name = name[2:] if name.startswith("./") else name
-        if name in self._files:
-            return self._files[name]
+        plain = key.strip().replace("\\", "/")
+        name = plain.removeprefix("./")
+        for spelling in (plain, name, unquote(name)):
+            if spelling in self._files:
+                return self._files[spelling]
         # What an MTL file names counts from its own folder, but trimesh asks as if it counted from the OBJ's.
         for known, data in self._files.items():
             if known.endswith("/" + name):
@@ -67,8 +68,7 @@ def parse_mesh(data: bytes, uri: str, dependents: Mapping[str, bytes] | None = N
         raise malformed(uri, None, f"no mesh format has the ending {kind!r}; known: {', '.join(MESH_FORMATS)}")
     unit = _collada_unit(data, uri) if kind == ".dae" else 1.0
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # a broken file is told by what it yields, not by NumPy's warnings
+        with np.errstate(all="ignore"):  # a broken file is told by what it yields
             scene = trimesh.load_scene(
                 io.BytesIO(data), file_type=kind[1:], resolver=_Dependents(dependents or {}), process=False
             )
