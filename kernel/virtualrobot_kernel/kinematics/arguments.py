@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -21,8 +23,8 @@ def joint_vector(value: ArrayLike, joint_names: tuple[str, ...], what: str = "q"
         raise KernelError(
             f"{what} has shape {q.shape}; it needs {k} values, for {', '.join(joint_names)}", shape=q.shape, needed=k
         )
-    # A sum is finite only if all its terms are, unless finite ones overflow: the slow look decides.
-    if not np.isfinite(q.sum()) and not np.isfinite(q).all():
+    # A sum of numbers that are not all finite is not finite either; the slow look tells an overflow.
+    if not math.isfinite(q.sum()) and not np.isfinite(q).all():
         i = int(np.flatnonzero(~np.isfinite(q))[0])
         raise KernelError(
             f"{what} of joint {joint_names[i]!r} is {q[i]}; it must be a finite number",
@@ -57,11 +59,15 @@ def rigid_target(value: ArrayLike) -> Floats:
 
 def check_options(options: InverseOptions) -> None:
     """Raise KernelError when a tolerance is not positive or a count is negative."""
-    for name in ("position_tolerance", "rotation_tolerance"):
-        value = getattr(options, name)
-        if not 0.0 < value < np.inf:
-            raise KernelError(f"{name} is {value}; it must be a positive number", option=name, value=value)
-    for name in ("max_restarts", "random_seed"):
-        value = getattr(options, name)
-        if value < 0:
-            raise KernelError(f"{name} is {value}; it must be 0 or more", option=name, value=value)
+    if not 0.0 < options.position_tolerance < math.inf:
+        raise _refused("position_tolerance", options.position_tolerance, "a positive number")
+    if not 0.0 < options.rotation_tolerance < math.inf:
+        raise _refused("rotation_tolerance", options.rotation_tolerance, "a positive number")
+    if options.max_restarts < 0:
+        raise _refused("max_restarts", options.max_restarts, "0 or more")
+    if options.random_seed < 0:
+        raise _refused("random_seed", options.random_seed, "0 or more")
+
+
+def _refused(option: str, value: float, right: str) -> KernelError:
+    return KernelError(f"{option} is {value}; it must be {right}", option=option, value=value)

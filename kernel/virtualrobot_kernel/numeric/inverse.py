@@ -159,7 +159,6 @@ def _search(
     triangle = np.empty((6, 6))
     y = np.empty(6)
     step = np.empty(k)
-    free = np.empty(k)
     steps = 0
     least = np.inf
     least_position = np.inf
@@ -199,7 +198,7 @@ def _search(
                 for i in range(k):
                     jacobian[row, i] *= scale
             damping = _DAMPING * min(size, 1.0) + _DAMPING_FLOOR
-            step_within_limits(jacobian, error, damping, q, lower, upper, free, triangle, y, step)
+            step_within_limits(jacobian, error, damping, q, lower, upper, triangle, y, step)
             longest = _LONGEST_STEP
             for i in range(k):
                 longest = max(longest, abs(step[i]))
