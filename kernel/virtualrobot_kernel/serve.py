@@ -14,13 +14,12 @@ import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from virtualrobot.session import token_path
+from virtualrobot.session import DEFAULT_HOST, DEFAULT_PORT, token_path
 
 from virtualrobot_kernel.errors import KernelError
 
 log = logging.getLogger(__name__)
 
-DEFAULT_PORT = 50500
 SWITCH_INTERVAL_SECONDS = 0.0005
 """How long a thread may hold the interpreter while others wait: measured to give calls the shortest tail."""
 
@@ -43,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser("virtualrobot serve", description="Start a kernel and keep it running.")
     parser.add_argument("scene", nargs="?", type=Path, help="a scene file to load first")
-    parser.add_argument("--host", default="127.0.0.1", help="the address to listen on (default: this machine only)")
+    parser.add_argument("--host", default=DEFAULT_HOST, help="the address to listen on (default: this machine only)")
     parser.add_argument("--port", type=int, default=DEFAULT_PORT, help=f"0 for any free one (default: {DEFAULT_PORT})")
     parser.add_argument("--token-file", type=Path, help="where the token is read from, or written when it isn't there")
     parser.add_argument("--no-token", action="store_true", help="let every program of this machine in")

@@ -33,6 +33,7 @@ class Stubs:
     """One stub for each service of the contract, on one channel."""
 
     def __init__(self, channel: grpc.Channel) -> None:
+        """Make the stubs."""
         self.channel = channel
         self.kernel = kernel_pb2_grpc.KernelServiceStub(channel)
         self.asset = asset_pb2_grpc.AssetServiceStub(channel)

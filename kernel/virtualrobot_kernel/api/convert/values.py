@@ -119,11 +119,14 @@ def quaternions(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def pose_message(matrix: NDArray[np.float64]) -> geometry_pb2.Pose:
-    """Return a (4, 4) pose as a message."""
-    x, y, z, w = quaternions(matrix[None, :3, :3])[0].tolist()
-    return geometry_pb2.Pose(
-        position=vector_message(matrix[:3, 3].tolist()), orientation=geometry_pb2.Quaternion(x=x, y=y, z=z, w=w)
-    )
+    """Return a (4, 4) pose as a message; the part that changes nothing is left out."""
+    message = geometry_pb2.Pose()
+    if matrix[:3, 3].any():
+        message.position.CopyFrom(vector_message(matrix[:3, 3].tolist()))
+    if not np.array_equal(matrix[:3, :3], np.eye(3)):
+        x, y, z, w = quaternions(matrix[None, :3, :3])[0].tolist()
+        message.orientation.CopyFrom(geometry_pb2.Quaternion(x=x, y=y, z=z, w=w))
+    return message
 
 
 def is_identity(matrix: NDArray[np.float64]) -> bool:
