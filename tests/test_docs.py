@@ -1,0 +1,139 @@
+"""What the documentation says is there: reference, links, rooms, commands and targets. Snippets: tests/api."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import unquote
+
+import pytest
+from google.protobuf.descriptor import Descriptor, FileDescriptor
+from virtualrobot.v1 import (
+    asset_pb2,
+    errors_pb2,
+    geometry_pb2,
+    kernel_pb2,
+    motion_pb2,
+    nodes_pb2,
+    robot_pb2,
+    scene_pb2,
+    signal_pb2,
+    view_pb2,
+)
+from virtualrobot_kernel.api.status import CODES
+
+ROOT = Path(__file__).resolve().parent.parent
+REFERENCE = ROOT / "docs" / "reference"
+KERNEL = ROOT / "kernel" / "virtualrobot_kernel"
+PAGES = (ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md")))
+MODULES = (
+    asset_pb2,
+    errors_pb2,
+    geometry_pb2,
+    kernel_pb2,
+    motion_pb2,
+    nodes_pb2,
+    robot_pb2,
+    scene_pb2,
+    signal_pb2,
+    view_pb2,
+)
+FENCED = re.compile(r"^(```|~~~).*?^\1", re.MULTILINE | re.DOTALL)
+LINK = re.compile(r"!?\[[^\]]*\]\(<?([^)\s>]+)>?[^)]*\)")
+
+
+def prose(page: Path) -> str:
+    """Return the text of a page without its fenced blocks."""
+    return FENCED.sub("", page.read_text("utf-8"))
+
+
+def anchors(page: Path) -> set[str]:
+    """Return the anchors that GitHub gives to the headings of a page."""
+    found: set[str] = set()
+    for heading in re.findall(r"^#+ +(.+?) *$", prose(page), re.MULTILINE):
+        words = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading).lower()
+        stem = re.sub(r"[^\w\- ]", "", words).replace(" ", "-")
+        number, anchor = 0, stem
+        while anchor in found:
+            number += 1
+            anchor = f"{stem}-{number}"
+        found.add(anchor)
+    return found
+
+
+def broken_links(page: Path) -> Iterator[str]:
+    """Yield each link of a page whose file or heading is not there; addresses on the web are not visited."""
+    for target in LINK.findall(prose(page)):
+        if re.match(r"[a-z]+:", target):
+            continue
+        path, _, anchor = target.partition("#")
+        file = page if not path else (page.parent / unquote(path)).resolve()
+        if not file.exists():
+            yield f"{target}: no such file"
+        elif anchor and anchor not in anchors(file):
+            yield f"{target}: no such heading; there are {', '.join(sorted(anchors(file)))}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_links_lead_somewhere(page: Path) -> None:
+    assert list(broken_links(page)) == []
+
+
+def test_a_planted_broken_link_is_found(tmp_path: Path) -> None:
+    (tmp_path / "other.md").write_text("# One: `two` three\n\n```sh\n# no heading\n```\n")
+    page = tmp_path / "page.md"
+    page.write_text("# Here\n[a](other.md#one-two-three) [b](#here) [c](https://x.org/#y) ![d](none.png)\n")
+    assert list(broken_links(page)) == ["none.png: no such file"]
+    page.write_text("[a](other.md#no-heading)")
+    assert list(broken_links(page)) == ["other.md#no-heading: no such heading; there are one-two-three"]
+
+
+def test_every_page_is_reached_from_the_readme() -> None:
+    reached, waiting = set(), [ROOT / "README.md"]
+    while waiting:
+        page = waiting.pop()
+        if page in reached or page.suffix != ".md":
+            continue
+        reached.add(page)
+        targets = (target.partition("#")[0] for target in LINK.findall(prose(page)) if ":" not in target)
+        waiting.extend((page.parent / target).resolve() for target in targets if target)
+    assert sorted(set(PAGES) - reached - {ROOT / "CHANGELOG.md"}) == []
+
+
+def test_reference_is_fresh(tmp_path: Path) -> None:
+    subprocess.run([sys.executable, ROOT / "tools" / "generate_reference.py", tmp_path], check=True)
+    fresh, committed = (
+        {file.name: file.read_text("utf-8") for file in folder.iterdir()} for folder in (tmp_path, REFERENCE)
+    )
+    changed = [name for name in sorted(fresh.keys() | committed.keys()) if fresh.get(name) != committed.get(name)]
+    assert not changed, f"run `python tools/generate_reference.py` and commit; these differ: {', '.join(changed)}"
+
+
+@pytest.mark.parametrize("file", [module.DESCRIPTOR for module in MODULES], ids=lambda file: Path(file.name).stem)
+def test_reference_names_everything(file: FileDescriptor) -> None:
+    """Compared with the stubs, which another program makes of the same proto files."""
+    text = (REFERENCE / f"{Path(file.name).stem}.md").read_text("utf-8")
+    missing = [
+        f"/{service.full_name}/{method.name}"
+        for service in file.services_by_name.values()
+        for method in service.methods
+        if f"`/{service.full_name}/{method.name}`: " not in text
+    ]
+    things = {**file.message_types_by_name, **file.enum_types_by_name}
+    for name, thing in things.items():
+        section = text.partition(f"### {name}\n")[2].partition("\n### ")[0]
+        members = thing.fields if isinstance(thing, Descriptor) else thing.values
+        missing += [name] if not section else []
+        missing += [f"{name}.{one.name}" for one in members if f"| `{one.name}` |" not in section]
+    assert things
+    assert missing == []
+
+
+def test_reference_tells_the_codes_that_the_kernel_sends() -> None:
+    rows = re.findall(
+        r"^\| `ERROR_REASON_(\w+)` \| \d+ \| `(\w+)` ", (REFERENCE / "errors.md").read_text(), re.MULTILINE
+    )
+    assert dict(rows) == {reason.name: code.name for reason, code in CODES.items()}
