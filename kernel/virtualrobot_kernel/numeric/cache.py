@@ -39,7 +39,8 @@ def use_cache_directory() -> Path:
     Its parent is the value of NUMBA_CACHE_DIR that the user set, else `numba` in the user's cache directory. Where
     that can't be written, a temporary directory that ends with the process takes its place (each start compiles).
     """
-    sources = hashlib.sha256()
+    # Two installations of the same sources don't share files: numba keeps them by the path of the source.
+    sources = hashlib.sha256(f"{sys.implementation.cache_tag} {_PACKAGE}".encode())
     for source in sorted(_PACKAGE.glob("*.py")):
         sources.update(source.read_bytes())
     name = f"virtualrobot-{version('numba')}-{sources.hexdigest()[:12]}"
