@@ -76,11 +76,11 @@ def test_a_free_joint_ends_nearest_to_the_seed(rng: np.random.Generator) -> None
 
 
 def test_full_turns_stay_within_limits() -> None:
-    lower, upper = np.array([-6.0, -6, -6, 1.0]), np.array([6.0, 3, 6, 7.0])
-    q = np.array([-3.0, -2.0, -2.0, 1.5])
-    unwind(q, np.array([5.0, 5.0, 5.0, -50.0]), lower, upper, np.array([1, 1, 0, 1], np.int8))
-    # +1 turn fits; +1 turn would break the limit; turns change the pose; already the lowest.
-    np.testing.assert_allclose(q, [-3.0 + 2 * math.pi, -2.0, -2.0, 1.5])
+    lower, upper = np.array([-6.0, -6, -6, 1.0, -6]), np.array([6.0, 3, 6, 7.0, 6])
+    q = np.array([-3.0, -2.0, -2.0, 1.5, -2.0])
+    unwind(q, np.array([5.0, 5.0, 5.0, -50.0, 50.0]), lower, upper, np.array([1, 1, 0, 1, 1], np.int8))
+    # One turn fits; one would break the limit; turns change the pose; already the lowest; one is all that fits.
+    np.testing.assert_allclose(q, [-3.0 + 2 * math.pi, -2.0, -2.0, 1.5, -2.0 + 2 * math.pi])
 
 
 def test_rotation_vectors_are_right_at_every_angle(rng: np.random.Generator) -> None:
