@@ -1,1 +1,60 @@
-"""The client library of VirtualRobot."""
+"""The client library of VirtualRobot.
+
+    import virtualrobot
+
+    with virtualrobot.connect() as client:
+        robot = client.load_robot("package://pybullet_data/kuka_iiwa/model.urdf", name="iiwa")
+        robot.move_joints([0, 0.5, 0, -1.2, 0, 0.8, 0])
+        robot.move_linear(robot.tcp @ virtualrobot.pose(z=0.1))
+
+Meters, seconds, radians; poses are 4x4 arrays, `a_t_b` takes coordinates given in frame b to frame a.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from virtualrobot.connection import Client as Client
+    from virtualrobot.connection import connect as connect
+    from virtualrobot.errors import *  # noqa: F403 every exception class; the names are listed below
+    from virtualrobot.figures import box as box
+    from virtualrobot.figures import capsule as capsule
+    from virtualrobot.figures import cone as cone
+    from virtualrobot.figures import cylinder as cylinder
+    from virtualrobot.figures import sphere as sphere
+    from virtualrobot.geometry import pose as pose
+    from virtualrobot.geometry import pose_from_quaternion as pose_from_quaternion
+    from virtualrobot.geometry import quaternion_of as quaternion_of
+    from virtualrobot.geometry import roll_pitch_yaw_of as roll_pitch_yaw_of
+    from virtualrobot.motion import Motion as Motion
+    from virtualrobot.motion import Phase as Phase
+    from virtualrobot.robot import Robot as Robot
+
+_MODULES = {
+    "connection": ("Client", "connect"),
+    "errors": (
+        "AssetError", "AuthenticationError", "CallTimeoutError", "ClientClosedError", "InvalidArgumentError",
+        "KernelFaultError", "KernelGoneError", "LimitError", "MalformedFileError", "MissingFileError",
+        "MotionCancelledError", "NameTakenError", "RobotBusyError", "SingularityError", "StaleRevisionError",
+        "TooLargeError", "UnknownNameError", "UnreachableError", "VersionError", "VirtualRobotError", "WrongStateError",
+    ),
+    "figures": ("box", "capsule", "cone", "cylinder", "sphere"),
+    "geometry": ("pose", "pose_from_quaternion", "quaternion_of", "roll_pitch_yaw_of"),
+    "motion": ("Motion", "Phase"),
+    "robot": ("Robot",),
+}  # fmt: skip
+_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
+
+
+def __getattr__(name: str) -> object:
+    """Import what is asked for only then: the command line and the kernel's resolver want a quick start."""
+    if name not in _MODULE_OF:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(f"{__name__}.{_MODULE_OF[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    """Return the public names."""
+    return sorted(_MODULE_OF)

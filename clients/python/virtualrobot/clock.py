@@ -1,0 +1,130 @@
+"""Time: the wall clock times a factor, or only steps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from virtualrobot.robot_values import RobotState
+from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
+from virtualrobot.v1 import kernel_pb2, motion_pb2
+from virtualrobot.wire import Stamp, stamp_of
+
+_MODES = {kernel_pb2.CLOCK_MODE_REALTIME: "realtime", kernel_pb2.CLOCK_MODE_STEPPED: "stepped"}
+
+
+@dataclass(frozen=True, slots=True)
+class ClockState:
+    """How time runs.
+
+    Attributes:
+        stamp: when this was true.
+        mode: `realtime` or `stepped`.
+        speed_factor: simulated seconds for each second of the wall clock that are aimed at.
+        tick_seconds: the length of a tick.
+        real_time_factor: simulated seconds for each second of the wall clock that were reached lately.
+        late_ticks: ticks that began late since the kernel started.
+    """
+
+    stamp: Stamp
+    mode: str
+    speed_factor: float
+    tick_seconds: float
+    real_time_factor: float
+    late_ticks: int
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """What is observed after a step: all robots and signals by name, the motions that run or ended meanwhile."""
+
+    stamp: Stamp
+    robots: dict[str, RobotState]
+    signals: dict[str, bool]
+    motions: tuple[motion_pb2.Motion, ...]
+
+
+class Clock:
+    """The clock of one kernel.
+
+    Example:
+        >>> client.clock.set_stepped()
+        >>> client.clock.step(250).robots["iiwa"].positions
+    """
+
+    def __init__(self, services: Services) -> None:
+        """Handle the clock of one kernel."""
+        self._services = services
+
+    def read(self) -> ClockState:
+        """Return how time runs now."""
+        response = self._services.kernel.GetClock(kernel_pb2.GetClockRequest())
+        return _state(response)
+
+    def watch(self, max_rate_hertz: float = 0.0) -> Iterator[ClockState]:
+        """Yield how time runs, now and at each change of mode, and the real-time factor once a second by default."""
+        request = kernel_pb2.WatchClockRequest(max_rate_hertz=max_rate_hertz)
+        with self._services.kernel.WatchClock(request) as stream:
+            yield from map(_state, stream)
+
+    @property
+    def mode(self) -> str:
+        """How time runs: `realtime` or `stepped`."""
+        return self.read().mode
+
+    @property
+    def simulation_time(self) -> float:
+        """Seconds of simulation time."""
+        return self.read().stamp.simulation_time_seconds
+
+    @property
+    def real_time_factor(self) -> float:
+        """Simulated seconds for each second of the wall clock that were reached lately."""
+        return self.read().real_time_factor
+
+    @property
+    def speed_factor(self) -> float:
+        """Simulated seconds for each second of the wall clock that are aimed at; set it for REALTIME."""
+        return self.read().speed_factor
+
+    @speed_factor.setter
+    def speed_factor(self, factor: float) -> None:
+        self.set_realtime(factor)
+
+    def set_realtime(self, speed_factor: float = 1.0) -> ClockState:
+        """Let time follow the wall clock times a factor of 0.01 to 100."""
+        mode = kernel_pb2.CLOCK_MODE_REALTIME
+        return _state(self._services.kernel.SetClock(kernel_pb2.SetClockRequest(mode=mode, speed_factor=speed_factor)))
+
+    def set_stepped(self) -> ClockState:
+        """Let time go on only by `step`."""
+        return _state(self._services.kernel.SetClock(kernel_pb2.SetClockRequest(mode=kernel_pb2.CLOCK_MODE_STEPPED)))
+
+    def step(self, ticks: int = 1) -> Observation:
+        """Let time go on by some ticks; return the state after the last one.
+
+        Raises:
+            WrongStateError: when time follows the wall clock.
+        """
+        request = kernel_pb2.StepRequest(ticks=ticks)
+        response = self._services.kernel.Step(request, timeout=LONG_TIMEOUT_SECONDS)
+        return Observation(
+            stamp_of(response.stamp),
+            {robot.name: RobotState.of(robot, response.stamp) for robot in response.robots},
+            {signal.name: signal.value for signal in response.signals},
+            tuple(response.motions),
+        )
+
+
+def _state(
+    response: kernel_pb2.GetClockResponse | kernel_pb2.SetClockResponse | kernel_pb2.WatchClockResponse,
+) -> ClockState:
+    clock = response.clock
+    return ClockState(
+        stamp_of(response.stamp),
+        _MODES.get(clock.mode, "unknown"),
+        clock.speed_factor,
+        clock.tick_nanoseconds / 1e9,
+        clock.real_time_factor,
+        clock.late_ticks,
+    )

@@ -1,0 +1,190 @@
+"""The connection to a kernel, from which everything else is reached."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import grpc
+from numpy.typing import ArrayLike
+
+from virtualrobot import motion
+from virtualrobot.assets import Assets
+from virtualrobot.clock import Clock
+from virtualrobot.editor import Batch
+from virtualrobot.errors import AuthenticationError, InvalidArgumentError, VersionError, WrongStateError
+from virtualrobot.robot import Robot
+from virtualrobot.scene import Scene
+from virtualrobot.services import Services
+from virtualrobot.session import default_address, find_token, split_address, token_path
+from virtualrobot.signals import Signals
+from virtualrobot.transport import open_channel
+from virtualrobot.v1 import kernel_pb2, motion_pb2, robot_pb2
+from virtualrobot.view import View
+
+API_VERSION = "virtualrobot.v1"
+
+
+class Client:
+    """A connection to one kernel; a context manager. `virtualrobot.connect` makes it.
+
+    Attributes:
+        scene: the tree of nodes: `client.scene.add_part(...)`, `client.scene.load(...)`, `print(client.scene.tree())`.
+        signals: digital signals, like a dictionary.
+        clock: how time runs.
+        view: the picture in the browser.
+        assets: files to and from the kernel.
+        info: versions, limits and capabilities of the kernel, as it was when connected.
+    """
+
+    def __init__(self, channel: grpc.Channel, address: str, info: kernel_pb2.GetInfoResponse) -> None:
+        """Take a channel to a kernel that has answered."""
+        self._channel = channel
+        self._services = Services.on(channel, address)
+        self.address = address
+        self.info = info
+        self.scene = Scene(self._services)
+        self.signals = Signals(self._services)
+        self.clock = Clock(self._services)
+        self.view = View(self._services, self.scene)
+        self.assets = Assets(self._services)
+
+    @property
+    def services(self) -> Services:
+        """The stubs of the contract, for what has no handle here; errors are raised as everywhere."""
+        return self._services
+
+    def robot(self, name: str) -> Robot:
+        """Return the robot of this name; raises UnknownNameError, which lists the right ones."""
+        self._services.robot.GetRobot(robot_pb2.GetRobotRequest(name=name))
+        return Robot(self._services, name)
+
+    def robots(self) -> list[Robot]:
+        """Return all robots."""
+        response = self._services.robot.GetRobotStates(robot_pb2.GetRobotStatesRequest())
+        return [Robot(self._services, robot.name) for robot in response.robots]
+
+    def load_robot(
+        self,
+        file: str | Path,
+        *,
+        name: str = "",
+        pose: ArrayLike | None = None,
+        parent: str = "",
+        packages: Mapping[str, str | Path] | None = None,
+        base: str = "fixed",
+    ) -> Robot:
+        """Load a robot from a URDF file and return it; the arguments are those of `Scene.load`.
+
+        Example:
+            >>> robot = client.load_robot("package://pybullet_data/kuka_iiwa/model.urdf", name="iiwa")
+        """
+        node = self.scene.load(file, name=name, pose=pose, parent=parent, packages=packages, base=base)
+        if node.kind != "robot":
+            raise WrongStateError(f"{file} is no robot: it was loaded as the {node.kind} {node.name!r}")
+        return Robot(self._services, node.name)
+
+    def move_together(self, moves: Iterable[motion_pb2.Move], **options: Any) -> motion.Motion:  # noqa: ANN401 those of Robot
+        """Move several robots so that they start and end together.
+
+        Example:
+            >>> client.move_together([left.ptp("home"), right.linear(goal)], wait=True)
+        """
+        return motion.start(self._services, moves, **options)
+
+    def motions(self, running_only: bool = True) -> list[motion.Motion]:
+        """Return the motions that run, whoever started them; with False also the last ones that ended."""
+        request = motion_pb2.ListMotionsRequest(running_only=running_only)
+        messages = self._services.motion.ListMotions(request).motions
+        return [motion.Motion(self._services, message) for message in messages]
+
+    def stop(self, *robots: str) -> list[motion.Motion]:
+        """Cancel every motion, or every motion of these robots; return them."""
+        response = self._services.motion.Stop(motion_pb2.StopRequest(robots=robots))
+        return [motion.Motion(self._services, message) for message in response.motions]
+
+    def set_speed_factor(self, factor: float) -> None:
+        """Slow all motions: above 0, up to 1; running ones change their speed smoothly."""
+        batch = Batch()
+        batch.set_speed_factor(factor)
+        self._services.apply(batch.commands)
+
+    def shutdown(self) -> None:
+        """End the kernel."""
+        self._services.kernel.Shutdown(kernel_pb2.ShutdownRequest())
+
+    def close(self) -> None:
+        """Close the connection; motions that this client watched are cancelled by the kernel after a second."""
+        self._channel.close()
+
+    def __enter__(self) -> Client:
+        """Return itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close the connection."""
+        self.close()
+
+    def __repr__(self) -> str:
+        """Return a line for people."""
+        return f"<Client of VirtualRobot {self.info.version} at {self.address}>"
+
+
+def connect(
+    address: str | None = None,
+    token: str | None = None,
+    *,
+    root_certificate: str | Path | None = None,
+    timeout_seconds: float = 30.0,
+) -> Client:
+    """Connect to a kernel and return the client.
+
+    Args:
+        address: `host:port`; default: the environment variable VIRTUALROBOT_ADDRESS, or 127.0.0.1:50500.
+        token: default: the environment variable VIRTUALROBOT_TOKEN, or the file that a kernel of this user on this
+            machine wrote.
+        root_certificate: a PEM file; beyond this machine TLS is always used, by default with the system's certificates.
+        timeout_seconds: how long a call may take; calls that move files may take ten minutes.
+
+    Raises:
+        KernelGoneError: when no kernel answers there.
+        AuthenticationError: when the token is missing or wrong.
+        VersionError: when the kernel speaks another version of the contract.
+
+    Example:
+        >>> with virtualrobot.connect() as client:
+        ...     robot = client.load_robot("package://pybullet_data/kuka_iiwa/model.urdf", name="iiwa")
+        ...     robot.move_joints([0, 0.5, 0, -1.2, 0, 0.8, 0])
+    """
+    try:
+        host, port = split_address(address or default_address())
+    except ValueError as error:
+        raise InvalidArgumentError(str(error)) from error
+    token = token or find_token(port)
+    target = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
+    certificate = None if root_certificate is None else Path(root_certificate)
+    channel = open_channel(target, host, token, certificate, timeout_seconds)
+    try:
+        info = Services.on(channel, target).kernel.GetInfo(
+            kernel_pb2.GetInfoRequest(), timeout=min(timeout_seconds, 10.0)
+        )
+        if info.api_version != API_VERSION:
+            raise VersionError(
+                f"the kernel at {target} (VirtualRobot {info.version}) speaks {info.api_version or 'nothing known'}, "
+                f"this client {API_VERSION}: install the same version of both"
+            )
+    except AuthenticationError as error:
+        channel.close()
+        said = "the token is wrong" if token else f"there is no token for it in {token_path(port)}"
+        raise AuthenticationError(
+            f"the kernel at {target} refuses this client: {said}; give its token as an argument, in VIRTUALROBOT_TOKEN "
+            "or on the command line by --token-file",
+            error.reason,
+            error.metadata,
+            error.code,
+        ) from error
+    except BaseException:
+        channel.close()
+        raise
+    return Client(channel, target, info)

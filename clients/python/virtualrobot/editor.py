@@ -1,0 +1,190 @@
+"""The changes that a scene can be told; the scene applies each at once, a batch all together."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Generic, TypeVar
+
+from google.protobuf.field_mask_pb2 import FieldMask
+from numpy.typing import ArrayLike
+
+from virtualrobot.figures import Figures, figure_list
+from virtualrobot.v1 import nodes_pb2, scene_pb2, signal_pb2
+from virtualrobot.wire import array_message, joint_map, pose_message
+
+Created = TypeVar("Created")
+
+
+class Editor(ABC, Generic[Created]):
+    """Changes of the world, one method for each command of the contract."""
+
+    @abstractmethod
+    def _submit(self, command: scene_pb2.Command) -> None:
+        """Take a command."""
+
+    @abstractmethod
+    def add(self, node: nodes_pb2.Node) -> Created:
+        """Add a node as the contract describes it; the other `add_` methods make such nodes."""
+
+    def _add(self, name: str, parent: str, pose: ArrayLike | None, figures: Figures, **kind: object) -> Created:
+        node = nodes_pb2.Node(name=name, parent=parent, figures=figure_list(figures), **kind)  # pyright: ignore[reportArgumentType] one field of the oneof
+        if pose is not None:
+            node.parent_t_node.CopyFrom(pose_message(pose))
+        return self.add(node)
+
+    def add_object(
+        self, name: str, figures: Figures = (), *, pose: ArrayLike | None = None, parent: str = "world"
+    ) -> Created:
+        """Add a piece of the environment: a table, a fence, or without figures a frame of reference.
+
+        `pose` is `parent_t_node`, 4x4, meters; without it the node is at its parent's origin.
+        """
+        return self._add(name, parent, pose, figures, object=nodes_pb2.Object())
+
+    def add_part(
+        self,
+        name: str,
+        figures: Figures,
+        *,
+        pose: ArrayLike | None = None,
+        parent: str = "world",
+        mass_kilograms: float = 0.0,
+    ) -> Created:
+        """Add a thing that robots handle; a mass of 0 means unknown.
+
+        Example:
+            >>> scene.add_part("box-1", virtualrobot.box(0.1, 0.1, 0.1, color="red"), pose=virtualrobot.pose(0.5))
+        """
+        return self._add(name, parent, pose, figures, part=nodes_pb2.Part(mass_kilograms=mass_kilograms))
+
+    def add_adapter(self, name: str, parent: str, figures: Figures = (), *, pose: ArrayLike | None = None) -> Created:
+        """Add what stands between a flange (the link `parent`) and a tool."""
+        return self._add(name, parent, pose, figures, adapter=nodes_pb2.Adapter())
+
+    def add_tool(
+        self,
+        name: str,
+        parent: str,
+        figures: Figures = (),
+        *,
+        pose: ArrayLike | None = None,
+        tool_center_points: Mapping[str, ArrayLike] | None = None,
+        states: Mapping[str, Mapping[str, float]] | None = None,
+    ) -> Created:
+        """Mount a tool on a flange or adapter (`parent`).
+
+        `tool_center_points` gives `tool_t_tcp` (4x4) by name, the first is chosen at the start. `states` gives the
+        joint positions of each state by name, radians or meters; the first is the state at the start.
+        """
+        tool = nodes_pb2.Tool(
+            tool_center_points=[
+                nodes_pb2.ToolCenterPoint(name=point, tool_t_tcp=pose_message(tool_t_tcp))
+                for point, tool_t_tcp in (tool_center_points or {}).items()
+            ],
+            states=[
+                nodes_pb2.ToolState(name=state, joint_positions=joint_map(positions))
+                for state, positions in (states or {}).items()
+            ],
+        )
+        return self._add(name, parent, pose, figures, tool=tool)
+
+    def add_annotation(
+        self, name: str, figures: Figures, *, pose: ArrayLike | None = None, parent: str = "world"
+    ) -> Created:
+        """Add something that is drawn for people only."""
+        return self._add(name, parent, pose, figures, annotation=nodes_pb2.Annotation())
+
+    def update(self, name: str, node: nodes_pb2.Node, *fields: str) -> None:
+        """Change the named `fields` of a node to those of `node`."""
+        mask = FieldMask(paths=fields)
+        self._submit(scene_pb2.Command(update_node=scene_pb2.UpdateNode(name=name, node=node, mask=mask)))
+
+    def rename(self, name: str, new_name: str) -> None:
+        """Give a node another name."""
+        self.update(name, nodes_pb2.Node(name=new_name), "name")
+
+    def hide(self, name: str, hidden: bool = True) -> None:
+        """Hide a node and what hangs below, or show it again."""
+        self.update(name, nodes_pb2.Node(hidden=hidden), "hidden")
+
+    def set_pose(self, name: str, parent_t_node: ArrayLike) -> None:
+        """Put a node somewhere else in its parent's frame, at once."""
+        self.update(name, nodes_pb2.Node(parent_t_node=pose_message(parent_t_node)), "parent_t_node")
+
+    def set_figures(self, name: str, figures: Figures) -> None:
+        """Give a node other shapes."""
+        self.update(name, nodes_pb2.Node(figures=figure_list(figures)), "figures")
+
+    def remove(self, name: str) -> None:
+        """Take a node and all below it out of the world."""
+        self._submit(scene_pb2.Command(remove_node=scene_pb2.RemoveNode(name=name)))
+
+    def attach(self, name: str, parent: str = "world", pose: ArrayLike | None = None) -> None:
+        """Give a node another parent; without `pose` (`parent_t_node`) it stays where it is in the world."""
+        where = None if pose is None else pose_message(pose)
+        command = scene_pb2.AttachNode(name=name, parent=parent, parent_t_node=where)
+        self._submit(scene_pb2.Command(attach_node=command))
+
+    def pick(self, robot: str, part: str = "", max_distance_meters: float = 0.0) -> None:
+        """Fix a part to the robot's chosen tool; without a name the one nearest to the tool centre point.
+
+        `max_distance_meters` 0 means 0.2 when no part is named, and any distance when one is.
+        """
+        command = scene_pb2.PickPart(robot=robot, part=part, max_distance_meters=max_distance_meters)
+        self._submit(scene_pb2.Command(pick_part=command))
+
+    def place(self, robot: str, part: str = "", parent: str = "") -> None:
+        """Let a part of the robot's chosen tool go, or all parts; it stays where it is, fixed to `parent`."""
+        self._submit(scene_pb2.Command(place_part=scene_pb2.PlacePart(robot=robot, part=part, parent=parent)))
+
+    def set_joint_positions(self, robot: str, positions: Mapping[str, float] | ArrayLike) -> None:
+        """Put joints somewhere at once: values by joint name, or all coordinates in order; radians and meters."""
+        command = scene_pb2.SetJointPositions(robot=robot)
+        if isinstance(positions, Mapping):
+            command.joint_positions.update(joint_map(positions))
+        else:
+            command.coordinates.CopyFrom(array_message(positions))
+        self._submit(scene_pb2.Command(set_joint_positions=command))
+
+    def select_tool(self, robot: str, tool: str = "", tool_center_point: str = "") -> None:
+        """Choose what a robot works with; no tool means the flange, no point the tool's first."""
+        command = scene_pb2.SelectTool(robot=robot, tool=tool, tool_center_point=tool_center_point)
+        self._submit(scene_pb2.Command(select_tool=command))
+
+    def set_tool_state(self, tool: str, state: str) -> None:
+        """Put a tool into a state at once, without a motion."""
+        self._submit(scene_pb2.Command(set_tool_state=scene_pb2.SetToolState(tool=tool, state=state)))
+
+    def create_signal(self, name: str, value: bool = False, description: str = "") -> None:
+        """Add a digital signal."""
+        signal = signal_pb2.Signal(name=name, value=value, description=description)
+        self._submit(scene_pb2.Command(create_signal=scene_pb2.CreateSignal(signal=signal)))
+
+    def remove_signal(self, name: str) -> None:
+        """Take a signal out of the world."""
+        self._submit(scene_pb2.Command(remove_signal=scene_pb2.RemoveSignal(name=name)))
+
+    def set_signal(self, name: str, value: bool) -> None:
+        """Set a signal."""
+        self._submit(scene_pb2.Command(set_signal=scene_pb2.SetSignal(name=name, value=value)))
+
+    def set_speed_factor(self, factor: float, robot: str = "") -> None:
+        """Slow the motions of one robot, or with no name of all: above 0, up to 1; running ones change smoothly."""
+        self._submit(scene_pb2.Command(set_speed_factor=scene_pb2.SetSpeedFactor(robot=robot, factor=factor)))
+
+
+class Batch(Editor[str]):
+    """Commands that are collected and applied together; see `Scene.batch`."""
+
+    def __init__(self) -> None:
+        """Begin with no command."""
+        self.commands: list[scene_pb2.Command] = []
+
+    def _submit(self, command: scene_pb2.Command) -> None:
+        self.commands.append(command)
+
+    def add(self, node: nodes_pb2.Node) -> str:
+        """Add a node as the contract describes it; return its name."""
+        self._submit(scene_pb2.Command(create_node=scene_pb2.CreateNode(node=node)))
+        return node.name

@@ -1,0 +1,120 @@
+"""Poses as 4x4 arrays: `a_t_b` takes coordinates given in frame b to frame a.
+
+Meters, radians, quaternions x, y, z, w.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from virtualrobot.errors import InvalidArgumentError
+
+Matrix: TypeAlias = NDArray[np.float64]
+
+
+def pose(
+    x: float = 0.0, y: float = 0.0, z: float = 0.0, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0
+) -> Matrix:
+    """Return a 4x4 pose from a position in meters and angles in radians.
+
+    As in URDF the angles turn about the fixed axes x (roll), then y (pitch), then z (yaw).
+
+    Example:
+        >>> pose(0.5, 0.0, 0.3, roll=np.pi)     # half a meter ahead, the tool pointing down
+    """
+    values = np.array([x, y, z, roll, pitch, yaw], dtype=float)
+    if not np.isfinite(values).all():
+        raise InvalidArgumentError(f"a pose needs finite numbers, not {values.tolist()}")
+    (cr, cp, cy), (sr, sp, sy) = np.cos(values[3:]), np.sin(values[3:])
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr, x],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr, y],
+            [-sp, cp * sr, cp * cr, z],
+            [0.0, 0.0, 0.0, 1.0],
+        ]
+    )
+
+
+def pose_from_quaternion(position: Sequence[float], quaternion: Sequence[float]) -> Matrix:
+    """Return a 4x4 pose from a position (3,) in meters and a quaternion x, y, z, w of any length but zero."""
+    vector, turn = np.asarray(position, dtype=float), np.asarray(quaternion, dtype=float)
+    if vector.shape != (3,) or turn.shape != (4,):
+        raise InvalidArgumentError(
+            f"a pose needs a position of 3 numbers and a quaternion of 4, not {vector.shape} and {turn.shape}"
+        )
+    return poses_from_rows(np.concatenate([vector, turn])[None])[0]
+
+
+def poses_from_rows(rows: ArrayLike) -> Matrix:
+    """Return (n, 4, 4) poses from (n, 7) rows x, y, z in meters and quaternion x, y, z, w."""
+    rows = np.asarray(rows, dtype=float).reshape(-1, 7)
+    length = np.linalg.norm(rows[:, 3:], axis=1, keepdims=True)
+    if not np.isfinite(rows).all() or (length < 1e-12).any():
+        raise InvalidArgumentError("a pose needs finite numbers and a quaternion that is not zero")
+    x, y, z, w = (rows[:, 3:] / length).T
+    poses = np.zeros((len(rows), 4, 4))
+    poses[:, 0, 0], poses[:, 0, 1], poses[:, 0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)
+    poses[:, 1, 0], poses[:, 1, 1], poses[:, 1, 2] = 2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)
+    poses[:, 2, 0], poses[:, 2, 1], poses[:, 2, 2] = 2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)
+    poses[:, :3, 3], poses[:, 3, 3] = rows[:, :3], 1.0
+    return poses
+
+
+def quaternion_of(matrix: ArrayLike) -> Matrix:
+    """Return the unit quaternion x, y, z, w (w not negative) of a 4x4 pose or 3x3 rotation.
+
+    Source: S. W. Shepperd, Quaternion from Rotation Matrix, 1978: divide by the largest of the four components.
+    """
+    r = np.asarray(matrix, dtype=float)[:3, :3]
+    trace = np.trace(r)
+    candidates = np.array([r[0, 0], r[1, 1], r[2, 2], trace])
+    largest = int(np.argmax(candidates))
+    if largest == 3:
+        q = np.array([r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1], 1.0 + trace])
+    else:
+        i, j, k = largest, (largest + 1) % 3, (largest + 2) % 3
+        q = np.empty(4)
+        q[i], q[j], q[k] = 1.0 - trace + 2.0 * r[i, i], r[j, i] + r[i, j], r[k, i] + r[i, k]
+        q[3] = r[k, j] - r[j, k]
+    q /= np.linalg.norm(q)
+    return -q if q[3] < 0 else q
+
+
+def roll_pitch_yaw_of(matrix: ArrayLike) -> Matrix:
+    """Return roll, pitch, yaw in radians of a 4x4 pose or 3x3 rotation; roll is 0 where pitch is +-90 degrees.
+
+    They are those of `pose`: pose(*position, *roll_pitch_yaw_of(m)) gives m again.
+    """
+    r = np.asarray(matrix, dtype=float)
+    cosine = np.hypot(r[0, 0], r[1, 0])
+    pitch = np.arctan2(-r[2, 0], cosine)
+    if cosine < 1e-9:
+        return np.array([0.0, pitch, np.arctan2(-r[0, 1], r[1, 1])])
+    return np.array([np.arctan2(r[2, 1], r[2, 2]), pitch, np.arctan2(r[1, 0], r[0, 0])])
+
+
+def checked_pose(value: ArrayLike) -> Matrix:
+    """Return `value` as a 4x4 float64 pose.
+
+    Raises:
+        InvalidArgumentError: when it is not 4x4, not finite, or no rigid transform to 1e-6.
+    """
+    matrix = np.asarray(value, dtype=float)
+    if matrix.shape != (4, 4):
+        raise InvalidArgumentError(f"a pose is a 4x4 array, not one of shape {matrix.shape}; see virtualrobot.pose()")
+    rotation = matrix[:3, :3]
+    if (
+        not np.isfinite(matrix).all()
+        or np.abs(matrix[3] - (0, 0, 0, 1)).max() > 1e-9
+        or np.abs(rotation @ rotation.T - np.eye(3)).max() > 1e-6
+        or np.linalg.det(rotation) < 0
+    ):
+        raise InvalidArgumentError(
+            f"a pose needs an orthonormal right-handed rotation and the last row 0 0 0 1, not\n{matrix}"
+        )
+    return matrix

@@ -1,0 +1,206 @@
+"""Motions: a handle for each one that was started. Blocking is done here, by watching."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterable, Iterator
+from enum import Enum
+
+from virtualrobot.errors import CallTimeoutError, MotionCancelledError, VirtualRobotError
+from virtualrobot.services import Services
+from virtualrobot.transport import Stream
+from virtualrobot.v1 import motion_pb2
+
+
+class Phase(Enum):
+    """How a motion is doing."""
+
+    RUNNING = motion_pb2.MOTION_PHASE_RUNNING
+    PAUSING = motion_pb2.MOTION_PHASE_PAUSING
+    PAUSED = motion_pb2.MOTION_PHASE_PAUSED
+    STOPPING = motion_pb2.MOTION_PHASE_STOPPING
+    SUCCEEDED = motion_pb2.MOTION_PHASE_SUCCEEDED
+    CANCELLED = motion_pb2.MOTION_PHASE_CANCELLED
+
+    @property
+    def ended(self) -> bool:
+        """Whether the motion is over."""
+        return self in (Phase.SUCCEEDED, Phase.CANCELLED)
+
+
+class Motion:
+    """One motion of a robot, or of several that move together.
+
+    A motion that was started here is watched by a thread of its own until it ends, since the kernel cancels motions
+    that nobody watches any more: so it goes on as long as this program lives. As a context manager it is waited for at
+    the end of the block, and cancelled when the block fails.
+
+    Example:
+        >>> motion = robot.move_joints(goal, wait=False)
+        >>> motion.progress
+        0.25
+        >>> motion.wait()
+    """
+
+    def __init__(self, services: Services, message: motion_pb2.Motion) -> None:
+        """Handle a motion that the kernel knows; `start` makes the usual ones."""
+        self._services = services
+        self._changed = threading.Condition()
+        self._message = message
+        self._error: VirtualRobotError | None = None
+        self._stream: Stream[motion_pb2.WatchMotionResponse] | None = None
+
+    @property
+    def id(self) -> str:
+        """Its name in the kernel, never used again."""
+        return self._message.id
+
+    @property
+    def robots(self) -> tuple[str, ...]:
+        """The robots that it moves."""
+        return tuple(self._message.robots)
+
+    @property
+    def planned_duration_seconds(self) -> float:
+        """How long it takes at full speed factors."""
+        return self._message.planned_duration_seconds
+
+    @property
+    def phase(self) -> Phase:
+        """How it is doing now."""
+        return Phase(self.message.phase)
+
+    @property
+    def progress(self) -> float:
+        """How much of the planned time law is done, 0 to 1."""
+        return self.message.progress
+
+    @property
+    def message(self) -> motion_pb2.Motion:
+        """The motion as the contract describes it, as it is now."""
+        if self._stream is None and not Phase(self._message.phase).ended:
+            response = self._services.motion.GetMotion(motion_pb2.GetMotionRequest(id=self.id))
+            with self._changed:
+                self._message = response.motion
+        return self._message
+
+    def wait(self, timeout: float | None = None) -> Motion:
+        """Wait until it has reached its goal; return itself. Ctrl-C cancels it.
+
+        In STEPPED mode time must go on meanwhile: another program, or another thread of this one, calls `clock.step`.
+
+        Raises:
+            MotionCancelledError: when it was cancelled; the message says why.
+            CallTimeoutError: after `timeout` seconds of the wall clock; the motion goes on.
+            KernelGoneError: when the kernel ended.
+        """
+        end = None if timeout is None else time.monotonic() + timeout
+        self.keep_watching()
+        try:
+            with self._changed:
+                while self._error is None and not Phase(self._message.phase).ended:
+                    left = None if end is None else end - time.monotonic()
+                    if left is not None and left <= 0:
+                        raise CallTimeoutError(f"motion {self.id} has not ended after {timeout} s; it goes on")
+                    # Never without a limit: on Windows Ctrl-C would not get through.
+                    self._changed.wait(0.5 if left is None else min(left, 0.5))
+        except KeyboardInterrupt:
+            self.cancel("interrupted from the keyboard")
+            raise
+        if self._error is not None:
+            raise self._error
+        if Phase(self._message.phase) is Phase.CANCELLED:
+            reason = self._message.cancel_reason or "no reason given"
+            raise MotionCancelledError(
+                f"motion {self.id} of {', '.join(self.robots)} was cancelled at "
+                f"{100 * self._message.progress:.0f}%: {reason}",
+                metadata={"motion": self.id, "cancel_reason": self._message.cancel_reason},
+            )
+        return self
+
+    def pause(self) -> None:
+        """Slow it to standstill on its path; it can go on by `resume`."""
+        self._services.motion.PauseMotion(motion_pb2.PauseMotionRequest(id=self.id))
+
+    def resume(self) -> None:
+        """Let it go on after a pause."""
+        self._services.motion.ResumeMotion(motion_pb2.ResumeMotionRequest(id=self.id))
+
+    def cancel(self, reason: str = "") -> None:
+        """Slow it to standstill on its path and end it."""
+        self._services.motion.CancelMotion(motion_pb2.CancelMotionRequest(id=self.id, reason=reason))
+
+    def watch(self, max_rate_hertz: float = 0.0) -> Iterator[motion_pb2.Motion]:
+        """Yield the motion again and again until it has ended; at most 30 times a second by default."""
+        request = motion_pb2.WatchMotionRequest(id=self.id, max_rate_hertz=max_rate_hertz)
+        with self._services.motion.WatchMotion(request) as stream:
+            for response in stream:
+                yield response.motion
+
+    def keep_watching(self) -> None:
+        """Watch it in a thread until it ends, so that the kernel knows that somebody cares."""
+        with self._changed:
+            if self._stream is not None or Phase(self._message.phase).ended:
+                return
+            stream = self._stream = self._services.motion.WatchMotion(motion_pb2.WatchMotionRequest(id=self.id))
+        threading.Thread(target=self._follow, args=(stream,), name=f"motion {self.id}", daemon=True).start()
+
+    def _follow(self, stream: Stream[motion_pb2.WatchMotionResponse]) -> None:
+        error = None
+        try:
+            for response in stream:
+                with self._changed:
+                    self._message = response.motion
+                    self._changed.notify_all()
+        except VirtualRobotError as stopped:
+            error = stopped
+        with self._changed:
+            if error is not None or not Phase(self._message.phase).ended:
+                self._error = error or VirtualRobotError(f"the kernel no longer tells of motion {self.id}")
+            self._changed.notify_all()
+
+    def __enter__(self) -> Motion:
+        """Return itself."""
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        """Wait for it; cancel it when the block failed."""
+        if kind is None:
+            self.wait()
+        else:
+            self.cancel("the program that started it failed")
+
+    def __repr__(self) -> str:
+        """Return a line for people, as it was last told."""
+        phase, progress = Phase(self._message.phase).name.lower(), self._message.progress
+        return f"<Motion {self.id} of {', '.join(self.robots)}: {phase}, {100 * progress:.0f}%>"
+
+
+def start(
+    services: Services,
+    moves: Iterable[motion_pb2.Move],
+    *,
+    wait: bool = True,
+    preempt: bool = False,
+    on_disconnect: str = "stop",
+) -> Motion:
+    """Start a motion; return its handle, after its end with `wait`.
+
+    `preempt` cancels motions in the way instead of being refused. `on_disconnect` says what the kernel does when this
+    program vanishes: `stop` or `continue`.
+    """
+    policies = {"stop": motion_pb2.DISCONNECT_POLICY_STOP, "continue": motion_pb2.DISCONNECT_POLICY_CONTINUE}
+    if on_disconnect not in policies:
+        raise ValueError(f"on_disconnect is 'stop' or 'continue', not {on_disconnect!r}")
+    response = services.motion.StartMotion(
+        motion_pb2.StartMotionRequest(
+            moves=moves,
+            busy_policy=motion_pb2.BUSY_POLICY_PREEMPT if preempt else motion_pb2.BUSY_POLICY_REJECT,
+            on_disconnect=policies[on_disconnect],
+        )
+    )
+    motion = Motion(services, response.motion)
+    if on_disconnect == "stop":
+        motion.keep_watching()
+    return motion.wait() if wait else motion

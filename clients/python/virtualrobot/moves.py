@@ -1,0 +1,72 @@
+"""Moves as messages: what a robot shall do, not started yet."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from virtualrobot.errors import InvalidArgumentError
+from virtualrobot.v1 import motion_pb2
+from virtualrobot.wire import array_message, joint_map, pose_message
+
+
+def pose_goal(reference_t_tcp: ArrayLike, reference: str) -> motion_pb2.PoseGoal:
+    """Return a goal for the tool centre point: a 4x4 pose in the frame of the node `reference` (empty: world)."""
+    return motion_pb2.PoseGoal(reference_t_tcp=pose_message(reference_t_tcp), reference=reference)
+
+
+def point_to_point(
+    robot: str, goal: Mapping[str, float] | str | ArrayLike, *, reference: str = "", speed_factor: float = 0.0
+) -> motion_pb2.Move:
+    """Return a move straight in joint space: to joints by name, to a posture by its name, or to a 4x4 pose."""
+    if isinstance(goal, str):
+        target = motion_pb2.PointToPoint(posture=goal)
+    elif isinstance(goal, Mapping):
+        target = motion_pb2.PointToPoint(joints=motion_pb2.JointGoal(joint_positions=joint_map(goal)))
+    else:
+        target = motion_pb2.PointToPoint(pose=pose_goal(goal, reference))
+    return motion_pb2.Move(robot=robot, speed_factor=speed_factor, point_to_point=target)
+
+
+def linear(
+    robot: str,
+    reference_t_tcp: ArrayLike,
+    reference: str = "",
+    velocity: float = 0.0,
+    acceleration: float = 0.0,
+    speed_factor: float = 0.0,
+) -> motion_pb2.Move:
+    """Return a move along a straight line; velocity in m/s, acceleration in m/s^2, 0 for the kernel's usual ones."""
+    line = motion_pb2.Linear(
+        goal=pose_goal(reference_t_tcp, reference),
+        max_velocity_meters_per_second=velocity,
+        max_acceleration_meters_per_second_squared=acceleration,
+    )
+    return motion_pb2.Move(robot=robot, speed_factor=speed_factor, linear=line)
+
+
+def trajectory(
+    robot: str,
+    joints: Sequence[str],
+    times: ArrayLike,
+    positions: ArrayLike,
+    velocities: ArrayLike | None = None,
+    speed_factor: float = 0.0,
+) -> motion_pb2.Move:
+    """Return a move through `positions` (n, k) at `times` (n,) seconds, with `velocities` (n, k) or a smooth curve."""
+    moments, columns = np.asarray(times, dtype=float), np.asarray(positions, dtype=float)
+    if columns.shape != (len(moments), len(joints)):
+        raise InvalidArgumentError(
+            f"positions have the shape (times, joints) = ({len(moments)}, {len(joints)}), not {columns.shape}"
+        )
+    path = motion_pb2.JointTrajectory(
+        joint_names=joints, times=array_message(moments), positions=array_message(columns)
+    )
+    if velocities is not None:
+        speeds = np.asarray(velocities, dtype=float)
+        if speeds.shape != columns.shape:
+            raise InvalidArgumentError(f"velocities have the shape of positions, {columns.shape}, not {speeds.shape}")
+        path.velocities.CopyFrom(array_message(speeds))
+    return motion_pb2.Move(robot=robot, speed_factor=speed_factor, joint_trajectory=path)

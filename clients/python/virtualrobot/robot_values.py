@@ -1,0 +1,146 @@
+"""What robots answer: states, limits and kinematic solutions as plain values."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from virtualrobot.errors import UnreachableError
+from virtualrobot.geometry import Matrix
+from virtualrobot.v1 import geometry_pb2, nodes_pb2, robot_pb2
+from virtualrobot.wire import Stamp, array_of, pose_of, stamp_of
+
+
+@dataclass(frozen=True, slots=True)
+class JointLimits:
+    """How far and how fast a joint may move: radians or meters, per second, per s^2, per s^3; N m or N."""
+
+    lower: float
+    upper: float
+    velocity: float
+    acceleration: float
+    jerk: float
+    effort: float
+
+    @staticmethod
+    def of(message: nodes_pb2.JointLimits) -> JointLimits:
+        """Return limits from a message; no limit of position is infinite."""
+        return JointLimits(
+            message.lower if message.HasField("lower") else -math.inf,
+            message.upper if message.HasField("upper") else math.inf,
+            message.velocity,
+            message.acceleration,
+            message.jerk,
+            message.effort,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class RobotState:
+    """Where a robot's joints and tools are at one instant.
+
+    Attributes:
+        name: the robot.
+        stamp: when this was true.
+        positions: coordinates of all joints, radians and meters.
+        velocities: velocities of all joints, rad/s and m/s.
+        world_t_tcp: 4x4, the chosen tool centre point, or without a tool the flange.
+        tool: the chosen tool; empty means none.
+        tool_center_point: the chosen point; empty means none.
+        tool_states: the state of each mounted tool.
+        speed_factor: by what its motions are slowed.
+        motion_ids: the motions that move it.
+    """
+
+    name: str
+    stamp: Stamp
+    positions: NDArray[np.float64]
+    velocities: NDArray[np.float64]
+    world_t_tcp: Matrix
+    tool: str
+    tool_center_point: str
+    tool_states: dict[str, str]
+    speed_factor: float
+    motion_ids: tuple[str, ...]
+
+    @staticmethod
+    def of(message: robot_pb2.RobotState, stamp: geometry_pb2.Stamp) -> RobotState:
+        """Return the state that a message tells."""
+        return RobotState(
+            message.name,
+            stamp_of(stamp),
+            np.array(message.positions, dtype=float),
+            np.array(message.velocities, dtype=float),
+            pose_of(message.world_t_tcp),
+            message.tool,
+            message.tool_center_point,
+            dict(message.tool_states),
+            message.speed_factor,
+            tuple(message.motion_ids),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class ForwardSolution:
+    """Where things would be: `world_t_tcp`, 4x4, and `world_t_link`, 4x4 by link name."""
+
+    world_t_tcp: Matrix
+    world_t_link: dict[str, Matrix]
+
+
+@dataclass(frozen=True, slots=True)
+class InverseSolution:
+    """Which joints reach a pose.
+
+    Attributes:
+        joint_names: the joints that were solved for, in order.
+        solutions: (n, k), radians or meters, nearest to the seed first; no rows when there is none.
+        configurations: the name of each solution's configuration, where the component names them.
+        position_error_meters: how far the best attempt was off.
+        rotation_error_radians: how far the best attempt was off.
+        explanation: why there is no solution, in words.
+    """
+
+    joint_names: tuple[str, ...]
+    solutions: NDArray[np.float64]
+    configurations: tuple[str, ...]
+    position_error_meters: float
+    rotation_error_radians: float
+    explanation: str
+
+    @staticmethod
+    def of(message: robot_pb2.SolveInverseResponse) -> InverseSolution:
+        """Return the solutions that a message tells."""
+        solved = message.status == robot_pb2.INVERSE_STATUS_SOLVED
+        names = tuple(message.joint_names)
+        return InverseSolution(
+            names,
+            array_of(message.solutions).reshape(-1, len(names)) if solved else np.empty((0, len(names))),
+            tuple(message.configurations),
+            message.position_error_meters,
+            message.rotation_error_radians,
+            message.explanation,
+        )
+
+    @property
+    def solved(self) -> bool:
+        """Whether there is a solution."""
+        return len(self.solutions) > 0
+
+    @property
+    def best(self) -> NDArray[np.float64]:
+        """The solution nearest to the seed, (k,); raises UnreachableError when there is none."""
+        if not self.solved:
+            raise UnreachableError(
+                self.explanation
+                or f"no posture within limits reaches the pose: off by {self.position_error_meters:.4f} m and "
+                f"{self.rotation_error_radians:.4f} rad at best"
+            )
+        return self.solutions[0]
+
+    def by_name(self) -> dict[str, float]:
+        """Return the best solution by joint name; raises UnreachableError when there is none."""
+        return dict(zip(self.joint_names, self.best.tolist(), strict=True))

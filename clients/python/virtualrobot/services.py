@@ -1,0 +1,58 @@
+"""The services of one kernel, as every handle of the library uses them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import grpc
+
+from virtualrobot.v1 import (
+    asset_pb2_grpc,
+    kernel_pb2_grpc,
+    motion_pb2_grpc,
+    robot_pb2_grpc,
+    scene_pb2,
+    scene_pb2_grpc,
+    signal_pb2_grpc,
+    view_pb2_grpc,
+)
+
+LONG_TIMEOUT_SECONDS = 600.0
+"""For calls that read or move files."""
+
+
+@dataclass(frozen=True, slots=True)
+class Services:
+    """One stub for each service of the contract."""
+
+    address: str
+    kernel: kernel_pb2_grpc.KernelServiceStub
+    asset: asset_pb2_grpc.AssetServiceStub
+    scene: scene_pb2_grpc.SceneServiceStub
+    robot: robot_pb2_grpc.RobotServiceStub
+    motion: motion_pb2_grpc.MotionServiceStub
+    signal: signal_pb2_grpc.SignalServiceStub
+    view: view_pb2_grpc.ViewServiceStub
+
+    @staticmethod
+    def on(channel: grpc.Channel, address: str) -> Services:
+        """Return the services behind a channel."""
+        return Services(
+            address,
+            kernel_pb2_grpc.KernelServiceStub(channel),
+            asset_pb2_grpc.AssetServiceStub(channel),
+            scene_pb2_grpc.SceneServiceStub(channel),
+            robot_pb2_grpc.RobotServiceStub(channel),
+            motion_pb2_grpc.MotionServiceStub(channel),
+            signal_pb2_grpc.SignalServiceStub(channel),
+            view_pb2_grpc.ViewServiceStub(channel),
+        )
+
+    def apply(
+        self, commands: Iterable[scene_pb2.Command], expected_revision: int | None = None
+    ) -> scene_pb2.ApplyResponse:
+        """Apply commands as one change, or none of them."""
+        return self.scene.Apply(
+            scene_pb2.ApplyRequest(commands=commands, expected_structure_revision=expected_revision)
+        )

@@ -1,0 +1,60 @@
+"""Scene trees and joint tables as text and HTML, for terminals and notebooks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+
+from virtualrobot.robot_values import JointLimits, RobotState
+from virtualrobot.v1 import nodes_pb2, robot_pb2
+
+
+def scene_tree(nodes: Sequence[nodes_pb2.Node], links: bool = True) -> str:
+    """Return the scene as a drawn tree, a line for each node with its kind.
+
+    Without `links` what hangs there is shown at the robot.
+    """
+    parent_of = {node.name: node.parent for node in nodes}
+    kind_of = {node.name: node.WhichOneof("kind") or "node" for node in nodes}
+    shown = [node for node in nodes if links or kind_of[node.name] != "link"]
+    children: dict[str, list[nodes_pb2.Node]] = {}
+    for node in shown:
+        parent = node.parent
+        while not links and kind_of.get(parent) == "link":
+            parent = parent_of[parent]
+        # A node whose parent was not asked for stands at the top.
+        children.setdefault(parent if parent in kind_of and parent != node.name else "", []).append(node)
+
+    lines: list[str] = []
+    stack = [(node, "", "") for node in reversed(children.get("", []))]
+    while stack:
+        node, lead, indent = stack.pop()
+        hidden = ", hidden" if node.hidden else ""
+        lines.append(f"{lead}{node.name} ({kind_of[node.name]}{hidden})")
+        below = children.get(node.name, [])
+        for number, child in reversed(list(enumerate(below))):
+            last = number == len(below) - 1
+            stack.append((child, indent + ("└─ " if last else "├─ "), indent + ("   " if last else "│  ")))
+    return "\n".join(lines)
+
+
+def joint_rows(robot: robot_pb2.GetRobotResponse, state: RobotState) -> list[list[str]]:
+    """Return for each joint its name, position, velocity and limits as text, after a row of headings."""
+    rows = [["joint", "position", "velocity", "lower", "upper"]]
+    position, velocity = 0, 0
+    for joint in robot.joints:
+        limits = JointLimits.of(joint.limits)
+        here = state.positions[position : position + joint.coordinate_count]
+        speed = state.velocities[velocity : velocity + joint.velocity_count]
+        numbers = (" ".join(f"{value:.4f}" for value in values) for values in (here, speed))
+        rows.append([joint.name, *numbers, f"{limits.lower:.4f}", f"{limits.upper:.4f}"])
+        position, velocity = position + joint.coordinate_count, velocity + joint.velocity_count
+    return rows
+
+
+def joint_table_html(name: str, robot: robot_pb2.GetRobotResponse, state: RobotState) -> str:
+    """Return a robot's joints as an HTML table."""
+    head, *rows = joint_rows(robot, state)
+    cells = ["<tr>" + "".join(f"<th>{escape(cell)}</th>" for cell in head) + "</tr>"]
+    cells += ["<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows]
+    return f"<b>{escape(name)}</b> (radians, meters)<table>{''.join(cells)}</table>"

@@ -1,0 +1,138 @@
+"""The picture: camera, background, grid, and auxiliary figures."""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+from google.protobuf.field_mask_pb2 import FieldMask
+from numpy.typing import ArrayLike, NDArray
+
+from virtualrobot import figures
+from virtualrobot.node import Node
+from virtualrobot.scene import Scene
+from virtualrobot.services import Services
+from virtualrobot.v1 import view_pb2
+from virtualrobot.wire import color_message, vector_message
+
+
+class View:
+    """What every open viewer of one kernel shows.
+
+    Example:
+        >>> client.view.background = "white"
+        >>> path = client.view.add_lines([[0, 0, 0], [1, 0, 1]], color="red")
+        >>> path.remove()
+    """
+
+    def __init__(self, services: Services, scene: Scene) -> None:
+        """Handle the picture of one kernel."""
+        self._services = services
+        self._scene = scene
+
+    def read(self) -> view_pb2.View:
+        """Return the set-up as the contract describes it."""
+        return self._services.view.GetView(view_pb2.GetViewRequest()).view
+
+    def watch(self) -> Iterator[view_pb2.View]:
+        """Yield the set-up now and after each change."""
+        with self._services.view.WatchView(view_pb2.WatchViewRequest()) as stream:
+            yield from (response.view for response in stream)
+
+    @property
+    def viewer_count(self) -> int:
+        """How many browsers show it now."""
+        return self._services.view.GetView(view_pb2.GetViewRequest()).viewer_count
+
+    @property
+    def background(self) -> NDArray[np.float64]:
+        """The colour behind everything, red, green, blue, 0 to 1; set it to anything that names a colour."""
+        color = self.read().background
+        return np.array([color.red, color.green, color.blue])
+
+    @background.setter
+    def background(self, color: str | ArrayLike) -> None:
+        self._update(view_pb2.View(background=color_message(color)), "background")
+
+    @property
+    def grid(self) -> bool:
+        """Whether the grid on the floor is shown."""
+        return not self.read().grid_hidden
+
+    @grid.setter
+    def grid(self, shown: bool) -> None:
+        self._update(view_pb2.View(grid_hidden=not shown), "grid_hidden")
+
+    @property
+    def joint_axes(self) -> list[str]:
+        """The robots whose joint axes are shown."""
+        return list(self.read().joint_axes)
+
+    @joint_axes.setter
+    def joint_axes(self, robots: Iterable[str]) -> None:
+        self._update(view_pb2.View(joint_axes=list(robots)), "joint_axes")
+
+    @property
+    def bounding_boxes(self) -> list[str]:
+        """The nodes whose bounding boxes are shown."""
+        return list(self.read().bounding_boxes)
+
+    @bounding_boxes.setter
+    def bounding_boxes(self, nodes: Iterable[str]) -> None:
+        self._update(view_pb2.View(bounding_boxes=list(nodes)), "bounding_boxes")
+
+    def set_camera(self, position: ArrayLike, target: ArrayLike = (0.0, 0.0, 0.0), field_of_view: float = 0.0) -> None:
+        """Look from `position` at `target`, meters in the world's frame; `field_of_view` in radians, 0 means 0.9."""
+        camera = view_pb2.Camera(
+            position=vector_message(position, "the camera's position"),
+            target=vector_message(target, "the camera's target"),
+            field_of_view_radians=field_of_view,
+        )
+        self._update(view_pb2.View(camera=camera), "camera")
+
+    def add_points(
+        self,
+        positions: ArrayLike,
+        *,
+        color: str | ArrayLike | None = None,
+        colors: ArrayLike | None = None,
+        size: float = 0.0,
+        name: str = "",
+        pose: ArrayLike | None = None,
+        parent: str = "world",
+    ) -> Node:
+        """Show points (n, 3) in meters, with one colour or `colors` (n, 3), 0 to 255; `remove()` takes them away.
+
+        They stand at `pose` (`parent_t_node`) on the node `parent` and go with it. Without `name` they get one.
+        """
+        return self._add("points", name, figures.points(positions, color=color, colors=colors, size=size), pose, parent)
+
+    def add_lines(
+        self,
+        segments: ArrayLike,
+        *,
+        color: str | ArrayLike | None = None,
+        width_pixels: float = 0.0,
+        name: str = "",
+        pose: ArrayLike | None = None,
+        parent: str = "world",
+    ) -> Node:
+        """Show line segments (n, 2, 3), or a line through points (n, 3), in meters; options as in `add_points`."""
+        return self._add("lines", name, figures.lines(segments, color=color, width_pixels=width_pixels), pose, parent)
+
+    def add_frame(
+        self, pose: ArrayLike | None = None, *, length: float = 0.0, name: str = "", parent: str = "world"
+    ) -> Node:
+        """Show a frame, x red, y green, z blue, at `pose` (`parent_t_node`); `length` 0 means 0.1 m."""
+        return self._add("frame", name, figures.frame(length), pose, parent)
+
+    def add_label(self, text: str, pose: ArrayLike | None = None, *, name: str = "", parent: str = "world") -> Node:
+        """Show words at `pose` (`parent_t_node`)."""
+        return self._add("label", name, figures.label(text), pose, parent)
+
+    def _add(self, kind: str, name: str, figure: figures.Figures, pose: ArrayLike | None, parent: str) -> Node:
+        return self._scene.add_annotation(name or f"{kind}-{uuid.uuid4().hex[:8]}", figure, pose=pose, parent=parent)
+
+    def _update(self, view: view_pb2.View, field: str) -> None:
+        self._services.view.UpdateView(view_pb2.UpdateViewRequest(view=view, mask=FieldMask(paths=[field])))

@@ -1,0 +1,125 @@
+"""NumPy arrays to messages of the contract and back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from virtualrobot.errors import InvalidArgumentError
+from virtualrobot.geometry import Matrix, checked_pose, pose_from_quaternion, quaternion_of
+from virtualrobot.v1 import geometry_pb2
+
+_DTYPES = {
+    geometry_pb2.ARRAY_TYPE_FLOAT64: np.dtype("<f8"),
+    geometry_pb2.ARRAY_TYPE_FLOAT32: np.dtype("<f4"),
+    geometry_pb2.ARRAY_TYPE_INT32: np.dtype("<i4"),
+    geometry_pb2.ARRAY_TYPE_UINT8: np.dtype("u1"),
+}
+_TYPES = {dtype: number for number, dtype in _DTYPES.items()}
+
+
+@dataclass(frozen=True, slots=True)
+class Stamp:
+    """When a state was true: wall clock, simulation time in seconds, tick, and the revisions of structure and state."""
+
+    wall_time: datetime
+    simulation_time_seconds: float
+    tick: int
+    structure_revision: int
+    state_revision: int
+
+
+def stamp_of(message: geometry_pb2.Stamp) -> Stamp:
+    """Return the stamp of a message."""
+    return Stamp(
+        message.wall_time.ToDatetime(UTC),
+        message.simulation_time_seconds,
+        message.tick,
+        message.structure_revision,
+        message.state_revision,
+    )
+
+
+def vector_message(values: ArrayLike, what: str = "a vector") -> geometry_pb2.Vector3:
+    """Return three finite numbers as a message; `what` names them in the error."""
+    array = np.asarray(values, dtype=float)
+    if array.shape != (3,) or not np.isfinite(array).all():
+        raise InvalidArgumentError(f"{what} has 3 finite numbers, not {np.asarray(values).tolist()}")
+    return geometry_pb2.Vector3(x=array[0], y=array[1], z=array[2])
+
+
+def pose_message(matrix: ArrayLike) -> geometry_pb2.Pose:
+    """Return a 4x4 pose as a message."""
+    matrix = checked_pose(matrix)
+    x, y, z, w = quaternion_of(matrix)
+    return geometry_pb2.Pose(
+        position=vector_message(matrix[:3, 3]), orientation=geometry_pb2.Quaternion(x=x, y=y, z=z, w=w)
+    )
+
+
+def pose_of(message: geometry_pb2.Pose) -> Matrix:
+    """Return a message as a 4x4 pose."""
+    p, q = message.position, message.orientation
+    turn = (q.x, q.y, q.z, q.w) if message.HasField("orientation") else (0.0, 0.0, 0.0, 1.0)
+    return pose_from_quaternion((p.x, p.y, p.z), turn)
+
+
+def array_message(values: ArrayLike, dtype: str = "<f8") -> geometry_pb2.Array:
+    """Return numbers as a message of bulk numbers, stored as `dtype`: <f8, <f4, <i4 or u1."""
+    array = np.ascontiguousarray(values, dtype=np.dtype(dtype))
+    return geometry_pb2.Array(type=_TYPES[array.dtype], shape=array.shape, data=array.tobytes())
+
+
+def array_of(message: geometry_pb2.Array) -> NDArray[Any]:
+    """Return bulk numbers as an array of their own shape; read-only, without a copy. An absent one is empty."""
+    if message.type not in _DTYPES:
+        return np.empty(0)
+    return np.frombuffer(message.data, _DTYPES[message.type]).reshape(tuple(message.shape))
+
+
+def joint_map(values: Mapping[str, float]) -> dict[str, float]:
+    """Return joint values by name as plain floats."""
+    return {str(name): float(value) for name, value in values.items()}
+
+
+_COLORS = {
+    "white": (1.0, 1.0, 1.0),
+    "black": (0.0, 0.0, 0.0),
+    "grey": (0.5, 0.5, 0.5),
+    "gray": (0.5, 0.5, 0.5),
+    "red": (0.85, 0.15, 0.12),
+    "green": (0.18, 0.62, 0.25),
+    "blue": (0.13, 0.38, 0.80),
+    "yellow": (0.95, 0.78, 0.15),
+    "orange": (0.95, 0.50, 0.10),
+    "purple": (0.50, 0.25, 0.65),
+    "brown": (0.55, 0.38, 0.22),
+    "cyan": (0.10, 0.70, 0.75),
+}
+
+
+def color_message(color: str | ArrayLike) -> geometry_pb2.Color:
+    """Return a colour: a name, `#rrggbb`, `#rrggbbaa`, or 3 or 4 numbers from 0 to 1 (the last: opacity)."""
+    if isinstance(color, str):
+        if color.lower() in _COLORS:
+            values = np.array(_COLORS[color.lower()])
+        else:
+            try:
+                values = np.frombuffer(bytes.fromhex(color.removeprefix("#")), np.uint8) / 255.0
+            except ValueError:
+                values = np.empty(0)
+            if not color.startswith("#") or values.size not in (3, 4):
+                raise InvalidArgumentError(f"{color!r} is no colour: use {', '.join(sorted(_COLORS))} or #rrggbb")
+    else:
+        values = np.asarray(color, dtype=float)
+    if values.shape not in ((3,), (4,)) or not ((values >= 0) & (values <= 1)).all():
+        raise InvalidArgumentError(f"a colour has 3 or 4 numbers from 0 to 1, not {np.asarray(color).tolist()}")
+    message = geometry_pb2.Color(red=values[0], green=values[1], blue=values[2])
+    if values.size == 4:
+        message.alpha = values[3]
+    return message
