@@ -1,0 +1,52 @@
+"""Where to look from so that everything is seen."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from virtualrobot_kernel.drawing.view import DEFAULT_FIELD_OF_VIEW, Camera
+
+DIRECTION = np.array([1.0, -1.25, 0.72]) / np.linalg.norm([1.0, -1.25, 0.72])
+"""From the scene to the eye: in front, to the right and above, as cells are drawn in catalogues."""
+
+ASPECT = 1.4
+"""Width over height of a window that still shows everything; in a wider one there is room at the sides."""
+
+FILLED = 0.88
+"""How much of the window the scene may take."""
+
+SMALLEST = 0.25
+"""Half of the least edge of the box that is framed, in meters: the eye stays off a scene that is smaller."""
+
+
+def framed(bounds: NDArray[np.float64], field_of_view: float = DEFAULT_FIELD_OF_VIEW) -> Camera:
+    """Return a camera that looks at the middle of a box (2, 3) and sees all of it; meters, in the world's frame.
+
+    A corner c, counted from the middle, has the depth d - c.forward when the eye is at distance d, so that it is in
+    the picture when |c.up| and |c.right| are at most that depth times the tangents of half the opening angles.
+    """
+    center = bounds.mean(axis=0)
+    half = np.maximum(0.5 * (bounds[1] - bounds[0]), SMALLEST)
+    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+    corners = signs * half
+    right = np.cross([0.0, 0.0, 1.0], DIRECTION)
+    right /= np.linalg.norm(right)
+    up = np.cross(DIRECTION, right)
+    tangent = FILLED * np.tan(0.5 * field_of_view)
+    needed = np.maximum(np.abs(corners @ up) / tangent, np.abs(corners @ right) / (ASPECT * tangent))
+    eye = center + float((corners @ DIRECTION + needed).max()) * DIRECTION
+    return Camera(_three(eye), _three(center), field_of_view)
+
+
+def outgrown(framed_bounds: NDArray[np.float64] | None, bounds: NDArray[np.float64]) -> bool:
+    """Return whether a scene of these bounds is worth a new frame: it grew by more than a tenth of its diagonal."""
+    if framed_bounds is None:
+        return True
+    growth = np.maximum(framed_bounds[0] - bounds[0], bounds[1] - framed_bounds[1])
+    return bool(growth.max() > 0.1 * np.linalg.norm(framed_bounds[1] - framed_bounds[0]))
+
+
+def _three(vector: NDArray[np.float64]) -> tuple[float, float, float]:
+    x, y, z = vector.tolist()
+    return x, y, z

@@ -1,0 +1,219 @@
+"""What there is to draw: which shapes the nodes show, grouped so that equal ones become one batch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from virtualrobot_kernel.drawing.appearance import Rgba
+from virtualrobot_kernel.drawing.library import AXIS_ARROW, ShapeKey, ShapeLibrary, Vector, shape_key
+from virtualrobot_kernel.world.figures import Figure, Pose
+from virtualrobot_kernel.world.structure import JointType, Kind, LinkData, Node, Structure, ToolData
+
+BatchKey = tuple[ShapeKey, Rgba | None]
+"""Instances with equal keys are drawn at once: shape and colour."""
+
+AXIS_COLORS: dict[JointType, Rgba] = {
+    JointType.REVOLUTE: (0.85, 0.20, 0.62, 1.0),
+    JointType.CONTINUOUS: (0.85, 0.20, 0.62, 1.0),
+    JointType.PRISMATIC: (0.95, 0.55, 0.10, 1.0),
+    JointType.PLANAR: (0.10, 0.62, 0.65, 1.0),
+}
+"""Colours of joint axes; a planar joint shows the normal of its plane, a floating one has no axis."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Piece:
+    """One shape of a node: which, how large, and where in the node's frame."""
+
+    key: BatchKey
+    scale: Vector
+    node_t_shape: Pose
+    tool_state: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Look:
+    """What a node shows: shapes in batches, and points, lines and labels one by one."""
+
+    pieces: tuple[Piece, ...]
+    annotations: tuple[Figure, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Batch:
+    """All visible instances of one shape: rows (n,) of their nodes, poses in those (n, 4, 4), scales (n, 3)."""
+
+    rows: NDArray[np.int64]
+    node_t_shape: NDArray[np.float64]
+    scale: NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Inventory:
+    """What is visible now, and the looks by node, from which the next inventory is made."""
+
+    looks: Mapping[Node, Look]
+    visible: Mapping[int, tuple[Piece, ...]]
+    annotations: tuple[tuple[int, Figure], ...]
+    batches: Mapping[BatchKey, Batch]
+    used: frozenset[BatchKey]
+
+
+def take(
+    structure: Structure,
+    tool_states: Mapping[int, str],
+    axis_pieces: tuple[tuple[int, Piece], ...] = (),
+    before: Inventory | None = None,
+) -> Inventory:
+    """Return what is to be drawn.
+
+    Args:
+        structure: the nodes.
+        tool_states: state by tool uid; a tool that is not in it is in its first state.
+        axis_pieces: (uid, piece) to show besides the figures (see `joint_axes`).
+        before: the last inventory; looks of nodes that are still the same objects are taken from it.
+    """
+    known = before.looks if before else {}
+    looks = {node: known.get(node) or look_of(node) for node in structure.nodes.values()}
+    hidden, states = _inherited(structure, tool_states)
+    visible: dict[int, tuple[Piece, ...]] = {}
+    annotations: list[tuple[int, Figure]] = []
+    for uid, node in structure.nodes.items():
+        if hidden[uid]:
+            continue
+        look, state = looks[node], states[uid]
+        if pieces := tuple(piece for piece in look.pieces if piece.tool_state in ("", state)):
+            visible[uid] = pieces
+        annotations.extend((uid, figure) for figure in look.annotations if figure.tool_state in ("", state))
+    shown = [(uid, piece) for uid, pieces in visible.items() for piece in pieces]
+    shown.extend((uid, piece) for uid, piece in axis_pieces if not hidden[uid])
+    used = {piece.key for look in looks.values() for piece in look.pieces}
+    used.update(piece.key for _, piece in axis_pieces)
+    return Inventory(looks, visible, tuple(annotations), _batches(structure, shown), frozenset(used))
+
+
+def look_of(node: Node) -> Look:
+    """Return what a node's visual figures are made of."""
+    pieces, annotations = [], []
+    for figure in node.figures:
+        if not figure.visual:
+            continue
+        shape = shape_key(figure.geometry)
+        if shape is None:
+            annotations.append(figure)
+            continue
+        color = figure.material.color if figure.material else None
+        pieces.append(Piece((shape[0], color), shape[1], figure.node_t_figure, figure.tool_state))
+    return Look(tuple(pieces), tuple(annotations))
+
+
+def joint_axes(structure: Structure, robots: tuple[int, ...], library: ShapeLibrary) -> tuple[tuple[int, Piece], ...]:
+    """Return (link uid, arrow along the axis of its joint) for each moving joint of the robots."""
+    found = []
+    for robot in robots:
+        for uid in structure.robots[robot].links if robot in structure.robots else ():
+            node = structure.nodes[uid]
+            data = node.data
+            if not isinstance(data, LinkData) or data.joint.type not in AXIS_COLORS:
+                continue
+            length = _reach(look_of(node), library)
+            key = (AXIS_ARROW, AXIS_COLORS[data.joint.type])
+            found.append((uid, Piece(key, (length, length, length), turned_to(data.joint.axis))))
+    return tuple(found)
+
+
+def turned_to(axis: Vector) -> Pose:
+    """Return a pose (4, 4) at the origin whose z is along the unit vector `axis`."""
+    z = np.asarray(axis, np.float64)
+    x = np.cross((0.0, 1.0, 0.0) if abs(z[1]) < 0.9 else (1.0, 0.0, 0.0), z)
+    x /= np.linalg.norm(x)
+    pose = np.eye(4)
+    pose[:3, 0], pose[:3, 1], pose[:3, 2] = x, np.cross(z, x), z
+    return pose
+
+
+def node_bounds(
+    structure: Structure, inventory: Inventory, world_t_node: NDArray[np.float64], library: ShapeLibrary, uid: int
+) -> NDArray[np.float64] | None:
+    """Return the box (2, 3) around what is visible of a node and all below it, or None when nothing is.
+
+    Lowest and highest corner in meters, in the node's frame and along its axes.
+    """
+    node_t_world = np.linalg.inv(world_t_node[structure.rows[uid]])
+    boxes = [
+        _box(node_t_world @ world_t_node[structure.rows[below.uid]] @ piece.node_t_shape, piece.scale, points)
+        for below in structure.below(uid)
+        for piece in inventory.visible.get(below.uid, ())
+        if len(points := library.get(piece.key[0]).points)
+    ]
+    return _around(boxes)
+
+
+def world_bounds(
+    structure: Structure, inventory: Inventory, world_t_node: NDArray[np.float64], library: ShapeLibrary
+) -> NDArray[np.float64] | None:
+    """Return a box (2, 3) that holds everything visible, or None when nothing is; meters, along the world's axes.
+
+    It is quick and may be wider than needed, since it goes by the corners of each shape's own box. Floors, of more
+    than 30 m, count only where there is nothing else.
+    """
+    boxes = [
+        _box(world_t_node[structure.rows[uid]] @ piece.node_t_shape, piece.scale, corners)
+        for uid, pieces in inventory.visible.items()
+        for piece in pieces
+        if len(corners := library.get(piece.key[0]).corners)
+    ]
+    return _around([box for box in boxes if np.ptp(box, axis=0).max() < 30.0] or boxes)
+
+
+def _box(frame_t_shape: NDArray[np.float64], scale: Vector, points: NDArray[np.float32]) -> NDArray[np.float64]:
+    linear = (frame_t_shape[:3, :3] * scale).astype(np.float32)
+    moved = points @ linear.T
+    return np.array([moved.min(axis=0), moved.max(axis=0)]) + frame_t_shape[:3, 3]
+
+
+def _around(boxes: list[NDArray[np.float64]]) -> NDArray[np.float64] | None:
+    if not boxes:
+        return None
+    return np.array([np.min([box[0] for box in boxes], axis=0), np.max([box[1] for box in boxes], axis=0)])
+
+
+def _reach(look: Look, library: ShapeLibrary) -> float:
+    """Return how long half an axis must be to stick out of a link: 60% of the extent of its shapes, 0.05 m at least."""
+    extents = [
+        float(np.ptp(points, axis=0).max() * max(piece.scale))
+        for piece in look.pieces
+        if len(points := library.get(piece.key[0]).points)
+    ]
+    return max([0.05, *(0.6 * extent for extent in extents)])
+
+
+def _inherited(structure: Structure, tool_states: Mapping[int, str]) -> tuple[dict[int, bool], dict[int, str]]:
+    """Return for each uid whether it or a node above it is hidden, and the state of the tool that it belongs to."""
+    uids = tuple(structure.nodes)
+    hidden, states = {0: False}, {0: ""}
+    for row in structure.forest.order.tolist():
+        node = structure.nodes[uids[row]]
+        hidden[node.uid] = hidden[node.parent] or node.hidden
+        states[node.uid] = states[node.parent]
+        if node.kind is Kind.TOOL and isinstance(node.data, ToolData):
+            states[node.uid] = tool_states.get(node.uid) or next(iter(node.data.states), "")
+    return hidden, states
+
+
+def _batches(structure: Structure, shown: list[tuple[int, Piece]]) -> dict[BatchKey, Batch]:
+    groups: dict[BatchKey, list[tuple[int, Piece]]] = {}
+    for uid, piece in shown:
+        groups.setdefault(piece.key, []).append((structure.rows[uid], piece))
+    return {
+        key: Batch(
+            np.array([row for row, _ in group], np.int64),
+            np.array([piece.node_t_shape for _, piece in group]),
+            np.array([piece.scale for _, piece in group], np.float32),
+        )
+        for key, group in groups.items()
+    }

@@ -1,0 +1,132 @@
+"""How the picture is set up: what clients change and every open viewer shows."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from virtualrobot_kernel.errors import KernelError
+
+Vector = tuple[float, float, float]
+Color = tuple[float, float, float]
+
+DEFAULT_FIELD_OF_VIEW = 0.9
+"""The vertical field of view in radians that is taken where none is given."""
+
+
+@dataclass(frozen=True, slots=True)
+class Camera:
+    """Where people look from: eye and target in meters in the world's frame, vertical field of view in radians."""
+
+    position: Vector
+    target: Vector
+    field_of_view: float = DEFAULT_FIELD_OF_VIEW
+
+
+@dataclass(frozen=True, slots=True)
+class ViewSettings:
+    """How the picture is set up.
+
+    `background` is red, green, blue from 0 to 1, as a screen shows them (sRGB). `joint_axes` holds the uids of robots
+    whose joint axes are shown, `bounding_boxes` those of nodes whose boxes are shown; a uid that is gone is passed
+    over. Without a `camera` each viewer frames the scene.
+    """
+
+    background: Color = (0.90, 0.92, 0.94)
+    grid_hidden: bool = False
+    joint_axes: tuple[int, ...] = ()
+    bounding_boxes: tuple[int, ...] = ()
+    camera: Camera | None = None
+
+
+Listener = Callable[[ViewSettings], None]
+
+
+class ViewStore:
+    """Holds the view settings; any thread may read, change and listen."""
+
+    def __init__(self, settings: ViewSettings | None = None) -> None:
+        """Start with `settings`, or the default ones."""
+        self._changed = threading.Condition()
+        self._settings = checked(settings or ViewSettings())
+        self._revision = 0
+        self._listeners: dict[int, Listener] = {}
+        self._listener_count = 0
+
+    def get(self) -> ViewSettings:
+        """Return the settings as they are now."""
+        return self._settings
+
+    @property
+    def revision(self) -> int:
+        """Return how many changes there were."""
+        return self._revision
+
+    def update(self, **fields: Any) -> ViewSettings:  # noqa: ANN401  each field of ViewSettings has its own type
+        """Change the named fields of `ViewSettings`, tell the listeners, and return the new settings.
+
+        Raise KernelError, and change nothing, when a value cannot be drawn.
+        """
+        with self._changed:
+            settings = checked(replace(self._settings, **fields))
+            self._settings = settings
+            self._revision += 1
+            listeners = tuple(self._listeners.values())
+            self._changed.notify_all()
+        for listener in listeners:
+            listener(settings)
+        return settings
+
+    def subscribe(self, listener: Listener) -> Callable[[], None]:
+        """Call `listener` with the settings after each change, in the changing thread; return what ends it."""
+        with self._changed:
+            self._listener_count += 1
+            key = self._listener_count
+            self._listeners[key] = listener
+
+        def end() -> None:
+            with self._changed:
+                self._listeners.pop(key, None)
+
+        return end
+
+    def wait(self, revision: int, timeout: float) -> tuple[int, ViewSettings]:
+        """Return revision and settings once the revision differs from `revision`, or after `timeout` seconds."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._revision != revision, timeout)
+            return self._revision, self._settings
+
+
+def checked(settings: ViewSettings) -> ViewSettings:
+    """Return the settings, or raise KernelError where they cannot be drawn."""
+    if not all(0.0 <= part <= 1.0 for part in settings.background):
+        raise KernelError(
+            f"the background is {settings.background}; red, green and blue go from 0 to 1",
+            field="background",
+            value=settings.background,
+        )
+    camera = settings.camera
+    if camera is None:
+        return settings
+    if not all(math.isfinite(value) for value in (*camera.position, *camera.target)):
+        raise KernelError(
+            f"the camera looks from {camera.position} at {camera.target}; all six must be finite meters",
+            field="camera",
+            value=(camera.position, camera.target),
+        )
+    if math.dist(camera.position, camera.target) < 1e-6:
+        raise KernelError(
+            f"the camera is at its own target {camera.target}; move one of them",
+            field="camera.position",
+            value=camera.position,
+        )
+    if not 0.01 <= camera.field_of_view <= 3.0:
+        raise KernelError(
+            f"the field of view is {camera.field_of_view} rad; it goes from 0.01 to 3.0 rad",
+            field="camera.field_of_view_radians",
+            value=camera.field_of_view,
+        )
+    return settings

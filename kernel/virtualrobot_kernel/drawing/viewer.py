@@ -1,0 +1,197 @@
+"""The viewer: one thread that keeps a picture of the newest snapshot in every open browser."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import logging
+import socket
+import threading
+import time
+from collections.abc import Callable
+
+import numpy as np
+import viser
+
+from virtualrobot_kernel.drawing.annotations import AnnotationLayer, BoxLayer
+from virtualrobot_kernel.drawing.batches import BatchLayer
+from virtualrobot_kernel.drawing.cameras import Cameras
+from virtualrobot_kernel.drawing.inventory import Inventory, joint_axes, take, world_bounds
+from virtualrobot_kernel.drawing.library import Meshes, ShapeLibrary
+from virtualrobot_kernel.drawing.stage import Stage
+from virtualrobot_kernel.drawing.view import ViewSettings, ViewStore
+from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.world.state import Snapshot
+
+AFTER_ERROR = 1.0
+"""How long a picture that failed is not tried again, in seconds."""
+
+log = logging.getLogger(__name__)
+
+
+class Viewer:
+    """Serves a page that shows the world, and draws into it while a browser has it open.
+
+    The thread takes the newest snapshot at most `rate` times a second: what came in between is never drawn, and when
+    nothing has changed nothing is sent. Without a browser the thread sleeps.
+    """
+
+    def __init__(
+        self,
+        snapshot: Callable[[], Snapshot],
+        view: ViewStore,
+        meshes: Meshes,
+        host: str = "127.0.0.1",
+        port: int = 0,
+        rate: float = 30.0,
+    ) -> None:
+        """Prepare a viewer; `start` opens its port.
+
+        Args:
+            snapshot: gives the newest snapshot.
+            view: how the picture is set up.
+            meshes: gives the triangles of a mesh.
+            host: the address to serve on; the page knows no password, so keep it on this machine.
+            port: the port to serve on; 0 takes any that is free.
+            rate: how often the picture changes at most, per second.
+        """
+        self._snapshot = snapshot
+        self._view = view
+        self._meshes = meshes
+        self._host, self._port = host, port
+        self._period = 1.0 / rate
+        self._server: viser.ViserServer | None = None
+        self._thread: threading.Thread | None = None
+        self._awake = threading.Event()
+        self._closing = threading.Event()
+
+    def start(self) -> None:
+        """Open the port and start to draw; raise KernelError when the port is in use."""
+        server = self._server = _serve(self._host, self._port)
+        server.on_client_connect(lambda client: self._awake.set())
+        self._thread = threading.Thread(target=self._run, args=(server,), name="drawing", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stop drawing and free the port; harmless when it is not open."""
+        self._closing.set()
+        self._awake.set()
+        if self._thread is not None:
+            self._thread.join(timeout=5.0)
+        if self._server is not None:
+            self._server.stop()
+            self._server = None
+
+    @property
+    def url(self) -> str:
+        """Return the address of the page, or "" when it is not served."""
+        server = self._server
+        return f"http://{self._host}:{server.get_port()}" if server else ""
+
+    @property
+    def viewer_count(self) -> int:
+        """Return how many browsers show the page."""
+        server = self._server
+        return len(server.get_clients()) if server else 0
+
+    def _run(self, server: viser.ViserServer) -> None:
+        picture = Picture(server, self._meshes)
+        told = ""
+        while not self._closing.is_set():
+            if not server.get_clients():
+                self._awake.clear()
+                # Asked again after the clearing, so that a browser that comes in between is not slept over.
+                if not server.get_clients():
+                    self._awake.wait()
+                continue
+            started, pause = time.monotonic(), self._period
+            try:
+                with server.atomic():
+                    picture.draw(self._snapshot(), self._view.get())
+            except Exception as error:  # a picture that fails must neither end the thread nor fill the log
+                if (text := f"{type(error).__name__}: {error}") != told:
+                    log.exception("a picture failed; the next ones are tried")
+                    told = text
+                pause = AFTER_ERROR
+            self._closing.wait(max(0.0, pause - (time.monotonic() - started)))
+
+
+class Picture:
+    """What one viser server shows. Each drawing changes only what differs from the one before."""
+
+    def __init__(self, server: viser.ViserServer, meshes: Meshes) -> None:
+        """Draw on `server`; `meshes` gives the triangles of a mesh."""
+        self._library = ShapeLibrary(meshes)
+        self._stage = Stage(server)
+        self._batches = BatchLayer(server, self._library)
+        self._annotations = AnnotationLayer(server)
+        self._boxes = BoxLayer(server, self._library)
+        self._cameras = Cameras(server)
+        self._inventory: Inventory | None = None
+        self._bounds: np.ndarray | None = None
+        self._last: tuple[Snapshot, ViewSettings] | None = None
+
+    def draw(self, snapshot: Snapshot, settings: ViewSettings) -> None:
+        """Show a snapshot."""
+        if self._last is None or settings is not self._last[1]:
+            self._stage.show(settings)
+        arranged = self._arranged(snapshot, settings)
+        world_t_node = snapshot.world_t_node
+        if (
+            arranged
+            or self._last is None
+            or not (
+                world_t_node is self._last[0].world_t_node or np.array_equal(world_t_node, self._last[0].world_t_node)
+            )
+        ):
+            self._batches.pose(world_t_node)
+            self._annotations.pose(world_t_node)
+            assert self._inventory is not None  # arranged with the first picture
+            self._boxes.draw(snapshot.structure, self._inventory, world_t_node, settings.bounding_boxes)
+        self._cameras.follow(settings.camera, self._bounds)
+        self._last = snapshot, settings
+
+    def _arranged(self, snapshot: Snapshot, settings: ViewSettings) -> bool:
+        """Take over what there is to draw; return whether that was needed."""
+        structure, tool_states = snapshot.structure, snapshot.state.tool_states
+        if self._inventory is not None and self._last is not None:
+            before, shown = self._last
+            same_world = structure is before.structure and tool_states == before.state.tool_states
+            if same_world and (settings.joint_axes, settings.bounding_boxes) == (
+                shown.joint_axes,
+                shown.bounding_boxes,
+            ):
+                return False
+        axes = joint_axes(structure, settings.joint_axes, self._library)
+        self._inventory = take(structure, tool_states, axes, self._inventory)
+        self._library.keep({shape for shape, _ in self._inventory.used})
+        self._batches.arrange(self._inventory)
+        self._annotations.arrange(structure, self._inventory)
+        self._bounds = world_bounds(structure, self._inventory, snapshot.world_t_node, self._library)
+        return True
+
+
+class _LocalServer(viser.ViserServer):
+    """A viser server that never reaches out: its page can ask for a public tunnel, and gets none."""
+
+    def request_share_url(self, verbose: bool = True) -> None:
+        """Refuse to be reached from outside."""
+        del verbose
+
+
+def _serve(host: str, port: int) -> viser.ViserServer:
+    """Return a running server on exactly this port; raise KernelError when it is in use."""
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind((host, port))
+        except OSError as error:
+            raise KernelError(
+                f"the viewer cannot use {host}:{port} ({error.strerror}); choose another port, or 0 for any free one",
+                reason=Reason.INVALID_ARGUMENT,
+                host=host,
+                port=port,
+            ) from error
+        port = probe.getsockname()[1]
+    with contextlib.redirect_stdout(io.StringIO()):  # viser prints a banner, whatever `verbose` says
+        return _LocalServer(host=host, port=port, verbose=False)

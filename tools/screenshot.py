@@ -1,0 +1,56 @@
+"""Writes a PNG of what the viewer shows: opens its page in a Chromium without a window, on a software renderer.
+
+Usage: python tools/screenshot.py http://127.0.0.1:8080 docs/pictures/cell.png --width 1600 --height 900 --wait 8
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import click
+from playwright.sync_api import Page, sync_playwright
+
+ARGUMENTS = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+"""For Chromium: draw WebGL on the processor, so that no graphics card is needed."""
+
+
+def find_chromium() -> str | None:
+    """Return the path of an installed Chromium or Chrome, or None."""
+    names = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+    return next((path for name in names if (path := shutil.which(name))), None)
+
+
+@contextmanager
+def opened(url: str, width: int, height: int) -> Iterator[Page]:
+    """Give the page at `url` in a fresh browser of that many pixels, scene loaded, and close it all after."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=find_chromium(), args=list(ARGUMENTS))
+        try:
+            page = browser.new_page(viewport={"width": width, "height": height})
+            page.goto(url)
+            page.wait_for_selector("canvas")
+            yield page
+        finally:
+            browser.close()
+
+
+@click.command()
+@click.argument("url")
+@click.argument("output", type=click.Path(path_type=Path, dir_okay=False))
+@click.option("--width", default=1600, show_default=True, help="Pixels.")
+@click.option("--height", default=900, show_default=True, help="Pixels.")
+@click.option("--wait", default=6.0, show_default=True, help="Seconds until the picture is taken.")
+def main(url: str, output: Path, width: int, height: int, wait: float) -> None:
+    """Write what the viewer at URL shows to OUTPUT, a PNG."""
+    output.parent.mkdir(parents=True, exist_ok=True)
+    with opened(url, width, height) as page:
+        page.wait_for_timeout(1000.0 * wait)
+        page.screenshot(path=output)
+    click.echo(f"{output}: {width}x{height}, {output.stat().st_size // 1024} kB")
+
+
+if __name__ == "__main__":
+    main()
