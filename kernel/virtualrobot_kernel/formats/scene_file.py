@@ -11,14 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from google.protobuf.json_format import MessageToDict
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node
 from virtualrobot.v1 import nodes_pb2, scene_pb2
 
 from virtualrobot_kernel.formats.scene_reader import SceneReader
-from virtualrobot_kernel.formats.scene_writer import write_yaml
+from virtualrobot_kernel.formats.scene_writer import to_plain, write_yaml
 from virtualrobot_kernel.formats.xml import malformed
 
 SCHEMA_VERSION = 1
@@ -55,9 +54,9 @@ def parse(text: str, uri: str = "scene.yaml") -> scene_pb2.SceneFile:
 def format(scene: scene_pb2.SceneFile) -> str:
     """Return the scene as YAML text: one key a line, keys in the order of the contract, defaults left out.
 
-    Messages of nothing but numbers (vectors, quaternions, colours) stand on one line. Numbers read back exactly.
+    Up to four numbers that belong together (vectors, quaternions, colours) are on one line. Numbers read back exactly.
     """
-    return HEADER + write_yaml(MessageToDict(scene, preserving_proto_field_name=True))
+    return HEADER + write_yaml(to_plain(scene))
 
 
 def references(scene: scene_pb2.SceneFile) -> Iterator[str]:

@@ -7,18 +7,20 @@ import binascii
 import re
 from dataclasses import dataclass, field
 from difflib import get_close_matches
-from typing import Any
 
 from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.message import Message
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from virtualrobot_kernel.errors import MalformedFileError
+from virtualrobot_kernel.formats.fields import Field, is_map, is_repeated, map_value
 from virtualrobot_kernel.formats.xml import malformed
 
 _NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?")
 _INTEGER = re.compile(r"[-+]?\d+")
 _NULLS = ("", "~", "null", "Null", "NULL")
+# What YAML readers take plain text for by themselves; the schema decides, whatever they think.
+_TAGS = ("map", "seq", "str", "int", "float", "bool", "null", "timestamp", "merge", "value")
 _INTEGER_RANGES = {
     FieldDescriptor.CPPTYPE_INT32: (-(2**31), 2**31 - 1),
     FieldDescriptor.CPPTYPE_UINT32: (0, 2**32 - 1),
@@ -60,15 +62,15 @@ class SceneReader:
                 taken_by[union.name] = key
             self._set(message, descriptor, value, here)
 
-    def _set(self, message: Message, descriptor: Any, node: Node, path: str) -> None:  # noqa: ANN401  protobuf's kinds of descriptor have no common type
+    def _set(self, message: Message, descriptor: Field, node: Node, path: str) -> None:
         name = descriptor.name
         entry = descriptor.message_type
-        if entry is not None and entry.GetOptions().map_entry:
-            value_field = entry.fields_by_name["value"]
+        if is_map(descriptor):
+            value_field = map_value(descriptor)
             target = getattr(message, name)
             for key, value in self._items(node, path, "names and values"):
                 target[key] = self._scalar(value_field, value, f"{path}[{key!r}]")
-        elif descriptor.is_repeated:
+        elif is_repeated(descriptor):
             target = getattr(message, name)
             for index, item in enumerate(self._list(node, path)):
                 here = f"{path}[{index}]"
@@ -104,7 +106,7 @@ class SceneReader:
             raise self._error(node, path, f"expected a list, got {_described(node)}")
         return node.value
 
-    def _scalar(self, descriptor: Any, node: Node, path: str) -> object:  # noqa: ANN401  protobuf's kinds of descriptor have no common type
+    def _scalar(self, descriptor: Field, node: Node, path: str) -> object:
         self._visit(node, path)
         kind = descriptor.cpp_type
         expected = "text" if kind == FieldDescriptor.CPPTYPE_STRING else _EXPECTED.get(kind, "a number")
@@ -134,7 +136,7 @@ class SceneReader:
             return int(text)
         raise self._error(node, path, f"expected {expected}, got {_described(node)}")
 
-    def _enum(self, enum: Any, node: ScalarNode, path: str) -> int:  # noqa: ANN401  as above
+    def _enum(self, enum: Field, node: ScalarNode, path: str) -> int:
         value = enum.values_by_name.get(node.value)
         if value is None:
             near = get_close_matches(node.value.upper(), enum.values_by_name, n=1)
@@ -149,7 +151,7 @@ class SceneReader:
             raise self._error(node, path or "the scene", "aliases (*name) are not read in scene files: write it out")
         self._seen.add(id(node))
         tag = str(node.tag or "")
-        if tag and not tag.startswith("tag:yaml.org,2002:"):
+        if tag and tag.removeprefix("tag:yaml.org,2002:") not in _TAGS:
             raise self._error(node, path or "the scene", f"tags ({tag}) are not read in scene files")
 
     @staticmethod
