@@ -87,11 +87,18 @@ StartKernel = Callable[..., KernelProcess]
 
 @pytest.fixture(scope="session")
 def start_kernel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StartKernel]:
-    """Return a function that starts a kernel with the given options; all end with the session."""
+    """Return a function that starts a kernel with the given options; all end with the session.
+
+    With `token` the kernel writes one that the stubs use; with neither, `no_token=False` leaves it to the options.
+    """
     started: list[KernelProcess] = []
 
     def start(
-        *options: str, viewer: bool = False, token: bool = False, environment: dict[str, str] | None = None
+        *options: str,
+        viewer: bool = False,
+        token: bool = False,
+        no_token: bool = True,
+        environment: dict[str, str] | None = None,
     ) -> KernelProcess:
         command = [sys.executable, "-m", "virtualrobot_kernel.serve", "--port", "0", *options]
         token_file: Path | None = None
@@ -100,7 +107,7 @@ def start_kernel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StartKern
         if token:
             token_file = tmp_path_factory.mktemp("token") / "token"
             command += ["--token-file", str(token_file)]
-        else:
+        elif no_token:
             command.append("--no-token")
         process = subprocess.Popen(
             command,

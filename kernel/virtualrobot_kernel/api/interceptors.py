@@ -16,6 +16,9 @@ from virtualrobot_kernel.errors import KernelError, Reason
 OPEN = "/grpc.health.v1.Health/"
 """Calls of this service need no token."""
 
+CLOSE_SECONDS = 1.0
+"""How long an ending kernel waits for clients to be told."""
+
 log = logging.getLogger(__name__)
 Continuation = Callable[[grpc.HandlerCallDetails], Awaitable[grpc.RpcMethodHandler | None]]
 
@@ -59,11 +62,14 @@ class Errors(grpc.aio.ServerInterceptor):
         self._calls: set[asyncio.Task[Any]] = set()
         self._closing = False
 
-    def close(self) -> None:
+    async def close(self) -> None:
         """End every call under way with UNAVAILABLE, and refuse new ones; call it in the server's loop."""
         self._closing = True
-        for call in self._calls:
+        calls = tuple(self._calls)
+        for call in calls:
             call.cancel()
+        if calls:
+            await asyncio.wait(calls, timeout=CLOSE_SECONDS)
 
     async def intercept_service(
         self, continuation: Continuation, handler_call_details: grpc.HandlerCallDetails

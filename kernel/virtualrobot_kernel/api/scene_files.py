@@ -32,7 +32,7 @@ from virtualrobot_kernel.world.commands import (
 )
 from virtualrobot_kernel.world.figures import Figure, Mesh
 from virtualrobot_kernel.world.state import Signal, Snapshot
-from virtualrobot_kernel.world.structure import WORLD_NAME, Kind, Structure
+from virtualrobot_kernel.world.structure import WORLD_NAME, Kind, NodeSpec, Structure
 
 SAVED_STATE = frozenset({"name", "positions", "tool", "tool_center_point", "tool_states", "speed_factor"})
 """What a scene file keeps of a robot's state."""
@@ -55,13 +55,16 @@ def read_scene(meshes: MeshLibrary, request: scene_pb2.LoadSceneRequest, structu
     files = files_of(meshes, request.files, request.packages)
     taken = dict(structure.uid_by_name) if request.add else {WORLD_NAME: 1}
     specs = [node_spec(node) for node in scene.nodes]
+    # Tools and sensors of a scene file hang on links that come with its models: they wait for them.
+    first, mounted = _split(specs, taken) if scene.models else (specs, [])
     commands: list[Command] = [] if request.add else [ClearWorld()]
-    commands.extend(with_assets(meshes, [CreateNodes(tuple(specs))], files, request.uri) if specs else [])
+    commands.extend(with_assets(meshes, [CreateNodes(tuple(first))], files, request.uri) if first else [])
     names = {*taken, *(spec.name for spec in specs)}
     for model in scene.models:
         nodes = _model(meshes, model, files, names, request.uri).nodes
         names.update(node.name for node in nodes)
         commands.append(CreateNodes(nodes))
+    commands.extend(with_assets(meshes, [CreateNodes(tuple(mounted))], files, request.uri) if mounted else [])
     for signal in scene.signals:
         commands.append(CreateSignal(Signal(signal.name, signal.value, signal.description)))
     for robot in scene.robot_states:
@@ -69,6 +72,20 @@ def read_scene(meshes: MeshLibrary, request: scene_pb2.LoadSceneRequest, structu
     if scene.HasField("speed_factor"):
         commands.append(SetSpeedFactor("", finite(scene.speed_factor, "speed_factor")))
     return commands
+
+
+def _split(specs: Iterable[NodeSpec], taken: Iterable[str]) -> tuple[list[NodeSpec], list[NodeSpec]]:
+    """Return the nodes that hang on nodes named before them, and those that hang on something else."""
+    known = set(taken)
+    first: list[NodeSpec] = []
+    rest: list[NodeSpec] = []
+    for spec in specs:
+        if spec.parent in known:
+            known.add(spec.name)
+            first.append(spec)
+        else:
+            rest.append(spec)
+    return first, rest
 
 
 def write_scene(snapshot: Snapshot, bundled: bool) -> tuple[str, list[tuple[str, str]]]:

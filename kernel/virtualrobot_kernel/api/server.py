@@ -127,7 +127,7 @@ class Server:
         self._started.set_result(port)
         await self._stop.wait()
         await health.enter_graceful_shutdown()
-        errors.close()
+        await errors.close()
         await server.stop(0.5)
 
     def _bind(self, server: grpc.aio.Server) -> int:

@@ -1,0 +1,140 @@
+"""Who gets in, and how a kernel ends: token, TLS, ports, signals of the system."""
+
+from __future__ import annotations
+
+import signal
+import stat
+import subprocess
+import sys
+from pathlib import Path
+
+import grpc
+import pytest
+import trustme
+from grpc_health.v1 import health_pb2, health_pb2_grpc
+from grpc_reflection.v1alpha import reflection_pb2, reflection_pb2_grpc
+from virtualrobot.v1 import kernel_pb2, kernel_pb2_grpc, robot_pb2
+
+from tests.api.asking import refusal
+from tests.api.conftest import KernelProcess, StartKernel
+
+SERVE = [sys.executable, "-m", "virtualrobot_kernel.serve"]
+INFO = kernel_pb2.GetInfoRequest()
+
+
+@pytest.fixture(scope="module")
+def guarded(start_kernel: StartKernel) -> KernelProcess:
+    return start_kernel(token=True)
+
+
+def test_the_token_lets_in(guarded: KernelProcess) -> None:
+    assert guarded.stubs().kernel.GetInfo(INFO).api_version == "virtualrobot.v1"
+
+
+@pytest.mark.parametrize("token", [None, "Bearer wrong", "wrong", ""])
+def test_no_token_or_a_wrong_one_is_refused(guarded: KernelProcess, token: str | None) -> None:
+    stub = kernel_pb2_grpc.KernelServiceStub(grpc.insecure_channel(guarded.address))
+    metadata = () if token is None else (("authorization", token),)
+    refused = refusal(lambda: stub.GetInfo(INFO, metadata=metadata))
+    assert refused.code is grpc.StatusCode.UNAUTHENTICATED
+    assert refused.reason == "UNAUTHENTICATED"
+    assert "authorization: Bearer" in refused.message
+
+
+def test_streams_want_the_token_too(guarded: KernelProcess) -> None:
+    stub = kernel_pb2_grpc.KernelServiceStub(grpc.insecure_channel(guarded.address))
+    assert refusal(lambda: next(stub.WatchClock(kernel_pb2.WatchClockRequest()))).reason == "UNAUTHENTICATED"
+
+
+def test_health_is_open_and_says_serving(guarded: KernelProcess) -> None:
+    stub = health_pb2_grpc.HealthStub(grpc.insecure_channel(guarded.address))
+    for service in ("", "virtualrobot.v1.MotionService"):
+        answer = stub.Check(health_pb2.HealthCheckRequest(service=service))
+        assert answer.status == health_pb2.HealthCheckResponse.SERVING
+
+
+def test_reflection_lists_the_services_but_wants_the_token(guarded: KernelProcess) -> None:
+    request = reflection_pb2.ServerReflectionRequest(list_services="")
+    with guarded.channel() as channel:
+        answers = reflection_pb2_grpc.ServerReflectionStub(channel).ServerReflectionInfo(iter([request]))
+        names = {service.name for service in next(answers).list_services_response.service}
+    nouns = ("Kernel", "Asset", "Scene", "Robot", "Motion", "Signal", "View")
+    assert {f"virtualrobot.v1.{noun}Service" for noun in nouns} <= names
+    stranger = reflection_pb2_grpc.ServerReflectionStub(grpc.insecure_channel(guarded.address))
+    assert refusal(lambda: next(stranger.ServerReflectionInfo(iter([request])))).reason == "UNAUTHENTICATED"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no file modes; the file lies in the user's profile")
+def test_only_the_user_reads_the_token_and_it_goes_with_the_kernel(start_kernel: StartKernel, tmp_path: Path) -> None:
+    path = tmp_path / "token"
+    kernel = start_kernel("--token-file", str(path), token=False, no_token=False)
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+    assert kernel.end() == 0
+    assert not path.exists()
+
+
+def test_beyond_this_machine_needs_tls() -> None:
+    refused = subprocess.run([*SERVE, "--host", "0.0.0.0", "--port", "0"], capture_output=True, text=True, timeout=100)
+    assert refused.returncode == 1
+    assert refused.stderr.strip().splitlines()[-1].startswith("virtualrobot serve: 0.0.0.0 is reachable from other")
+    assert "Traceback" not in refused.stderr
+
+
+def test_tls_serves_with_a_certificate(start_kernel: StartKernel, tmp_path: Path) -> None:
+    authority = trustme.CA()
+    issued = authority.issue_cert("localhost")
+    certificate, key = tmp_path / "certificate.pem", tmp_path / "key.pem"
+    certificate.write_bytes(b"".join(blob.bytes() for blob in issued.cert_chain_pems))
+    key.write_bytes(issued.private_key_pem.bytes())
+    kernel = start_kernel("--tls-certificate", str(certificate), "--tls-key", str(key))
+    port = kernel.address.rpartition(":")[2]
+    credentials = grpc.ssl_channel_credentials(authority.cert_pem.bytes())
+    with grpc.secure_channel(f"localhost:{port}", credentials) as channel:
+        assert kernel_pb2_grpc.KernelServiceStub(channel).GetInfo(INFO, timeout=30).process_id
+    with grpc.insecure_channel(f"localhost:{port}") as channel, pytest.raises(grpc.RpcError) as refused:
+        kernel_pb2_grpc.KernelServiceStub(channel).GetInfo(INFO, timeout=30)
+    assert refused.value.code() is grpc.StatusCode.UNAVAILABLE  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def test_a_port_in_use_is_one_readable_line(kernel: KernelProcess) -> None:
+    port = kernel.address.rpartition(":")[2]
+    command = [*SERVE, "--headless", "--no-token", "--port", port]
+    refused = subprocess.run(command, capture_output=True, text=True, timeout=100)
+    assert refused.returncode == 1
+    assert f"cannot listen on 127.0.0.1:{port}: the port is in use" in refused.stderr
+    assert "Traceback" not in refused.stderr
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows knows neither signal")
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_ends_the_kernel_cleanly(start_kernel: StartKernel, number: signal.Signals) -> None:
+    kernel = start_kernel()
+    stubs = kernel.stubs()
+    watch = stubs.robot.WatchRobotStates(robot_pb2.WatchRobotStatesRequest(max_rate_hertz=1))
+    next(watch)
+    kernel.process.send_signal(number)
+    refused = refusal(lambda: next(watch))
+    assert (refused.code, refused.reason) == (grpc.StatusCode.UNAVAILABLE, "SHUTTING_DOWN")
+    assert kernel.process.wait(30) == 0
+    assert not [line for line in kernel.lines if "Traceback" in line or "ERROR" in line], kernel.lines
+
+
+def test_a_client_can_end_the_kernel(start_kernel: StartKernel) -> None:
+    kernel = start_kernel()
+    stubs = kernel.stubs()
+    watch = stubs.kernel.WatchClock(kernel_pb2.WatchClockRequest())
+    next(watch)
+    stubs.kernel.Shutdown(kernel_pb2.ShutdownRequest())
+    assert refusal(lambda: [None for _ in watch]).code is grpc.StatusCode.UNAVAILABLE
+    assert kernel.process.wait(30) == 0
+
+
+def test_a_message_over_the_limit_is_refused_and_hurts_nobody(kernel: KernelProcess) -> None:
+    stubs = kernel.stubs()
+    limit = stubs.kernel.GetInfo(INFO).max_message_bytes
+    large = robot_pb2.GetRobotRequest(name="x" * (limit + 1))
+    with pytest.raises(grpc.RpcError) as refused:
+        stubs.robot.GetRobot(large)
+    assert refused.value.code() is grpc.StatusCode.RESOURCE_EXHAUSTED  # pyright: ignore[reportAttributeAccessIssue]
+    assert str(limit) in refused.value.details()  # pyright: ignore[reportAttributeAccessIssue]
+    assert stubs.kernel.GetInfo(INFO).process_id == kernel.process.pid
