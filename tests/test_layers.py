@@ -18,6 +18,8 @@ CLIENT = "clients/python/virtualrobot"
 KERNEL = "kernel/virtualrobot_kernel"
 
 PURE = ("numpy", "virtualrobot_kernel.errors", "virtualrobot_kernel.world", "virtualrobot_kernel.motion")
+# What plans motions sees the interface of kinematics, never one of its solvers.
+MOTION = (*PURE, "virtualrobot_kernel.kinematics.component")
 # The resolver is path logic that both ends share.
 ROOM = ("numpy", "platformdirs", "virtualrobot.resolver", "virtualrobot_kernel")
 CONTRACT = ("google.protobuf", "virtualrobot.v1")
@@ -28,8 +30,9 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{CLIENT}/apps": ("virtualrobot", "numpy", "click"),
     # What is pure has no native library, no gRPC and no protobuf; ruckig makes the time laws and nothing else.
     f"{KERNEL}/world": PURE,
-    f"{KERNEL}/motion": PURE,
-    f"{KERNEL}/motion/profile.py": (*PURE, "ruckig"),
+    f"{KERNEL}/motion": MOTION,
+    f"{KERNEL}/motion/profile.py": (*MOTION, "ruckig"),
+    f"{KERNEL}/kinematics/component.py": PURE,
     # Each native library has one room.
     KERNEL: ROOM,
     # The composition root knows every room; `serve` writes the token where the client's rule says.
@@ -104,6 +107,7 @@ def test_every_rule_is_about_something() -> None:
         (f"{KERNEL}/world/commands.py", "from virtualrobot.v1 import scene_pb2", "virtualrobot.v1.scene_pb2"),
         (f"{KERNEL}/motion/linear.py", "from ruckig import Ruckig", "ruckig.Ruckig"),
         (f"{KERNEL}/motion/linear.py", "import numpy, numba", "numba"),
+        (f"{KERNEL}/motion/plan.py", "from ..kinematics import chain", "virtualrobot_kernel.kinematics.chain"),
         (f"{KERNEL}/kernel.py", "import grpc", "grpc"),
         (f"{KERNEL}/kernel.py", "if TYPE_CHECKING:\n    import viser", "viser"),
         (f"{KERNEL}/formats/scene.py", "import virtualrobot", "virtualrobot"),
