@@ -137,3 +137,36 @@ def test_reference_tells_the_codes_that_the_kernel_sends() -> None:
         r"^\| `ERROR_REASON_(\w+)` \| \d+ \| `(\w+)` ", (REFERENCE / "errors.md").read_text(), re.MULTILINE
     )
     assert dict(rows) == {reason.name: code.name for reason, code in CODES.items()}
+
+
+def rooms() -> set[str]:
+    """Return the packages of the kernel that hold code."""
+    return {folder.name for folder in KERNEL.iterdir() if (folder / "__init__.py").exists()}
+
+
+def test_the_picture_shows_every_room() -> None:
+    picture = (ROOT / "docs" / "pictures" / "house.svg").read_text("utf-8")
+    assert set(re.findall(r">(\w+)/<", picture)) == rooms()
+    coming = re.findall(r'class="later".*?class="name"[^>]*>(\w+)<', picture)
+    assert coming
+    assert not rooms() & set(coming), "these are here: draw them as rooms"
+
+
+def test_architecture_has_a_row_for_every_room() -> None:
+    text = (ROOT / "docs" / "architecture.md").read_text("utf-8")
+    assert [room for room in sorted(rooms()) if f"\n| `{room}/` |" not in text] == []
+
+
+def test_files_that_the_architecture_names_are_there() -> None:
+    """A word in backticks that looks like a source file or a folder is one, below the root or the kernel."""
+    text = prose(ROOT / "docs" / "architecture.md")
+    named = re.findall(r"`([\w.*-]+(?:/[\w.*-]*)*(?:\.(?:py|proto|svg)|/))`", text)
+    assert len(named) > 40
+    assert [name for name in named if not any(list(place.glob(name)) for place in (ROOT, KERNEL))] == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_make_targets_that_a_page_names_are_there(page: Path) -> None:
+    targets = set(re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE))
+    named = re.findall(r"(?:^|`)make ([a-z][\w-]*)", page.read_text("utf-8"), re.MULTILINE)
+    assert [name for name in named if name not in targets] == []
