@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pybullet_data
 from virtualrobot.resolver import Resolver
-
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
@@ -53,6 +52,7 @@ class Cell:
     """Holds the newest snapshot, which a viewer may read at any time."""
 
     def __init__(self) -> None:
+        """Begin with an empty world."""
         self.library = MeshLibrary(AssetStore())
         self._files = Files(self.library.store, resolver=Resolver())
         structure = index.empty()

@@ -13,7 +13,7 @@ DIRECTION = np.array([1.0, -1.25, 0.72]) / np.linalg.norm([1.0, -1.25, 0.72])
 ASPECT = 1.4
 """Width over height of a window that still shows everything; in a wider one there is room at the sides."""
 
-FILLED = 0.88
+FILLED = 0.94
 """How much of the window the scene may take."""
 
 SMALLEST = 0.25
