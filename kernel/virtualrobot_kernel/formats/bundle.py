@@ -9,6 +9,7 @@ from posixpath import normpath
 
 from virtualrobot.resolver import is_relative
 
+from virtualrobot_kernel.formats.references import counted_from
 from virtualrobot_kernel.world.figures import Mesh
 
 _FORBIDDEN = re.compile(r'[\x00-\x1f<>:"|?*\\/]')  # in file names of one system or another
@@ -30,7 +31,7 @@ def bundle(meshes: Iterable[Mesh]) -> tuple[dict[Mesh, str], list[tuple[str, str
         length = 8
         while folders.setdefault(content[:length], content) != content:
             length += 1
-        relative = [(_inside(name), sha256) for name, sha256 in mesh.files]
+        relative = [(_inside(mesh.uri, name), sha256) for name, sha256 in mesh.files]
         depth = max((name.split("/").count("..") for name, _ in relative), default=0)
         folder = "/".join(["assets", content[:length], *["mesh"] * depth])
         uris[mesh] = f"{folder}/{_file_name(mesh.uri)}"
@@ -45,6 +46,7 @@ def _file_name(uri: str) -> str:
     return _FORBIDDEN.sub("_", uri.replace("\\", "/").rpartition("/")[2]).lstrip(".") or "mesh"
 
 
-def _inside(name: str) -> str:
+def _inside(uri: str, name: str) -> str:
     """Return a dependent's path relative to its mesh, `..` only at the start."""
-    return normpath(name) if is_relative(name) else _file_name(name)
+    relative = normpath(name) if is_relative(name) else counted_from(uri, name)
+    return relative if is_relative(relative) else _file_name(name)

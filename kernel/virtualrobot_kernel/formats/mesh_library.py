@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import threading
 from collections import OrderedDict
-from posixpath import relpath
 
-from virtualrobot.resolver import is_relative, join_uri
+from virtualrobot.resolver import join_uri
 
 from virtualrobot_kernel.errors import MalformedFileError, MissingFileError
 from virtualrobot_kernel.formats.assets import MEBIBYTE, AssetStore
 from virtualrobot_kernel.formats.files import File, Files
 from virtualrobot_kernel.formats.meshes import parse_mesh, scaled
-from virtualrobot_kernel.formats.references import ending, list_references
+from virtualrobot_kernel.formats.references import counted_from, ending, list_references
 from virtualrobot_kernel.formats.submesh import Submesh
 from virtualrobot_kernel.world.figures import Mesh
 
@@ -49,21 +48,10 @@ def find_mesh(
     return Mesh(main.key, main.sha256, scale, tuple(found.items())), tuple(warnings)
 
 
-def hold_mesh(files: Files, mesh: Mesh, referrer: str = "") -> tuple[Mesh, tuple[str, ...]]:
-    """Return a mesh of a scene file or an API message with all its files in the asset store, and warnings.
-
-    One that the store holds already stays as it is; others are looked for by their URI, see `find_mesh`.
-    """
-    store = files.store
-    if mesh.sha256 and store.has(mesh.sha256) and all(store.has(sha256) for _, sha256 in mesh.files):
-        return mesh, ()
-    return find_mesh(files, mesh.uri, referrer, mesh.scale, mesh.sha256)
-
-
 def _gather(files: Files, main: File, file: File, found: dict[str, str], warnings: list[str]) -> None:
     """Read what `file` names, by name as counted from the main file, and what those files name."""
     for name in list_references(file.data, file.key):
-        known_as = _from_main(main, file, name)
+        known_as = name if file is main else counted_from(main.key, join_uri(file.key, name))
         if known_as in found:
             continue
         try:
@@ -90,15 +78,6 @@ def _read_dependent(files: Files, name: str, referrer: str) -> File:
         except MissingFileError:
             pass  # the first error says more
         raise
-
-
-def _from_main(main: File, file: File, name: str) -> str:
-    """Return the name of what `file` names, counted from the folder of the main file where that is possible."""
-    if file is main or not is_relative(name):
-        return name
-    scheme, _, main_path = main.key.rpartition("://")
-    other_scheme, _, path = join_uri(file.key, name).rpartition("://")
-    return relpath(path, main_path.rpartition("/")[0] or ".") if scheme == other_scheme else name
 
 
 class MeshLibrary:

@@ -10,13 +10,15 @@ from __future__ import annotations
 
 import io
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, TypeAlias
 from urllib.parse import unquote
 
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
+from PIL import Image
 from trimesh.resolvers import Resolver as TrimeshResolver
+from virtualrobot.resolver import join_uri
 
 from virtualrobot_kernel.errors import KernelError, MalformedFileError
 from virtualrobot_kernel.formats.references import ending
@@ -27,16 +29,23 @@ MESH_FORMATS = (".stl", ".obj", ".dae", ".gltf", ".glb")
 """Endings of the mesh files that are read."""
 
 
+Color = tuple[float, float, float, float]
+
+_Material: TypeAlias = Any
+"""One of trimesh's kinds of material, which have no base with the fields that are read here."""
+
+
 class _Dependents(TrimeshResolver):
     """Gives trimesh the files that a mesh file names, from memory only."""
 
-    def __init__(self, files: Mapping[str, bytes]) -> None:
+    def __init__(self, uri: str, files: Mapping[str, bytes]) -> None:
+        self._uri = uri
         self._files = files
 
     def get(self, key: str) -> bytes:
         plain = key.strip().replace("\\", "/")
         name = plain.removeprefix("./")
-        for spelling in (plain, name, unquote(name)):
+        for spelling in (plain, name, unquote(name), join_uri(self._uri, name), join_uri(self._uri, unquote(name))):
             if spelling in self._files:
                 return self._files[spelling]
         # What an MTL file names counts from its own folder, but trimesh asks as if it counted from the OBJ's.
@@ -56,7 +65,10 @@ class _Dependents(TrimeshResolver):
 
 
 def parse_mesh(data: bytes, uri: str, dependents: Mapping[str, bytes] | None = None) -> tuple[Submesh, ...]:
-    """Return the triangles of a mesh file; `dependents` holds the files that it names, by name.
+    """Return the triangles of a mesh file.
+
+    `dependents` holds the files that it names: by the name in the file, by that name joined to `uri`, or as counted from
+    the mesh's folder.
 
     A texture or material file that is not among the dependents costs the look only. Lines and points are left out.
 
@@ -67,12 +79,11 @@ def parse_mesh(data: bytes, uri: str, dependents: Mapping[str, bytes] | None = N
     if kind not in MESH_FORMATS:
         raise malformed(uri, None, f"no mesh format has the ending {kind!r}; known: {', '.join(MESH_FORMATS)}")
     unit = _collada_unit(data, uri) if kind == ".dae" else 1.0
+    resolver = _Dependents(uri, dependents or {})
     try:
         with np.errstate(all="ignore"):  # a broken file is told by what it yields
-            scene = trimesh.load_scene(
-                io.BytesIO(data), file_type=kind[1:], resolver=_Dependents(dependents or {}), process=False
-            )
-            parts = [part for name in scene.graph.nodes_geometry for part in _placed(scene, name, unit)]
+            scene = trimesh.load_scene(io.BytesIO(data), file_type=kind[1:], resolver=resolver, process=False)
+            parts = [part for name in scene.graph.nodes_geometry for part in _placed(scene, name, unit, resolver)]
     except KernelError:
         raise
     except Exception as error:  # the readers below trimesh raise whatever a broken file makes them run into
@@ -85,13 +96,13 @@ def parse_mesh(data: bytes, uri: str, dependents: Mapping[str, bytes] | None = N
     return tuple(merged(part) for part in parts)
 
 
-def _placed(scene: trimesh.Scene, node: str, unit: float) -> list[Submesh]:
+def _placed(scene: trimesh.Scene, node: str, unit: float, files: _Dependents) -> list[Submesh]:
     """Return what one node of a file's own scene shows, in the file's frame and meters."""
     matrix, name = scene.graph[node]
     geometry = scene.geometry[name]
     if not isinstance(geometry, trimesh.Trimesh) or len(geometry.faces) == 0:
         return []
-    submesh = _submesh(geometry)
+    submesh = _submesh(geometry, files)
     matrix = np.asarray(matrix, dtype=np.float64)
     if unit == 1.0 and np.array_equal(matrix, np.eye(4)):
         return [submesh]
@@ -100,7 +111,7 @@ def _placed(scene: trimesh.Scene, node: str, unit: float) -> list[Submesh]:
     return [transformed(submesh, unit * matrix[:3, :3], unit * matrix[:3, 3])]
 
 
-def _submesh(geometry: trimesh.Trimesh) -> Submesh:
+def _submesh(geometry: trimesh.Trimesh, files: _Dependents) -> Submesh:
     vertices = np.asarray(geometry.vertices)
     faces = np.asarray(geometry.faces)
     # trimesh keeps the file's normals in its cache; asking for the property would make some up.
@@ -110,7 +121,7 @@ def _submesh(geometry: trimesh.Trimesh) -> Submesh:
     visual: Any = geometry.visual
     color, vertex_colors, uv, texture = None, None, None, None
     if visual.kind == "texture":
-        color, texture = _material_look(visual.material)
+        color, texture = _material_look(visual.material, files)
         uv = visual.uv if texture is not None and np.shape(visual.uv) == (len(vertices), 2) else None
         texture = texture if uv is not None else None
     elif visual.kind == "vertex":
@@ -132,27 +143,31 @@ def _submesh(geometry: trimesh.Trimesh) -> Submesh:
     )
 
 
-def _material_look(material: Any) -> tuple[tuple[float, float, float, float] | None, bytes | None]:  # noqa: ANN401  trimesh's kinds of material share no base type with these fields
+def _material_look(material: _Material, files: _Dependents) -> tuple[Color | None, bytes | None]:
     """Return colour and texture of one of trimesh's materials."""
     image = getattr(material, "image", None) or getattr(material, "baseColorTexture", None)
-    if hasattr(material, "baseColorFactor"):
-        main = material.baseColorFactor
-    else:
-        main = material.diffuse
+    main = material.baseColorFactor if hasattr(material, "baseColorFactor") else material.diffuse
     color = None if main is None else _parts_of_one(main)
     # An OBJ material says its opacity as `d`; 0 is an exporter's mistake, since nothing would be seen.
     opacity = getattr(material, "kwargs", {}).get("d")
     if color is not None and opacity:
         alpha = float(opacity[-1])
         color = (*color[:3], alpha) if 0.0 < alpha <= 1.0 else color
-    if image is None:
-        return color, None
+    return color, None if image is None else _png(image, files)
+
+
+def _png(image: Image.Image, files: _Dependents) -> bytes:
+    """Return an image as PNG: the file's own bytes where trimesh tells its name, as it does for MTL files."""
+    image.load()  # a broken one is refused here
+    name = image.info.get("file_path")
+    if image.format == "PNG" and name:
+        return files.get(name)
     png = io.BytesIO()
     image.save(png, "PNG", compress_level=1)
-    return color, png.getvalue()
+    return png.getvalue()
 
 
-def _parts_of_one(color: NDArray) -> tuple[float, float, float, float]:
+def _parts_of_one(color: NDArray) -> Color:
     values = np.asarray(color)
     values = values / 255.0 if np.issubdtype(values.dtype, np.integer) else values.astype(np.float64)
     red, green, blue, *rest = (float(value) for value in values)

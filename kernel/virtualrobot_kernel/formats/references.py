@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import json
+import re
 import struct
 from collections.abc import Iterator
+from posixpath import relpath
 from urllib.parse import unquote
+
+from virtualrobot.resolver import is_relative
 
 from virtualrobot_kernel.errors import MalformedFileError
 from virtualrobot_kernel.formats import scene_file
@@ -19,6 +23,22 @@ def ending(uri: str) -> str:
     name = uri.replace("\\", "/").rpartition("/")[2]
     stem, dot, last = name.rpartition(".")
     return f".{last.lower()}" if dot and stem else ""
+
+
+def counted_from(main: str, name: str) -> str:
+    """Return the path to the file `name` from the folder of the file `main`, both as joined names.
+
+    `name` itself where there is none: it is relative already, or in another package or on another kind of place.
+    """
+    if is_relative(name) and not is_relative(main):
+        return name
+    scheme, _, path = main.rpartition("://")
+    other_scheme, _, other = name.rpartition("://")
+    if (scheme, path.startswith("/")) != (other_scheme, other.startswith("/")):
+        return name
+    if scheme and path.partition("/")[0] != other.partition("/")[0]:
+        return name
+    return relpath(other, path.rpartition("/")[0] or ("/" if path.startswith("/") else "."))
 
 
 def list_references(data: bytes, uri: str) -> list[str]:
@@ -38,25 +58,18 @@ def _urdf(data: bytes, uri: str) -> Iterator[str]:
         yield mesh.get("filename", "").replace("\\", "/")
 
 
-def _statements(data: bytes) -> Iterator[tuple[str, str]]:
-    """Yield keyword and rest of each line of an OBJ or MTL file; a backslash at the end of a line goes on."""
-    for line in data.decode("utf-8", "replace").replace("\\\r\n", " ").replace("\\\n", " ").splitlines():
-        keyword, _, rest = line.strip().partition(" ")
-        yield keyword.lower(), rest.strip()
+def _named_by(keyword: bytes, data: bytes) -> Iterator[str]:
+    """Yield what follows a keyword at the start of a line of an OBJ or MTL file."""
+    for match in re.finditer(rb"^[ \t]*" + keyword + rb"[ \t]+([^\r\n]+)", data, re.MULTILINE | re.IGNORECASE):
+        yield match[1].decode("utf-8", "replace").strip().replace("\\", "/")
 
 
 def _obj(data: bytes, uri: str) -> Iterator[str]:
-    if b"mtllib" not in data:
-        return
-    for keyword, rest in _statements(data):
-        if keyword == "mtllib":
-            yield rest.replace("\\", "/")
+    return _named_by(b"mtllib", data)
 
 
 def _mtl(data: bytes, uri: str) -> Iterator[str]:
-    for keyword, rest in _statements(data):
-        if keyword == "map_kd":
-            yield rest.replace("\\", "/")
+    return _named_by(b"map_Kd", data)
 
 
 def _dae(data: bytes, uri: str) -> Iterator[str]:

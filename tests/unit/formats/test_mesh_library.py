@@ -8,7 +8,7 @@ import pytest
 from virtualrobot_kernel.errors import KernelError, MalformedFileError, MissingFileError, Reason
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.bundle import bundle
-from virtualrobot_kernel.formats.mesh_library import MeshLibrary, find_mesh, hold_mesh
+from virtualrobot_kernel.formats.mesh_library import MeshLibrary, find_mesh
 from virtualrobot_kernel.formats.models import import_model
 from virtualrobot_kernel.formats.references import list_references
 from virtualrobot_kernel.world.figures import Mesh
@@ -111,14 +111,6 @@ def test_a_mesh_that_has_changed_is_refused() -> None:
         find_mesh(uploaded({"t.stl": STL}), "t.stl", sha256="0" * 64)
 
 
-def test_a_mesh_that_the_store_holds_stays_as_it_is() -> None:
-    files = uploaded({"t.stl": STL})
-    held = Mesh("anywhere/t.stl", files.uploaded["t.stl"])
-    assert hold_mesh(files, held) == (held, ())
-    looked_for, _ = hold_mesh(files, Mesh("t.stl", "", (2.0, 2.0, 2.0)))
-    assert looked_for == Mesh("t.stl", files.uploaded["t.stl"], (2.0, 2.0, 2.0))
-
-
 def test_equal_meshes_are_parsed_once_and_scaled_ones_share_faces() -> None:
     files = uploaded({"t.stl": STL, "copy.STL": STL})
     library = MeshLibrary(files.store)
@@ -165,6 +157,20 @@ def test_a_mesh_file_gives_one_node(as_part: bool) -> None:
     assert node.parent_t_node is pose
     assert node.figures[0].visual and node.figures[0].collision
     assert node.figures[0].geometry == Mesh("parts/my box.stl", files.uploaded["parts/my box.stl"], (1.0, 1.0, -1.0))
+
+
+@pytest.mark.parametrize("folder", ["package://p/", "/robots/"])
+def test_files_that_a_client_names_by_their_whole_names_are_found_and_bundled(folder: str, tmp_path: Path) -> None:
+    # So the client library names the files of a mesh that it adds by itself.
+    store = AssetStore()
+    files = {name: store.put(data) for name, data in textured(folder).items()}
+    main = f"{folder}meshes/t.obj"
+    mesh = Mesh(main, files.pop(main), files=tuple(files.items()))
+    assert any(part.texture for part in MeshLibrary(store).load(mesh))
+    places, paths = bundle([mesh])
+    unpack(tmp_path, paths, store)
+    again, warnings = find_mesh(disk(), places[mesh], str(tmp_path / "scene.yaml"))
+    assert warnings == () and [name for name, _ in again.files] == ["../looks/t.mtl", "../looks/images/wood.png"]
 
 
 def unpack(folder: Path, paths: list[tuple[str, str]], store: AssetStore) -> None:
