@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from html import escape
 
 from virtualrobot.robot_values import JointLimits, RobotState
 from virtualrobot.v1 import nodes_pb2, robot_pb2
+
+_TURNING = (nodes_pb2.JOINT_TYPE_REVOLUTE, nodes_pb2.JOINT_TYPE_CONTINUOUS)
 
 
 def scene_tree(nodes: Sequence[nodes_pb2.Node], links: bool = True) -> str:
@@ -38,16 +41,20 @@ def scene_tree(nodes: Sequence[nodes_pb2.Node], links: bool = True) -> str:
     return "\n".join(lines)
 
 
-def joint_rows(robot: robot_pb2.GetRobotResponse, state: RobotState) -> list[list[str]]:
-    """Return for each joint its name, position, velocity and limits as text, after a row of headings."""
+def joint_rows(robot: robot_pb2.GetRobotResponse, state: RobotState, degrees: bool = False) -> list[list[str]]:
+    """Return for each joint its name, position, velocity and limits as text, after a row of headings.
+
+    Radians and meters; with `degrees` the values of joints that only turn are in degrees.
+    """
     rows = [["joint", "position", "velocity", "lower", "upper"]]
     position, velocity = 0, 0
     for joint in robot.joints:
         limits = JointLimits.of(joint.limits)
+        unit = 180.0 / math.pi if degrees and joint.type in _TURNING else 1.0
         here = state.positions[position : position + joint.coordinate_count]
         speed = state.velocities[velocity : velocity + joint.velocity_count]
-        numbers = (" ".join(f"{value:.4f}" for value in values) for values in (here, speed))
-        rows.append([joint.name, *numbers, f"{limits.lower:.4f}", f"{limits.upper:.4f}"])
+        columns = ([*here], [*speed], [limits.lower], [limits.upper])
+        rows.append([joint.name, *(" ".join(f"{unit * value:.4f}" for value in column) for column in columns)])
         position, velocity = position + joint.coordinate_count, velocity + joint.velocity_count
     return rows
 

@@ -1,0 +1,116 @@
+"""The command line: a client like any other. Errors are one line; commands are imported only when they are run."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+
+import click
+
+from virtualrobot.cli.options import Target, target_options
+
+_COMMANDS = {
+    "serve": ("virtualrobot.cli.serve", "Start a kernel and keep it running."),
+    "demo": ("virtualrobot.cli.demo", "Watch two robots palletize."),
+    "load": ("virtualrobot.cli.scene", "Load a model (URDF or mesh) or a scene file."),
+    "save": ("virtualrobot.cli.scene", "Save the world to a scene file."),
+    "ls": ("virtualrobot.cli.scene", "Draw the scene tree."),
+    "state": ("virtualrobot.cli.state", "Show clock, robots, signals and motions."),
+    "move": ("virtualrobot.cli.move", "Move a robot."),
+    "stop": ("virtualrobot.cli.move", "Stop all robots, or some."),
+    "signal": ("virtualrobot.cli.signals", "Show, set, create or wait for digital signals."),
+    "step": ("virtualrobot.cli.state", "Let time go on by some ticks."),
+}
+
+_FIRST_STEPS = """
+\b
+First steps:
+  virtualrobot demo                  two robots palletize; open the printed address in a browser
+  virtualrobot serve                 start a kernel; then, in another terminal:
+  virtualrobot load arm.urdf --name arm
+  virtualrobot ls
+  virtualrobot state arm
+  virtualrobot move arm --joints 0,0.5,0,-1.2,0,0.8,0
+
+From Python: import virtualrobot; client = virtualrobot.connect()
+"""
+
+
+class _Commands(click.Group):
+    """Commands by name, each imported when it is run; help needs none of them."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names, in the order of use."""
+        return list(_COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Return a command by its name."""
+        if cmd_name not in _COMMANDS:
+            return None
+        return getattr(importlib.import_module(_COMMANDS[cmd_name][0]), cmd_name)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the commands from the table, so that help is quick."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, text) for name, (_, text) in _COMMANDS.items()])
+
+
+def _version(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
+    if wanted and not ctx.resilient_parsing:
+        from importlib.metadata import version
+
+        click.echo(f"virtualrobot {version('virtualrobot')}")
+        ctx.exit()
+
+
+@click.group(
+    cls=_Commands,
+    invoke_without_command=True,
+    epilog=_FIRST_STEPS,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
+)
+@target_options
+@click.option("--version", is_flag=True, expose_value=False, is_eager=True, callback=_version, help="Show the version.")
+@click.pass_context
+def cli(ctx: click.Context, target: Target) -> None:
+    """VirtualRobot: load robots, move them, see the cell in a browser. Meters, radians, seconds."""
+    ctx.obj = target
+    if ctx.invoked_subcommand is None:
+        click.echo(ctx.get_help())
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line and exit: 0 when all went well, 1 for refusals, 2 for wrong usage, 130 for Ctrl-C."""
+    arguments = sys.argv[1:] if arguments is None else list(arguments)
+    debug = "--debug" in arguments
+    try:
+        code = cli.main(arguments, prog_name="virtualrobot", standalone_mode=False)
+    except click.exceptions.Abort:
+        code = 130  # Ctrl-C
+    except click.ClickException as error:
+        error.show()
+        code = error.exit_code
+    except BrokenPipeError:
+        # The reader has seen enough (`virtualrobot ls | head`); keep the interpreter from flushing into the void.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = 0
+    except (Exception, KeyboardInterrupt) as error:
+        if debug:
+            raise
+        code = _refused(error)
+    sys.exit(code if isinstance(code, int) else 0)
+
+
+def _refused(error: BaseException) -> int:
+    """Print what went wrong in one line and return the exit code."""
+    if isinstance(error, KeyboardInterrupt):
+        return 130
+    from virtualrobot.errors import VirtualRobotError
+
+    text = " ".join(str(error).split())
+    if not isinstance(error, VirtualRobotError | OSError):
+        text = f"{type(error).__name__}: {text} (--debug shows where)"
+    click.echo(f"virtualrobot: {text}", err=True)
+    return 1

@@ -1,0 +1,129 @@
+"""Options and values that commands share: which kernel, poses, joints."""
+
+from __future__ import annotations
+
+import functools
+import math
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from virtualrobot.connection import Client
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """Which kernel a command talks to."""
+
+    address: str | None = None
+    token_file: Path | None = None
+    certificate: Path | None = None
+    debug: bool = False
+
+    def connect(self) -> Client:
+        """Connect to it."""
+        from virtualrobot.connection import connect
+
+        token = None
+        if self.token_file is not None:
+            token = self.token_file.read_text(encoding="utf-8").strip()
+        return connect(self.address, token, root_certificate=self.certificate)
+
+
+def target_options(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command the options that say which kernel, as one argument `target`; they may also stand before it."""
+
+    @click.option("--address", metavar="HOST:PORT", help="The kernel [$VIRTUALROBOT_ADDRESS, or 127.0.0.1:50500].")
+    @click.option(
+        "--token-file",
+        type=click.Path(exists=True, dir_okay=False, path_type=Path),
+        help="The file with its token [$VIRTUALROBOT_TOKEN, or the one that a kernel of this user wrote].",
+    )
+    @click.option(
+        "--certificate",
+        type=click.Path(exists=True, dir_okay=False, path_type=Path),
+        help="A root certificate (PEM) for TLS.",
+    )
+    @click.option("--debug", is_flag=True, help="Show tracebacks.")
+    @functools.wraps(function)
+    def command(
+        *arguments: Any,  # noqa: ANN401 those of the command
+        address: str | None,
+        token_file: Path | None,
+        certificate: Path | None,
+        debug: bool,
+        **options: Any,  # noqa: ANN401
+    ) -> Any:  # noqa: ANN401
+        before = click.get_current_context().find_object(Target) or Target()
+        target = Target(
+            address or before.address,
+            token_file or before.token_file,
+            certificate or before.certificate,
+            debug or before.debug,
+        )
+        return function(*arguments, target=target, **options)
+
+    return command
+
+
+degrees_option = click.option("--degrees", is_flag=True, help="Angles are given and shown in degrees.")
+
+
+class Numbers(click.ParamType):
+    """Numbers with commas or spaces between them, of one of the given counts."""
+
+    name = "numbers"
+
+    def __init__(self, *counts: int) -> None:
+        """Accept one of these counts; none means any."""
+        self.counts = counts
+
+    def convert(
+        self,
+        value: object,
+        param: click.Parameter | None,
+        ctx: click.Context | None,
+    ) -> tuple[float, ...]:
+        """Return the numbers."""
+        if isinstance(value, tuple):
+            return value
+        try:
+            numbers = tuple(float(word) for word in re.split(r"[\s,]+", str(value).strip(" ,")))
+        except ValueError:
+            self.fail(f"{value!r} is not numbers with commas between them, such as 0.5,0,0.3", param, ctx)
+        if self.counts and len(numbers) not in self.counts:
+            wanted = " or ".join(map(str, self.counts))
+            self.fail(f"{value!r} has {len(numbers)} numbers; {wanted} are wanted", param, ctx)
+        if not all(map(math.isfinite, numbers)):
+            self.fail(f"{value!r} has a number that is not finite", param, ctx)
+        return numbers
+
+
+def pose_of_numbers(numbers: Sequence[float], degrees: bool, turned_as: NDArray[np.float64] | None = None) -> Any:  # noqa: ANN401
+    """Return a 4x4 pose from x, y, z and roll, pitch, yaw; without angles it is turned as `turned_as` (or not)."""
+    import virtualrobot
+
+    angles = [math.radians(angle) if degrees else angle for angle in numbers[3:]]
+    pose = virtualrobot.pose(*numbers[:3], *angles)
+    if not angles and turned_as is not None:
+        pose[:3, :3] = turned_as[:3, :3]
+    return pose
+
+
+def named_folders(ctx: click.Context, param: click.Parameter, values: Sequence[str]) -> dict[str, Path]:
+    """Return folders by package name from `name=folder` words."""
+    folders = {}
+    for value in values:
+        name, separator, folder = value.partition("=")
+        if not name or not separator or not Path(folder).is_dir():
+            raise click.BadParameter(f"{value!r} is not name=folder with an existing folder", ctx, param)
+        folders[name] = Path(folder).absolute()
+    return folders

@@ -1,0 +1,109 @@
+"""`virtualrobot state` and `step`: what is where, and how time runs."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import click
+
+from virtualrobot.cli.options import Target, degrees_option, target_options
+
+if TYPE_CHECKING:
+    from virtualrobot.connection import Client
+
+_WATCH_SECONDS = 0.2
+
+
+@click.command()
+@click.argument("robots", nargs=-1)
+@click.option("--watch", is_flag=True, help="Go on until Ctrl-C.")
+@degrees_option
+@target_options
+def state(target: Target, robots: tuple[str, ...], watch: bool, degrees: bool) -> None:
+    """Show clock, robots (all, or those named), signals and motions."""
+    with target.connect() as client:
+        text = describe(client, robots, degrees)
+        click.echo(text)
+        while watch:
+            time.sleep(_WATCH_SECONDS)
+            lines = text.count("\n") + 1
+            text = describe(client, robots, degrees)
+            # On a terminal draw over what is there; elsewhere one after the other.
+            above = f"\x1b[{lines}A\x1b[J" if sys.stdout.isatty() else "\n"
+            click.echo(above + text)
+
+
+@click.command()
+@click.argument("ticks", type=click.IntRange(1), default=1)
+@target_options
+def step(target: Target, ticks: int) -> None:
+    """Let time go on by TICKS ticks; the kernel's clock is `stepped` then.
+
+    A clock that follows the wall is set to `stepped` first; a kernel started by `virtualrobot serve --stepped` is so
+    from the beginning.
+    """
+    with target.connect() as client:
+        if client.clock.mode != "stepped":
+            client.clock.set_stepped()
+        stamp = client.clock.step(ticks).stamp
+        click.echo(f"tick {stamp.tick}, {stamp.simulation_time_seconds:.3f} s")
+
+
+def describe(client: Client, robots: Sequence[str], degrees: bool) -> str:
+    """Return clock, robots, signals and running motions as text."""
+    from virtualrobot.tables import joint_rows
+
+    clock = client.clock.read()
+    lines = [
+        f"{clock.mode} clock: {clock.stamp.simulation_time_seconds:.3f} s, tick {clock.stamp.tick} of "
+        f"{1000 * clock.tick_seconds:g} ms, real-time factor {clock.real_time_factor:.2f}"
+    ]
+    for robot in [client.robot(name) for name in robots] if robots else client.robots():
+        now = robot.state
+        lines += ["", f"{robot.name}  speed factor {now.speed_factor:g}  {_tools(now.tool, now.tool_states)}".rstrip()]
+        lines.append("  tcp  " + _place(now.world_t_tcp, degrees))
+        lines += _table(joint_rows(robot.description, now, degrees))
+    if not robots:
+        lines += [""] * bool(client.signals)
+        lines += [f"signal {signal.name}: {'on' if signal.value else 'off'}" for signal in client.signals.read()]
+    motions = [motion for motion in client.motions() if not robots or set(motion.robots) & set(robots)]
+    lines += [""] * bool(motions)
+    lines += [
+        f"motion {motion.id} of {', '.join(motion.robots)}: {motion.phase.name.lower()}, {100 * motion.progress:.0f}%"
+        for motion in motions
+    ]
+    return "\n".join(lines)
+
+
+def _tools(chosen: str, states: dict[str, str]) -> str:
+    return "  ".join(
+        f"{'*' if tool == chosen else ''}{tool}{f' ({state})' if state else ''}" for tool, state in states.items()
+    )
+
+
+def _place(world_t_tcp: object, degrees: bool) -> str:
+    import numpy as np
+
+    from virtualrobot.geometry import roll_pitch_yaw_of
+
+    matrix = np.asarray(world_t_tcp)
+    angles = roll_pitch_yaw_of(matrix)
+    angles = np.degrees(angles) if degrees else angles
+    unit = "deg" if degrees else "rad"
+    x, y, z, roll, pitch, yaw = (f"{value:.4f}" for value in (*matrix[:3, 3], *angles))
+    return f"{x} {y} {z} m   roll pitch yaw {roll} {pitch} {yaw} {unit}"
+
+
+def _table(rows: list[list[str]]) -> list[str]:
+    """Return rows with aligned columns: names to the left, numbers to the right."""
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    return [
+        "  "
+        + "  ".join(
+            [row[0].ljust(widths[0]), *(cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True))]
+        )
+        for row in rows
+    ]

@@ -1,0 +1,98 @@
+"""A kernel as a child process of this program, which ends with it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+
+from virtualrobot.errors import KernelGoneError
+
+_READY = "listening on "
+_VIEWER = "viewer at "
+
+
+class KernelProcess:
+    """A kernel that was started on a free port of this machine; a context manager that ends it.
+
+    It is a process of its own, so Ctrl-C reaches this program alone, which ends the kernel when it is done.
+
+    Attributes:
+        address: `host:port`, for `virtualrobot.connect`.
+        viewer_url: the address of the picture for a browser; empty when headless.
+
+    Example:
+        >>> with KernelProcess() as kernel, virtualrobot.connect(kernel.address) as client:
+        ...     print(kernel.viewer_url)
+    """
+
+    def __init__(self, *options: str, headless: bool = False, say: Callable[[str], object] | None = None) -> None:
+        """Start it with more `options` of `virtualrobot serve` and wait until it answers.
+
+        `say` gets each other line that it prints. What it writes to the standard error stays there.
+
+        Raises:
+            KernelGoneError: when it ends before it answers.
+        """
+        command = [sys.executable, "-m", "virtualrobot", "serve", "--port", "0", *options]
+        if headless:
+            command.append("--headless")
+        self.address = self.viewer_url = ""
+        self._headless, self._say = headless, say
+        self._ready = threading.Event()
+        self._process = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            text=True,
+            encoding="utf-8",
+            process_group=None if os.name == "nt" else 0,
+            creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
+        )
+        threading.Thread(target=self._read, name="kernel output", daemon=True).start()
+        try:
+            while not self._ready.wait(0.5):  # a wait without limit cannot be interrupted on Windows
+                pass
+        except BaseException:
+            self.close()
+            raise
+        if not self.address:
+            code = self.close()
+            raise KernelGoneError(f"the kernel ended with code {code} before it answered; it has said why above")
+
+    def close(self, timeout_seconds: float = 20.0) -> int:
+        """End the kernel and return its exit code; one that does not end in time is killed."""
+        if self._process.poll() is None:
+            # On Windows `terminate` would kill it at once.
+            self._process.send_signal(getattr(signal, "CTRL_BREAK_EVENT", signal.SIGTERM))
+        try:
+            return self._process.wait(timeout_seconds)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            return self._process.wait()
+
+    def _read(self) -> None:
+        assert self._process.stdout is not None
+        with self._process.stdout as lines:
+            for line in lines:
+                text = line.rstrip()
+                if text.startswith(_READY):
+                    self.address = text.removeprefix(_READY)
+                elif text.startswith(_VIEWER):
+                    self.viewer_url = text.removeprefix(_VIEWER)
+                elif self._say is not None:
+                    self._say(text)
+                if self.address and (self._headless or self.viewer_url):
+                    self._ready.set()
+        self._ready.set()
+
+    def __enter__(self) -> KernelProcess:
+        """Return itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End the kernel."""
+        self.close()
