@@ -1,0 +1,1 @@
+"""Client applications: programs like anybody's, written with the client library alone."""
