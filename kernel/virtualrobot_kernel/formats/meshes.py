@@ -67,8 +67,8 @@ class _Dependents(TrimeshResolver):
 def parse_mesh(data: bytes, uri: str, dependents: Mapping[str, bytes] | None = None) -> tuple[Submesh, ...]:
     """Return the triangles of a mesh file.
 
-    `dependents` holds the files that it names: by the name in the file, by that name joined to `uri`, or as counted from
-    the mesh's folder.
+    `dependents` holds the files that it names: by the name in the file, by that name joined to `uri`, or as counted
+    from the folder of the mesh.
 
     A texture or material file that is not among the dependents costs the look only. Lines and points are left out.
 
