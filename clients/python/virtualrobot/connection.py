@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from virtualrobot import motion
 from virtualrobot.assets import Assets
 from virtualrobot.clock import Clock
-from virtualrobot.editor import Batch
+from virtualrobot.editor import Direct
 from virtualrobot.errors import AuthenticationError, InvalidArgumentError, VersionError, WrongStateError
 from virtualrobot.robot import Robot
 from virtualrobot.scene import Scene
@@ -106,9 +106,7 @@ class Client:
 
     def set_speed_factor(self, factor: float) -> None:
         """Slow all motions: above 0, up to 1; running ones change their speed smoothly."""
-        batch = Batch()
-        batch.set_speed_factor(factor)
-        self._services.apply(batch.commands)
+        Direct(self._services).set_speed_factor(factor)
 
     def shutdown(self) -> None:
         """End the kernel."""

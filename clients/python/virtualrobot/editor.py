@@ -10,6 +10,7 @@ from google.protobuf.field_mask_pb2 import FieldMask
 from numpy.typing import ArrayLike
 
 from virtualrobot.figures import Figures, figure_list
+from virtualrobot.services import Services
 from virtualrobot.v1 import nodes_pb2, scene_pb2, signal_pb2
 from virtualrobot.wire import array_message, joint_map, pose_message
 
@@ -188,3 +189,19 @@ class Batch(Editor[str]):
         """Add a node as the contract describes it; return its name."""
         self._submit(scene_pb2.Command(create_node=scene_pb2.CreateNode(node=node)))
         return node.name
+
+
+class Direct(Editor[str]):
+    """Applies each command at once; for handles that make single changes."""
+
+    def __init__(self, services: Services) -> None:
+        """Change the world of these services' kernel."""
+        self._services = services
+
+    def _submit(self, command: scene_pb2.Command) -> None:
+        self._services.apply([command])
+
+    def add(self, node: nodes_pb2.Node) -> str:
+        """Add a node as the contract describes it; return its name."""
+        response = self._services.apply([scene_pb2.Command(create_node=scene_pb2.CreateNode(node=node))])
+        return response.created[0].name

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, MutableMapping, Sequence
 
-from virtualrobot.editor import Batch
+from virtualrobot.editor import Direct
 from virtualrobot.errors import CallTimeoutError
 from virtualrobot.services import Services
 from virtualrobot.v1 import signal_pb2
@@ -25,9 +25,7 @@ class Signals(MutableMapping[str, bool]):
 
     def create(self, name: str, value: bool = False, description: str = "") -> None:
         """Add a signal; raises NameTakenError when there is one of this name."""
-        batch = Batch()
-        batch.create_signal(name, value, description)
-        self._services.apply(batch.commands)
+        Direct(self._services).create_signal(name, value, description)
 
     def read(self, names: Sequence[str] = ()) -> list[signal_pb2.Signal]:
         """Return all signals, or these, with their descriptions."""
@@ -70,9 +68,7 @@ class Signals(MutableMapping[str, bool]):
 
     def __delitem__(self, name: str) -> None:
         """Take a signal out of the world."""
-        batch = Batch()
-        batch.remove_signal(name)
-        self._services.apply(batch.commands)
+        Direct(self._services).remove_signal(name)
 
     def __iter__(self) -> Iterator[str]:
         """Return the names."""

@@ -7,7 +7,7 @@ from typing import Any
 from google.protobuf.field_mask_pb2 import FieldMask
 
 from virtualrobot import motion
-from virtualrobot.editor import Batch
+from virtualrobot.editor import Direct
 from virtualrobot.errors import UnknownNameError, WrongStateError
 from virtualrobot.geometry import Matrix
 from virtualrobot.services import Services
@@ -77,9 +77,7 @@ class Tool:
 
     def select(self, tool_center_point: str = "") -> Tool:
         """Let the robot work with this tool and this point of it (empty: its first); return the tool."""
-        batch = Batch()
-        batch.select_tool(self.robot, self.name, tool_center_point)
-        self._services.apply(batch.commands)
+        Direct(self._services).select_tool(self.robot, self.name, tool_center_point)
         return self
 
     @property

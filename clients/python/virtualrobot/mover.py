@@ -1,0 +1,183 @@
+"""What robots can be told to do: moves as data, and motions that run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from virtualrobot import motion, moves
+from virtualrobot.errors import InvalidArgumentError
+from virtualrobot.services import Services
+from virtualrobot.v1 import motion_pb2, robot_pb2
+from virtualrobot.wire import joint_map
+
+JointPositions: TypeAlias = Mapping[str, float] | ArrayLike
+
+
+class Mover:
+    """The motions of a robot; positions are radians or meters, poses 4x4 arrays.
+
+    Motions block until they have ended unless `wait=False`, and return a `Motion` that can be waited for, paused and
+    cancelled. Their common options:
+
+    - `speed_factor`: the part of the joints' greatest speed that is used, above 0, up to 1.
+    - `wait`: whether to return only at the end.
+    - `preempt`: cancel motions in the way instead of being refused with `RobotBusyError`.
+    - `on_disconnect`: what the kernel does when this program vanishes, `stop` or `continue`.
+    """
+
+    def __init__(self, services: Services, name: str) -> None:
+        """Handle the robot of this name; `Client.robot` checks that there is one."""
+        self._services = services
+        self.name = name
+
+    @property
+    def description(self) -> robot_pb2.GetRobotResponse:
+        """Joints, links, tools and postures as the contract describes them."""
+        return self._services.robot.GetRobot(robot_pb2.GetRobotRequest(name=self.name))
+
+    # Moves: data that is not started yet, for Client.move_together.
+
+    def ptp(self, goal: JointPositions | str, *, reference: str = "", speed_factor: float = 0.0) -> motion_pb2.Move:
+        """Return a point-to-point move: all joints start and end together, straight in joint space.
+
+        `goal` is joint values by name, joint values in order (all joints, or those of the chain), a 4x4 pose
+        `reference_t_tcp` in the frame of the node `reference` (empty: world), or the name of a posture.
+        """
+        if not isinstance(goal, str | Mapping) and np.shape(goal) != (4, 4):
+            goal = self._named(goal)
+        return moves.point_to_point(self.name, goal, reference=reference, speed_factor=speed_factor)
+
+    def linear(
+        self,
+        reference_t_tcp: ArrayLike,
+        *,
+        reference: str = "",
+        velocity: float = 0.0,
+        acceleration: float = 0.0,
+        speed_factor: float = 0.0,
+    ) -> motion_pb2.Move:
+        """Return a straight move of the tool centre point to a 4x4 pose; 0 means 0.25 m/s and 1 m/s^2."""
+        return moves.linear(self.name, reference_t_tcp, reference, velocity, acceleration, speed_factor)
+
+    def trajectory(
+        self,
+        times: ArrayLike,
+        positions: ArrayLike,
+        velocities: ArrayLike | None = None,
+        *,
+        joints: list[str] | None = None,
+        speed_factor: float = 0.0,
+    ) -> motion_pb2.Move:
+        """Return a move through `positions` (n, k) at `times` (n,) in seconds from 0; the first row is where it is now.
+
+        `velocities` (n, k) are 0 at both ends; without them the curve is smooth. `joints` names the columns; without
+        it they are all joints, or those of the chain.
+        """
+        columns = np.asarray(positions, dtype=float)
+        if columns.ndim != 2:
+            raise InvalidArgumentError(f"positions have the shape (times, joints), not {columns.shape}")
+        names = joints if joints is not None else self._joints_for(columns.shape[1])
+        return moves.trajectory(self.name, names, times, columns, velocities, speed_factor)
+
+    # Motions.
+
+    def start(self, move: motion_pb2.Move, **options: Any) -> motion.Motion:  # noqa: ANN401 wait, preempt, on_disconnect
+        """Start one move; see the options of the class."""
+        return motion.start(self._services, [move], **options)
+
+    def move_joints(self, goal: JointPositions, *, speed_factor: float = 0.0, **options: Any) -> motion.Motion:  # noqa: ANN401
+        """Move joints to values by name, or in order (all joints, or those of the chain).
+
+        Example:
+            >>> robot.move_joints({"lbr_iiwa_joint_4": -1.57}, speed_factor=0.5)
+        """
+        named = goal if isinstance(goal, Mapping) else self._named(goal)
+        return self.start(self.ptp(named, speed_factor=speed_factor), **options)
+
+    def move_pose(
+        self,
+        reference_t_tcp: ArrayLike,
+        *,
+        reference: str = "",
+        speed_factor: float = 0.0,
+        **options: Any,  # noqa: ANN401
+    ) -> motion.Motion:
+        """Move the tool centre point to a 4x4 pose, point to point, with the posture nearest to the present one."""
+        move = moves.point_to_point(self.name, reference_t_tcp, reference=reference, speed_factor=speed_factor)
+        return self.start(move, **options)
+
+    def move_to(self, posture: str, *, speed_factor: float = 0.0, **options: Any) -> motion.Motion:  # noqa: ANN401
+        """Move to a posture with a name, such as `home`."""
+        return self.start(self.ptp(posture, speed_factor=speed_factor), **options)
+
+    def move_linear(
+        self,
+        reference_t_tcp: ArrayLike,
+        *,
+        reference: str = "",
+        velocity: float = 0.0,
+        acceleration: float = 0.0,
+        speed_factor: float = 0.0,
+        **options: Any,  # noqa: ANN401
+    ) -> motion.Motion:
+        """Move the tool centre point straight to a 4x4 pose; 0 means 0.25 m/s and 1 m/s^2.
+
+        Example:
+            >>> robot.move_linear(robot.tcp @ virtualrobot.pose(z=0.1), velocity=0.1)     # 10 cm along the tool
+        """
+        return self.start(
+            self.linear(
+                reference_t_tcp,
+                reference=reference,
+                velocity=velocity,
+                acceleration=acceleration,
+                speed_factor=speed_factor,
+            ),
+            **options,
+        )
+
+    def follow(
+        self,
+        times: ArrayLike,
+        positions: ArrayLike,
+        velocities: ArrayLike | None = None,
+        *,
+        joints: list[str] | None = None,
+        speed_factor: float = 0.0,
+        **options: Any,  # noqa: ANN401
+    ) -> motion.Motion:
+        """Pass joint positions at given times; see `trajectory`."""
+        move = self.trajectory(times, positions, velocities, joints=joints, speed_factor=speed_factor)
+        return self.start(move, **options)
+
+    def stop(self) -> list[motion.Motion]:
+        """Cancel every motion of this robot; return them."""
+        response = self._services.motion.Stop(motion_pb2.StopRequest(robots=[self.name]))
+        return [motion.Motion(self._services, message) for message in response.motions]
+
+    def _named(self, positions: JointPositions | None) -> dict[str, float]:
+        """Return joint values by name; values in order are those of all joints or of the chain."""
+        if positions is None:
+            return {}
+        if isinstance(positions, Mapping):
+            return joint_map(positions)
+        values = np.asarray(positions, dtype=float)
+        if values.ndim != 1:
+            raise InvalidArgumentError(f"joint positions are one row of numbers, not an array of shape {values.shape}")
+        return dict(zip(self._joints_for(len(values)), values.tolist(), strict=True))
+
+    def _joints_for(self, count: int) -> list[str]:
+        """Return the joints that `count` values in order belong to."""
+        description = self.description
+        every = [joint.name for joint in description.joints]
+        for names in (every, list(description.chain_joints)):
+            if len(names) == count:
+                return names
+        raise InvalidArgumentError(
+            f"{count} values for the robot {self.name!r}: it has {len(every)} joints ({', '.join(every)}), "
+            f"{len(description.chain_joints)} of them in its chain; give values by name for others"
+        )
