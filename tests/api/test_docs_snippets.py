@@ -1,0 +1,146 @@
+"""What the documentation tells the reader to type works: Python and console blocks run against a real kernel.
+
+The rules for those who write pages:
+
+- Blocks of one page run from top to bottom, as a reader would type them: Python in one namespace, in a new folder, with
+  a kernel of its own for the page at the usual address.
+- A `text` block right after a Python block is what that block prints; in a `console` block, what follows a line with
+  `$ ` is what the command prints. `...` stands for anything, and spaces don't count.
+- A block that cannot run here has `<!-- not run: reason -->` on the line above it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import doctest
+import io
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import zip_longest
+from pathlib import Path
+
+import pytest
+from virtualrobot.v1 import kernel_pb2
+
+from tests.api.conftest import StartKernel
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")))
+FENCE = re.compile(
+    r"^(?P<above><!-- not run: [^\n]+ -->\n)?```(?P<kind>\w+)\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL
+)
+LIKE = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+COMMAND_SECONDS = 60
+SPEED = 5.0
+"""How much faster than the wall clock the kernels run, so that nobody waits for motions."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """A block to run: its language, its text, the line where the text starts, and what a Python block prints."""
+
+    kind: str
+    body: str
+    line: int
+    output: str | None = None
+
+
+def blocks(text: str) -> Iterator[Block]:
+    """Yield the blocks of a page that can be run."""
+    found = list(FENCE.finditer(text))
+    for match, after in zip_longest(found, found[1:]):
+        if match["kind"] not in ("python", "console") or match["above"]:
+            continue
+        follows = after is not None and after["kind"] == "text" and not text[match.end() : after.start()].strip()
+        line = text.count("\n", 0, match.start("body")) + 1
+        yield Block(match["kind"], match["body"], line, after["body"] if after is not None and follows else None)
+
+
+RUNNABLE = [page for page in PAGES if any(blocks(page.read_text("utf-8")))]
+
+
+@pytest.mark.parametrize("page", RUNNABLE, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_blocks_run(page: Path, start_kernel: StartKernel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kernel = start_kernel()
+    clock = kernel_pb2.SetClockRequest(mode=kernel_pb2.CLOCK_MODE_REALTIME, speed_factor=SPEED)
+    kernel.stubs().kernel.SetClock(clock)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("VIRTUALROBOT_ADDRESS", kernel.address)
+    monkeypatch.setenv("PATH", str(Path(sys.executable).parent), prepend=os.pathsep)
+    try:
+        run_page(page)
+    finally:
+        kernel.end()
+
+
+def run_page(page: Path) -> None:
+    """Run the blocks of a page in order; an error's traceback and a wrong output name the line of the page."""
+    namespace: dict[str, object] = {"__name__": "__main__"}
+    for block in blocks(page.read_text("utf-8")):
+        if block.kind == "python":
+            run_python(page, block, namespace)
+        else:
+            run_console(page, block)
+
+
+def run_python(page: Path, block: Block, namespace: dict[str, object]) -> None:
+    """Run a Python block and compare what it prints, where the page says it."""
+    printed = io.StringIO()
+    code = compile("\n" * (block.line - 1) + block.body, str(page), "exec")
+    with contextlib.redirect_stdout(printed):
+        exec(code, namespace)
+    if block.output is not None:
+        compare(page, block.line, block.output, printed.getvalue())
+
+
+def run_console(page: Path, block: Block) -> None:
+    """Run the commands of a console block and compare what each prints."""
+    commands: list[tuple[int, str, list[str]]] = []
+    for number, line in enumerate(block.body.splitlines(keepends=True)):
+        if line.startswith("$ "):
+            commands.append((block.line + number, line[2:], []))
+        else:
+            assert commands, f"{page}:{block.line}: a console block begins with a line that begins with `$ `"
+            commands[-1][2].append(line)
+    for line, command, expected in commands:
+        done = subprocess.run(
+            ["bash", "-c", command],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            timeout=COMMAND_SECONDS,
+        )
+        compare(page, line, "".join(expected), done.stdout)
+
+
+def compare(page: Path, line: int, expected: str, printed: str) -> None:
+    """Fail unless what was printed is like what the page says."""
+    same = doctest.OutputChecker().check_output(expected, printed, LIKE)
+    assert same, f"{page.name}:{line}: the page says\n{expected}\nbut this was printed:\n{printed}"
+
+
+def test_the_tutorials_have_blocks() -> None:
+    names = {page.name for page in RUNNABLE}
+    assert {"README.md", "tutorial-client.md", "tutorial-teacher.md", "command-line.md"} <= names
+
+
+def test_a_wrong_block_is_found(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text("# A\n\n```python\nx = 1\nprint(x)\n```\n\n```text\n1\n```\n\n```console\n$ echo a b\na ...\n```\n")
+    run_page(page)
+    page.write_text("```python\nprint(1)\n```\n```text\n2\n```\n")
+    with pytest.raises(AssertionError, match=r"page\.md:2: the page says"):
+        run_page(page)
+    page.write_text("```console\n$ echo a\nb\n```\n")
+    with pytest.raises(AssertionError, match=r"page\.md:2: the page says"):
+        run_page(page)
+    page.write_text("<!-- not run: it fails -->\n```python\n1 / 0\n```\n")
+    run_page(page)
+    page.write_text("\n```python\n1 / 0\n```\n")
+    with pytest.raises(ZeroDivisionError):
+        run_page(page)
