@@ -54,7 +54,7 @@ def plan_ptp(
         law = jerk_limited_profile(1.0, *bounds)
     else:
         law = jerk_limited_profile(0.0, 1.0, 1.0, 1.0)
-    return planned("ptp", joint_line(q_start, q_goal), law, limits)
+    return planned("ptp", joint_line(q_start, q_goal), law, limits, q_goal)
 
 
 def plan_lin(
@@ -135,7 +135,7 @@ def plan_trajectory(
             value=excursion.value,
             limit=limit,
         )
-    return planned("trajectory", path, PiecewisePolynomial(t[[0, -1]], np.array([[[0.0], [1.0]]])), limits)
+    return planned("trajectory", path, PiecewisePolynomial(t[[0, -1]], np.array([[[0.0], [1.0]]])), limits, q[-1])
 
 
 def slowed_down(path: PiecewisePolynomial, law: PiecewisePolynomial, limits: JointLimits) -> PiecewisePolynomial:

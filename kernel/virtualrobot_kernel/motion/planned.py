@@ -40,6 +40,7 @@ class Plan:
     """A motion of n joints that is at rest at both ends; joints of a group's robots are concatenated.
 
     kind: "ptp", "lin", "trajectory" or "group". tracks: one for each robot, all with the same duration.
+    start, goal (n,): the joints at the ends, to the last bit (rad or m).
     max_velocity, max_acceleration, max_jerk (n,): what running it may reach: the joint limits, or the motion's own
     peaks where a timed trajectory has higher ones (rad or m, per s, s², s³).
     """
@@ -47,31 +48,29 @@ class Plan:
     kind: str
     joint_names: tuple[str, ...]
     tracks: tuple[Track, ...]
+    start: Array
+    goal: Array
     max_velocity: Array
     max_acceleration: Array
     max_jerk: Array
     duration: float = field(init=False)
-    start: Array = field(init=False)
-    goal: Array = field(init=False)
     stop_time: float = field(init=False)
     table: Array = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         """Derive what running needs.
 
-        duration (s); start, goal (n,); table (N, 3, n): the first three derivatives of the joints by nominal time at
+        duration (s); table (N, 3, n): the first three derivatives of the joints by nominal time at
         N - 1 times evenly from 0 to `duration`, then zeros; stop_time (s): what a smooth stop from top speed takes.
         """
         ends = {track.time_law.end for track in self.tracks}
         if len(ends) != 1:
             raise KernelError(f"the tracks of one plan must last equally long, not {sorted(ends)} s")
         object.__setattr__(self, "duration", ends.pop())
-        for name, u in (("start", 0), ("goal", -1)):
-            joints = [track.path.evaluate(float(track.time_law.evaluate(track.time_law.breaks[u])[0]))
-                      for track in self.tracks]  # fmt: skip
-            joints = np.concatenate(joints)
-            joints.setflags(write=False)
-            object.__setattr__(self, name, joints)
+        for name in ("start", "goal", "max_velocity", "max_acceleration", "max_jerk"):
+            values = np.array(getattr(self, name), dtype=np.float64)
+            values.setflags(write=False)
+            object.__setattr__(self, name, values)
         times = np.linspace(0.0, self.duration, int(np.clip(self.duration / _TABLE_STEP, *_TABLE_ROWS)))
         table = np.concatenate([self.derivatives(times)[1:].transpose(1, 0, 2), np.zeros((1, 3, self.q_count))])
         table.setflags(write=False)
@@ -98,6 +97,8 @@ class Plan:
 
         rate_slope: d2tau/dt2 in 1/s.
         """
+        if tau >= self.duration:
+            return self.goal, np.zeros(self.q_count), np.zeros(self.q_count)
         parts = []
         for track in self.tracks:
             u, u1, u2 = track.time_law.scalar_state(tau)
@@ -116,14 +117,21 @@ def peaks(track: Track, points: int = 2000) -> Array:
     return np.abs(track.derivatives(track.grid(points))[1:]).max(axis=1)
 
 
-def planned(kind: str, path: PiecewisePolynomial, time_law: PiecewisePolynomial, limits: JointLimits) -> Plan:
-    """Return the plan of one robot; `limits` are the joints' own, not those of a slower move."""
+def planned(
+    kind: str, path: PiecewisePolynomial, time_law: PiecewisePolynomial, limits: JointLimits, goal: Array | None = None
+) -> Plan:
+    """Return the plan of one robot; `limits` are the joints' own, not those of a slower move.
+
+    goal: (k,), where the joints end, when that is known better than the path's rounding.
+    """
     track = Track(path, time_law)
     velocity, acceleration, jerk = peaks(track)
     return Plan(
         kind,
         limits.names,
         (track,),
+        path.evaluate(path.start),
+        path.evaluate(path.end) if goal is None else goal,
         np.maximum(limits.velocity, velocity),
         np.maximum(limits.acceleration, acceleration),
         np.maximum(limits.jerk, jerk),
@@ -142,6 +150,8 @@ def plan_together(plans: Sequence[Plan]) -> Plan:
         "group",
         tuple(name for plan in plans for name in plan.joint_names),
         tuple(Track(track.path, track.time_law.stretched(duration)) for plan in plans for track in plan.tracks),
+        np.concatenate([plan.start for plan in plans]),
+        np.concatenate([plan.goal for plan in plans]),
         np.concatenate([plan.max_velocity for plan in plans]),
         np.concatenate([plan.max_acceleration for plan in plans]),
         np.concatenate([plan.max_jerk for plan in plans]),

@@ -104,7 +104,7 @@ def advance(running: Running, dt: float, override: float) -> Running:
             waiting = running.waiting
     elapsed = running.elapsed + dt
     rate, slope, _, gone = running.ramp.state(elapsed)
-    tau = running.ramp_tau + gone
+    tau = max(running.tau, running.ramp_tau + gone)
     phase = running.phase
     if tau >= running.plan.duration - _END_TOLERANCE:
         phase, tau, rate, slope = Phase.SUCCEEDED, running.plan.duration, 0.0, 0.0

@@ -1,0 +1,96 @@
+"""Random limits and plans for the tests of motions, and a walk through a running one in steps finer than the tick."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.kinematics.chain import ChainKinematics
+from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
+from virtualrobot_kernel.motion.line import rotation_matrix
+from virtualrobot_kernel.motion.plan import Plan, plan_lin, plan_ptp, plan_together, plan_trajectory
+from virtualrobot_kernel.motion.running import Running
+
+from ..kinematics.arms import arm
+
+TICK = 0.004
+#: A tick and ten points between two ticks.
+FINE = TICK / 11
+
+
+@cache
+def kinematics(name: str) -> ChainKinematics:
+    """Return the kinematics of one of the test arms."""
+    return arm(name)
+
+
+def random_limits(rng: np.random.Generator, joints: int) -> JointLimits:
+    """Return limits of the order of real arms': 1 to 3 rad/s, reached in 0.1 to 0.4 s, jerk up in 0.05 to 0.15 s."""
+    velocity = rng.uniform(1.0, 3.0, joints)
+    acceleration = velocity / rng.uniform(0.1, 0.4, joints)
+    return JointLimits(
+        tuple(f"joint_{i}" for i in range(joints)),
+        rng.uniform(-3.0, -2.0, joints),
+        rng.uniform(2.0, 3.0, joints),
+        velocity,
+        acceleration,
+        acceleration / rng.uniform(0.05, 0.15, joints),
+    )
+
+
+def arm_limits(name: str) -> JointLimits:
+    """Return an arm's own position limits with 2 rad/s, 10 rad/s², 100 rad/s³."""
+    chain = kinematics(name)
+    count = len(chain.lower)
+    rates = (np.full(count, value) for value in (2.0, 10.0, 100.0))
+    return JointLimits(chain.joint_names, chain.lower, chain.upper, *rates)
+
+
+def random_ptp(rng: np.random.Generator, joints: int = 7) -> Plan:
+    """Return a point-to-point motion between joints drawn uniformly within random limits."""
+    limits = random_limits(rng, joints)
+    return plan_ptp(*rng.uniform(limits.lower, limits.upper, (2, joints)), limits)
+
+
+def random_line(rng: np.random.Generator, name: str) -> tuple[Plan, np.ndarray, np.ndarray, CartesianLimits]:
+    """Return a linear motion that could be planned, its start joints, goal pose and Cartesian limits."""
+    chain = kinematics(name)
+    limits = arm_limits(name)
+    cartesian = CartesianLimits(*rng.uniform(0.5, 2.0, 6) * (0.25, 1.0, 10.0, 1.0, 5.0, 50.0))
+    for _ in range(200):
+        q = rng.uniform(0.8 * chain.lower + 0.2 * chain.upper, 0.2 * chain.lower + 0.8 * chain.upper)
+        goal = chain.forward(q)[-1].copy()
+        goal[:3, 3] += rng.uniform(-0.15, 0.15, 3)
+        goal[:3, :3] = rotation_matrix(rng.normal(size=3) * 0.3) @ goal[:3, :3]
+        try:
+            return plan_lin(chain, q, goal, limits, cartesian), q, goal, cartesian
+        except KernelError:
+            continue
+    raise AssertionError(f"no line of 200 could be planned for {name}")
+
+
+def random_trajectory(rng: np.random.Generator, joints: int = 4) -> tuple[Plan, np.ndarray, np.ndarray]:
+    """Return a timed trajectory through random positions, its times and positions; velocity limits made to fit."""
+    times = np.concatenate([[0.0], np.cumsum(rng.uniform(0.2, 0.8, 6))])
+    positions = rng.uniform(-1.0, 1.0, (7, joints))
+    wide = np.full(joints, 50.0)
+    names = tuple(f"joint_{i}" for i in range(joints))
+    limits = JointLimits(names, -wide, wide, wide, wide, 10.0 * wide)
+    return plan_trajectory(positions[0], times, positions, None, limits), times, positions
+
+
+def random_group(rng: np.random.Generator) -> Plan:
+    """Return two robots' motions that start and end together."""
+    return plan_together([random_ptp(rng, 6), random_line(rng, "panda")[0]])
+
+
+def fine_steps(after: Running) -> Iterator[Running]:
+    """Yield the motion at ten points within the tick that led to `after`, and at its end."""
+    for k in range(1, 11):
+        rate, slope, _, gone = after.ramp.state(after.elapsed - TICK + k * FINE)
+        tau = min(after.ramp_tau + gone, after.plan.duration)
+        yield replace(after, tau=tau, rate=rate, rate_slope=slope)
+    yield after
