@@ -1,0 +1,144 @@
+"""What the command line does without a kernel: help, wrong usage, values; and that it starts quickly."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from importlib import metadata
+
+import click
+import numpy as np
+import pytest
+from virtualrobot import cli
+from virtualrobot.cli.options import Numbers, pose_of_numbers
+
+COMMANDS = ("serve", "demo", "load", "save", "ls", "state", "move", "stop", "signal", "step")
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
+    """Return a function that runs the command line and gives exit code, output and error output."""
+
+    def run(*arguments: str) -> tuple[int, str, str]:
+        with pytest.raises(SystemExit) as ended:
+            cli.main(arguments)
+        captured = capsys.readouterr()
+        return int(ended.value.code or 0), captured.out, captured.err
+
+    return run
+
+
+def test_alone_it_shows_the_first_steps(run: Callable[..., tuple[int, str, str]]) -> None:
+    code, output, _ = run()
+    assert code == 0
+    assert "virtualrobot demo" in output
+    for command in COMMANDS:
+        assert f"  {command} " in output
+
+
+@pytest.mark.parametrize("command", [name for name in COMMANDS if name != "serve"])  # its help is the kernel's
+def test_every_command_has_help(run: Callable[..., tuple[int, str, str]], command: str) -> None:
+    code, output, _ = run(command, "--help")
+    assert code == 0
+    assert "--address" in output
+    assert "--debug" in output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("foo",), "No such command 'foo'"),
+        (("load",), "Missing argument 'FILE'"),
+        (("load", "x.stl", "--at", "1,2"), "has 2 numbers; 3 or 6 are wanted"),
+        (("load", "x.stl", "--at", "a,b,c"), "is not numbers"),
+        (("load", "x.urdf", "--package", "name"), "is not name=folder"),
+        (("move", "arm"), "say where to, in one way"),
+        (("move", "arm", "--to", "home", "--pose", "0,0,0"), "say where to, in one way"),
+        (("move", "arm", "--to", "home", "--linear"), "--linear goes with --pose"),
+        (("move", "arm", "--to", "home", "--speed", "2"), "--speed is above 0, up to 1, not 2"),
+        (("signal", "--create"), "say which signal"),
+        (("signal", "x", "maybe"), "'maybe' is not one of"),
+        (("step", "0"), "0 is not in the range"),
+    ],
+)
+def test_wrong_usage_is_told_with_exit_code_2(
+    run: Callable[..., tuple[int, str, str]], arguments: tuple[str, ...], message: str
+) -> None:
+    code, _, errors = run(*arguments)
+    assert code == 2
+    assert message in errors
+    assert "Traceback" not in errors
+
+
+def test_a_kernel_that_is_not_there_is_one_line(run: Callable[..., tuple[int, str, str]]) -> None:
+    # Port 1 (tcpmux) is never given to a program that asks for a free port.
+    code, output, errors = run("ls", "--address", "127.0.0.1:1")
+    assert (code, output) == (1, "")
+    assert errors.count("\n") == 1
+    assert "no kernel answers at 127.0.0.1:1" in errors
+    assert "virtualrobot serve" in errors
+
+
+def test_an_address_that_is_none_is_one_line(run: Callable[..., tuple[int, str, str]]) -> None:
+    code, _, errors = run("--address", "127.0.0.1:abc", "ls")
+    assert code == 1
+    assert errors == (
+        "virtualrobot: '127.0.0.1:abc' is no address: 'abc' is no port; give host:port with a port from 1 to 65535\n"
+    )
+
+
+def test_debug_shows_the_traceback() -> None:
+    from virtualrobot.errors import KernelGoneError
+
+    with pytest.raises(KernelGoneError):
+        cli.main(["ls", "--debug", "--address", "127.0.0.1:1"])
+
+
+def test_serve_without_kernel_says_how_to_install_it(
+    run: Callable[..., tuple[int, str, str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("virtualrobot.cli.serve.entry_points", lambda **_: metadata.EntryPoints())
+    code, _, errors = run("serve")
+    assert code == 1
+    assert "pip install 'virtualrobot[kernel]'" in errors
+
+
+def test_serve_with_half_a_kernel_says_how_to_install_it(
+    run: Callable[..., tuple[int, str, str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    missing = metadata.EntryPoint("serve", "no_such_kernel_package.serve:main", "virtualrobot.kernel")
+    monkeypatch.setattr("virtualrobot.cli.serve.entry_points", lambda **_: metadata.EntryPoints([missing]))
+    code, _, errors = run("serve", "--port", "0")
+    assert code == 1
+    assert "no_such_kernel_package is missing" in errors
+    assert "pip install 'virtualrobot[kernel]'" in errors
+
+
+def test_numbers() -> None:
+    convert = Numbers(3, 6).convert
+    assert convert("1,2,3", None, None) == (1, 2, 3)
+    assert convert(" -1 0.5, 2e-1 ", None, None) == (-1, 0.5, 0.2)
+    for bad in ("", "1,2", "1,2,3,4", "1,2,nan", "1;2;3"):
+        with pytest.raises(click.BadParameter):
+            convert(bad, None, None)
+
+
+def test_a_place_without_angles_keeps_the_orientation() -> None:
+    now = pose_of_numbers((1, 2, 3, 90, 0, 0), degrees=True)
+    np.testing.assert_allclose(now[:3, :3], [[1, 0, 0], [0, 0, -1], [0, 1, 0]], atol=1e-15)  # 90 degrees about x
+    moved = pose_of_numbers((4, 5, 6), degrees=False, turned_as=now)
+    np.testing.assert_array_equal(moved[:3, :3], now[:3, :3])
+    np.testing.assert_array_equal(moved[:3, 3], (4, 5, 6))
+
+
+def test_help_and_resolver_load_no_heavy_library() -> None:
+    """Start-up is quick because nothing heavy is imported; counted, since a clock on a busy machine lies."""
+    code = (
+        "import sys, virtualrobot.cli, virtualrobot.resolver, virtualrobot.session\n"
+        "try: virtualrobot.cli.main(['--help'])\n"
+        "except SystemExit: pass\n"
+        "print(sorted({'grpc', 'numpy', 'google.protobuf', 'platformdirs'} & set(sys.modules)))"
+    )
+    output = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert output.splitlines()[-1] == "[]"
