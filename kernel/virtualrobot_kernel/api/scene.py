@@ -14,6 +14,7 @@ from virtualrobot_kernel.api.convert.nodes import node_message
 from virtualrobot_kernel.api.convert.values import mask_fields, masked, poses_array, stamp
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.commands import Command, CreateNodes, UpdateNode
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import Applied
@@ -68,9 +69,17 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
     ) -> scene_pb2.ImportModelResponse:
         """Read a model in a worker thread, then add it as one change."""
         run = asyncio.get_running_loop().run_in_executor
-        structure = self._rooms.world.snapshot.structure
-        model = await run(self._rooms.workers, scene_files.read_model, self._rooms.meshes, request, structure)
-        applied = await self._submit([CreateNodes(model.nodes)], context)
+        while True:
+            structure = self._rooms.world.snapshot.structure
+            model = await run(self._rooms.workers, scene_files.read_model, self._rooms.meshes, request, structure)
+            try:
+                applied = await self._submit([CreateNodes(model.nodes)], context)
+                break
+            except KernelError as error:
+                # Another client took the free name that was found; only a name that was asked for is refused.
+                found = model.nodes[0].name not in structure.uid_by_name
+                if error.reason is not Reason.NAME_TAKEN or request.name or not found:
+                    raise
         return scene_pb2.ImportModelResponse(
             stamp=stamp(applied.snapshot),
             created=created_nodes(applied),

@@ -39,17 +39,25 @@ def apply(structure: Structure, state: State, batch: Sequence[commands.Command],
     """Return the world after all commands of `batch`; raise KernelError, which names the command, when one is refused.
 
     The structure's revision grows by one when the batch changes the structure. Nothing that was given is written to.
+    The index of the refused command, `command_index` in the error's metadata, counts each node of a CreateNodes.
     """
     change = Change(structure, state)
-    for place, command in enumerate(batch):
+    first, count = 0, sum(map(_count, batch))
+    for command in batch:
         try:
             change = HANDLERS[type(command)](change, command, forward)
         except KernelError as error:
-            if len(batch) > 1:
-                error.metadata["command_index"] = str(place)
+            place = int(error.metadata.pop(apply_nodes.PLACE, "0"))
+            if count > 1:
+                error.metadata["command_index"] = str(first + place)
             raise
+        first += _count(command)
     for array in (change.state.q, change.state.v, change.state.parent_t_node):
         frozen(array)
     if change.structure is not structure:
         change = replace(change, structure=replace(change.structure, revision=structure.revision + 1))
     return change
+
+
+def _count(command: commands.Command) -> int:
+    return len(command.specs) if isinstance(command, commands.CreateNodes) else 1

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
@@ -34,40 +35,46 @@ DATA = {Kind.PART: PartData, Kind.ROBOT: RobotData, Kind.LINK: LinkData, Kind.TO
 """The data that a kind of node must have; other kinds have none."""
 
 
+PLACE = "place"
+"""Where an error's metadata says which of the nodes to create is refused, until `apply` makes an index of it."""
+
+
 def create_nodes(change: Change, command: CreateNodes, forward: Forward) -> Change:
     """Add nodes; tools get their first state, and become the tool of a robot that has none."""
     nodes = dict(change.structure.nodes)
     uids = dict(change.structure.uid_by_name)
     poses: dict[int, Pose] = {}
     uid = change.structure.next_uid
-    for spec in command.specs:
-        if spec.kind is Kind.WORLD:
-            raise KernelError("there is one world already; create other kinds of nodes", node=spec.name)
-        parent = uids.get(spec.parent)
-        if parent is None:
-            raise UnknownNameError(f"parent for {spec.name!r}", spec.parent, uids)
-        if spec.name in uids:
-            raise KernelError(
-                f"the name {spec.name!r} is taken by another node; choose another one",
-                reason=Reason.NAME_TAKEN,
-                name=spec.name,
+    for place, spec in enumerate(command.specs):
+        with _about(place):
+            if spec.kind is Kind.WORLD:
+                raise KernelError("there is one world already; create other kinds of nodes", node=spec.name)
+            parent = uids.get(spec.parent)
+            if parent is None:
+                raise UnknownNameError(f"parent for {spec.name!r}", spec.parent, uids)
+            if spec.name in uids:
+                raise KernelError(
+                    f"the name {spec.name!r} is taken by another node; choose another one",
+                    reason=Reason.NAME_TAKEN,
+                    name=spec.name,
+                )
+            data = (
+                spec.data
+                if spec.data is not None
+                else DATA[spec.kind]()
+                if spec.kind in DATA and spec.kind is not Kind.LINK
+                else None
             )
-        data = (
-            spec.data
-            if spec.data is not None
-            else DATA[spec.kind]()
-            if spec.kind in DATA and spec.kind is not Kind.LINK
-            else None
-        )
-        _check_data(spec.name, spec.kind, data)
-        nodes[uid] = Node(uid, spec.name, spec.kind, parent, spec.hidden, spec.figures, data)
-        uids[spec.name] = uid
-        poses[uid] = spec.parent_t_node
-        uid += 1
+            _check_data(spec.name, spec.kind, data)
+            nodes[uid] = Node(uid, spec.name, spec.kind, parent, spec.hidden, spec.figures, data)
+            uids[spec.name] = uid
+            poses[uid] = spec.parent_t_node
+            uid += 1
     created = tuple(poses)
     after = rebuilt(change, nodes, uid, poses)
-    for new in created:
-        after = _checked(after, after.structure.nodes[new])
+    for place, new in enumerate(created):
+        with _about(place):
+            after = _checked(after, after.structure.nodes[new])
     for new in created:
         if nodes[new].kind is Kind.TOOL:
             after = _mounted(after, nodes[new])
@@ -163,6 +170,16 @@ def clear_world(change: Change, command: ClearWorld, forward: Forward) -> Change
     root = {WORLD_UID: change.structure.nodes[WORLD_UID]}
     state = replace(change.state, motions=(), ended=change.state.ended + ended, signals={}, speed_factor=1.0)
     return rebuilt(replace(change, state=state), root, change.structure.next_uid, {})
+
+
+@contextmanager
+def _about(place: int) -> Iterator[None]:
+    """Note in errors which of the nodes to create they are about."""
+    try:
+        yield
+    except KernelError as error:
+        error.metadata[PLACE] = str(place)
+        raise
 
 
 def _placed(structure: Structure, state: State, uid: int, pose: Pose) -> State:

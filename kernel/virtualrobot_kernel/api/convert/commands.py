@@ -13,26 +13,32 @@ from virtualrobot_kernel.api.convert.values import array, finite, mask_fields, p
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.world import commands
 from virtualrobot_kernel.world.state import Signal
+from virtualrobot_kernel.world.structure import NodeSpec
 
-UPDATABLE = frozenset({"name", "parent_t_node", "hidden", "figures", "part", "robot", "link", "tool"})
+UPDATABLE = frozenset({"name", "parent_t_node", "hidden", "figures", "part", "robot", "link", "adapter", "tool"})
 
 
 def world_commands(messages: Iterable[scene_pb2.Command]) -> list[commands.Command]:
     """Return the commands; nodes that are created one after the other become one command."""
     result: list[commands.Command] = []
+    specs: list[NodeSpec] = []
     for place, message in enumerate(messages):
-        kind = message.WhichOneof("command")
-        if kind is None:
-            raise KernelError(f"commands[{place}] says nothing to do", field=f"commands[{place}]")
-        if kind == "create_node":
-            spec = node_spec(message.create_node.node)
-            if result and isinstance(result[-1], commands.CreateNodes):
-                result[-1] = commands.CreateNodes((*result[-1].specs, spec))
-            else:
-                result.append(commands.CreateNodes((spec,)))
-        else:
-            result.append(COMMANDS[kind](getattr(message, kind)))
-    return result
+        try:
+            kind = message.WhichOneof("command")
+            if kind is None:
+                raise KernelError(f"commands[{place}] says nothing to do", field=f"commands[{place}]")
+            if kind == "create_node":
+                specs.append(node_spec(message.create_node.node))
+                continue
+            command = COMMANDS[kind](getattr(message, kind))
+        except KernelError as error:
+            error.metadata["command_index"] = str(place)
+            raise
+        if specs:
+            result.append(commands.CreateNodes(tuple(specs)))
+            specs.clear()
+        result.append(command)
+    return [*result, commands.CreateNodes(tuple(specs))] if specs else result
 
 
 def _update(message: scene_pb2.UpdateNode) -> commands.UpdateNode:
@@ -46,7 +52,7 @@ def _update(message: scene_pb2.UpdateNode) -> commands.UpdateNode:
         )
     node, what = message.node, message.name
     data = node_data(node, what)
-    kinds = fields & {"part", "robot", "link", "tool"}
+    kinds = fields & {"part", "robot", "link", "adapter", "tool"}
     if kinds and node.WhichOneof("kind") not in kinds:
         raise KernelError(
             f"the mask of update_node for {what!r} names {', '.join(kinds)}, but the node has none", node=what

@@ -183,12 +183,12 @@ def stamp(snapshot: Snapshot) -> geometry_pb2.Stamp:
 
 
 def mask_fields(mask: FieldMask, message: type[Message]) -> frozenset[str] | None:
-    """Return the top-level fields that a mask wants, or None for all; raise UnknownNameError for a field that isn't."""
+    """Return the fields that a mask wants, or None for all; raise UnknownNameError for anything but whole fields."""
     valid = message.DESCRIPTOR.fields_by_name
     for path in mask.paths:
-        if path.split(".")[0] not in valid:
+        if path not in valid:
             raise UnknownNameError(f"field of {message.DESCRIPTOR.name}", path, valid)
-    return frozenset(path.split(".")[0] for path in mask.paths) or None
+    return frozenset(mask.paths) or None
 
 
 def masked(message: M, fields: frozenset[str] | None) -> M:
