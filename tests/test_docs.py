@@ -9,8 +9,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from urllib.parse import unquote
 
+import click
 import pytest
 from google.protobuf.descriptor import Descriptor, FileDescriptor
+from virtualrobot.cli import cli
+from virtualrobot.cli.options import target_options
 from virtualrobot.v1 import (
     asset_pb2,
     errors_pb2,
@@ -24,6 +27,7 @@ from virtualrobot.v1 import (
     view_pb2,
 )
 from virtualrobot_kernel.api.status import CODES
+from virtualrobot_kernel.serve import _parser
 
 ROOT = Path(__file__).resolve().parent.parent
 REFERENCE = ROOT / "docs" / "reference"
@@ -170,3 +174,41 @@ def test_make_targets_that_a_page_names_are_there(page: Path) -> None:
     targets = set(re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE))
     named = re.findall(r"(?:^|`)make ([a-z][\w-]*)", page.read_text("utf-8"), re.MULTILINE)
     assert [name for name in named if name not in targets] == []
+
+
+def sections(page: Path) -> dict[str, str]:
+    """Return the text below each second-level heading of a page."""
+    parts = re.split(r"^## (.+)$", page.read_text("utf-8"), flags=re.MULTILINE)
+    return dict(zip(parts[1::2], parts[2::2], strict=True))
+
+
+def long_options(command: click.Command) -> set[str]:
+    """Return the long options of a command, but for --help."""
+    options = {option for parameter in command.params for option in (*parameter.opts, *parameter.secondary_opts)}
+    return {option for option in options if option.startswith("--")} - {"--help"}
+
+
+COMMANDS = {name: cli.get_command(click.Context(cli), name) for name in cli.list_commands(click.Context(cli))}
+TARGET = long_options(click.command()(target_options(lambda target: None)))
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_command_line_tells_each_option(name: str) -> None:
+    """The table of a command names its options and no others; those that say which kernel have their own section."""
+    command = COMMANDS[name]
+    assert command is not None
+    if name == "serve":
+        options = {option for action in _parser()._actions for option in action.option_strings} - {"-h", "--help"}
+    else:
+        assert long_options(command) >= TARGET
+        options = long_options(command) - TARGET
+    table = re.findall(r"^\|([^|]*`--[^|]*)\|", sections(ROOT / "docs" / "command-line.md")[name], re.MULTILINE)
+    assert {option for row in table for option in re.findall(r"`(--[\w-]+)", row)} == options
+
+
+def test_command_line_tells_which_kernel_and_each_command() -> None:
+    text = sections(ROOT / "docs" / "command-line.md")
+    assert set(re.findall(r"^\| `(--[\w-]+)", text["Which kernel"], re.MULTILINE)) == TARGET
+    assert list(text) == ["Which kernel", *COMMANDS]
+    for name in COMMANDS:
+        assert re.search(rf"^\$ virtualrobot {name}\b", text[name], re.MULTILINE), f"{name} has no example"
