@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import hmac
 import logging
 from collections.abc import AsyncIterator, Awaitable, Callable
@@ -10,14 +9,12 @@ from typing import Any, NoReturn
 
 import grpc
 
+from virtualrobot_kernel.api.publications import Publications, ending
 from virtualrobot_kernel.api.status import trailers
 from virtualrobot_kernel.errors import KernelError, Reason
 
 OPEN = "/grpc.health.v1.Health/"
 """Calls of this service need no token."""
-
-CLOSE_SECONDS = 1.0
-"""How long an ending kernel waits for clients to be told."""
 
 log = logging.getLogger(__name__)
 Continuation = Callable[[grpc.HandlerCallDetails], Awaitable[grpc.RpcMethodHandler | None]]
@@ -55,75 +52,59 @@ class Token(grpc.aio.ServerInterceptor):
 
 
 class Errors(grpc.aio.ServerInterceptor):
-    """Turns KernelErrors into statuses with ErrorInfo, faults into INTERNAL, and an ending kernel into UNAVAILABLE."""
+    """Turns KernelErrors into statuses with ErrorInfo and faults into INTERNAL; refuses calls to an ending kernel."""
 
-    def __init__(self) -> None:
-        """Begin with no call under way."""
-        self._calls: set[asyncio.Task[Any]] = set()
-        self._closing = False
-
-    async def close(self) -> None:
-        """End every call under way with UNAVAILABLE, and refuse new ones; call it in the server's loop."""
-        self._closing = True
-        calls = tuple(self._calls)
-        for call in calls:
-            call.cancel()
-        if calls:
-            await asyncio.wait(calls, timeout=CLOSE_SECONDS)
+    def __init__(self, publications: Publications) -> None:
+        """Refuse calls once `publications` are closed."""
+        self._publications = publications
+        self._guarded: dict[str, grpc.RpcMethodHandler] = {}
 
     async def intercept_service(
         self, continuation: Continuation, handler_call_details: grpc.HandlerCallDetails
     ) -> grpc.RpcMethodHandler | None:
-        """Return the call's handler, guarded."""
-        handler = await continuation(handler_call_details)
-        if handler is None:
-            return None
-        whole: Any = handler.stream_unary if handler.request_streaming else handler.unary_unary
-        parts: Any = handler.stream_stream if handler.request_streaming else handler.unary_stream
-        method = handler_call_details.method  # pyright: ignore[reportAttributeAccessIssue] an untyped named tuple
+        """Return the call's handler, guarded; made once for each method."""
+        method: str = handler_call_details.method  # pyright: ignore[reportAttributeAccessIssue] an untyped named tuple
+        guarded = self._guarded.get(method)
+        if guarded is None:
+            handler = await continuation(handler_call_details)
+            # Handlers of grpcio's own services (health, reflection) write to the context instead of returning.
+            if handler is None or not method.startswith("/virtualrobot."):
+                return handler
+            guarded = self._guarded[method] = self._guard(handler, method)
+        return guarded
+
+    def _guard(self, handler: Any, method: str) -> grpc.RpcMethodHandler:  # noqa: ANN401 grpcio has no types for it
+        whole = handler.stream_unary if handler.request_streaming else handler.unary_unary
+        parts = handler.stream_stream if handler.request_streaming else handler.unary_stream
 
         async def answer(request: Any, context: grpc.aio.ServicerContext) -> Any:  # noqa: ANN401 any message
-            async with _Guard(self, method, context):
+            try:
+                if self._publications.closed:
+                    raise ending()
                 return await whole(request, context)
+            except Exception as error:
+                await _told(error, method, context)
 
         async def stream(request: Any, context: grpc.aio.ServicerContext) -> AsyncIterator[Any]:  # noqa: ANN401
-            async with _Guard(self, method, context):
+            try:
+                if self._publications.closed:
+                    raise ending()
                 async for message in parts(request, context):
                     yield message
+            except Exception as error:
+                await _told(error, method, context)
 
-        # Handlers of grpcio's own services (health, reflection) write to the context instead of yielding.
-        return handler if not method.startswith("/virtualrobot.") else _like(handler, answer, stream)
-
-
-class _Guard:
-    """Around one call: maps what it raises, and lets `Errors.close` end it."""
-
-    def __init__(self, errors: Errors, method: str, context: grpc.aio.ServicerContext) -> None:
-        self._errors, self._method, self._context = errors, method, context
-        self._task = asyncio.current_task()
-
-    async def __aenter__(self) -> None:
-        if self._errors._closing:
-            await _abort(self._context, ENDING)
-        if self._task is not None:
-            self._errors._calls.add(self._task)
-
-    async def __aexit__(self, kind: type[BaseException] | None, error: BaseException | None, _: object) -> None:
-        if self._task is not None:
-            self._errors._calls.discard(self._task)
-        if isinstance(error, KernelError):
-            await _abort(self._context, error)
-        if isinstance(error, asyncio.CancelledError) and self._errors._closing:
-            if self._task is not None:
-                self._task.uncancel()
-            await _abort(self._context, ENDING)
-        if isinstance(error, Exception) and not isinstance(error, grpc.aio.AbortError):
-            log.exception("%s failed inside the kernel", self._method, exc_info=error)
-            fault = KernelError(f"the kernel failed: {type(error).__name__}: {error}", reason=Reason.INTERNAL)
-            await _abort(self._context, fault)
+        return _like(handler, answer, stream)
 
 
-ENDING = KernelError("the kernel is ending", reason=Reason.SHUTTING_DOWN)
+async def _told(error: Exception, method: str, context: grpc.aio.ServicerContext) -> NoReturn:
+    """Abort the call with the status that tells `error`."""
+    if isinstance(error, grpc.aio.AbortError):
+        raise error
+    if not isinstance(error, KernelError):
+        log.exception("%s failed inside the kernel", method, exc_info=error)
+        error = KernelError(f"the kernel failed: {type(error).__name__}: {error}", reason=Reason.INTERNAL)
+    await _abort(context, error)
 
 
 async def _abort(context: grpc.aio.ServicerContext, error: KernelError) -> NoReturn:

@@ -15,9 +15,6 @@ from virtualrobot_kernel.world.store import World
 MAX_MESSAGE_BYTES = 16 * 1024 * 1024
 """The largest message that the server takes; larger things travel as assets, in chunks."""
 
-MAX_RATE_HERTZ = 250.0
-"""The most messages a second of one watch."""
-
 
 @dataclass(frozen=True, slots=True)
 class Rooms:

@@ -63,6 +63,10 @@ OPTIONS = (
 )
 
 
+GRACE_SECONDS = 1.0
+"""How long an ending kernel waits for calls that are being worked on."""
+
+
 @dataclass(frozen=True, slots=True)
 class Address:
     """Where to listen, and how: `token` empty means that none is wanted; certificate and key (PEM) mean TLS."""
@@ -109,10 +113,10 @@ class Server:
     async def _serve(self) -> None:
         self._loop = asyncio.get_running_loop()
         self._stop = asyncio.Event()
-        errors = Errors()
+        publications = Publications(self._world, self._loop)
         tokens = [Token(self._address.token)] if self._address.token else []
-        server = grpc.aio.server(interceptors=[*tokens, errors], options=OPTIONS)
-        rooms = self._rooms(Publications(self._world, self._loop))
+        server = grpc.aio.server(interceptors=[*tokens, Errors(publications)], options=OPTIONS)
+        rooms = self._rooms(publications)
         names = [reflection.SERVICE_NAME, health_pb2.DESCRIPTOR.services_by_name["Health"].full_name]
         for module, add, servicer in SERVICES:
             add(servicer(rooms), server)
@@ -127,8 +131,8 @@ class Server:
         self._started.set_result(port)
         await self._stop.wait()
         await health.enter_graceful_shutdown()
-        await errors.close()
-        await server.stop(0.5)
+        publications.close()
+        await server.stop(GRACE_SECONDS)
 
     def _bind(self, server: grpc.aio.Server) -> int:
         address = self._address

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import AsyncIterator
 
 from virtualrobot.v1 import view_pb2, view_pb2_grpc
 
 from virtualrobot_kernel.api.convert.view import changed_settings, view_message
 from virtualrobot_kernel.api.rooms import Rooms
-from virtualrobot_kernel.drawing.view import ViewSettings
 
 
 class ViewServicer(view_pb2_grpc.ViewServiceServicer):
@@ -35,17 +33,6 @@ class ViewServicer(view_pb2_grpc.ViewServiceServicer):
         self, request: view_pb2.WatchViewRequest, context: object
     ) -> AsyncIterator[view_pb2.WatchViewResponse]:
         """Tell the set-up, then each change; a slow reader gets the latest."""
-        loop, changed = asyncio.get_running_loop(), asyncio.Event()
-
-        def wake(_: ViewSettings) -> None:
-            loop.call_soon_threadsafe(changed.set)
-
-        end = self._rooms.view.subscribe(wake)
-        try:
-            while True:
-                changed.clear()
-                view = view_message(self._rooms.view.get(), self._rooms.world.snapshot.structure)
-                yield view_pb2.WatchViewResponse(view=view)
-                await changed.wait()
-        finally:
-            end()
+        async for _ in self._rooms.publications.each(self._rooms.view.subscribe):
+            view = view_message(self._rooms.view.get(), self._rooms.world.snapshot.structure)
+            yield view_pb2.WatchViewResponse(view=view)

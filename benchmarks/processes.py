@@ -1,0 +1,41 @@
+"""Kernels and bare servers in processes of their own, for benchmarks."""
+
+from __future__ import annotations
+
+import contextlib
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+
+
+@contextlib.contextmanager
+def process(command: Sequence[str], ready: str) -> Iterator[tuple[str, subprocess.Popen[str]]]:
+    """Start a process, wait for the line that begins with `ready`, yield what follows, and end the process."""
+    started = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    assert started.stdout
+    try:
+        for line in started.stdout:
+            if line.startswith(ready):
+                threading.Thread(target=started.stdout.read, daemon=True).start()
+                yield line.removeprefix(ready).strip(), started
+                break
+        else:
+            raise RuntimeError(f"{' '.join(command)} ended before it was ready")
+    finally:
+        started.terminate()
+        started.wait(30)
+
+
+def kernel(*options: str) -> contextlib.AbstractContextManager[tuple[str, subprocess.Popen[str]]]:
+    """Start a kernel without token on a free port; yields its address (or its viewer's, when it has one)."""
+    command = [sys.executable, "-m", "virtualrobot_kernel.serve", "--port", "0", "--no-token", *options]
+    return process(command, "listening on ")
+
+
+def echo() -> contextlib.AbstractContextManager[tuple[str, subprocess.Popen[str]]]:
+    """Start the bare grpc.aio server of `echo_server.py`; yields its address."""
+    return process([sys.executable, str(HERE / "echo_server.py")], "listening on ")

@@ -1,0 +1,156 @@
+"""Calls and streams of the kernel against a bare grpc.aio echo server, idle and with 20 arms moving."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+import grpc
+import numpy as np
+import pybullet_data
+from virtualrobot.v1 import (
+    geometry_pb2,
+    kernel_pb2,
+    kernel_pb2_grpc,
+    motion_pb2,
+    motion_pb2_grpc,
+    robot_pb2,
+    robot_pb2_grpc,
+    scene_pb2,
+    scene_pb2_grpc,
+)
+
+from benchmarks.processes import echo, kernel
+from benchmarks.rows import Row, row
+
+IIWA = f"{pybullet_data.getDataPath()}/kuka_iiwa/model.urdf"
+ARMS, WATCHERS, CALLS, ROUNDS = 20, 4, 1500, 3
+STREAMED = 5_000
+
+
+def latencies(call: Callable[[], object], calls: int = CALLS) -> np.ndarray:
+    """Return the time of each call in milliseconds."""
+    for _ in range(100):
+        call()
+    times = np.empty(calls)
+    for place in range(calls):
+        start = time.perf_counter()
+        call()
+        times[place] = (time.perf_counter() - start) * 1e3
+    return times
+
+
+def in_turn(ours: Callable[[], object], peer: Callable[[], object]) -> tuple[np.ndarray, np.ndarray]:
+    """Return latencies of both, measured in turn so that the machine's moods meet both."""
+    rounds = [(latencies(ours), latencies(peer)) for _ in range(ROUNDS)]
+    return np.concatenate([a for a, _ in rounds]), np.concatenate([b for _, b in rounds])
+
+
+def busy(address: str, arms: int = ARMS) -> None:
+    """Load some arms and keep them moving slowly."""
+    with grpc.insecure_channel(address) as channel:
+        scene, motion = scene_pb2_grpc.SceneServiceStub(channel), motion_pb2_grpc.MotionServiceStub(channel)
+        for place in range(arms):
+            position = geometry_pb2.Vector3(x=1.5 * (place % 5), y=1.5 * (place // 5))
+            pose = geometry_pb2.Pose(position=position)
+            scene.ImportModel(scene_pb2.ImportModelRequest(uri=IIWA, name=f"arm{place}", parent_t_node=pose))
+            goal = motion_pb2.JointGoal(joint_positions={f"lbr_iiwa_joint_{joint}": 1.5 for joint in range(1, 8)})
+            slow = motion_pb2.Move(
+                robot=f"arm{place}", speed_factor=0.002, point_to_point=motion_pb2.PointToPoint(joints=goal)
+            )
+            keep = motion_pb2.DISCONNECT_POLICY_CONTINUE
+            motion.StartMotion(motion_pb2.StartMotionRequest(moves=[slow], on_disconnect=keep))
+
+
+def watch(address: str, ended: threading.Event, counted: list[int]) -> None:
+    """Read all robots' states at 60 Hz until told to end."""
+    with grpc.insecure_channel(address) as channel:
+        stub = robot_pb2_grpc.RobotServiceStub(channel)
+        answers: Iterator = stub.WatchRobotStates(robot_pb2.WatchRobotStatesRequest(max_rate_hertz=60))
+        for _ in answers:
+            counted[0] += 1
+            if ended.is_set():
+                return
+
+
+def unary(address: str) -> Callable[[], object]:
+    """Return a small call to a kernel."""
+    stub = kernel_pb2_grpc.KernelServiceStub(grpc.insecure_channel(address))
+    return lambda: stub.GetClock(kernel_pb2.GetClockRequest())
+
+
+def echoed(address: str) -> Callable[[], object]:
+    """Return a call to the echo server."""
+    call = grpc.insecure_channel(address).unary_unary("/Echo/Unary")
+    return lambda: call(b"x" * 64)
+
+
+def streamed(messages: Iterator[object]) -> float:
+    """Return the messages a second of a stream."""
+    for _ in range(200):
+        next(messages)
+    start = time.perf_counter()
+    for _ in range(STREAMED):
+        next(messages)
+    return STREAMED / (time.perf_counter() - start)
+
+
+def stream_rows(echo_address: str) -> list[Row]:
+    """Return how fast joint states are told by a kernel whose time runs as fast as it can."""
+    with kernel("--headless") as (address, _), grpc.insecure_channel(address) as channel:
+        busy(address, arms=1)
+        clock = kernel_pb2.SetClockRequest(mode=kernel_pb2.CLOCK_MODE_REALTIME, speed_factor=100.0)
+        kernel_pb2_grpc.KernelServiceStub(channel).SetClock(clock)
+        stub = robot_pb2_grpc.RobotServiceStub(channel)
+        echoes = grpc.insecure_channel(echo_address).unary_stream("/Echo/Stream")
+        rates = []
+        for _ in range(ROUNDS):
+            watch = stub.WatchRobotStates(robot_pb2.WatchRobotStatesRequest(max_rate_hertz=1e6))
+            bare = echoes(str(10 * STREAMED).encode())
+            rates.append((streamed(watch), streamed(bare)))
+            watch.cancel()
+            bare.cancel()
+    ours, peer = np.median(rates, axis=0).tolist()
+    name = "joint-state stream, 7 axes, one reader (time per message)"
+    return [row(name, 1e6 / ours, 1e6 / peer, "grpc.aio stream of 120 bytes", "us", 1 / 0.7, f"{ours:.0f} messages/s")]
+
+
+def run() -> list[Row]:
+    """Measure and return the rows."""
+    rows: list[Row] = []
+    with echo() as (echo_address, _):
+        with kernel("--headless", "--stepped") as (address, _):
+            ours, peer = in_turn(unary(address), echoed(echo_address))
+            for name, share, budget in (("p50", 50, 1.3), ("p99", 99, None)):
+                a, b = np.percentile(ours, share), np.percentile(peer, share)
+                rows.append(row(f"unary call, idle, {name}", float(a), float(b), "grpc.aio echo", "ms", budget))
+        with kernel() as (address, _):
+            busy(address)
+            ended, counted = threading.Event(), [0]
+            threads = [threading.Thread(target=watch, args=(address, ended, counted)) for _ in range(WATCHERS)]
+            for thread in threads:
+                thread.start()
+            start = time.perf_counter()
+            ours = np.concatenate([latencies(unary(address)) for _ in range(ROUNDS)])
+            told = counted[0] / (time.perf_counter() - start)
+            with grpc.insecure_channel(address) as channel:
+                clock = kernel_pb2_grpc.KernelServiceStub(channel).GetClock(kernel_pb2.GetClockRequest()).clock
+            ended.set()
+            for thread in threads:
+                thread.join()
+            peer = np.concatenate([latencies(echoed(echo_address)) for _ in range(ROUNDS)])
+            load = f"{ARMS} arms moving, viewer thread, {WATCHERS} watchers at 60 Hz"
+            note = f"{told:.0f} watch messages/s, real-time factor {clock.real_time_factor:.3f}"
+            for name, share, budget in (("p50", 50, 1.5), ("p99", 99, None)):
+                a, b = np.percentile(ours, share), np.percentile(peer, share)
+                rows.append(
+                    row(f"unary call, {load}, {name}", float(a), float(b), "grpc.aio echo, idle", "ms", budget, note)
+                )
+        rows += stream_rows(echo_address)
+    return rows
+
+
+if __name__ == "__main__":
+    for result in run():
+        print(result)
