@@ -6,6 +6,7 @@ The rules for those who write pages:
   a kernel of its own for the page at the usual address.
 - A `text` block right after a Python block is what that block prints; in a `console` block, what follows a line with
   `$ ` is what the command prints. `...` stands for anything, and spaces don't count.
+- A block with `<!-- file: NAME -->` on the line above it is written to that file in the folder.
 - A block that cannot run here has `<!-- not run: reason -->` on the line above it.
 """
 
@@ -22,6 +23,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
+from textwrap import dedent
 
 import pytest
 from virtualrobot.v1 import kernel_pb2
@@ -31,7 +33,9 @@ from tests.api.conftest import StartKernel
 ROOT = Path(__file__).resolve().parent.parent.parent
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")))
 FENCE = re.compile(
-    r"^(?P<above><!-- not run: [^\n]+ -->\n)?```(?P<kind>\w+)\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL
+    r"^(?P<indent> *)(?:<!-- (?P<mark>not run|file): (?P<about>[^\n]+) -->\n *)?"
+    r"```(?P<kind>\w+)\n(?P<body>.*?)^(?P=indent)```$",
+    re.MULTILINE | re.DOTALL,
 )
 LIKE = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 COMMAND_SECONDS = 60
@@ -41,23 +45,26 @@ SPEED = 5.0
 
 @dataclass(frozen=True)
 class Block:
-    """A block to run: its language, its text, the line where the text starts, and what a Python block prints."""
+    """A block: its language (or `file`), its text, the line where that starts, what it prints, the file that it is."""
 
     kind: str
     body: str
     line: int
     output: str | None = None
+    file: str | None = None
 
 
 def blocks(text: str) -> Iterator[Block]:
     """Yield the blocks of a page that can be run."""
     found = list(FENCE.finditer(text))
     for match, after in zip_longest(found, found[1:]):
-        if match["kind"] not in ("python", "console") or match["above"]:
+        file = match["about"] if match["mark"] == "file" else None
+        if match["mark"] == "not run" or not (file or match["kind"] in ("python", "console")):
             continue
-        follows = after is not None and after["kind"] == "text" and not text[match.end() : after.start()].strip()
         line = text.count("\n", 0, match.start("body")) + 1
-        yield Block(match["kind"], match["body"], line, after["body"] if after is not None and follows else None)
+        said = after is not None and after["kind"] == "text" and not text[match.end() : after.start()].strip()
+        output = dedent(after["body"]) if after is not None and said else None
+        yield Block("file" if file else match["kind"], dedent(match["body"]), line, output, file)
 
 
 RUNNABLE = [page for page in PAGES if any(blocks(page.read_text("utf-8")))]
@@ -81,7 +88,9 @@ def run_page(page: Path) -> None:
     """Run the blocks of a page in order; an error's traceback and a wrong output name the line of the page."""
     namespace: dict[str, object] = {"__name__": "__main__"}
     for block in blocks(page.read_text("utf-8")):
-        if block.kind == "python":
+        if block.file:
+            Path(block.file).write_text(block.body, "utf-8")
+        elif block.kind == "python":
             run_python(page, block, namespace)
         else:
             run_console(page, block)
@@ -129,8 +138,14 @@ def test_the_tutorials_have_blocks() -> None:
     assert {"README.md", "tutorial-client.md", "tutorial-teacher.md", "command-line.md"} <= names
 
 
-def test_a_wrong_block_is_found(tmp_path: Path) -> None:
+def test_a_wrong_block_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
     page = tmp_path / "page.md"
+    page.write_text(
+        "<!-- file: a.yaml -->\n```yaml\na: 1\n```\n1. x:\n\n   ```console\n   $ cat a.yaml\n   a: 1\n   ```\n"
+    )
+    assert [block.kind for block in blocks(page.read_text())] == ["file", "console"]
+    run_page(page)
     page.write_text("# A\n\n```python\nx = 1\nprint(x)\n```\n\n```text\n1\n```\n\n```console\n$ echo a b\na ...\n```\n")
     run_page(page)
     page.write_text("```python\nprint(1)\n```\n```text\n2\n```\n")
