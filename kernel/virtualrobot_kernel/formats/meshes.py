@@ -8,60 +8,17 @@ convention, by which URDF files are written (rviz `mesh_loader.cpp` leaves out A
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping
-from typing import Any, TypeAlias
-from urllib.parse import unquote
 
 import numpy as np
-import trimesh
-from numpy.typing import NDArray
-from PIL import Image
-from trimesh.resolvers import Resolver as TrimeshResolver
-from virtualrobot.resolver import join_uri
 
-from virtualrobot_kernel.errors import KernelError, MalformedFileError
+from virtualrobot_kernel.errors import MalformedFileError
 from virtualrobot_kernel.formats.references import ending
-from virtualrobot_kernel.formats.submesh import Submesh, frozen, merged, transformed
+from virtualrobot_kernel.formats.submesh import Submesh, merged, transformed
 from virtualrobot_kernel.formats.xml import local_name, malformed, parse_xml
 
 MESH_FORMATS = (".stl", ".obj", ".dae", ".gltf", ".glb")
 """Endings of the mesh files that are read."""
-
-
-Color = tuple[float, float, float, float]
-
-_Material: TypeAlias = Any
-"""One of trimesh's kinds of material, which have no base with the fields that are read here."""
-
-
-class _Dependents(TrimeshResolver):
-    """Gives trimesh the files that a mesh file names, from memory only."""
-
-    def __init__(self, uri: str, files: Mapping[str, bytes]) -> None:
-        self._uri = uri
-        self._files = files
-
-    def get(self, key: str) -> bytes:
-        plain = key.strip().replace("\\", "/")
-        name = plain.removeprefix("./")
-        for spelling in (plain, name, unquote(name), join_uri(self._uri, name), join_uri(self._uri, unquote(name))):
-            if spelling in self._files:
-                return self._files[spelling]
-        # What an MTL file names counts from its own folder, but trimesh asks as if it counted from the OBJ's.
-        for known, data in self._files.items():
-            if known.endswith("/" + name):
-                return data
-        raise FileNotFoundError(key)
-
-    def keys(self) -> list[str]:
-        return list(self._files)
-
-    def write(self, name: str, data: bytes) -> None:
-        raise NotImplementedError("meshes are only read")
-
-    def namespaced(self, namespace: str) -> _Dependents:
-        raise NotImplementedError("meshes are read from single files")
 
 
 def parse_mesh(data: bytes, uri: str, dependents: Mapping[str, bytes] | None = None) -> tuple[Submesh, ...]:
@@ -79,13 +36,11 @@ def parse_mesh(data: bytes, uri: str, dependents: Mapping[str, bytes] | None = N
     if kind not in MESH_FORMATS:
         raise malformed(uri, None, f"no mesh format has the ending {kind!r}; known: {', '.join(MESH_FORMATS)}")
     unit = _collada_unit(data, uri) if kind == ".dae" else 1.0
-    resolver = _Dependents(uri, dependents or {})
+    # Only now, so that a kernel that reads no mesh starts without trimesh.
+    from virtualrobot_kernel.formats import trimesh_reader
+
     try:
-        with np.errstate(all="ignore"):  # a broken file is told by what it yields
-            scene = trimesh.load_scene(io.BytesIO(data), file_type=kind[1:], resolver=resolver, process=False)
-            parts = [part for name in scene.graph.nodes_geometry for part in _placed(scene, name, unit, resolver)]
-    except KernelError:
-        raise
+        parts = trimesh_reader.read(data, kind, uri, dependents or {}, unit)
     except Exception as error:  # the readers below trimesh raise whatever a broken file makes them run into
         text = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
         raise malformed(uri, None, f"broken or not a {kind[1:].upper()} file ({text})") from error
@@ -94,84 +49,6 @@ def parse_mesh(data: bytes, uri: str, dependents: Mapping[str, bytes] | None = N
     for part in parts:
         _check(part, uri)
     return tuple(merged(part) for part in parts)
-
-
-def _placed(scene: trimesh.Scene, node: str, unit: float, files: _Dependents) -> list[Submesh]:
-    """Return what one node of a file's own scene shows, in the file's frame and meters."""
-    matrix, name = scene.graph[node]
-    geometry = scene.geometry[name]
-    if not isinstance(geometry, trimesh.Trimesh) or len(geometry.faces) == 0:
-        return []
-    submesh = _submesh(geometry, files)
-    matrix = np.asarray(matrix, dtype=np.float64)
-    if unit == 1.0 and np.array_equal(matrix, np.eye(4)):
-        return [submesh]
-    if abs(np.linalg.det(matrix[:3, :3])) < 1e-30:
-        return []  # a node flattened to nothing, which exporters use to hide things
-    return [transformed(submesh, unit * matrix[:3, :3], unit * matrix[:3, 3])]
-
-
-def _submesh(geometry: trimesh.Trimesh, files: _Dependents) -> Submesh:
-    vertices = np.asarray(geometry.vertices)
-    faces = np.asarray(geometry.faces)
-    # trimesh keeps the file's normals in its cache; asking for the property would make some up.
-    normals = geometry._cache.cache.get("vertex_normals")
-    if normals is not None and (np.shape(normals) != vertices.shape or not np.isfinite(normals).all()):
-        normals = None
-    visual: Any = geometry.visual
-    color, vertex_colors, uv, texture = None, None, None, None
-    if visual.kind == "texture":
-        color, texture = _material_look(visual.material, files)
-        uv = visual.uv if texture is not None and np.shape(visual.uv) == (len(vertices), 2) else None
-        texture = texture if uv is not None else None
-    elif visual.kind == "vertex":
-        vertex_colors = np.asarray(visual.vertex_colors, dtype=np.uint8)
-    elif visual.kind == "face":
-        vertex_colors = np.repeat(np.asarray(visual.face_colors, dtype=np.uint8), 3, axis=0)
-        vertices, normals = vertices[faces].reshape(-1, 3), None
-        faces = np.arange(len(vertices)).reshape(-1, 3)
-    if vertex_colors is not None and len(np.unique(vertex_colors, axis=0)) == 1:
-        color, vertex_colors = _parts_of_one(vertex_colors[0]), None
-    return Submesh(
-        frozen(vertices, np.float32),
-        frozen(faces, np.int32),
-        None if normals is None else frozen(normals, np.float32),
-        color,
-        None if vertex_colors is None else frozen(vertex_colors, np.uint8),
-        None if uv is None else frozen(uv, np.float32),
-        texture,
-    )
-
-
-def _material_look(material: _Material, files: _Dependents) -> tuple[Color | None, bytes | None]:
-    """Return colour and texture of one of trimesh's materials."""
-    image = getattr(material, "image", None) or getattr(material, "baseColorTexture", None)
-    main = material.baseColorFactor if hasattr(material, "baseColorFactor") else material.diffuse
-    color = None if main is None else _parts_of_one(main)
-    # An OBJ material says its opacity as `d`; 0 is an exporter's mistake, since nothing would be seen.
-    opacity = getattr(material, "kwargs", {}).get("d")
-    if color is not None and opacity:
-        alpha = float(opacity[-1])
-        color = (*color[:3], alpha) if 0.0 < alpha <= 1.0 else color
-    return color, None if image is None else _png(image, files)
-
-
-def _png(image: Image.Image, files: _Dependents) -> bytes:
-    """Return an image as PNG: the file's own bytes where trimesh tells its name, as it does for MTL files."""
-    image.load()  # a broken one is refused here
-    name = image.info.get("file_path")
-    if image.format == "PNG" and name:
-        return files.get(name)
-    png = io.BytesIO()
-    image.save(png, "PNG", compress_level=1)
-    return png.getvalue()
-
-
-def _parts_of_one(color: NDArray) -> Color:
-    values = np.asarray(color)
-    values = values / 255.0 if np.issubdtype(values.dtype, np.integer) else values.astype(np.float64)
-    red, green, blue, *rest = (float(value) for value in values)
-    return red, green, blue, rest[0] if rest else 1.0
 
 
 def _check(part: Submesh, uri: str) -> None:

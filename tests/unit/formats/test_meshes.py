@@ -4,6 +4,8 @@ import base64
 import json
 import re
 import struct
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -269,3 +271,9 @@ def test_random_damage_is_refused_or_read_but_never_crashes(name: str, rng: np.r
 def test_an_impossible_scale_is_refused(scale: tuple[float, float, float]) -> None:
     with pytest.raises(MalformedFileError, match="factors are finite and not 0"):
         scaled(parse_mesh(FILES["t.stl"], "t.stl"), scale)
+
+
+def test_a_kernel_that_reads_no_mesh_starts_without_trimesh() -> None:
+    program = "import sys, virtualrobot_kernel.formats.models; print('trimesh' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"
