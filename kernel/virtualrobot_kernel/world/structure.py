@@ -112,7 +112,7 @@ class PartData:
 
 @dataclass(frozen=True, slots=True)
 class RobotData:
-    """What only robots have; an empty flange means the last link of the longest chain."""
+    """What only robots have; an empty flange means the last link before the robot branches into moving parts."""
 
     flange: str = ""
     kinematics: str = "chain"
