@@ -6,7 +6,6 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-import grpc
 from numpy.typing import ArrayLike
 
 from virtualrobot import motion
@@ -19,7 +18,7 @@ from virtualrobot.scene import Scene
 from virtualrobot.services import Services
 from virtualrobot.session import default_address, find_token, split_address, token_path
 from virtualrobot.signals import Signals
-from virtualrobot.transport import open_channel
+from virtualrobot.transport import Channel, open_channel
 from virtualrobot.v1 import kernel_pb2, motion_pb2, robot_pb2
 from virtualrobot.view import View
 
@@ -38,7 +37,7 @@ class Client:
         info: versions, limits and capabilities of the kernel, as it was when connected.
     """
 
-    def __init__(self, channel: grpc.Channel, address: str, info: kernel_pb2.GetInfoResponse) -> None:
+    def __init__(self, channel: Channel, address: str, info: kernel_pb2.GetInfoResponse) -> None:
         """Take a channel to a kernel that has answered."""
         self._channel = channel
         self._services = Services.on(channel, address)

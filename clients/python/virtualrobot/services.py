@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-import grpc
-
+from virtualrobot.transport import Channel
 from virtualrobot.v1 import (
     asset_pb2_grpc,
     kernel_pb2_grpc,
@@ -36,7 +35,7 @@ class Services:
     view: view_pb2_grpc.ViewServiceStub
 
     @staticmethod
-    def on(channel: grpc.Channel, address: str) -> Services:
+    def on(channel: Channel, address: str) -> Services:
         """Return the services behind a channel."""
         return Services(
             address,

@@ -1,0 +1,123 @@
+"""Connecting: what is found by itself, and what is said when it fails."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from pathlib import Path
+
+import pytest
+import trustme
+import virtualrobot
+from virtualrobot import session
+
+from tests.api.conftest import KernelProcess, StartKernel
+
+
+def test_address_and_token_come_from_the_environment(
+    client_kernel: KernelProcess, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("VIRTUALROBOT_ADDRESS", client_kernel.address)
+    monkeypatch.setenv("VIRTUALROBOT_TOKEN", client_kernel.token)
+    with virtualrobot.connect() as client:
+        assert client.info.api_version == "virtualrobot.v1"
+        assert client.info.version in repr(client)
+
+
+def test_the_token_of_the_same_user_is_found(start_kernel: StartKernel, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("VIRTUALROBOT_TOKEN", raising=False)
+    kernel = start_kernel(no_token=False)
+    with virtualrobot.connect(kernel.address) as client:
+        assert client.info.process_id == kernel.process.pid
+    file = session.token_path(session.split_address(kernel.address)[1])
+    assert file.exists()
+    assert kernel.end() == 0
+    assert not file.exists()
+
+
+def test_a_wrong_or_missing_token_is_told(
+    client_kernel: KernelProcess, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    with pytest.raises(virtualrobot.AuthenticationError, match="the token is wrong") as refused:
+        virtualrobot.connect(client_kernel.address, "wrong")
+    assert (refused.value.reason, refused.value.code) == ("UNAUTHENTICATED", "UNAUTHENTICATED")
+    monkeypatch.delenv("VIRTUALROBOT_TOKEN", raising=False)
+    # The kernel of these tests keeps its token in a file of its own, not where clients look.
+    with pytest.raises(virtualrobot.AuthenticationError, match="there is no token for it in"):
+        virtualrobot.connect(client_kernel.address)
+
+
+def test_nobody_listens() -> None:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))  # bound and not listening: nobody else can be there
+        address = f"127.0.0.1:{free.getsockname()[1]}"
+        with pytest.raises(virtualrobot.KernelGoneError, match=f"{address}: nothing listens there") as refused:
+            virtualrobot.connect(address, "token")
+        assert isinstance(refused.value, ConnectionError)
+
+
+def test_something_else_listens() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        stop = threading.Event()
+
+        def answer() -> None:
+            while not stop.is_set():
+                try:
+                    connection, _ = server.accept()
+                except OSError:
+                    return
+                with connection:
+                    connection.sendall(b"HTTP/1.1 400 Bad Request\r\n\r\n")
+
+        thread = threading.Thread(target=answer)
+        thread.start()
+        try:
+            with pytest.raises(virtualrobot.VirtualRobotError):
+                virtualrobot.connect(f"127.0.0.1:{server.getsockname()[1]}", "token", timeout_seconds=5)
+        finally:
+            stop.set()
+            server.shutdown(socket.SHUT_RDWR)
+            thread.join()
+
+
+def test_tls(start_kernel: StartKernel, tmp_path: Path) -> None:
+    authority = trustme.CA()
+    certificate = authority.issue_cert("localhost", "127.0.0.1")
+    root, chain, key = tmp_path / "root.pem", tmp_path / "chain.pem", tmp_path / "key.pem"
+    authority.cert_pem.write_to_path(root)
+    certificate.cert_chain_pems[0].write_to_path(chain)
+    certificate.private_key_pem.write_to_path(key)
+    kernel = start_kernel("--tls-certificate", str(chain), "--tls-key", str(key))
+    with virtualrobot.connect(kernel.address, root_certificate=root) as client:
+        assert client.scene.node("world").kind == "world"
+    other = tmp_path / "other.pem"
+    trustme.CA().cert_pem.write_to_path(other)
+    with pytest.raises(virtualrobot.KernelGoneError, match="not signed by the given root certificate"):
+        virtualrobot.connect(kernel.address, root_certificate=other)
+    other.write_text("no certificate")
+    with pytest.raises(virtualrobot.InvalidArgumentError, match=r"other\.pem is no root certificate"):
+        virtualrobot.connect(kernel.address, root_certificate=other)
+
+
+def test_a_kernel_that_ends_is_told_at_once(start_kernel: StartKernel) -> None:
+    kernel = start_kernel()
+    client = virtualrobot.connect(kernel.address)
+    watch = client.clock.watch()
+    assert next(watch).mode == "realtime"
+    client.shutdown()
+    with pytest.raises(virtualrobot.KernelGoneError):
+        for _ in watch:
+            pass
+    assert kernel.process.wait(30) == 0
+    with pytest.raises(virtualrobot.KernelGoneError):
+        client.clock.read()
+    client.close()
+
+
+def test_a_closed_client_says_so(client_kernel: KernelProcess) -> None:
+    client = virtualrobot.connect(client_kernel.address, client_kernel.token)
+    client.close()
+    with pytest.raises(virtualrobot.ClientClosedError, match="connect again"):
+        client.clock.read()
+    with pytest.raises(virtualrobot.ClientClosedError):
+        next(client.clock.watch())

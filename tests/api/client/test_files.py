@@ -1,0 +1,122 @@
+"""Models, meshes and scene files of the client's machine: sent with all that they name, saved and loaded again."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+import virtualrobot
+from virtualrobot import Client, pose
+
+from tests.api.client.conftest import MODELS, PANDA
+
+
+def moved_model(tmp_path: Path, package: str) -> Path:
+    """Copy the Panda to a folder that the kernel is not told of; only its client knows the package's name."""
+    folder = tmp_path / "elsewhere"
+    shutil.copytree(MODELS / "franka_panda", folder)
+    text = (folder / "panda.urdf").read_text().replace("package://meshes/", f"package://{package}/meshes/")
+    (folder / "panda.urdf").write_text(text)
+    return folder
+
+
+def test_a_kernel_that_cannot_see_the_files_loads_them(client: Client, tmp_path: Path) -> None:
+    """The kernel cannot resolve the package's name, so all it reads was sent by the client."""
+    folder = moved_model(tmp_path, "secret_of_the_client")
+    uri = "package://secret_of_the_client/panda.urdf"
+    with pytest.raises(virtualrobot.MissingFileError):
+        client.scene.load(uri)  # neither side knows the package
+    robot = client.load_robot(uri, name="panda", packages={"secret_of_the_client": folder})
+    meshes = [
+        figure.mesh
+        for link in robot.links
+        for figure in client.scene.node(link).message.figures
+        if figure.WhichOneof("geometry") == "mesh"
+    ]
+    assert len(meshes) == (folder / "panda.urdf").read_text().count("<mesh ")
+    sent = {mesh.sha256 for mesh in meshes} | {file.sha256 for mesh in meshes for file in mesh.files}
+    assert client.assets.find(sent) == sent
+
+
+def test_the_same_arm_by_path_and_by_uri(client: Client) -> None:
+    by_path = client.load_robot(MODELS / "franka_panda/panda.urdf")
+    by_uri = client.load_robot(PANDA)
+    assert by_path.name != by_uri.name
+    assert by_path.joint_names == by_uri.joint_names
+    np.testing.assert_array_equal(by_path.tcp, by_uri.tcp)
+
+
+def test_a_missing_file_says_where_it_was_sought(client: Client, tmp_path: Path) -> None:
+    with pytest.raises(virtualrobot.MissingFileError, match=r"none\.urdf") as refused:
+        client.scene.load(tmp_path / "none.urdf")
+    assert isinstance(refused.value, FileNotFoundError)
+    urdf = '<robot name="r"><link name="a"><visual><geometry><mesh filename="{}"/></geometry></visual></link></robot>'
+    (tmp_path / "r.urdf").write_text(urdf.format("package://nobody/none.stl"))
+    with pytest.raises(virtualrobot.MissingFileError, match=str(tmp_path / "none.stl")):
+        client.scene.load(tmp_path / "r.urdf")
+    (tmp_path / "broken.urdf").write_text("<robot>")
+    with pytest.raises(virtualrobot.MalformedFileError):
+        client.scene.load(tmp_path / "broken.urdf")
+    with pytest.raises(virtualrobot.WrongStateError, match="is no robot"):
+        client.load_robot(MODELS / "duck.obj")
+
+
+def test_a_mesh_is_an_object_a_part_or_a_figure(client: Client) -> None:
+    part = client.scene.load(MODELS / "duck.obj", name="duck", as_part=True, scale=0.1, pose=pose(x=1))
+    assert part.kind == "part"
+    assert part.message.figures[0].mesh.scale.x == 0.1
+    figure = client.assets.mesh(MODELS / "duck.obj", scale=(1, -1, 1))
+    # The duck names its material and this its texture.
+    assert {Path(file.uri).name for file in figure.mesh.files} == {"duck.mtl", "duckCM.png"}
+    mirrored = client.scene.add_object("mirrored duck", figure)
+    assert mirrored.message.figures[0].mesh.scale.y == -1
+    assert mirrored.message.figures[0].mesh.sha256 == part.message.figures[0].mesh.sha256
+
+
+def test_bytes_come_back(client: Client, rng: np.random.Generator) -> None:
+    for size in (0, 1, 1024 * 1024, 3 * 1024 * 1024 + 1):
+        data = rng.bytes(size)
+        sha256 = client.assets.upload(data)
+        assert client.assets.upload(data) == sha256
+        assert client.assets.download(sha256) == data
+    with pytest.raises(virtualrobot.AssetError):
+        client.assets.download("0" * 64)
+
+
+@pytest.mark.parametrize("bundle", [False, True])
+def test_a_saved_scene_is_the_same_when_loaded(client: Client, tmp_path: Path, bundle: bool) -> None:
+    robot = client.load_robot(PANDA, name="panda", pose=pose(0.1, 0.2, 0.3, 0.4, 0.5, 0.6))
+    client.scene.add_part("box", virtualrobot.box(0.1, 0.1, 0.1, color="red"), pose=pose(x=0.5), mass_kilograms=1.5)
+    client.signals.create("ready", True, "the cell is ready")
+    robot.set_positions({"panda_joint4": -1.5})
+    written = client.scene.save(tmp_path / "cells" / "cell.yaml", bundle=bundle)
+    assert written[-1] == tmp_path / "cells" / "cell.yaml"
+    assert (len(written) > 1) == bundle
+    names = [path.relative_to(tmp_path / "cells") for path in written]
+    poses, positions = client.scene.poses(), robot.positions
+
+    # Somewhere else and with more in the world, to show that it is replaced.
+    shutil.move(tmp_path / "cells", tmp_path / "moved")
+    client.scene.add_object("of no concern")
+    client.scene.load_scene(tmp_path / "moved" / "cell.yaml")
+    again = client.scene.poses()
+    assert set(again) == set(poses)
+    for name, world_t_node in poses.items():
+        # Rotations are saved as quaternions, which costs a rounding or two.
+        np.testing.assert_allclose(again[name], world_t_node, atol=1e-15)
+    np.testing.assert_array_equal(client.robot("panda").positions, positions)
+    assert client.signals["ready"] is True
+    saved_again = client.scene.save(tmp_path / "again" / "cell.yaml", bundle=bundle)
+    assert [path.relative_to(tmp_path / "again") for path in saved_again] == names
+
+
+def test_a_scene_is_added(client: Client, tmp_path: Path) -> None:
+    client.scene.add_object("a")
+    (tmp_path / "b.yaml").write_text("schema_version: 1\nnodes:\n- name: b\n  object: {}\n")
+    assert client.scene.load_scene(tmp_path / "b.yaml", add=True) == ["b"]
+    assert {node.name for node in client.scene.nodes()} == {"world", "a", "b"}
+    (tmp_path / "bad.yaml").write_text("schema_version: 1\nnoodles: []\n")
+    with pytest.raises(virtualrobot.MalformedFileError, match="nodes"):
+        client.scene.load_scene(tmp_path / "bad.yaml")

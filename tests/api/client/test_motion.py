@@ -1,0 +1,186 @@
+"""Motions through the client: waiting, watching, cancelling, and what happens when a client vanishes."""
+
+from __future__ import annotations
+
+import _thread
+import threading
+
+import numpy as np
+import pytest
+import virtualrobot
+from virtualrobot import Client, Phase, Robot, pose
+
+from tests.api.client.conftest import IIWA
+from tests.api.conftest import KernelProcess
+
+BENT = np.array([0.0, 0.5, 0.0, -1.2, 0.0, 0.8, 0.0])
+
+
+def slow(robot: Robot, seconds: float = 60.0) -> virtualrobot.Motion:
+    """Start a motion of the first joint that takes so long."""
+    goal = robot.positions
+    return robot.follow([0.0, seconds], [goal, goal + np.eye(7)[0]], wait=False)
+
+
+def begun(motion: virtualrobot.Motion) -> virtualrobot.Motion:
+    """Watch a motion until it moves."""
+    for message in motion.watch(max_rate_hertz=100):
+        if message.progress > 0:
+            break
+    return motion
+
+
+def test_all_ways_to_move(iiwa: Robot) -> None:
+    motion = iiwa.move_joints(BENT)
+    assert (motion.phase, motion.progress, motion.robots) == (Phase.SUCCEEDED, 1.0, ("iiwa",))
+    np.testing.assert_allclose(iiwa.positions, BENT, atol=1e-9)
+    start = iiwa.tcp
+    iiwa.move_linear(start @ pose(z=0.05), velocity=0.5)
+    np.testing.assert_allclose(iiwa.tcp[:3, 3], (start @ pose(z=0.05))[:3, 3], atol=1e-3)
+    iiwa.move_linear(pose(z=-0.05), reference=iiwa.flange, velocity=0.5)  # 5 cm back along the tool
+    np.testing.assert_allclose(iiwa.tcp[:3, 3], start[:3, 3], atol=2e-3)
+    iiwa.move_pose(start @ pose(x=0.05))
+    np.testing.assert_allclose(iiwa.tcp[:3, 3], (start @ pose(x=0.05))[:3, 3], atol=1e-3)
+    now = iiwa.positions
+    iiwa.follow([0, 0.2, 0.5], [now, now + 0.02, now + 0.05])
+    np.testing.assert_allclose(iiwa.positions, now + 0.05, atol=1e-9)
+    with pytest.raises(virtualrobot.UnknownNameError):
+        iiwa.move_to("home")
+
+
+def test_two_arms_start_and_end_together(client: Client, iiwa: Robot) -> None:
+    other = client.load_robot(IIWA, name="other", pose=pose(x=2))
+    motion = client.move_together([iiwa.ptp(BENT), other.ptp({"lbr_iiwa_joint_1": 0.1})], wait=False)
+    assert set(motion.robots) == {"iiwa", "other"}
+    motion.wait()
+    np.testing.assert_allclose(iiwa.positions, BENT, atol=1e-9)
+    np.testing.assert_allclose(other.positions[0], 0.1, atol=1e-9)
+
+
+def test_a_motion_is_paused_resumed_and_cancelled(client: Client, iiwa: Robot) -> None:
+    motion = begun(slow(iiwa))
+    assert [running.id for running in client.motions()] == [motion.id]
+    motion.pause()
+    for message in motion.watch():
+        if message.phase == Phase.PAUSED.value:
+            break
+    standing = iiwa.positions
+    np.testing.assert_array_equal(iiwa.state.velocities, np.zeros(7))
+    motion.resume()
+    for message in motion.watch():
+        if message.phase == Phase.RUNNING.value and message.progress > motion.progress:
+            break
+    motion.cancel("enough")
+    with pytest.raises(virtualrobot.MotionCancelledError, match="enough") as cancelled:
+        motion.wait()
+    assert cancelled.value.metadata == {"motion": motion.id, "cancel_reason": "enough"}
+    assert motion.phase is Phase.CANCELLED
+    assert iiwa.positions[0] >= standing[0]
+    assert client.motions() == []
+    assert motion.id in {ended.id for ended in client.motions(running_only=False)}
+    assert "cancelled" in repr(motion)
+
+
+def test_a_busy_robot_is_refused_or_taken_over(iiwa: Robot) -> None:
+    first = begun(slow(iiwa))
+    with pytest.raises(virtualrobot.RobotBusyError, match=first.id):
+        iiwa.move_joints(BENT)
+    iiwa.move_joints(BENT, preempt=True)
+    assert first.phase is Phase.CANCELLED
+    np.testing.assert_allclose(iiwa.positions, BENT, atol=1e-9)
+
+
+def test_stop_cancels_what_moves(client: Client, iiwa: Robot) -> None:
+    motion = begun(slow(iiwa))
+    assert [stopped.id for stopped in iiwa.stop()] == [motion.id]
+    with pytest.raises(virtualrobot.MotionCancelledError):
+        motion.wait()
+    assert client.stop() == []
+
+
+def test_waiting_has_a_limit(iiwa: Robot) -> None:
+    motion = slow(iiwa)
+    with pytest.raises(virtualrobot.CallTimeoutError, match="it goes on"):
+        motion.wait(timeout=0.05)
+    assert not motion.phase.ended
+    motion.cancel()
+
+
+def test_ctrl_c_cancels_what_is_waited_for(iiwa: Robot) -> None:
+    motion = slow(iiwa)
+
+    def interrupt() -> None:
+        begun(motion)
+        _thread.interrupt_main()
+
+    thread = threading.Thread(target=interrupt)
+    thread.start()
+    with pytest.raises(KeyboardInterrupt):
+        motion.wait()
+    thread.join()
+    with pytest.raises(virtualrobot.MotionCancelledError, match="keyboard"):
+        motion.wait()
+
+
+def test_a_block_waits_and_cancels_when_it_fails(iiwa: Robot) -> None:
+    with iiwa.move_joints(BENT, wait=False) as motion:
+        pass
+    assert motion.phase is Phase.SUCCEEDED
+    with pytest.raises(RuntimeError, match="the program's own"), slow(iiwa) as motion:
+        raise RuntimeError("the program's own")
+    with pytest.raises(virtualrobot.MotionCancelledError):
+        motion.wait()
+
+
+def test_a_motion_nobody_waits_for_goes_on_while_its_client_lives(iiwa: Robot) -> None:
+    """The kernel cancels what nobody watches for a second; the library watches in the background."""
+    motion = slow(iiwa, seconds=2.5)
+    ended = threading.Event()
+    ended.wait(2.0)  # longer than the second of grace, while this program does nothing
+    assert not motion.phase.ended
+    motion.wait()
+
+
+@pytest.mark.parametrize(("on_disconnect", "last"), [("stop", Phase.CANCELLED), ("continue", Phase.SUCCEEDED)])
+def test_a_client_that_vanishes(
+    client: Client, iiwa: Robot, client_kernel: KernelProcess, on_disconnect: str, last: Phase
+) -> None:
+    other = virtualrobot.connect(client_kernel.address, client_kernel.token)
+    now = iiwa.positions
+    seconds = 60 if on_disconnect == "stop" else 2  # longer than the second of grace
+    started = other.robot("iiwa").follow([0, seconds], [now, now + 0.1], wait=False, on_disconnect=on_disconnect)
+    other.close()
+    motion = next(motion for motion in client.motions() if motion.id == started.id)
+    pause = threading.Event()
+    while not motion.phase.ended:  # asked for and not watched: that would keep it alive
+        pause.wait(0.05)
+    assert motion.phase is last
+
+
+def test_speed_factors_slow_a_running_motion(client: Client, iiwa: Robot) -> None:
+    iiwa.speed_factor = 0.5
+    assert iiwa.speed_factor == 0.5
+    client.set_speed_factor(0.5)
+    # Half of half the speed: four times the planned time, and some more for getting slower and faster.
+    before = client.clock.simulation_time
+    motion = iiwa.follow([0, 0.25], [iiwa.positions, iiwa.positions + 0.05])
+    assert client.clock.simulation_time - before >= 4 * motion.planned_duration_seconds
+    with pytest.raises(virtualrobot.VirtualRobotError, match="2"):
+        iiwa.speed_factor = 2.0
+
+
+def test_the_state_is_watched(iiwa: Robot) -> None:
+    watch = iiwa.watch(max_rate_hertz=50)
+    first = next(watch)
+    np.testing.assert_array_equal(first.positions, np.zeros(7))
+    motion = iiwa.move_joints(BENT, wait=False)
+    moving = next(state for state in watch if np.abs(state.velocities).max() > 0)
+    assert moving.motion_ids == (motion.id,)
+    assert moving.stamp.tick > first.stamp.tick
+    still = next(state for state in watch if not state.motion_ids)
+    np.testing.assert_allclose(still.positions, BENT, atol=1e-9)
+
+
+def test_unknown_policies_are_refused(iiwa: Robot) -> None:
+    with pytest.raises(ValueError, match="'stop' or 'continue', not 'halt'"):
+        iiwa.move_joints(BENT, on_disconnect="halt")

@@ -1,0 +1,137 @@
+"""The scene through the client: nodes, changes, batches, watches, annotations."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import virtualrobot
+from virtualrobot import Client, pose
+from virtualrobot.v1 import nodes_pb2
+from virtualrobot.wire import array_of
+
+
+def test_nodes_are_added_read_and_changed(client: Client, rng: np.random.Generator) -> None:
+    world_t_table, table_t_box = (pose(*rng.uniform(-1, 1, 6)) for _ in range(2))
+    scene = client.scene
+    table = scene.add_object("table", virtualrobot.box(1, 1, 0.1, color="grey"), pose=world_t_table)
+    box = scene.add_part("box", virtualrobot.sphere(0.1), pose=table_t_box, parent="table", mass_kilograms=2.5)
+    assert (table.kind, box.kind, box.parent, box.message.part.mass_kilograms) == ("object", "part", "table", 2.5)
+    np.testing.assert_allclose(box.pose, world_t_table @ table_t_box, atol=1e-12)
+    np.testing.assert_allclose(box.parent_t_node, table_t_box, atol=1e-12)
+
+    table.parent_t_node = np.eye(4)
+    np.testing.assert_allclose(box.pose, table_t_box, atol=1e-12)
+    box.attach("world")  # stays where it is
+    table.parent_t_node = world_t_table
+    np.testing.assert_allclose(box.pose, table_t_box, atol=1e-12)
+    box.attach("table", np.eye(4))
+    np.testing.assert_allclose(box.pose, world_t_table, atol=1e-12)
+
+    box.rename("ball")
+    box.hide()
+    box.set_figures([virtualrobot.cone(0.1, 0.2), virtualrobot.capsule(0.1, 0.2)])
+    again = scene.node("ball")
+    assert (again.uid, again.hidden, len(again.message.figures)) == (box.uid, True, 2)
+    assert [node.name for node in scene.nodes("part")] == ["ball"]
+    assert set(scene.poses()) == {"world", "table", "ball"}
+    assert scene.tree() == "world (world)\n└─ table (object)\n   └─ ball (part, hidden)"
+    assert "ball (part" in scene._repr_html_()
+    table.remove()
+    assert [node.name for node in scene.nodes()] == ["world"]
+
+
+def test_refusals_carry_reason_and_values(client: Client) -> None:
+    client.scene.add_object("table")
+    with pytest.raises(virtualrobot.UnknownNameError, match="'table'") as unknown:
+        client.scene.node("tabel")
+    assert "table" in unknown.value.metadata["valid"]
+    assert (unknown.value.reason, unknown.value.code) == ("UNKNOWN_NAME", "NOT_FOUND")
+    with pytest.raises(virtualrobot.NameTakenError):
+        client.scene.add_object("table")
+    with pytest.raises(virtualrobot.InvalidArgumentError):
+        client.scene.add_part("box", virtualrobot.box(-1, 1, 1))
+
+
+def test_a_batch_is_all_or_none(client: Client) -> None:
+    scene = client.scene
+    with scene.batch() as batch:
+        assert batch.add_object("a") == "a"
+        batch.add_object("b", parent="a")
+        batch.create_signal("s", True)
+    assert {node.name for node in scene.nodes()} == {"world", "a", "b"}
+    assert client.signals["s"] is True
+    with pytest.raises(virtualrobot.UnknownNameError), scene.batch() as batch:
+        batch.remove("b")
+        batch.remove("c")
+    assert {node.name for node in scene.nodes()} == {"world", "a", "b"}
+    with pytest.raises(RuntimeError, match="the program's own"), scene.batch() as batch:
+        batch.remove("b")
+        raise RuntimeError("the program's own")
+    assert {node.name for node in scene.nodes()} == {"world", "a", "b"}
+    with scene.batch():
+        pass  # nothing to apply
+
+
+def test_a_stale_batch_is_refused(client: Client) -> None:
+    revision = client.scene.revision
+    with client.scene.batch(expected_revision=revision) as batch:
+        batch.add_object("a")
+    assert client.scene.revision > revision
+    with pytest.raises(virtualrobot.StaleRevisionError), client.scene.batch(expected_revision=revision) as batch:
+        batch.add_object("b")
+
+
+def test_changes_are_watched(client: Client, client_kernel: object) -> None:
+    box = client.scene.add_part("box", virtualrobot.box(1, 1, 1))
+    watch = client.scene.watch(max_rate_hertz=100)
+    first = next(watch)
+    assert {node.name for node in first.nodes} == set(first.poses) == {"world", "box"}
+    box.parent_t_node = pose(x=1.0)
+    change = next(change for change in watch if "box" in change.poses)
+    assert change.poses["box"][0, 3] == 1.0
+    assert change.stamp.state_revision > first.stamp.state_revision
+    box.remove()
+    assert "box" in next(change for change in watch if change.removed).removed
+
+
+def test_annotations_are_shown_and_removed(client: Client) -> None:
+    client.scene.add_object("table")
+    points = client.view.add_points(np.zeros((3, 3)), colors=[[255, 0, 0], [0, 255, 0], [0, 0, 255]], parent="table")
+    shown = [
+        points,
+        client.view.add_lines([[0, 0, 0], [1, 0, 0]], color="red", width_pixels=3),
+        client.view.add_frame(pose(z=1), length=0.2),
+        client.view.add_label("here", pose(z=2), name="note"),
+    ]
+    assert [node.kind for node in shown] == ["annotation"] * 4
+    assert shown[3].name == "note"
+    assert points.parent == "table"
+    figure = points.message.figures[0]
+    np.testing.assert_array_equal(array_of(figure.points.colors), [[255, 0, 0], [0, 255, 0], [0, 0, 255]])
+    for node in shown:
+        node.remove()
+    assert client.scene.nodes("annotation") == []
+
+
+def test_the_view_is_set_up(client: Client) -> None:
+    client.scene.add_object("table", virtualrobot.box(1, 1, 1))
+    view = client.view
+    view.background = "#336699"
+    np.testing.assert_allclose(view.background, np.array([0x33, 0x66, 0x99]) / 255)
+    view.grid = False
+    assert view.grid is False
+    view.bounding_boxes = ["table"]
+    assert view.bounding_boxes == ["table"]
+    watch = view.watch()
+    next(watch)
+    view.set_camera((2, 1, 1), (0, 0, 0.5), field_of_view=1.0)
+    camera = next(watch).camera
+    assert (camera.position.x, camera.target.z, camera.field_of_view_radians) == (2, 0.5, 1.0)
+    with pytest.raises(virtualrobot.UnknownNameError):
+        view.joint_axes = ["nobody"]
+    view.grid, view.bounding_boxes = True, []
+
+
+def test_a_node_of_the_contract_is_added_as_it_is(client: Client) -> None:
+    node = client.scene.add(nodes_pb2.Node(name="frame", object=nodes_pb2.Object()))
+    assert (node.name, node.kind, node.uid > 0) == ("frame", "object", True)

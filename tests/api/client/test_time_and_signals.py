@@ -1,0 +1,91 @@
+"""Clock and signals through the client."""
+
+from __future__ import annotations
+
+import threading
+
+import numpy as np
+import pytest
+import virtualrobot
+from virtualrobot import Client, Robot
+
+from tests.api.conftest import KernelProcess
+
+
+def test_time_goes_on_by_steps(client: Client, iiwa: Robot) -> None:
+    client.signals.create("s", True)
+    with pytest.raises(virtualrobot.WrongStateError):
+        client.clock.step()
+    client.clock.set_stepped()
+    before = client.clock.read()
+    assert (before.mode, before.tick_seconds) == ("stepped", 0.004)
+    motion = iiwa.follow([0, 0.1], [np.zeros(7), np.full(7, 0.01)], wait=False)
+    seen = client.clock.step(10)
+    assert seen.stamp.tick >= before.stamp.tick + 10
+    assert 0 < seen.robots["iiwa"].positions[0] < 0.01
+    assert seen.signals == {"s": True}
+    assert [message.id for message in seen.motions] == [motion.id]
+    np.testing.assert_array_equal(seen.robots["iiwa"].positions, iiwa.positions)  # nothing moves meanwhile
+    client.clock.step(50)
+    motion.wait()
+    np.testing.assert_allclose(iiwa.positions, np.full(7, 0.01), atol=1e-9)
+
+
+def test_the_clock_is_watched_and_set(client: Client) -> None:
+    watch = client.clock.watch(max_rate_hertz=50)
+    assert next(watch).mode == "realtime"
+    client.clock.speed_factor = 2.0
+    assert client.clock.speed_factor == 2.0
+    client.clock.set_stepped()
+    assert next(state for state in watch if state.mode == "stepped").tick_seconds == 0.004
+    with pytest.raises(virtualrobot.VirtualRobotError, match="1000"):
+        client.clock.set_realtime(1000)
+
+
+def test_signals_are_like_a_dictionary(client: Client) -> None:
+    signals = client.signals
+    signals.create("a")
+    signals.create("b", True, "what b is for")
+    assert dict(signals) == {"a": False, "b": True}
+    assert len(signals) == 2
+    assert "c" not in signals
+    assert signals.get("c") is None
+    signals["a"] = True
+    signals.set({"a": False, "b": False})
+    assert dict(signals) == {"a": False, "b": False}
+    assert {signal.name: signal.description for signal in signals.read()}["b"] == "what b is for"
+    del signals["b"]
+    assert list(signals) == ["a"]
+    with pytest.raises(virtualrobot.UnknownNameError):
+        signals["b"] = True
+    with pytest.raises(KeyError):
+        _ = signals["b"]
+    with pytest.raises(virtualrobot.NameTakenError):
+        signals.create("a")
+
+
+def test_signals_are_waited_for(client: Client, client_kernel: KernelProcess) -> None:
+    client.signals.create("ready")
+    client.signals.wait_for("ready", False)
+    with pytest.raises(virtualrobot.CallTimeoutError, match="'ready' was not on within"):
+        client.signals.wait_for("ready", timeout=0.1)
+
+    def say() -> None:
+        with virtualrobot.connect(client_kernel.address, client_kernel.token) as other:
+            other.signals["ready"] = True
+
+    thread = threading.Thread(target=say)
+    thread.start()
+    client.signals.wait_for("ready", timeout=30)
+    thread.join()
+    with pytest.raises(virtualrobot.UnknownNameError):
+        client.signals.wait_for("raedy", timeout=1)
+
+
+def test_every_change_of_a_signal_is_told(client: Client) -> None:
+    client.signals.create("pulse")
+    watch = client.signals.watch(["pulse"])
+    assert next(watch) == {"pulse": False}
+    for value in (True, False, True):
+        client.signals["pulse"] = value
+    assert [next(watch)["pulse"] for _ in range(3)] == [True, False, True]
