@@ -88,7 +88,7 @@ def plan_lin(
         message = f"the goal of the LIN motion is out of reach; on the way there {error}"
         raise KernelError(message, reason=Reason.UNREACHABLE, **error.metadata) from error
     law = slowed_down(path, jerk_limited_profile(1.0, *bounds), limits.scaled(velocity_scale))
-    return planned("lin", path, law, limits)
+    return planned("lin", path, law, limits, line_limits=(bounds[1], bounds[2]))
 
 
 def plan_trajectory(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -17,10 +17,15 @@ _TABLE_STEP, _TABLE_ROWS = 0.002, (512, 8192)
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """One path q(u) (k joints) and its law u(tau), tau in [0, duration]; at rest at both ends of the law."""
+    """One path q(u) (k joints) and its law u(tau), tau in [0, duration]; at rest at both ends of the law.
+
+    line_limits: largest |d2u/dt2| and |d3u/dt3| (1/s², 1/s³) of a Cartesian line, whose own acceleration and jerk are
+    limited; None for paths that only joints limit.
+    """
 
     path: PiecewisePolynomial
     time_law: PiecewisePolynomial
+    line_limits: tuple[float, float] | None = None
 
     def derivatives(self, tau: Array) -> Array:
         """Return q, dq/dtau, d2q/dtau2 and d3q/dtau3 at nominal times (m,): shape (4, m, k)."""
@@ -56,12 +61,14 @@ class Plan:
     duration: float = field(init=False)
     stop_time: float = field(init=False)
     table: Array = field(init=False, repr=False)
+    table_limits: Array = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         """Derive what running needs.
 
-        duration (s); table (N, 3, n): the first three derivatives of the joints by nominal time at
-        N - 1 times evenly from 0 to `duration`, then zeros; stop_time (s): what a smooth stop from top speed takes.
+        duration (s); table (N, 3, n + l): the first three derivatives of the joints, and of the u of l lines, by
+        nominal time at N - 1 times evenly from 0 to `duration`, then zeros; table_limits (2, n + l): the limits of
+        their accelerations and jerks; stop_time (s): what a smooth stop from top speed takes.
         """
         ends = {track.time_law.end for track in self.tracks}
         if len(ends) != 1:
@@ -72,13 +79,24 @@ class Plan:
             values.setflags(write=False)
             object.__setattr__(self, name, values)
         times = np.linspace(0.0, self.duration, int(np.clip(self.duration / _TABLE_STEP, *_TABLE_ROWS)))
-        table = np.concatenate([self.derivatives(times)[1:].transpose(1, 0, 2), np.zeros((1, 3, self.q_count))])
+        lines = [(track.time_law, *track.line_limits) for track in self.tracks if track.line_limits]
+        derivatives = [self.derivatives(times)[1:], *(law.states(times, 3)[1:] for law, _, _ in lines)]
+        table = np.concatenate(derivatives, axis=2).transpose(1, 0, 2)
+        table = np.concatenate([table, np.zeros((1, *table.shape[1:]))])
+        limits = np.stack(
+            [
+                [*self.max_acceleration, *(acceleration for _, acceleration, _ in lines)],
+                [*self.max_jerk, *(jerk for _, _, jerk in lines)],
+            ]
+        )
         table.setflags(write=False)
+        limits.setflags(write=False)
         object.__setattr__(self, "table", table)
+        object.__setattr__(self, "table_limits", limits)
         peak = np.abs(table[:, 0]).max(axis=0)
         # Peaks of a quintic step from 1 to 0 in time T: |rate'| 15/8 / T, |rate''| 10/sqrt(3) / T².
-        braking = 1.875 * peak / self.max_acceleration
-        smoothing = np.sqrt(10.0 / np.sqrt(3.0) * peak / self.max_jerk)
+        braking = 1.875 * peak / limits[0]
+        smoothing = np.sqrt(10.0 / np.sqrt(3.0) * peak / limits[1])
         object.__setattr__(self, "stop_time", float(np.maximum(braking, smoothing).max(initial=0.0)))
 
     @property
@@ -118,13 +136,18 @@ def peaks(track: Track, points: int = 2000) -> Array:
 
 
 def planned(
-    kind: str, path: PiecewisePolynomial, time_law: PiecewisePolynomial, limits: JointLimits, goal: Array | None = None
+    kind: str,
+    path: PiecewisePolynomial,
+    time_law: PiecewisePolynomial,
+    limits: JointLimits,
+    goal: Array | None = None,
+    line_limits: tuple[float, float] | None = None,
 ) -> Plan:
     """Return the plan of one robot; `limits` are the joints' own, not those of a slower move.
 
-    goal: (k,), where the joints end, when that is known better than the path's rounding.
+    goal: (k,), where the joints end, when that is known better than the path's rounding; line_limits: see `Track`.
     """
-    track = Track(path, time_law)
+    track = Track(path, time_law, line_limits)
     velocity, acceleration, jerk = peaks(track)
     return Plan(
         kind,
@@ -149,7 +172,7 @@ def plan_together(plans: Sequence[Plan]) -> Plan:
     return Plan(
         "group",
         tuple(name for plan in plans for name in plan.joint_names),
-        tuple(Track(track.path, track.time_law.stretched(duration)) for plan in plans for track in plan.tracks),
+        tuple(replace(track, time_law=track.time_law.stretched(duration)) for plan in plans for track in plan.tracks),
         np.concatenate([plan.start for plan in plans]),
         np.concatenate([plan.goal for plan in plans]),
         np.concatenate([plan.max_velocity for plan in plans]),

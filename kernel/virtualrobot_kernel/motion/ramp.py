@@ -17,6 +17,7 @@ _LENGTHS = 1.2 ** np.arange(-12.0, 10.0)
 _PROMPT = 15
 _SHORTEST = 1e-3
 _TOGETHER = 8
+_ROUNDING = 1e-12
 _COARSE, _FINE = 32, 480
 
 
@@ -60,29 +61,30 @@ def quintic_ramp(rate: float, slope: float, curvature: float, goal: float, lengt
 
 
 def choose_ramp(
-    plan: Plan, tau: float, rate: float, slope: float, curvature: float, goal: float, *, prompt: bool
+    plan: Plan, tau: float, rate: float, slope: float, curvature: float, goal: float, *, prompt: bool, joints_only: bool
 ) -> RampChoice:
     """Return the shortest of a fixed list of ramps to `goal` on which the joints keep the plan's limits.
 
-    `prompt` leaves out the ramps that are much longer than a stop from top speed. A ramp is tried from nominal time
+    `prompt` leaves out the ramps that are much longer than a stop from top speed; `joints_only` lets the acceleration
+    of a Cartesian line exceed the line's own limits as far as the joints can follow. A ramp is tried from nominal time
     `tau` (s) at the given rate with its derivatives (1/s, 1/s²). With s(tau) the joints at nominal time and r the
     rate, it is checked that acceleration s'' r² + s' r' and jerk s''' r³ + 3 s'' r r' + s' r'' keep their limits.
     """
     lengths = np.maximum(plan.stop_time * (_LENGTHS[:_PROMPT] if prompt else _LENGTHS), _SHORTEST)
+    columns = plan.q_count if joints_only else plan.table.shape[2]
     least, least_excess = None, np.inf
     for first in range(0, len(lengths), _TOGETHER):
         batch = lengths[first : first + _TOGETHER]
-        excess = _excess(plan, tau, rate, slope, curvature, goal, batch, _COARSE)
+        excess = _excess(plan, columns, tau, rate, slope, curvature, goal, batch, _COARSE)
         for length, value in zip(batch, excess, strict=True):
-            if value <= SLACK:
-                value = _excess(plan, tau, rate, slope, curvature, goal, np.array([length]), _FINE)[0]
+            ramp = quintic_ramp(rate, slope, curvature, goal, float(length))
+            if value <= SLACK and _stays_in_range(ramp):
+                value = _excess(plan, columns, tau, rate, slope, curvature, goal, np.array([length]), _FINE)[0]
                 if value <= SLACK:
-                    return RampChoice(quintic_ramp(rate, slope, curvature, goal, float(length)), True)
+                    return RampChoice(ramp, True)
             if value < least_excess:
-                least, least_excess = float(length), value
-    if least is None:
-        return RampChoice(None, False)
-    return RampChoice(quintic_ramp(rate, slope, curvature, goal, least), False)
+                least, least_excess = ramp, value
+    return RampChoice(least if least is not None and _stays_in_range(least) else None, False)
 
 
 def _coefficients(
@@ -100,9 +102,17 @@ def _coefficients(
 
 
 def _excess(
-    plan: Plan, tau: float, rate: float, slope: float, curvature: float, goal: float, lengths: Array, samples: int
+    plan: Plan,
+    columns: int,
+    tau: float,
+    rate: float,
+    slope: float,
+    curvature: float,
+    goal: float,
+    lengths: Array,
+    samples: int,
 ) -> Array:
-    """Return by what share each ramp exceeds the limits most (m,), inf where its rate leaves [0, 1]."""
+    """Return by what share each ramp exceeds the first `columns` limits most (m,), inf where its rate leaves [0, 1]."""
     x = np.linspace(0.0, 1.0, samples + 1)
     coefficients = np.array([_coefficients(rate, slope, curvature, goal, float(length)) for length in lengths])
     powers = x ** np.arange(6)[:, None]
@@ -114,11 +124,22 @@ def _excess(
     last = len(plan.table) - 1
     # Rounded to the nearest row; past the end of the plan the joints stand still, which is the last row.
     rows = (taus * ((last - 1) / plan.duration) + 0.5).astype(np.intp).ravel()
-    s1, s2, s3 = plan.table.take(np.clip(rows, 0, last), axis=0).transpose(1, 0, 2)
+    s1, s2, s3 = plan.table[:, :, :columns].take(np.clip(rows, 0, last), axis=0).transpose(1, 0, 2)
+    max_acceleration, max_jerk = plan.table_limits[:, :columns]
     r, r1, r2 = (values.reshape(-1, 1) for values in (rates, slopes, curvatures))
     # Velocity needs no check: a rate of at most 1 never exceeds the plan's own.
-    ratio = np.abs(s2 * r**2 + s1 * r1) / plan.max_acceleration
-    np.maximum(ratio, np.abs(s3 * r**3 + s2 * (3.0 * r * r1) + s1 * r2) / plan.max_jerk, out=ratio)
+    ratio = np.abs(s2 * r**2 + s1 * r1) / max_acceleration
+    np.maximum(ratio, np.abs(s3 * r**3 + s2 * (3.0 * r * r1) + s1 * r2) / max_jerk, out=ratio)
     worst = ratio.reshape(len(lengths), -1).max(axis=1) - 1.0
-    outside = (rates < -1e-12).any(axis=1) | (rates > 1.0 + 1e-12).any(axis=1)
+    outside = (rates < -_ROUNDING).any(axis=1) | (rates > 1.0 + _ROUNDING).any(axis=1)
     return np.where(outside, np.inf, worst)
+
+
+def _stays_in_range(ramp: RateRamp) -> bool:
+    """Whether the rate stays within [0, 1], also between samples: a ramp that turns another one back may overshoot."""
+    if ramp.coefficients[1] == 0.0 and ramp.coefficients[2] == 0.0:
+        return True  # from a constant rate it is monotone
+    polynomial = np.polynomial.Polynomial(ramp.coefficients)
+    turns = polynomial.deriv().roots()
+    extremes = polynomial(turns.real[(np.abs(turns.imag) < 1e-9) & (turns.real > 0.0) & (turns.real < 1.0)])
+    return bool(np.all((extremes >= -_ROUNDING) & (extremes <= 1.0 + _ROUNDING)))

@@ -178,7 +178,16 @@ def _retarget(running: Running) -> Running:
     # nearer than the end of a long one.
     patience = max(running.plan.stop_time, _SHORTEST_PATIENCE) if rate > 0.0 else 0.0
     patient = running.waiting < patience
-    choice = choose_ramp(running.plan, running.tau, rate, slope, curvature, wanted, prompt=patient)
+    choice = choose_ramp(
+        running.plan,
+        running.tau,
+        rate,
+        slope,
+        curvature,
+        wanted,
+        prompt=patient,
+        joints_only=running.phase is Phase.STOPPING,
+    )
     if choice.ramp is None or (patient and not choice.fits):
         return running
     return replace(running, ramp=choice.ramp, ramp_tau=running.tau, elapsed=0.0, waiting=0.0)

@@ -52,7 +52,8 @@ def arm_limits(name: str) -> JointLimits:
 def random_ptp(rng: np.random.Generator, joints: int = 7) -> Plan:
     """Return a point-to-point motion between joints drawn uniformly within random limits."""
     limits = random_limits(rng, joints)
-    return plan_ptp(*rng.uniform(limits.lower, limits.upper, (2, joints)), limits)
+    start, goal = rng.uniform(limits.lower, limits.upper, (2, joints))
+    return plan_ptp(start, goal, limits)
 
 
 def random_line(rng: np.random.Generator, name: str) -> tuple[Plan, np.ndarray, np.ndarray, CartesianLimits]:

@@ -53,7 +53,8 @@ def test_the_duration_is_the_analytic_one_and_the_limits_hold(rng: np.random.Gen
 
 
 def test_value_velocity_and_acceleration_are_continuous(rng: np.random.Generator) -> None:
-    law = jerk_limited_profile(*rng.uniform(0.5, 5.0, 3), rng.uniform(5.0, 50.0))
+    length, velocity, acceleration = rng.uniform(0.5, 5.0, 3)
+    law = jerk_limited_profile(length, velocity, acceleration, rng.uniform(5.0, 50.0))
     inner = law.breaks[1:-1]
     before, after = law.states(np.nextafter(inner, 0.0), 2), law.states(inner, 2)
     np.testing.assert_allclose(before, after, atol=1e-12)

@@ -9,10 +9,22 @@ import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion import running
-from virtualrobot_kernel.motion.plan import Plan, plan_ptp
+from virtualrobot_kernel.motion.limits import CartesianLimits
+from virtualrobot_kernel.motion.plan import Plan, plan_lin, plan_ptp
 from virtualrobot_kernel.motion.running import Phase, Running
 
-from .motions import FINE, TICK, fine_steps, random_group, random_limits, random_line, random_ptp, random_trajectory
+from .motions import (
+    FINE,
+    TICK,
+    arm_limits,
+    fine_steps,
+    kinematics,
+    random_group,
+    random_limits,
+    random_line,
+    random_ptp,
+    random_trajectory,
+)
 
 MAKERS: dict[str, Callable[[np.random.Generator], Plan]] = {
     "ptp": random_ptp,
@@ -52,15 +64,15 @@ def test_requests_at_random_times_keep_path_and_limits(kind: str, rng: np.random
         samples, still = [motion.sample()], set()
         taus = [0.0]
         for _ in range(20000):
-            motion = program.step(motion)
+            before, motion = motion, program.step(motion)
             phases.add(motion.phase)
-            if motion.phase is Phase.PAUSED:
+            if motion.phase is Phase.PAUSED or (before.phase is Phase.PAUSED and motion.ended):
                 samples.append(motion.sample())
                 taus.append(motion.tau)
                 still.add(len(samples) - 1)
-                continue
-            samples.extend(step.sample() for step in fine_steps(motion))
-            taus.extend(step.tau for step in fine_steps(motion))
+            else:
+                samples.extend(step.sample() for step in fine_steps(motion))
+                taus.extend(step.tau for step in fine_steps(motion))
             if motion.ended:
                 break
         assert motion.ended
@@ -80,6 +92,34 @@ def test_requests_at_random_times_keep_path_and_limits(kind: str, rng: np.random
             np.testing.assert_array_equal(q[-1], plan.goal)
         np.testing.assert_array_equal(v[-1], 0.0)
     assert Phase.RUNNING in phases
+
+
+def test_a_line_keeps_its_own_acceleration_through_pauses(
+    rng: np.random.Generator,
+) -> None:
+    plan, start, goal, cartesian = random_line(rng, "panda")
+    travel = goal[:3, 3] - kinematics("panda").forward(start)[-1][:3, 3]
+    length = float(np.linalg.norm(travel))
+    program = Program(rng)
+    motion = running.start(plan, 1.0)
+    while not motion.ended and motion.phase is not Phase.STOPPING:
+        motion = program.step(motion)
+        if motion.phase is not Phase.STOPPING:
+            assert length * abs(motion.path_state[2]) <= 1.01 * cartesian.acceleration
+
+
+def test_a_cancelled_line_stops_faster_than_its_own_acceleration() -> None:
+    # 0.25 m/s and 0.5 m/s²: a quintic pause takes 15/8 of 0.25 / 0.5 s; a cancel brakes as hard as the joints can.
+    chain = kinematics("iiwa")
+    ready = np.array([0.0, 0.5, 0.0, -1.4, 0.0, 1.2, 0.0])
+    goal = chain.forward(ready)[-1].copy()
+    goal[:3, 3] += 0.0, 0.4, 0.0
+    limits = CartesianLimits(velocity=0.25, acceleration=0.5, jerk=20.0)
+    plan = plan_lin(chain, ready, goal, arm_limits("iiwa"), limits)
+    cruising = running.advance(running.start(plan, 1.0), 0.5 * plan.duration, 1.0)
+    shortest = 1.875 * 0.25 / 0.5
+    assert shortest * 0.99 <= running.pause(cruising).ramp.length <= shortest * 1.2
+    assert 0.0 < running.cancel(cruising).ramp.length < 0.5 * shortest
 
 
 def test_positions_of_an_interrupted_ptp_are_on_the_straight_line(rng: np.random.Generator) -> None:
