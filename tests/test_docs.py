@@ -14,6 +14,7 @@ import pytest
 from google.protobuf.descriptor import Descriptor, FileDescriptor
 from virtualrobot.cli import cli
 from virtualrobot.cli.options import target_options
+from virtualrobot.errors import VirtualRobotError
 from virtualrobot.v1 import (
     asset_pb2,
     errors_pb2,
@@ -27,6 +28,7 @@ from virtualrobot.v1 import (
     view_pb2,
 )
 from virtualrobot_kernel.api.status import CODES
+from virtualrobot_kernel.formats.models import MODEL_FORMATS
 from virtualrobot_kernel.serve import _parser
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -141,6 +143,25 @@ def test_reference_tells_the_codes_that_the_kernel_sends() -> None:
         r"^\| `ERROR_REASON_(\w+)` \| \d+ \| `(\w+)` ", (REFERENCE / "errors.md").read_text(), re.MULTILINE
     )
     assert dict(rows) == {reason.name: code.name for reason, code in CODES.items()}
+
+
+def test_every_model_format_is_described() -> None:
+    rows = re.findall(r"^\| (`\.[^|]*)\|", (ROOT / "docs" / "formats.md").read_text("utf-8"), re.MULTILINE)
+    assert re.findall(r"`(\.\w+)`", " ".join(rows)) == list(MODEL_FORMATS)
+
+
+def test_the_scene_file_is_described() -> None:
+    text = (ROOT / "docs" / "scene-file.md").read_text("utf-8")
+    fields = [field.name for field in scene_pb2.SceneFile.DESCRIPTOR.fields]
+    assert re.findall(r"^\| `(\w+)` \|", text, re.MULTILINE) == fields
+    kinds = {field.name for field in nodes_pb2.Node.DESCRIPTOR.oneofs_by_name["kind"].fields} - {"world"}
+    geometries = {field.name for field in nodes_pb2.Figure.DESCRIPTOR.oneofs_by_name["geometry"].fields}
+    assert kinds | geometries <= set(re.findall(r"`(\w+)`", text))
+
+
+def test_every_exception_of_the_client_is_described() -> None:
+    text = "".join((ROOT / "docs" / page).read_text("utf-8") for page in ("reference/errors.md", "tutorial-client.md"))
+    assert [error.__name__ for error in VirtualRobotError.__subclasses__() if f"`{error.__name__}`" not in text] == []
 
 
 def rooms() -> set[str]:
