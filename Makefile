@@ -28,7 +28,7 @@ test: lint
 	@$(BIN)/python -m pytest -q $(ARGS)
 
 bench: $(VENV)/installed-bench
-	@$(BIN)/python benchmarks/run.py $(ARGS)
+	@$(BIN)/python -m benchmarks.run $(ARGS)
 
 lint: ruff pyright buf
 

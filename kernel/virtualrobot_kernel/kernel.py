@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -25,6 +26,8 @@ from virtualrobot_kernel.world.store import World
 
 if TYPE_CHECKING:
     from virtualrobot_kernel.drawing.viewer import Viewer
+
+log = logging.getLogger(__name__)
 
 WORKERS = 2
 """Threads for long work: reading files and planning."""
@@ -80,7 +83,9 @@ class Kernel:
             raise MissingFileError(f"cannot read the scene file {path}: {error}", file=path) from error
         request = scene_pb2.LoadSceneRequest(text=text, uri=str(path.resolve()))
         structure = self.world.snapshot.structure
-        commands = scene_files.read_scene(self._meshes, request, structure)
+        commands, warnings = scene_files.read_scene(self._meshes, request, structure)
+        for warning in warnings:
+            log.warning("%s: %s", path, warning)
         self.world.submit(commands, f"scene file {path}").result()
 
     def close(self) -> None:

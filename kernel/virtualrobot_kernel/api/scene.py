@@ -18,7 +18,7 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.commands import Command, CreateNodes, UpdateNode
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import Applied
-from virtualrobot_kernel.world.structure import Node, Structure
+from virtualrobot_kernel.world.structure import Kind, Node, Structure
 
 
 class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
@@ -91,9 +91,12 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         """Read a scene file in a worker thread, then replace the world by it, as one change."""
         run = asyncio.get_running_loop().run_in_executor
         structure = self._rooms.world.snapshot.structure
-        commands = await run(self._rooms.workers, scene_files.read_scene, self._rooms.meshes, request, structure)
+        read = run(self._rooms.workers, scene_files.read_scene, self._rooms.meshes, request, structure)
+        commands, warnings = await read
         applied = await self._submit(commands, context)
-        return scene_pb2.LoadSceneResponse(stamp=stamp(applied.snapshot), created=created_nodes(applied))
+        return scene_pb2.LoadSceneResponse(
+            stamp=stamp(applied.snapshot), created=created_nodes(applied), warnings=warnings
+        )
 
     async def SaveScene(self, request: scene_pb2.SaveSceneRequest, context: object) -> scene_pb2.SaveSceneResponse:
         """Write the world as a scene file's text."""
@@ -135,7 +138,7 @@ def _difference(
     else:
         old = before.structure
         same = old is structure
-        changed = [] if same else [node for node in nodes if old.nodes.get(node.uid) is not node]
+        changed = [] if same else [node for node in nodes if _differs(old, structure, node)]
         removed = [uid for uid in old.nodes if uid not in structure.nodes and (not wanted or uid in wanted)]
         moved = _moved(before, after, nodes)
     rows = [structure.rows[node.uid] for node in moved]
@@ -146,6 +149,14 @@ def _difference(
         moved_uids=[node.uid for node in moved],
         world_t_node=poses_array(after.world_t_node[rows]) if rows else None,
     )
+
+
+def _differs(before: Structure, after: Structure, node: Node) -> bool:
+    """Return whether a node's message has changed: by itself, by its parent's name, or by a robot's links."""
+    uid, parent = node.uid, node.parent
+    if before.nodes.get(uid) is not node or (parent and before.nodes[parent].name != after.nodes[parent].name):
+        return True
+    return node.kind is Kind.ROBOT and before.robots[uid].joint_names != after.robots[uid].joint_names
 
 
 def _moved(before: Snapshot, after: Snapshot, nodes: list[Node]) -> list[Node]:

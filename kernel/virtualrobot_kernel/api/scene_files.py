@@ -49,8 +49,10 @@ def read_model(meshes: MeshLibrary, request: scene_pb2.ImportModelRequest, struc
     return _model(meshes, request, files_of(meshes, request.files, request.packages), structure.uid_by_name, "")
 
 
-def read_scene(meshes: MeshLibrary, request: scene_pb2.LoadSceneRequest, structure: Structure) -> list[Command]:
-    """Return the commands that make the world of a scene file."""
+def read_scene(
+    meshes: MeshLibrary, request: scene_pb2.LoadSceneRequest, structure: Structure
+) -> tuple[list[Command], list[str]]:
+    """Return the commands that make the world of a scene file, and what was odd about its models."""
     scene = scene_file.parse(request.text, request.uri or "scene.yaml")
     files = files_of(meshes, request.files, request.packages)
     taken = dict(structure.uid_by_name) if request.add else {WORLD_NAME: 1}
@@ -60,10 +62,12 @@ def read_scene(meshes: MeshLibrary, request: scene_pb2.LoadSceneRequest, structu
     commands: list[Command] = [] if request.add else [ClearWorld()]
     commands.extend(with_assets(meshes, [CreateNodes(tuple(first))], files, request.uri) if first else [])
     names = {*taken, *(spec.name for spec in specs)}
-    for model in scene.models:
-        nodes = _model(meshes, model, files, names, request.uri).nodes
-        names.update(node.name for node in nodes)
-        commands.append(CreateNodes(nodes))
+    warnings: list[str] = []
+    for wanted in scene.models:
+        model = _model(meshes, wanted, files, names, request.uri)
+        names.update(node.name for node in model.nodes)
+        warnings.extend(model.warnings)
+        commands.append(CreateNodes(model.nodes))
     commands.extend(with_assets(meshes, [CreateNodes(tuple(mounted))], files, request.uri) if mounted else [])
     for signal in scene.signals:
         commands.append(CreateSignal(Signal(signal.name, signal.value, signal.description)))
@@ -71,7 +75,7 @@ def read_scene(meshes: MeshLibrary, request: scene_pb2.LoadSceneRequest, structu
         commands.extend(_state_commands(robot))
     if scene.HasField("speed_factor"):
         commands.append(SetSpeedFactor("", finite(scene.speed_factor, "speed_factor")))
-    return commands
+    return commands, warnings
 
 
 def _split(specs: Iterable[NodeSpec], taken: Iterable[str]) -> tuple[list[NodeSpec], list[NodeSpec]]:

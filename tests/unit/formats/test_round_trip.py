@@ -40,7 +40,7 @@ class Bench:
     def load(self, file: Path) -> Snapshot:
         """Load a scene file."""
         request = scene_pb2.LoadSceneRequest(text=file.read_text(), uri=str(file))
-        return self.apply(read_scene(self.meshes, request, self.world.snapshot.structure))
+        return self.apply(read_scene(self.meshes, request, self.world.snapshot.structure)[0])
 
     def save(self, file: Path, bundled: bool) -> None:
         """Save a scene file and what belongs beside it."""

@@ -285,12 +285,14 @@ class LoadSceneRequest(_message.Message):
     def __init__(self, text: _Optional[str] = ..., uri: _Optional[str] = ..., files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ..., packages: _Optional[_Mapping[str, str]] = ..., add: bool = ...) -> None: ...
 
 class LoadSceneResponse(_message.Message):
-    __slots__ = ("stamp", "created")
+    __slots__ = ("stamp", "created", "warnings")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     CREATED_FIELD_NUMBER: _ClassVar[int]
+    WARNINGS_FIELD_NUMBER: _ClassVar[int]
     stamp: _geometry_pb2.Stamp
     created: _containers.RepeatedCompositeFieldContainer[CreatedNode]
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., created: _Optional[_Iterable[_Union[CreatedNode, _Mapping]]] = ...) -> None: ...
+    warnings: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., created: _Optional[_Iterable[_Union[CreatedNode, _Mapping]]] = ..., warnings: _Optional[_Iterable[str]] = ...) -> None: ...
 
 class SaveSceneRequest(_message.Message):
     __slots__ = ("bundle",)

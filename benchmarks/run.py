@@ -1,0 +1,84 @@
+"""`make bench`: measures everything against its named peer in the same run, prints the table, writes RESULTS.md.
+
+`python -m benchmarks.run tick rpc` measures only those and writes nothing.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from importlib import import_module
+from importlib.metadata import version
+from pathlib import Path
+
+from benchmarks.rows import Row
+
+RESULTS = Path(__file__).resolve().parent / "RESULTS.md"
+SUITES = ("rpc", "tick", "kinematics", "viewer", "startup")
+PACKAGES = ("numpy", "numba", "grpcio", "protobuf", "viser", "ruckig", "pin", "pytracik")
+HEADER = ("what", "ours", "peer", "peer's name", "unit", "ratio", "budget", "")
+
+
+def cells(row: Row) -> tuple[str, ...]:
+    """Return a row as text."""
+    if row["ours"] is None or row["peer"] is None:
+        return (row["name"], "", "", row["peer_name"], "", "", "", "")
+    ratio, budget = row["ratio"], row["budget"]
+    verdict = "" if budget is None or ratio is None else "kept" if ratio <= budget else "MISSED"
+    return (
+        row["name"] + (f" ({row['note']})" if row.get("note") else ""),
+        f"{row['ours']:.4g}",
+        f"{row['peer']:.4g}",
+        row["peer_name"],
+        row["unit"],
+        "" if ratio is None else f"{ratio:.3g}",
+        "" if budget is None else f"{budget:.3g}",
+        verdict,
+    )
+
+
+def table(rows: Sequence[Row]) -> str:
+    """Return the rows as a Markdown table, its columns aligned."""
+    lines = [HEADER, *map(cells, rows)]
+    widths = [max(len(line[column]) for line in lines) for column in range(len(HEADER))]
+    text = [
+        "| " + " | ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)) + " |" for line in lines
+    ]
+    return "\n".join([text[0], "|" + "|".join("-" * (width + 2) for width in widths) + "|", *text[1:]])
+
+
+def machine() -> str:
+    """Return what was measured on."""
+    packages = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
+    system = f"{os.cpu_count()} cores, {platform.machine()}, {platform.system()}"
+    return f"{system}, Python {platform.python_version()}, {packages}"
+
+
+def main(suites: Sequence[str]) -> int:
+    """Measure the named suites, or all; return 1 when a budget is missed."""
+    parts = []
+    missed = 0
+    for name in suites or SUITES:
+        print(f"measuring {name} ...", flush=True)
+        rows = import_module(f"benchmarks.{name}").run()
+        missed += sum(line[-1] == "MISSED" for line in map(cells, rows))
+        text = table(rows)
+        print(text, flush=True)
+        parts.append(f"## {name}\n\n{text}\n")
+    if not suites:
+        today = datetime.now(UTC).date()
+        introduction = (
+            f"# Benchmarks\n\nMeasured by `make bench` on {today}: {machine()}.\n\n"
+            "Each ratio is ours over the peer's in the same run; smaller is better. "
+            "Absolute times belong to the machine.\n"
+        )
+        RESULTS.write_text("\n".join([introduction, *parts]))
+        print(f"written to {RESULTS.name}")
+    return 1 if missed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

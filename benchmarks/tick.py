@@ -1,0 +1,104 @@
+"""What a tick costs as robots grow from 1 to 200: motions advanced, forward pass, snapshot published."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import numpy as np
+import pybullet_data
+from virtualrobot.resolver import Resolver
+from virtualrobot_kernel.formats.assets import AssetStore
+from virtualrobot_kernel.formats.files import Files
+from virtualrobot_kernel.formats.mesh_library import MeshLibrary
+from virtualrobot_kernel.formats.models import import_model
+from virtualrobot_kernel.numeric.cache import compile_all
+from virtualrobot_kernel.planning.moves import PointToPoint, plan_motion
+from virtualrobot_kernel.planning.robots import world_poses
+from virtualrobot_kernel.world.clock import Clock, Mode
+from virtualrobot_kernel.world.commands import AttachNode, CreateNodes
+from virtualrobot_kernel.world.figures import Box, Figure
+from virtualrobot_kernel.world.journal import MemoryJournal
+from virtualrobot_kernel.world.store import World
+from virtualrobot_kernel.world.structure import Kind, NodeSpec, PartData
+
+from benchmarks.rows import Row, row
+
+IIWA = str(Path(pybullet_data.getDataPath()) / "kuka_iiwa/model.urdf")
+COUNTS = (1, 5, 20, 50, 100, 200)
+TICKS, ROUNDS = 100, 5
+BUDGET_OF_20_ARMS = 0.5
+"""Milliseconds."""
+
+PARTS = 500
+
+
+def world_of(arms: int) -> World:
+    """Return a world in which every axis of this many arms moves slowly."""
+    store = AssetStore()
+    library = MeshLibrary(store)
+    files = Files(store, {}, Resolver())
+    world = World(world_poses, MemoryJournal(), Clock(Mode.STEPPED, 1.0, 4_000_000))
+    world.start()
+    for place in range(arms):
+        model = import_model(IIWA, files, library, name=f"arm{place}")
+        world.submit([CreateNodes(model.nodes)]).result()
+    goal = {f"lbr_iiwa_joint_{joint}": 1.5 for joint in range(1, 8)}
+    for place in range(arms):
+        world.submit([plan_motion(world.snapshot, [PointToPoint(f"arm{place}", goal, 0.01)])]).result()
+    return world
+
+
+def tick_milliseconds(arms: int) -> float:
+    """Return the time of one tick: the median of several series."""
+    world = world_of(arms)
+    try:
+        world.step(TICKS).result()
+        series = []
+        for _ in range(ROUNDS):
+            start = time.perf_counter()
+            for _ in range(TICKS):
+                world.step(1).result()
+            series.append((time.perf_counter() - start) / TICKS * 1e3)
+        return float(np.median(series))
+    finally:
+        world.close()
+
+
+def pick_milliseconds() -> float:
+    """Return the time from submitting an attachment of one of 500 parts to its published snapshot, the median."""
+    world = world_of(1)
+    try:
+        figures = (Figure(Box((0.1, 0.1, 0.1))),)
+        parts = tuple(NodeSpec(f"part{n}", Kind.PART, figures=figures, data=PartData()) for n in range(PARTS))
+        world.submit([CreateNodes(parts)]).result()
+        times = []
+        for n in range(100):
+            start = time.perf_counter()
+            world.submit([AttachNode(f"part{n}", "arm0.lbr_iiwa_link_7")]).result()
+            times.append((time.perf_counter() - start) * 1e3)
+        return float(np.median(times))
+    finally:
+        world.close()
+
+
+def run() -> list[Row]:
+    """Measure and return the rows."""
+    compile_all(lambda done, total, name: None)
+    costs = {arms: tick_milliseconds(arms) for arms in COUNTS}
+    rows = []
+    for arms, cost in costs.items():
+        budget = 1.0 if arms == 20 else None
+        peer, name = (BUDGET_OF_20_ARMS, "the budget") if arms == 20 else (arms * costs[20] / 20, "linear from 20 arms")
+        rows.append(row(f"tick, {arms} arms moving", cost, peer, name, "ms", budget))
+    # Linear: beyond a fixed cost, twice the arms may not cost more than twice.
+    slope = (costs[200] - costs[100]) / 100
+    before = (costs[100] - costs[20]) / 80
+    rows.append(row("cost of one more arm, 100 to 200 against 20 to 100", slope, before, "itself", "ms", 1.3))
+    rows.append(row(f"pick one of {PARTS} parts", pick_milliseconds(), 5.0, "the budget", "ms", 1.0))
+    return rows
+
+
+if __name__ == "__main__":
+    for result in run():
+        print(result)
