@@ -58,14 +58,16 @@ def run(client: Client, layers: int) -> None:
         programs = [threads.submit(feed, client, count)]
         programs += [threads.submit(palletize, client, station, layers, placed) for station in STATIONS]
         try:
-            while not (all(program.done() for program in programs) and placed.empty()):
-                for program in filter(lambda program: program.done(), programs):
-                    program.result()  # raises what the program raised
+            while (number := sum(map(len, cycles.values())) + 1) <= len(STATIONS) * count:
+                for program in programs:
+                    if program.done():
+                        program.result()  # raises what the program raised
                 with suppress(queue.Empty):  # never wait for long: Ctrl-C would not get through on Windows
                     robot, seconds = placed.get(timeout=0.2)
                     cycles[robot].append(seconds)
-                    number = sum(map(len, cycles.values()))
                     print(f"box {number:2} of {len(STATIONS) * count}: {robot:5} {seconds:5.2f} s", flush=True)
+            for program in programs:
+                program.result()
         except BaseException:
             client.close()  # the other programs hear of it at once, and the kernel stops the arms
             raise

@@ -1,0 +1,86 @@
+"""`virtualrobot demo`, which is what `make run` runs: a child process from its start to its end."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+COMMAND = [sys.executable, "-m", "virtualrobot", "demo", "--headless", "--speed"]
+
+
+@contextmanager
+def started(speed: float, *options: str) -> Iterator[subprocess.Popen[str]]:
+    """Give the running command, in a process group of its own as a terminal's are."""
+    command = [*COMMAND, str(speed), *options]
+    process = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True
+    )
+    with process:
+        try:
+            yield process
+        finally:
+            if process.poll() is None:
+                os.killpg(process.pid, signal.SIGKILL)
+
+
+def lines_until(process: subprocess.Popen[str], beginning: str) -> list[str]:
+    """Return what the command prints until a line begins so."""
+    assert process.stdout is not None
+    lines = []
+    for line in process.stdout:
+        lines.append(line.rstrip())
+        if line.startswith(beginning):
+            return lines
+    raise AssertionError(f"it ended before {beginning!r}: {lines}")
+
+
+def test_it_runs_to_its_end() -> None:
+    with started(25) as process:
+        output, _ = process.communicate(timeout=110)
+    assert process.returncode == 0, output
+    assert "viewer at" not in output
+    assert [int(number) for number in re.findall(r"^box +(\d+) of 36: ", output, re.MULTILINE)] == list(range(1, 37))
+    *_, iiwa, panda, total = output.splitlines()
+    assert re.match(r"iiwa +18 ", iiwa) and re.match(r"panda +18 ", panda), output
+    assert re.fullmatch(r"total +36 in [\d.]+ s of simulation time", total), output
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="reads child processes from /proc")
+@pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_ends_it_and_its_kernel(sign: signal.Signals) -> None:
+    with started(10, "--loop") as process:
+        lines_until(process, "box  1 of")
+        (kernel,) = children(process.pid)
+        process.send_signal(sign)
+        output, _ = process.communicate(timeout=30)
+        assert process.returncode == 130, output
+        assert "Traceback" not in output
+        assert output.split()[-1] == "stopped"
+        assert not Path(f"/proc/{kernel}").exists(), "the kernel runs on"
+
+
+def test_it_says_in_one_line_why_it_ends_when_its_kernel_is_killed() -> None:
+    if not Path("/proc/self/task").exists():
+        pytest.skip("reads child processes from /proc")
+    with started(10) as process:
+        lines_until(process, "box  1 of")
+        (kernel,) = children(process.pid)
+        os.kill(kernel, signal.SIGKILL)
+        output, _ = process.communicate(timeout=30)
+        assert process.returncode == 1, output
+        assert "Traceback" not in output
+        assert output.splitlines()[-1].startswith("virtualrobot: no kernel answers at "), output
+
+
+def children(process: int) -> list[int]:
+    """Return the process numbers of the children of a process."""
+    tasks = Path(f"/proc/{process}/task").iterdir()
+    return [int(child) for task in tasks for child in (task / "children").read_text().split()]
