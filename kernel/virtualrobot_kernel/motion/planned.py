@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -11,8 +12,8 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 
-#: Time between rows of a plan's table (s), and the fewest and most rows.
-_TABLE_STEP, _TABLE_ROWS = 0.002, (512, 8192)
+#: Time between rows of a braking table (s), and the fewest and most rows.
+_TABLE_STEP, _TABLE_ROWS = 0.002, (512, 16384)
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +42,21 @@ class Track:
 
 
 @dataclass(frozen=True, eq=False)
+class Braking:
+    """Derivatives of a plan on an even grid of nominal time, for n joints and the u of l Cartesian lines.
+
+    table (N, 3, n + l): first to third derivative at N - 1 times from 0 to the plan's duration, then zeros.
+    max_acceleration, max_jerk (n + l,): the limits of what runs on it. stop_time (s): how long a smooth stop from top
+    speed takes.
+    """
+
+    table: Array
+    max_acceleration: Array
+    max_jerk: Array
+    stop_time: float
+
+
+@dataclass(frozen=True, eq=False)
 class Plan:
     """A motion of n joints that is at rest at both ends; joints of a group's robots are concatenated.
 
@@ -59,17 +75,9 @@ class Plan:
     max_acceleration: Array
     max_jerk: Array
     duration: float = field(init=False)
-    stop_time: float = field(init=False)
-    table: Array = field(init=False, repr=False)
-    table_limits: Array = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        """Derive what running needs.
-
-        duration (s); table (N, 3, n + l): the first three derivatives of the joints, and of the u of l lines, by
-        nominal time at N - 1 times evenly from 0 to `duration`, then zeros; table_limits (2, n + l): the limits of
-        their accelerations and jerks; stop_time (s): what a smooth stop from top speed takes.
-        """
+        """Freeze the arrays and derive the duration (s)."""
         ends = {track.time_law.end for track in self.tracks}
         if len(ends) != 1:
             raise KernelError(f"the tracks of one plan must last equally long, not {sorted(ends)} s")
@@ -78,31 +86,26 @@ class Plan:
             values = np.array(getattr(self, name), dtype=np.float64)
             values.setflags(write=False)
             object.__setattr__(self, name, values)
-        times = np.linspace(0.0, self.duration, int(np.clip(self.duration / _TABLE_STEP, *_TABLE_ROWS)))
-        lines = [(track.time_law, *track.line_limits) for track in self.tracks if track.line_limits]
-        derivatives = [self.derivatives(times)[1:], *(law.states(times, 3)[1:] for law, _, _ in lines)]
-        table = np.concatenate(derivatives, axis=2).transpose(1, 0, 2)
-        table = np.concatenate([table, np.zeros((1, *table.shape[1:]))])
-        limits = np.stack(
-            [
-                [*self.max_acceleration, *(acceleration for _, acceleration, _ in lines)],
-                [*self.max_jerk, *(jerk for _, _, jerk in lines)],
-            ]
-        )
-        table.setflags(write=False)
-        limits.setflags(write=False)
-        object.__setattr__(self, "table", table)
-        object.__setattr__(self, "table_limits", limits)
-        peak = np.abs(table[:, 0]).max(axis=0)
-        # Peaks of a quintic step from 1 to 0 in time T: |rate'| 15/8 / T, |rate''| 10/sqrt(3) / T².
-        braking = 1.875 * peak / limits[0]
-        smoothing = np.sqrt(10.0 / np.sqrt(3.0) * peak / limits[1])
-        object.__setattr__(self, "stop_time", float(np.maximum(braking, smoothing).max(initial=0.0)))
 
     @property
     def q_count(self) -> int:
         """The number n of joints."""
         return len(self.joint_names)
+
+    @cached_property
+    def braking(self) -> Braking:
+        """What choosing a change of the rate needs; large, so made only for a motion that is asked for one."""
+        times = np.linspace(0.0, self.duration, int(np.clip(self.duration / _TABLE_STEP, *_TABLE_ROWS)))
+        lines = [(track.time_law, *track.line_limits) for track in self.tracks if track.line_limits]
+        derivatives = [self.derivatives(times)[1:], *(law.states(times, 3)[1:] for law, _, _ in lines)]
+        table = np.concatenate(derivatives, axis=2).transpose(1, 0, 2)
+        table = np.concatenate([table, np.zeros((1, *table.shape[1:]))])
+        accelerations = np.array([*self.max_acceleration, *(acceleration for _, acceleration, _ in lines)])
+        jerks = np.array([*self.max_jerk, *(jerk for _, _, jerk in lines)])
+        peak = np.abs(table[:, 0]).max(axis=0)
+        # Peaks of a quintic step from 1 to 0 in time T: |rate'| 15/8 / T, |rate''| 10/sqrt(3) / T².
+        seconds = np.maximum(1.875 * peak / accelerations, np.sqrt(10.0 / np.sqrt(3.0) * peak / jerks))
+        return Braking(table, accelerations, jerks, float(seconds.max(initial=0.0)))
 
     def derivatives(self, tau: Array) -> Array:
         """Return q and its first three derivatives by nominal time at (m,) times: shape (4, m, n)."""

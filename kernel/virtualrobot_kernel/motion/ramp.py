@@ -70,8 +70,8 @@ def choose_ramp(
     `tau` (s) at the given rate with its derivatives (1/s, 1/s²). With s(tau) the joints at nominal time and r the
     rate, it is checked that acceleration s'' r² + s' r' and jerk s''' r³ + 3 s'' r r' + s' r'' keep their limits.
     """
-    lengths = np.maximum(plan.stop_time * (_LENGTHS[:_PROMPT] if prompt else _LENGTHS), _SHORTEST)
-    columns = plan.q_count if joints_only else plan.table.shape[2]
+    lengths = np.maximum(plan.braking.stop_time * (_LENGTHS[:_PROMPT] if prompt else _LENGTHS), _SHORTEST)
+    columns = plan.q_count if joints_only else plan.braking.table.shape[2]
     least, least_excess = None, np.inf
     for first in range(0, len(lengths), _TOGETHER):
         batch = lengths[first : first + _TOGETHER]
@@ -121,11 +121,12 @@ def _excess(
     slopes = (coefficients[:, 1:] * degree[1:]) @ powers[:5] / lengths[:, None]
     curvatures = (coefficients[:, 2:] * (degree * (degree - 1.0))[2:]) @ powers[:4] / lengths[:, None] ** 2
     taus = tau + (coefficients / (degree + 1.0)) @ (powers * x) * lengths[:, None]
-    last = len(plan.table) - 1
+    braking = plan.braking
+    last = len(braking.table) - 1
     # Rounded to the nearest row; past the end of the plan the joints stand still, which is the last row.
     rows = (taus * ((last - 1) / plan.duration) + 0.5).astype(np.intp).ravel()
-    s1, s2, s3 = plan.table[:, :, :columns].take(np.clip(rows, 0, last), axis=0).transpose(1, 0, 2)
-    max_acceleration, max_jerk = plan.table_limits[:, :columns]
+    s1, s2, s3 = braking.table[:, :, :columns].take(np.clip(rows, 0, last), axis=0).transpose(1, 0, 2)
+    max_acceleration, max_jerk = braking.max_acceleration[:columns], braking.max_jerk[:columns]
     r, r1, r2 = (values.reshape(-1, 1) for values in (rates, slopes, curvatures))
     # Velocity needs no check: a rate of at most 1 never exceeds the plan's own.
     ratio = np.abs(s2 * r**2 + s1 * r1) / max_acceleration

@@ -176,7 +176,7 @@ def _retarget(running: Running) -> Running:
     rate, slope, curvature, _ = running.ramp.state(running.elapsed)
     # At standstill, waiting would change nothing. While there is patience, a better moment for a short ramp is likely
     # nearer than the end of a long one.
-    patience = max(running.plan.stop_time, _SHORTEST_PATIENCE) if rate > 0.0 else 0.0
+    patience = max(running.plan.braking.stop_time, _SHORTEST_PATIENCE) if rate > 0.0 else 0.0
     patient = running.waiting < patience
     choice = choose_ramp(
         running.plan,

@@ -136,4 +136,4 @@ def test_equal_plans_are_bit_equal(rng: np.random.Generator) -> None:
     start, goal = rng.uniform(limits.lower, limits.upper, (2, 7))
     first, second = plan_ptp(start, goal, limits), plan_ptp(start, goal, limits)
     assert first.tracks[0].time_law.coefficients.tobytes() == second.tracks[0].time_law.coefficients.tobytes()
-    assert first.table.tobytes() == second.table.tobytes()
+    assert first.braking.table.tobytes() == second.braking.table.tobytes()

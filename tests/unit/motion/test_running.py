@@ -175,7 +175,7 @@ def test_a_change_of_override_settles_at_the_new_rate(rng: np.random.Generator) 
 def test_a_stop_takes_little_longer_than_from_top_speed(kind: str, rng: np.random.Generator) -> None:
     # Waiting for a ramp that fits takes at most one stop time, the ramp at most 1.2^9 of them (docs/motion.md).
     plan = MAKERS[kind](rng)
-    bound = max(plan.stop_time, 0.1) + 1.2**9 * plan.stop_time + 0.05
+    bound = max(plan.braking.stop_time, 0.1) + 1.2**9 * plan.braking.stop_time + 0.05
     for tau in rng.uniform(0.0, plan.duration, 10):
         motion = running.start(plan, 1.0)
         motion = running.cancel(running.advance(motion, float(tau), 1.0))
@@ -192,7 +192,7 @@ def test_a_pause_from_top_speed_brakes_at_the_limit(rng: np.random.Generator) ->
     plan = plan_ptp([-1.9], [1.9], limits)
     velocity, acceleration, jerk = (float(x[0]) for x in (limits.velocity, limits.acceleration, limits.jerk))
     shortest = max(1.875 * velocity / acceleration, float(np.sqrt(10 / np.sqrt(3) * velocity / jerk)))
-    assert plan.stop_time == pytest.approx(shortest, rel=1e-6)
+    assert plan.braking.stop_time == pytest.approx(shortest, rel=1e-6)
     motion = running.pause(running.advance(running.start(plan, 1.0), plan.duration * 0.4, 1.0))
     assert motion.phase is Phase.PAUSING
     assert motion.ramp.length == pytest.approx(shortest, rel=0.2)
