@@ -81,7 +81,7 @@ def test_a_stale_batch_is_refused(client: Client) -> None:
         batch.add_object("b")
 
 
-def test_changes_are_watched(client: Client, client_kernel: object) -> None:
+def test_changes_are_watched(client: Client) -> None:
     box = client.scene.add_part("box", virtualrobot.box(1, 1, 1))
     watch = client.scene.watch(max_rate_hertz=100)
     first = next(watch)

@@ -13,7 +13,9 @@ from virtualrobot.cli.options import Target, target_options
 @click.command()
 @click.option("--loop", is_flag=True, help="Begin again when both pallets are full.")
 @click.option("--headless", is_flag=True, help="Open no viewer.")
-@click.option("--speed", type=click.FloatRange(0.01, 100.0), help="Simulated seconds for each second of the wall clock.")
+@click.option(
+    "--speed", type=click.FloatRange(0.01, 100.0), help="Simulated seconds for each second of the wall clock."
+)
 @target_options
 def demo(target: Target, loop: bool, headless: bool, speed: float | None) -> None:
     """Watch an iiwa and a Panda palletize the boxes of a conveyor.
@@ -32,7 +34,7 @@ def demo(target: Target, loop: bool, headless: bool, speed: float | None) -> Non
             _run(Target(kernel.address), loop, headless, speed)
     except KeyboardInterrupt:
         click.echo("\nstopped")
-        raise
+        raise click.exceptions.Exit(130) from None
 
 
 def _run(target: Target, loop: bool, headless: bool, speed: float | None) -> None:

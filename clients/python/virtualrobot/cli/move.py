@@ -126,16 +126,20 @@ def _start(robot: Robot, order: motion_pb2.Move, preempt: bool, no_wait: bool) -
         _follow(motion)
     except KeyboardInterrupt:
         motion.cancel("interrupted from the keyboard")
-        click.echo(f"\n{motion.id} cancelled", err=True)
-        raise
-    motion.wait()
+        click.echo(f"{motion.id} cancelled", err=True)
+        raise click.exceptions.Exit(130) from None
+    motion.wait()  # raises when somebody else cancelled it
+    click.echo(f"{motion.id} reached its goal")
 
 
 def _follow(motion: Motion) -> None:
-    """Draw a bar until the motion has ended; only its end where nobody looks."""
+    """Wait for the end of a motion and draw a bar meanwhile where somebody looks."""
     shown = sys.stdout.isatty()
-    for message in motion.watch():
+    try:
+        for message in motion.watch():
+            if shown:
+                bar = "#" * round(_BAR_WIDTH * message.progress)
+                click.echo(f"\r{motion.robots[0]}  [{bar:-<{_BAR_WIDTH}}] {100 * message.progress:3.0f}%", nl=False)
+    finally:
         if shown:
-            bar = "#" * round(_BAR_WIDTH * message.progress)
-            click.echo(f"\r{motion.robots[0]}  [{bar:-<{_BAR_WIDTH}}] {100 * message.progress:3.0f}%", nl=False)
-    click.echo("" if shown else f"{motion.id} ended after {motion.planned_duration_seconds:.2f} s at full speed")
+            click.echo()
