@@ -86,13 +86,14 @@ def update_node(change: Change, command: UpdateNode, forward: Forward) -> Change
     node = change.structure.node(command.name)
     if node.kind is Kind.WORLD:
         raise KernelError("the world's root cannot be changed", reason=Reason.WRONG_STATE, node=node.name)
-    new = replace(
-        node,
-        name=node.name if command.new_name is None else command.new_name,
-        hidden=node.hidden if command.hidden is None else command.hidden,
-        figures=node.figures if command.figures is None else command.figures,
-        data=node.data if command.data is None else command.data,
-    )
+    given = {
+        "name": command.new_name,
+        "hidden": command.hidden,
+        "figures": command.figures,
+        "data": command.data,
+    }
+    changes = {field: value for field, value in given.items() if value is not None}
+    new = replace(node, **changes)
     _check_data(node.name, node.kind, new.data)
     renamed = new.name != node.name
     rejointed = command.data is not None and node.kind in (Kind.LINK, Kind.ROBOT, Kind.TOOL)
@@ -107,7 +108,7 @@ def update_node(change: Change, command: UpdateNode, forward: Forward) -> Change
                     nodes[link] = replace(old, name=new.name + old.name[len(node.name) :])
         change = rebuilt(change, nodes, change.structure.next_uid, {})
         change = _checked(change, new)
-    elif new != node:
+    elif changes:
         change = replace(change, structure=index.replaced(change.structure, new))
     if command.parent_t_node is not None:
         change = replace(change, state=_placed(change.structure, change.state, node.uid, command.parent_t_node))
