@@ -6,7 +6,7 @@ import os
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -54,9 +54,9 @@ class KernelProcess:
     token: str = ""
     viewer_url: str = ""
 
-    def channel(self) -> grpc.Channel:
+    def channel(self, options: Sequence[tuple[str, int]] = ()) -> grpc.Channel:
         """Return a new channel that sends the token, if the kernel wants one."""
-        channel = grpc.insecure_channel(self.address)
+        channel = grpc.insecure_channel(self.address, options)
         if not self.token:
             return channel
         credentials = grpc.metadata_call_credentials(

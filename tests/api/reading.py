@@ -28,12 +28,13 @@ def array(numbers: object, kind: geometry_pb2.ArrayType = geometry_pb2.ARRAY_TYP
 
 
 def matrices(array: geometry_pb2.Array) -> np.ndarray:
-    """Return rows of x, y, z and quaternion as poses (n, 4, 4)."""
+    """Return rows of x, y, z and quaternion as poses (n, 4, 4); an absent array has no rows."""
+    if not array.data:
+        return np.empty((0, 4, 4))
     rows = values(array)
     result = np.tile(np.eye(4), (len(rows), 1, 1))
-    if len(rows):
-        result[:, :3, 3] = rows[:, :3]
-        result[:, :3, :3] = Rotation.from_quat(rows[:, 3:]).as_matrix()
+    result[:, :3, 3] = rows[:, :3]
+    result[:, :3, :3] = Rotation.from_quat(rows[:, 3:]).as_matrix()
     return result
 
 
@@ -60,7 +61,7 @@ def random_matrix(rng: np.random.Generator, size: float = 1.0) -> np.ndarray:
     """Return a pose (4, 4) in a cube of `size` m about the origin, turned any way."""
     result = np.eye(4)
     result[:3, 3] = rng.uniform(-size, size, 3)
-    result[:3, :3] = Rotation.random(random_state=rng).as_matrix()
+    result[:3, :3] = Rotation.random(rng=rng).as_matrix()
     return result
 
 
@@ -92,7 +93,8 @@ def world(stubs: Stubs) -> dict[str, Any]:
     }
     revision = answers["scene"].stamp.structure_revision  # pyright: ignore[reportAttributeAccessIssue] it has a stamp
     for answer in answers.values():
-        answer.ClearField("stamp") if "stamp" in answer.DESCRIPTOR.fields_by_name else None
+        if "stamp" in answer.DESCRIPTOR.fields_by_name:
+            answer.ClearField("stamp")
     return {"revision": revision, **answers}
 
 
