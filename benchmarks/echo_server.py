@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 from collections.abc import AsyncIterator
 
 import grpc
-
-MESSAGE = bytes(range(120))
-"""About what a stamp with seven joints takes."""
+from virtualrobot.v1 import geometry_pb2, robot_pb2
 
 
 async def unary(request: bytes, context: grpc.aio.ServicerContext) -> bytes:
@@ -16,10 +15,17 @@ async def unary(request: bytes, context: grpc.aio.ServicerContext) -> bytes:
     return request
 
 
-async def stream(request: bytes, context: grpc.aio.ServicerContext) -> AsyncIterator[bytes]:
-    """Yield as many messages as the request's number says."""
-    for _ in range(int(request)):
-        yield MESSAGE
+async def stream(
+    request: bytes, context: grpc.aio.ServicerContext
+) -> AsyncIterator[robot_pb2.WatchRobotStatesResponse]:
+    """Yield the state of a robot with seven joints, built anew each time, until the reader has enough."""
+    place = geometry_pb2.Pose(position=geometry_pb2.Vector3(x=1.0), orientation=geometry_pb2.Quaternion(w=1.0))
+    for tick in itertools.count():
+        stamp = geometry_pb2.Stamp(tick=tick, simulation_time_seconds=tick * 0.001)
+        state = robot_pb2.RobotState(
+            name="arm", positions=[0.1] * 7, velocities=[0.1] * 7, world_t_tcp=place, speed_factor=1.0
+        )
+        yield robot_pb2.WatchRobotStatesResponse(stamp=stamp, robots=[state])
 
 
 async def main() -> None:
@@ -27,7 +33,9 @@ async def main() -> None:
     server = grpc.aio.server()
     handlers = {
         "Unary": grpc.unary_unary_rpc_method_handler(unary),
-        "Stream": grpc.unary_stream_rpc_method_handler(stream),
+        "Stream": grpc.unary_stream_rpc_method_handler(
+            stream, response_serializer=robot_pb2.WatchRobotStatesResponse.SerializeToString
+        ),
     }
     server.add_generic_rpc_handlers((grpc.method_handlers_generic_handler("Echo", handlers),))
     port = server.add_insecure_port("127.0.0.1:0")

@@ -93,7 +93,7 @@ class KernelServicer(kernel_pb2_grpc.KernelServiceServicer):
         ended = [motion for motion in state.ended if motion.end_tick > first]
         return kernel_pb2.StepResponse(
             stamp=stamp(snapshot),
-            robots=robot_states(snapshot, robots_named(snapshot, ()), None),
+            robots=robot_states(snapshot, robots_named(snapshot, ())),
             signals=[signal_message(signal) for signal in state.signals.values()],
             motions=[motion_message(snapshot, motion) for motion in (*ended, *state.motions)],
         )

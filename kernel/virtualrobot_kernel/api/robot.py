@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Sequence
 
 import numpy as np
 from virtualrobot.v1 import nodes_pb2, robot_pb2, robot_pb2_grpc
 
 from virtualrobot_kernel.api.convert.nodes import JOINT_TYPE_NUMBERS, limits_message
 from virtualrobot_kernel.api.convert.states import robot_states, robots_named
-from virtualrobot_kernel.api.convert.values import array_message, mask_fields, pose, pose_message, poses_array, stamp
+from virtualrobot_kernel.api.convert.values import (
+    array_message,
+    mask_fields,
+    masked,
+    pose,
+    pose_message,
+    poses_array,
+    stamp,
+)
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.planning.robots import arm_of, forward_links, solve_inverse
@@ -24,6 +32,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
     def __init__(self, rooms: Rooms) -> None:
         """Serve from these rooms."""
         self._rooms = rooms
+        self._book = _Book()
 
     async def GetRobot(self, request: robot_pb2.GetRobotRequest, context: object) -> robot_pb2.GetRobotResponse:
         """Tell joints, links and tools."""
@@ -61,27 +70,32 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         """Tell where robots are."""
         snapshot = self._rooms.world.snapshot
         fields = mask_fields(request.mask, robot_pb2.RobotState)
-        robots = robot_states(snapshot, robots_named(snapshot, request.names), fields)
-        return robot_pb2.GetRobotStatesResponse(stamp=stamp(snapshot), robots=robots)
+        robots = self._book.states(snapshot, robots_named(snapshot, request.names))
+        return robot_pb2.GetRobotStatesResponse(
+            stamp=stamp(snapshot), robots=[_copy(robot, fields) for robot in robots]
+        )
 
     async def WatchRobotStates(
         self, request: robot_pb2.WatchRobotStatesRequest, context: object
     ) -> AsyncIterator[robot_pb2.WatchRobotStatesResponse]:
         """Tell where robots are, then those that change."""
         fields = mask_fields(request.mask, robot_pb2.RobotState)
-        watched = {node.uid: node.name for node in robots_named(self._rooms.world.snapshot, request.names)}
+        watched = {node.uid for node in robots_named(self._rooms.world.snapshot, request.names)}
         before: Snapshot | None = None
-        told: dict[int, str] = {}
+        told: dict[int, robot_pb2.RobotState] = {}
         async for snapshot in self._rooms.publications.snapshots(rate(request.max_rate_hertz)):
+            if before is not None and _quiet(before, snapshot):
+                continue
             structure = snapshot.structure
             uids = [uid for uid in structure.robots if uid in watched or not request.names]
-            changed = [uid for uid in uids if before is None or uid not in told or _changed(before, snapshot, uid)]
-            removed = [name for uid, name in told.items() if uid not in structure.robots]
-            told = {uid: structure.nodes[uid].name for uid in uids}
+            states = self._book.states(snapshot, [structure.nodes[uid] for uid in uids])
+            now = dict(zip(uids, (_copy(state, fields) for state in states), strict=True))
+            changed = [state for uid, state in now.items() if told.get(uid) != state]
+            names = {state.name for state in now.values()}
+            removed = [state.name for state in told.values() if state.name not in names]
             if changed or removed or before is None:
-                robots = robot_states(snapshot, [structure.nodes[uid] for uid in changed], fields)
-                yield robot_pb2.WatchRobotStatesResponse(stamp=stamp(snapshot), robots=robots, removed_names=removed)
-            before = snapshot
+                yield robot_pb2.WatchRobotStatesResponse(stamp=stamp(snapshot), robots=changed, removed_names=removed)
+            before, told = snapshot, now
 
     async def SolveForward(
         self, request: robot_pb2.SolveForwardRequest, context: object
@@ -121,29 +135,36 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         )
 
 
-def _changed(before: Snapshot, after: Snapshot, uid: int) -> bool:
-    """Return whether anything that RobotState tells has changed between two snapshots."""
-    if before.state is after.state and before.structure is after.structure:
-        return False
-    old, new = before.structure.robots.get(uid), after.structure.robots[uid]
-    if old is None or before.structure.nodes[uid] is not after.structure.nodes[uid]:
-        return True
+class _Book:
+    """The states of robots in the latest snapshot as messages, made once for all who watch."""
+
+    def __init__(self) -> None:
+        self._snapshot: Snapshot | None = None
+        self._messages: dict[int, robot_pb2.RobotState] = {}
+
+    def states(self, snapshot: Snapshot, robots: Sequence[Node]) -> list[robot_pb2.RobotState]:
+        """Return the states of some robots; not to be changed."""
+        if snapshot is not self._snapshot:
+            self._snapshot, self._messages = snapshot, {}
+        missing = [node for node in robots if node.uid not in self._messages]
+        for node, message in zip(missing, robot_states(snapshot, missing), strict=True):
+            self._messages[node.uid] = message
+        return [self._messages[node.uid] for node in robots]
+
+
+def _copy(message: robot_pb2.RobotState, fields: frozenset[str] | None) -> robot_pb2.RobotState:
+    if fields is None:
+        return message
+    copy = robot_pb2.RobotState()
+    copy.CopyFrom(message)
+    return masked(copy, fields | {"name"})
+
+
+def _quiet(before: Snapshot, after: Snapshot) -> bool:
+    """Return whether nothing but time has gone on between two snapshots."""
     a, b = before.state, after.state
-    return (
-        not np.array_equal(a.q[old.q_slice], b.q[new.q_slice])
-        or not np.array_equal(a.v[old.v_slice], b.v[new.v_slice])
-        or not np.array_equal(before.world_t(uid), after.world_t(uid))
-        or a.selections.get(uid) != b.selections.get(uid)
-        or a.speed_factors.get(uid) != b.speed_factors.get(uid)
-        or a.tool_states is not b.tool_states
-        or _tools(before, before.structure.nodes[uid]) != _tools(after, after.structure.nodes[uid])
-        or _moving(before, uid) != _moving(after, uid)
-    )
+    return before.structure is after.structure and all(getattr(a, field) is getattr(b, field) for field in TOLD)
 
 
-def _tools(snapshot: Snapshot, node: Node) -> list[int]:
-    return [tool.uid for tool in snapshot.structure.tools_of(node.uid)]
-
-
-def _moving(snapshot: Snapshot, uid: int) -> list[str]:
-    return [motion.id for motion in snapshot.state.motions if uid in motion.robots]
+TOLD = ("q", "v", "parent_t_node", "motions", "tool_states", "selections", "speed_factors")
+"""The fields of State that RobotState tells of."""

@@ -12,7 +12,7 @@ from virtualrobot.v1 import nodes_pb2, robot_pb2, scene_pb2
 
 from virtualrobot_kernel.api.convert.nodes import JOINT_TYPES, node_message, node_spec
 from virtualrobot_kernel.api.convert.states import robot_states, robots_named, signal_message
-from virtualrobot_kernel.api.convert.values import finite, pose, vector
+from virtualrobot_kernel.api.convert.values import finite, masked, pose, vector
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.formats import scene_file
 from virtualrobot_kernel.formats.bundle import bundle
@@ -115,7 +115,8 @@ def write_scene(snapshot: Snapshot, bundled: bool) -> tuple[str, list[tuple[str,
         if message.parent == WORLD_NAME:
             message.ClearField("parent")
     scene.signals.extend(signal_message(signal) for signal in snapshot.state.signals.values())
-    scene.robot_states.extend(robot_states(snapshot, robots_named(snapshot, ()), SAVED_STATE))
+    states = robot_states(snapshot, robots_named(snapshot, ()))
+    scene.robot_states.extend(masked(state, SAVED_STATE) for state in states)
     if snapshot.state.speed_factor != 1.0:
         scene.speed_factor = snapshot.state.speed_factor
     return scene_file.format(scene), files

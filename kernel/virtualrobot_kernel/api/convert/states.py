@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from virtualrobot.v1 import kernel_pb2, motion_pb2, robot_pb2, signal_pb2
 
-from virtualrobot_kernel.api.convert.values import masked, quaternions, vector_message
+from virtualrobot_kernel.api.convert.values import quaternions, vector_message
 from virtualrobot_kernel.motion.running import Phase
 from virtualrobot_kernel.planning.robots import tcp_frame
 from virtualrobot_kernel.world.clock import Clock, Mode
@@ -19,19 +19,16 @@ MODES = {mode: getattr(kernel_pb2, f"CLOCK_MODE_{mode.name}") for mode in Mode}
 MODE_BY_NUMBER = {number: mode for mode, number in MODES.items()}
 
 
-def robot_states(
-    snapshot: Snapshot, robots: Iterable[Node], fields: frozenset[str] | None
-) -> list[robot_pb2.RobotState]:
-    """Return the states of some robots with the wanted fields (None: all)."""
-    nodes = list(robots)
+def robot_states(snapshot: Snapshot, nodes: Sequence[Node]) -> list[robot_pb2.RobotState]:
+    """Return the states of some robots."""
     messages = [_robot_state(snapshot, node) for node in nodes]
-    if nodes and (fields is None or "world_t_tcp" in fields):
+    if nodes:
         frames = np.stack([tcp_frame(snapshot, node) for node in nodes])
         for message, frame, turn in zip(messages, frames, quaternions(frames[:, :3, :3]).tolist(), strict=True):
             place = message.world_t_tcp
             place.position.CopyFrom(vector_message(frame[:3, 3].tolist()))
             place.orientation.x, place.orientation.y, place.orientation.z, place.orientation.w = turn
-    return [masked(message, fields) for message in messages]
+    return messages
 
 
 def _robot_state(snapshot: Snapshot, node: Node) -> robot_pb2.RobotState:
