@@ -5,6 +5,7 @@ Usage: python tools/screenshot.py http://127.0.0.1:8080 docs/pictures/cell.png -
 
 from __future__ import annotations
 
+import base64
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -25,16 +26,23 @@ def find_chromium() -> str | None:
 
 @contextmanager
 def opened(url: str, width: int, height: int) -> Iterator[Page]:
-    """Give the page at `url` in a fresh browser of that many pixels, scene loaded, and close it all after."""
+    """Give the viewer's page in a fresh browser of that many pixels, its canvas there, and close it all after."""
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=find_chromium(), args=list(ARGUMENTS))
         try:
             page = browser.new_page(viewport={"width": width, "height": height})
-            page.goto(url)
-            page.wait_for_selector("canvas")
+            # Left to itself the page takes fewer pixels when drawing is slow.
+            page.goto(f"{url}/?fixedDpr=1")
+            page.wait_for_function("window.__viserMutable && window.__viserMutable.canvas !== null")
             yield page
         finally:
             browser.close()
+
+
+def picture(page: Page) -> bytes:
+    """Return the scene as PNG, without the panels that lie over it."""
+    url: str = page.evaluate("window.__viserMutable.canvas.toDataURL('image/png')")
+    return base64.b64decode(url.partition(",")[2])
 
 
 @click.command()
@@ -48,7 +56,7 @@ def main(url: str, output: Path, width: int, height: int, wait: float) -> None:
     output.parent.mkdir(parents=True, exist_ok=True)
     with opened(url, width, height) as page:
         page.wait_for_timeout(1000.0 * wait)
-        page.screenshot(path=output)
+        output.write_bytes(picture(page))
     click.echo(f"{output}: {width}x{height}, {output.stat().st_size // 1024} kB")
 
 

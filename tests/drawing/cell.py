@@ -11,13 +11,14 @@ from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.models import import_model
+from virtualrobot_kernel.formats.submesh import Submesh
 from virtualrobot_kernel.numeric.forest import forward_forest
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.apply import apply
 from virtualrobot_kernel.world.commands import Command, CreateNodes
-from virtualrobot_kernel.world.figures import Figure, Pose
+from virtualrobot_kernel.world.figures import Figure, Mesh, Pose
 from virtualrobot_kernel.world.state import Snapshot, State
-from virtualrobot_kernel.world.structure import Kind, NodeSpec, Structure
+from virtualrobot_kernel.world.structure import Kind, NodeData, NodeSpec, RobotData, Structure
 
 TICK_SECONDS = 0.004
 
@@ -54,6 +55,7 @@ class Cell:
     def __init__(self) -> None:
         """Begin with an empty world."""
         self.library = MeshLibrary(AssetStore())
+        self.told: dict[str, tuple[Submesh, ...]] = {}
         self._files = Files(self.library.store, resolver=Resolver())
         structure = index.empty()
         self.snapshot = self._pictured(structure, State(0, np.zeros(0), np.zeros(0), np.eye(4)[None]))
@@ -64,11 +66,18 @@ class Cell:
         self.snapshot = self._pictured(change.structure, change.state)
 
     def add(
-        self, name: str, *figures: Figure, parent: str = "world", pose: Pose | None = None, kind: Kind = Kind.OBJECT
+        self,
+        name: str,
+        *figures: Figure,
+        parent: str = "world",
+        pose: Pose | None = None,
+        kind: Kind = Kind.OBJECT,
+        data: NodeData = None,
     ) -> None:
         """Add a node."""
         pose = np.eye(4) if pose is None else pose
-        self.do(CreateNodes((NodeSpec(name, kind, parent, pose, figures=figures),)))
+        data = RobotData() if data is None and kind is Kind.ROBOT else data
+        self.do(CreateNodes((NodeSpec(name, kind, parent, pose, figures=figures, data=data),)))
 
     def load(self, path: str, name: str, pose: Pose | None = None, parent: str = "world") -> None:
         """Add a model of pybullet_data."""
@@ -83,6 +92,10 @@ class Cell:
             taken=self.snapshot.structure.uid_by_name,
         )
         self.do(CreateNodes(model.nodes))
+
+    def meshes(self, mesh: Mesh) -> tuple[Submesh, ...]:
+        """Return the triangles of a mesh: those in `told` by URI, or those of its file."""
+        return self.told.get(mesh.uri) or self.library.load(mesh)
 
     def uid(self, name: str) -> int:
         """Return the uid of a node."""

@@ -112,7 +112,13 @@ def _added(server: viser.ViserServer, name: str, figure: Figure) -> Any:  # noqa
             points = np.frombuffer(positions, np.float64).reshape(-1, 3)
             own = np.frombuffer(colors, np.uint8).reshape(-1, 3) if colors else ink
             return server.scene.add_point_cloud(
-                name, points, own, point_size=size, point_shape="circle", point_shading="flat", precision="float32"
+                name,
+                points,
+                own,
+                point_size=0.5 * size,  # viser draws points twice as wide as this says
+                point_shape="circle",
+                point_shading="flat",
+                precision="float32",
             )
         case Lines(segments, width) if segments:
             points = np.frombuffer(segments, np.float64).reshape(-1, 2, 3)

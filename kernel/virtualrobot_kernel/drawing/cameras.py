@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 import viser
 from numpy.typing import NDArray
@@ -12,6 +14,9 @@ from virtualrobot_kernel.drawing.view import Camera
 UNTOUCHED = 1e-3
 """In meters: a camera this near to where it was put has not been moved by hand; browsers report 32-bit positions."""
 
+SETTLING = 1.0
+"""In seconds: so long after a camera was put somewhere the browser may still tell where it was before."""
+
 
 class Cameras:
     """Owns the camera of each viewer of one viser server. Call `follow` with each drawn picture."""
@@ -19,7 +24,7 @@ class Cameras:
     def __init__(self, server: viser.ViserServer) -> None:
         """Steer the cameras of the viewers of `server`."""
         self._server = server
-        self._put: dict[int, NDArray[np.float64]] = {}
+        self._put: dict[int, tuple[NDArray[np.float64], float]] = {}
         self._asked: Camera | None = None
         self._framed: NDArray[np.float64] | None = None
 
@@ -32,7 +37,7 @@ class Cameras:
         """
         clients = self._server.get_clients()
         self._put = {
-            key: self._put[key] if key in self._put else np.array(client.camera.position)
+            key: self._put[key] if key in self._put else (np.array(client.camera.position), time.monotonic())
             for key, client in clients.items()
         }
         if asked is not None:
@@ -43,11 +48,15 @@ class Cameras:
             untouched = {
                 key: client
                 for key, client in clients.items()
-                if self._asked is not None or np.allclose(client.camera.position, self._put[key], atol=UNTOUCHED)
+                if self._asked is not None or self._untouched(key, client)
             }
             self._move(framed(bounds), untouched)
             self._framed = bounds
         self._asked = asked
+
+    def _untouched(self, key: int, client: viser.ClientHandle) -> bool:
+        eye, moment = self._put[key]
+        return time.monotonic() < moment + SETTLING or np.allclose(client.camera.position, eye, atol=UNTOUCHED)
 
     def _move(self, camera: Camera, clients: dict[int, viser.ClientHandle]) -> None:
         """Put the cameras of these viewers, and of those that come later, to one place."""
@@ -64,4 +73,4 @@ class Cameras:
                 client.camera.position = eye
                 client.camera.look_at = target
                 client.camera.fov = camera.field_of_view
-            self._put[key] = eye
+            self._put[key] = eye, time.monotonic()

@@ -79,7 +79,8 @@ class Viewer:
         if self._thread is not None:
             self._thread.join(timeout=5.0)
         if self._server is not None:
-            self._server.stop()
+            with _quiet():
+                self._server.stop()
             self._server = None
 
     @property
@@ -193,5 +194,10 @@ def _serve(host: str, port: int) -> viser.ViserServer:
                 port=port,
             ) from error
         port = probe.getsockname()[1]
-    with contextlib.redirect_stdout(io.StringIO()):  # viser prints a banner, whatever `verbose` says
+    with _quiet():
         return _LocalServer(host=host, port=port, verbose=False)
+
+
+def _quiet() -> contextlib.AbstractContextManager[object]:
+    """Return a context without output: viser prints when it starts and stops, whatever `verbose` says."""
+    return contextlib.redirect_stdout(io.StringIO())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import struct
+from typing import Any
 
 import numpy as np
 import pytest
@@ -41,6 +42,7 @@ def test_triangles_and_normals_survive() -> None:
     read = trimesh.load_mesh(io.BytesIO(data), file_type="glb", process=False)
     assert np.array_equal(read.vertices, sphere.vertices)
     assert np.array_equal(read.faces, sphere.faces)
+    assert sphere.normals is not None
     assert np.array_equal(attribute(data, "NORMAL"), sphere.normals)
     assert struct.unpack_from("<4sII", data) == (b"glTF", 2, len(data))
 
@@ -81,9 +83,9 @@ def test_a_texture_comes_along_upright() -> None:
     Image.new("RGB", (2, 2), (10, 200, 30)).save(image, "PNG")
     uv = np.tile(np.array([[0.25, 1.0]], np.float32), (24, 1))
     (data,) = encode((part(uv=uv, texture=image.getvalue()),), None)
-    read = trimesh.load_mesh(io.BytesIO(data), file_type="glb", process=False)
-    assert np.array_equal(read.visual.uv, uv)  # trimesh counts v from below, as we do
-    assert read.visual.material.baseColorTexture.getpixel((0, 0))[:3] == (10, 200, 30)
+    visual: Any = trimesh.load_mesh(io.BytesIO(data), file_type="glb", process=False).visual
+    assert np.array_equal(visual.uv, uv)  # trimesh counts v from below, as we do
+    assert visual.material.baseColorTexture.getpixel((0, 0))[:3] == (10, 200, 30)
 
 
 def test_parts_without_normals_get_some_and_keep_their_colours() -> None:
