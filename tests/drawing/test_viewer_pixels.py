@@ -183,10 +183,11 @@ def test_a_joint_turns_its_link_and_shows_its_axis(stage: Stage) -> None:
     stage.view.update(camera=Camera((4.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.9))  # now y goes right
     stage.wait(lambda: is_background(stage.pixel(0.45, 0.0)) and is_green(stage.pixel(0.0, 0.8)))
     stage.view.update(joint_axes=(stage.cell.uid("arm"),))
-    # The arrow reaches 60% of the link's length to both sides; its head is at +y.
-    stage.wait(lambda: not is_background(stage.pixel(0.55, 0.0)) and not is_background(stage.pixel(-0.4, 0.0)))
+    # The arrow reaches 1.5 times the link's length to both sides of the joint; its head is at +y.
+    stage.wait(lambda: not is_background(stage.pixel(1.45, 0.0)) and not is_background(stage.pixel(-1.45, 0.0)))
+    assert is_background(stage.pixel(1.45, 0.08)) and is_background(stage.pixel(1.65, 0.0))
     stage.view.update(joint_axes=())
-    stage.wait(lambda: is_background(stage.pixel(0.55, 0.0)))
+    stage.wait(lambda: is_background(stage.pixel(1.45, 0.0)))
 
 
 def test_a_bounding_box_follows_the_arm_in_the_robots_frame(stage: Stage) -> None:

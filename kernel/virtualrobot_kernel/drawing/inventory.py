@@ -24,6 +24,9 @@ AXIS_COLORS: dict[JointType, Rgba] = {
 }
 """Colours of joint axes; a planar joint shows the normal of its plane, a floating one has no axis."""
 
+FLOOR = 30.0
+"""In meters: what is wider is a floor."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Piece:
@@ -150,24 +153,34 @@ def node_bounds(
         for piece in inventory.visible.get(below.uid, ())
         if len(points := library.get(piece.key[0]).points)
     ]
-    return _around(boxes)
+    if not boxes:
+        return None
+    return np.array([np.min([box[0] for box in boxes], axis=0), np.max([box[1] for box in boxes], axis=0)])
 
 
 def world_bounds(
-    structure: Structure, inventory: Inventory, world_t_node: NDArray[np.float64], library: ShapeLibrary
+    inventory: Inventory, world_t_node: NDArray[np.float64], library: ShapeLibrary
 ) -> NDArray[np.float64] | None:
     """Return a box (2, 3) that holds everything visible, or None when nothing is; meters, along the world's axes.
 
-    It is quick and may be wider than needed, since it goes by the corners of each shape's own box. Floors, of more
-    than 30 m, count only where there is nothing else.
+    It is quick and may be wider than needed, since it goes by the corners of each shape's own box. Floors
+    count only where there is nothing else.
     """
-    boxes = [
-        _box(world_t_node[structure.rows[uid]] @ piece.node_t_shape, piece.scale, corners)
-        for uid, pieces in inventory.visible.items()
-        for piece in pieces
-        if len(corners := library.get(piece.key[0]).corners)
-    ]
-    return _around([box for box in boxes if np.ptp(box, axis=0).max() < 30.0] or boxes)
+    boxes = []
+    for (shape, _), batch in inventory.batches.items():
+        corners = library.get(shape).corners
+        if shape == AXIS_ARROW or len(corners) == 0:
+            continue
+        poses = world_t_node[batch.rows] @ batch.node_t_shape
+        linear = poses[:, :3, :3] * batch.scale[:, None, :]
+        places = corners @ linear.transpose(0, 2, 1) + poses[:, None, :3, 3]
+        boxes.append(np.stack([places.min(axis=1), places.max(axis=1)], axis=1))
+    if not boxes:
+        return None
+    each = np.concatenate(boxes)
+    small = each[np.ptp(each, axis=1).max(axis=1) < FLOOR]
+    each = small if len(small) else each
+    return np.stack([each[:, 0].min(axis=0), each[:, 1].max(axis=0)])
 
 
 def _box(frame_t_shape: NDArray[np.float64], scale: Vector, points: NDArray[np.float32]) -> NDArray[np.float64]:
@@ -176,20 +189,16 @@ def _box(frame_t_shape: NDArray[np.float64], scale: Vector, points: NDArray[np.f
     return np.array([moved.min(axis=0), moved.max(axis=0)]) + frame_t_shape[:3, 3]
 
 
-def _around(boxes: list[NDArray[np.float64]]) -> NDArray[np.float64] | None:
-    if not boxes:
-        return None
-    return np.array([np.min([box[0] for box in boxes], axis=0), np.max([box[1] for box in boxes], axis=0)])
-
-
 def _reach(look: Look, library: ShapeLibrary) -> float:
-    """Return how long half an axis must be to stick out of a link: 60% of the extent of its shapes, 0.05 m at least."""
-    extents = [
-        float(np.ptp(points, axis=0).max() * max(piece.scale))
+    """Return the length in meters of half an axis that sticks out of its link and of the one before it.
+
+    It is 1.5 times as long as the link's shapes reach from the origin of its joint, 0.15 m at least.
+    """
+    corners = [
+        (library.get(piece.key[0]).corners * piece.scale) @ piece.node_t_shape[:3, :3].T + piece.node_t_shape[:3, 3]
         for piece in look.pieces
-        if len(points := library.get(piece.key[0]).points)
     ]
-    return max([0.05, *(0.6 * extent for extent in extents)])
+    return 1.5 * max([0.1, *(float(np.linalg.norm(places, axis=1).max()) for places in corners if len(places))])
 
 
 def _inherited(structure: Structure, tool_states: Mapping[int, str]) -> tuple[dict[int, bool], dict[int, str]]:

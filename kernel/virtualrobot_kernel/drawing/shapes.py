@@ -78,7 +78,7 @@ def arrow() -> Submesh:
 
 def axis_arrow() -> Submesh:
     """Return an arrow along z from -1 m to 1 m: what shows the axis of a joint."""
-    head, shaft = 0.14, 0.012
+    head, shaft = 0.14, 0.014
     return joined(
         transformed(cylinder(), (shaft, shaft, 2.0 - head), (0.0, 0.0, -0.5 * head)),
         transformed(cone(), (0.045, 0.045, head), (0.0, 0.0, 1.0 - 0.5 * head)),

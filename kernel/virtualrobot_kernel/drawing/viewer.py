@@ -168,7 +168,7 @@ class Picture:
         self._library.keep({shape for shape, _ in self._inventory.used})
         self._batches.arrange(self._inventory)
         self._annotations.arrange(structure, self._inventory)
-        self._bounds = world_bounds(structure, self._inventory, snapshot.world_t_node, self._library)
+        self._bounds = world_bounds(self._inventory, snapshot.world_t_node, self._library)
         return True
 
 

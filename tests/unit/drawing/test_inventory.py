@@ -124,7 +124,7 @@ def test_each_moving_joint_has_an_arrow_along_its_axis() -> None:
     assert axes[0][1].key != axes[1][1].key  # turning and sliding joints differ in colour
     assert axes[0][1].node_t_shape[:3, 2] == pytest.approx(tilted)
     assert axes[1][1].node_t_shape[:3, 2] == pytest.approx((0, -1, 0))
-    assert axes[0][1].scale[0] == pytest.approx(0.6)  # of the link's extent of 1 m
+    assert axes[0][1].scale[0] == pytest.approx(1.5 * np.sqrt(0.1**2 + 0.1**2 + 0.5**2))  # reach of its corners
     inventory = take(structure, {}, axes)
     assert sum(len(batch.rows) for key, batch in inventory.batches.items() if key[0] == AXIS_ARROW) == 2
 
@@ -150,7 +150,7 @@ def test_bounds_are_tight_in_the_nodes_frame_and_cover_its_children(rng: np.rand
     box = node_bounds(structure, inventory, world_t_node, library, 2)
     assert box is not None
     assert box == pytest.approx(np.array([[-0.5, -1.0, -1.5], [2.5, 1.0, 1.5]]), abs=0.005)
-    everything = world_bounds(structure, inventory, world_t_node, library)
+    everything = world_bounds(inventory, world_t_node, library)
     assert everything is not None
     corners = np.array(np.meshgrid(*box.T)).reshape(3, -1).T @ pose[:3, :3].T + pose[:3, 3]
     assert (everything[0] < corners.max(axis=0)).all() and (everything[1] > corners.min(axis=0)).all()
@@ -160,8 +160,8 @@ def test_a_floor_does_not_count_beside_other_things() -> None:
     floor = Node(2, "floor", Kind.OBJECT, 1, figures=(Figure(Box((200.0, 200.0, 0.1))),))
     ball = Node(3, "ball", Kind.PART, 1, figures=(Figure(Sphere(1.0)),))
     world_t_node, library = np.tile(np.eye(4), (3, 1, 1)), ShapeLibrary(no_meshes)
-    both = world_bounds(structure := built(floor, ball), take(structure, {}), world_t_node, library)
-    alone = world_bounds(structure := built(floor), take(structure, {}), world_t_node, library)
+    both = world_bounds(take(built(floor, ball), {}), world_t_node, library)
+    alone = world_bounds(take(built(floor), {}), world_t_node, library)
     assert both is not None and alone is not None
     assert np.ptp(both, axis=0) == pytest.approx((2.0, 2.0, 2.0))
     assert np.ptp(alone, axis=0).max() == pytest.approx(200.0)
