@@ -60,7 +60,7 @@ def load(client: Client) -> None:
     limit_speeds(client, "iiwa", IIWA_SPEEDS)
     client.view.background = "#e8edf2"
     client.view.grid = False
-    client.view.set_camera(position=(0.95, -2.75, 1.9), target=(-0.2, 0.41, 0.44), field_of_view=0.7)
+    client.view.set_camera(position=(0.95, -2.75, 1.85), target=(-0.2, 0.41, 0.43), field_of_view=0.68)
 
 
 def limit_speeds(client: Client, robot: str, speeds: ArrayLike) -> None:
