@@ -16,6 +16,9 @@ from virtualrobot.v1 import geometry_pb2
 from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.world.state import Snapshot
 
+GRID = 2.0**-48
+PIVOTS = [3, 0, 1, 2]
+
 M = TypeVar("M", bound=Message)
 
 DTYPES = {
@@ -59,24 +62,40 @@ def pose(message: geometry_pb2.Pose, what: str = "pose") -> NDArray[np.float64]:
         result[:3, 3] = vector(message.position, f"{what}.position")
     if message.HasField("orientation"):
         turn = message.orientation
-        result[:3, :3] = rotation(np.array([turn.x, turn.y, turn.z, turn.w]), f"{what}.orientation")
+        result[:3, :3] = rotation(snapped(np.array([turn.x, turn.y, turn.z, turn.w]), f"{what}.orientation"))
     result.setflags(write=False)
     return result
 
 
-def rotation(xyzw: NDArray[np.float64], what: str) -> NDArray[np.float64]:
-    """Return the rotation matrix of a quaternion x, y, z, w, which is normalised first."""
+def snapped(xyzw: NDArray[np.float64], what: str) -> NDArray[np.float64]:
+    """Return the unit quaternion x, y, z, w whose components lie on a grid of 2^-48, the largest one excepted.
+
+    It is within 4e-15 rad of the one given. A quaternion on this grid survives the way to a matrix and back to the last
+    bit, which no rounding to the nearest float does: so a scene that is saved and loaded again is the same.
+    """
     length = float(np.linalg.norm(xyzw))
     if not (math.isfinite(length) and length > 1e-9):
         raise KernelError(f"{what} must be a quaternion of a length above 0, not {xyzw.tolist()}", field=what)
-    x, y, z, w = xyzw / length
-    return np.array(
+    result = np.round(xyzw / length / GRID) * GRID
+    # Among components that are as good as equal always the same one is the largest: w, x, y, z.
+    sizes = np.abs(result[PIVOTS])
+    pivot = PIVOTS[int(np.argmax(sizes >= sizes.max() - 1e-9))]
+    result[pivot] = 0.0
+    result[pivot] = math.copysign(math.sqrt(1.0 - float(result @ result)), xyzw[pivot])
+    return (result if result[3] > 0.0 or (result[3] == 0.0 and result[pivot] > 0.0) else -result) + 0.0
+
+
+def rotation(xyzw: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the rotation matrix (3, 3) of a unit quaternion x, y, z, w."""
+    x, y, z, w = xyzw
+    matrix = np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
             [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
             [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
         ]
     )
+    return matrix + 0.0  # no -0.0: equal rotations have equal bits
 
 
 def quaternions(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -124,7 +143,7 @@ def pose_message(matrix: NDArray[np.float64]) -> geometry_pb2.Pose:
     if matrix[:3, 3].any():
         message.position.CopyFrom(vector_message(matrix[:3, 3].tolist()))
     if not np.array_equal(matrix[:3, :3], np.eye(3)):
-        x, y, z, w = quaternions(matrix[None, :3, :3])[0].tolist()
+        x, y, z, w = snapped(quaternions(matrix[None, :3, :3])[0], "orientation").tolist()
         message.orientation.CopyFrom(geometry_pb2.Quaternion(x=x, y=y, z=z, w=w))
     return message
 
