@@ -29,7 +29,7 @@ def cells(row: Row) -> tuple[str, ...]:
     ratio, budget = row["ratio"], row["budget"]
     verdict = "" if budget is None or ratio is None else "kept" if ratio <= budget else "MISSED"
     return (
-        row["name"] + (f" ({row['note']})" if row.get("note") else ""),
+        row["name"] + (f" ({note})" if (note := row.get("note")) else ""),
         f"{row['ours']:.4g}",
         f"{row['peer']:.4g}",
         row["peer_name"],

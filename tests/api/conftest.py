@@ -59,8 +59,9 @@ class KernelProcess:
         channel = grpc.insecure_channel(self.address, options)
         if not self.token:
             return channel
+        # The types ask for a class where a function will do.
         credentials = grpc.metadata_call_credentials(
-            lambda _, callback: callback((("authorization", f"Bearer {self.token}"),), None)
+            lambda _, callback: callback((("authorization", f"Bearer {self.token}"),), None)  # pyright: ignore
         )
         secure = grpc.composite_channel_credentials(grpc.local_channel_credentials(), credentials)
         return grpc.secure_channel(self.address, secure)
