@@ -70,7 +70,7 @@ def test_impossible_quaternions_are_refused(bad: tuple[float, ...]) -> None:
         ({"type": geometry_pb2.ARRAY_TYPE_FLOAT64, "shape": [2, 3], "data": bytes(47)}, "needs 48 bytes, not 47"),
         ({"type": geometry_pb2.ARRAY_TYPE_FLOAT64, "shape": [2**31, 3], "data": b""}, "needs 51539607552 bytes, not 0"),
         (
-            {"type": geometry_pb2.ARRAY_TYPE_FLOAT32, "shape": [1, 3], "data": np.float32([1, np.nan, 3]).tobytes()},
+            {"type": geometry_pb2.ARRAY_TYPE_FLOAT32, "shape": [1, 3], "data": np.array([1, np.nan, 3], np.float32).tobytes()},
             "not finite",
         ),
     ],
