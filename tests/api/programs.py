@@ -47,19 +47,15 @@ class Program:
                     base_joint=nodes_pb2.JOINT_TYPE_FLOATING if name == "r2d2" else nodes_pb2.JOINT_TYPE_FIXED,
                 ),
             )
-        fingers = {"panda_finger_joint1": 0.04, "panda_finger_joint2": 0.04}
+        fingers = {"panda_finger_joint1": 0.04}
         closed = dict.fromkeys(fingers, 0.01)
         states = [
             nodes_pb2.ToolState(name="open", joint_positions=fingers),
             nodes_pb2.ToolState(name="closed", joint_positions=closed),
         ]
-        self.apply(
-            scene_pb2.Command(
-                create_node=scene_pb2.CreateNode(
-                    node=nodes_pb2.Node(name="hand", parent="panda.panda_hand", tool=nodes_pb2.Tool(states=states))
-                )
-            )
-        )
+        tool = nodes_pb2.Node(name="hand", parent="panda.panda_hand", tool=nodes_pb2.Tool(states=states))
+        mounted = self.apply(scene_pb2.Command(create_node=scene_pb2.CreateNode(node=tool)))
+        assert mounted, "the program needs its hand"
         self.joints = {
             name: stubs.robot.GetRobot(robot_pb2.GetRobotRequest(name=name)).joints for name in ("iiwa", "panda")
         }
