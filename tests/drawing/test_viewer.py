@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import viser._viser
 from virtualrobot_kernel.drawing.view import Camera, ViewSettings, ViewStore
-from virtualrobot_kernel.drawing.viewer import Viewer
+from virtualrobot_kernel.drawing.viewer import PORTS_TRIED, Viewer
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.world.commands import RemoveNode
 from virtualrobot_kernel.world.figures import Box, Figure, Material
@@ -58,17 +58,31 @@ def in_the_middle(stage: Stage) -> bool:
     return abs(right - 0.5) < 0.06 and abs(down - 0.5) < 0.12 and 500 < pixels < 0.5 * WIDTH * HEIGHT
 
 
-def test_a_port_in_use_is_named() -> None:
-    cell = Cell()
+@pytest.fixture
+def taken_port() -> Iterator[int]:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
-        port = taken.getsockname()[1]
-        viewer = Viewer(lambda: cell.snapshot, ViewStore(), cell.meshes, port=port)
-        with pytest.raises(KernelError, match=str(port)) as refused:
-            viewer.start()
-        assert refused.value.metadata["port"] == str(port)
-        viewer.close()
+        yield taken.getsockname()[1]
+
+
+def test_when_its_port_is_in_use_the_viewer_takes_one_of_the_next(taken_port: int) -> None:
+    cell = Cell()
+    viewer = Viewer(lambda: cell.snapshot, ViewStore(), cell.meshes, port=taken_port)
+    viewer.start()
+    port = int(viewer.url.rpartition(":")[2])
+    viewer.close()
+    assert taken_port < port < taken_port + PORTS_TRIED
+
+
+def test_when_no_port_is_free_the_error_names_them(taken_port: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("virtualrobot_kernel.drawing.viewer.PORTS_TRIED", 1)
+    cell = Cell()
+    viewer = Viewer(lambda: cell.snapshot, ViewStore(), cell.meshes, port=taken_port)
+    with pytest.raises(KernelError, match=str(taken_port)) as refused:
+        viewer.start()
+    assert refused.value.metadata == {"host": "127.0.0.1", "port": str(taken_port)}
+    viewer.close()
     assert viewer.url == ""
 
 

@@ -26,6 +26,9 @@ from virtualrobot_kernel.world.state import Snapshot
 AFTER_ERROR = 1.0
 """How long a picture that failed is not tried again, in seconds."""
 
+PORTS_TRIED = 50
+"""How many ports are tried, from the one that was asked for."""
+
 log = logging.getLogger(__name__)
 
 
@@ -52,7 +55,7 @@ class Viewer:
             view: how the picture is set up.
             meshes: gives the triangles of a mesh.
             host: the address to serve on; the page knows no password, so keep it on this machine.
-            port: the port to serve on; 0 takes any that is free.
+            port: the port to serve on; when it is in use the next ones are tried; 0 takes any that is free.
             rate: how often the picture changes at most, per second.
         """
         self._snapshot = snapshot
@@ -66,7 +69,7 @@ class Viewer:
         self._closing = threading.Event()
 
     def start(self) -> None:
-        """Open the port and start to draw; raise KernelError when the port is in use."""
+        """Open the port and start to draw; raise KernelError when no port is free."""
         server = self._server = _serve(self._host, self._port)
         server.on_client_connect(lambda client: self._awake.set())
         self._thread = threading.Thread(target=self._run, args=(server,), name="drawing", daemon=True)
@@ -181,21 +184,24 @@ class _LocalServer(viser.ViserServer):
 
 
 def _serve(host: str, port: int) -> viser.ViserServer:
-    """Return a running server on exactly this port; raise KernelError when it is in use."""
-    with socket.socket() as probe:
-        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            probe.bind((host, port))
-        except OSError as error:
-            raise KernelError(
-                f"the viewer cannot use {host}:{port} ({error.strerror}); choose another port, or 0 for any free one",
-                reason=Reason.INVALID_ARGUMENT,
-                host=host,
-                port=port,
-            ) from error
-        port = probe.getsockname()[1]
-    with _quiet():
-        return _LocalServer(host=host, port=port, verbose=False)
+    """Return a running server on the first free port from `port` on; raise KernelError when there is none."""
+    last = port + PORTS_TRIED - 1 if port else 0
+    for candidate in range(port, last + 1):
+        with socket.socket() as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            try:
+                probe.bind((host, candidate))
+            except (OSError, OverflowError):
+                continue
+            free = probe.getsockname()[1]
+        with _quiet():
+            return _LocalServer(host=host, port=free, verbose=False)
+    raise KernelError(
+        f"the viewer can listen on no port from {port} to {last} of {host}; choose another one, or 0 for any free port",
+        reason=Reason.INVALID_ARGUMENT,
+        host=host,
+        port=port,
+    )
 
 
 def _quiet() -> contextlib.AbstractContextManager[object]:
