@@ -56,6 +56,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--tick-milliseconds", type=float, default=4.0, help="the length of a tick, from 1 (default: 4)"
     )
+    parser.add_argument("--end-with-input", action="store_true", help="end with the standard input: for children")
     parser.add_argument("--debug", action="store_true", help="log more, and show tracebacks")
     return parser
 
@@ -98,11 +99,20 @@ def _serve(options: argparse.Namespace) -> int:
             print(f"listening on {options.host}:{port}", flush=True)
             if not options.headless:
                 print(f"viewer at {kernel.start_viewer()}", flush=True)
+            if options.end_with_input:
+                threading.Thread(target=_wait_for_input, args=(ended,), name="input", daemon=True).start()
             while not ended.wait(0.5):  # a wait without timeout can't be interrupted on Windows
                 pass
     finally:
         kernel.close()
     return 1 if faults else 0
+
+
+def _wait_for_input(ended: threading.Event) -> None:
+    """Read until standard input ends, as it does however its other end died."""
+    while os.read(sys.stdin.fileno(), 4096):
+        pass
+    ended.set()
 
 
 def _check(options: argparse.Namespace) -> None:

@@ -143,3 +143,25 @@ def test_a_message_over_the_limit_is_refused_and_hurts_nobody(kernel: KernelProc
     assert refused.value.code() is grpc.StatusCode.RESOURCE_EXHAUSTED  # pyright: ignore[reportAttributeAccessIssue]
     assert str(limit) in str(refused.value.details())  # pyright: ignore[reportAttributeAccessIssue]
     assert stubs.kernel.GetInfo(INFO).process_id == kernel.process.pid
+
+
+def test_a_child_kernel_ends_when_its_parent_is_killed() -> None:
+    """The parent here is a Python process that starts a kernel as `virtualrobot demo` does, and is killed."""
+    program = (
+        "import sys, time\n"
+        "from virtualrobot.kernel_process import KernelProcess\n"
+        "kernel = KernelProcess('--no-token', headless=True)\n"
+        "print(kernel.address, flush=True)\n"
+        "time.sleep(600)\n"
+    )
+    parent = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
+    assert parent.stdout
+    address = parent.stdout.readline().strip()
+    with grpc.insecure_channel(address) as channel:
+        watch = kernel_pb2_grpc.KernelServiceStub(channel).WatchClock(kernel_pb2.WatchClockRequest())
+        next(watch)
+        parent.kill()
+        parent.wait(30)
+        parent.stdout.close()
+        refused = refusal(lambda: [None for _ in watch])
+    assert (refused.code, refused.reason) == (grpc.StatusCode.UNAVAILABLE, "SHUTTING_DOWN")

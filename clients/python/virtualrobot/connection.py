@@ -103,8 +103,13 @@ class Client:
         response = self._services.motion.Stop(motion_pb2.StopRequest(robots=robots))
         return [motion.Motion(self._services, message) for message in response.motions]
 
-    def set_speed_factor(self, factor: float) -> None:
-        """Slow all motions: above 0, up to 1; running ones change their speed smoothly."""
+    @property
+    def speed_factor(self) -> float:
+        """By what all motions are slowed, above 0, up to 1; setting it changes running ones smoothly."""
+        return self._services.motion.ListMotions(motion_pb2.ListMotionsRequest(running_only=True)).speed_factor
+
+    @speed_factor.setter
+    def speed_factor(self, factor: float) -> None:
         Direct(self._services).set_speed_factor(factor)
 
     def shutdown(self) -> None:

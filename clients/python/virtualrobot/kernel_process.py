@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
 import subprocess
 import sys
 import threading
@@ -18,7 +17,8 @@ _VIEWER = "viewer at "
 class KernelProcess:
     """A kernel that was started on a free port of this machine; a context manager that ends it.
 
-    It is a process of its own, so Ctrl-C reaches this program alone, which ends the kernel when it is done.
+    It is a process of its own, so Ctrl-C reaches this program alone, which ends the kernel when it is done. Should this
+    program be killed, the kernel's standard input ends and the kernel with it.
 
     Attributes:
         address: `host:port`, for `virtualrobot.connect`.
@@ -37,7 +37,7 @@ class KernelProcess:
         Raises:
             KernelGoneError: when it ends before it answers.
         """
-        command = [sys.executable, "-m", "virtualrobot", "serve", "--port", "0", *options]
+        command = [sys.executable, "-m", "virtualrobot", "serve", "--port", "0", "--end-with-input", *options]
         if headless:
             command.append("--headless")
         self.address = self.viewer_url = ""
@@ -45,7 +45,7 @@ class KernelProcess:
         self._ready = threading.Event()
         self._process = subprocess.Popen(
             command,
-            stdin=subprocess.DEVNULL,
+            stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
             encoding="utf-8",
@@ -65,9 +65,8 @@ class KernelProcess:
 
     def close(self, timeout_seconds: float = 20.0) -> int:
         """End the kernel and return its exit code; one that does not end in time is killed."""
-        if self._process.poll() is None:
-            # On Windows `terminate` would kill it at once.
-            self._process.send_signal(getattr(signal, "CTRL_BREAK_EVENT", signal.SIGTERM))
+        assert self._process.stdin is not None
+        self._process.stdin.close()
         try:
             return self._process.wait(timeout_seconds)
         except subprocess.TimeoutExpired:

@@ -12,7 +12,7 @@ from virtualrobot.geometry import Matrix, poses_from_rows
 from virtualrobot.mover import JointPositions, Mover
 from virtualrobot.robot_values import ForwardSolution, InverseSolution, JointLimits, RobotState
 from virtualrobot.tool import Tool
-from virtualrobot.v1 import robot_pb2
+from virtualrobot.v1 import robot_pb2, scene_pb2
 from virtualrobot.wire import array_of, pose_message, pose_of
 
 
@@ -104,9 +104,13 @@ class Robot(Mover):
         """
         return Tool.of(self._services, self.name, name)
 
-    def pick(self, part: str = "", max_distance_meters: float = 0.0) -> None:
-        """Fix a part to the chosen tool; without a name the one nearest to the tool centre point, within 0.2 m."""
-        Direct(self._services).pick(self.name, part, max_distance_meters)
+    def pick(self, part: str = "", max_distance_meters: float = 0.0) -> str:
+        """Fix a part to the chosen tool and return its name.
+
+        Without a name it is the one nearest to the tool centre point, within 0.2 m.
+        """
+        command = scene_pb2.PickPart(robot=self.name, part=part, max_distance_meters=max_distance_meters)
+        return self._services.apply([scene_pb2.Command(pick_part=command)]).picked_parts[0]
 
     def place(self, part: str = "", parent: str = "") -> None:
         """Let a part go, or all; it stays where it is, fixed to `parent` (empty: world)."""

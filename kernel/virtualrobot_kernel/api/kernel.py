@@ -72,7 +72,7 @@ class KernelServicer(kernel_pb2_grpc.KernelServiceServicer):
         if mode is None:
             raise KernelError("mode must be CLOCK_MODE_REALTIME or CLOCK_MODE_STEPPED", mode=request.mode)
         world = self._rooms.world
-        factor = finite(request.speed_factor, "speed_factor") or 1.0
+        factor = finite(request.speed_factor, "speed_factor") or world.clock.speed_factor
         snapshot = await asyncio.wrap_future(world.set_clock(mode, factor))
         return kernel_pb2.SetClockResponse(stamp=stamp(snapshot), clock=clock_message(world.clock))
 

@@ -66,7 +66,9 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         state = snapshot.state
         motions = state.motions if request.running_only else (*state.ended, *state.motions)
         return motion_pb2.ListMotionsResponse(
-            stamp=stamp(snapshot), motions=[motion_message(snapshot, motion) for motion in motions]
+            stamp=stamp(snapshot),
+            motions=[motion_message(snapshot, motion) for motion in motions],
+            speed_factor=state.speed_factor,
         )
 
     async def WatchMotion(

@@ -62,7 +62,12 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
             commands = await run(self._rooms.workers, scene_files.with_assets, self._rooms.meshes, commands)
         expected = request.expected_structure_revision if request.HasField("expected_structure_revision") else None
         applied = await self._submit(commands, context, expected)
-        return scene_pb2.ApplyResponse(stamp=stamp(applied.snapshot), created=created_nodes(applied))
+        nodes = applied.snapshot.structure.nodes
+        return scene_pb2.ApplyResponse(
+            stamp=stamp(applied.snapshot),
+            created=created_nodes(applied),
+            picked_parts=[nodes[uid].name for uid in applied.picked if uid in nodes],
+        )
 
     async def ImportModel(
         self, request: scene_pb2.ImportModelRequest, context: object

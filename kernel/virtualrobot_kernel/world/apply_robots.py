@@ -63,7 +63,7 @@ def pick_part(change: Change, command: PickPart, forward: Forward) -> Change:
             distance_meters=distance[part.uid],
             max_distance_meters=limit,
         )
-    return attached(change, part, tool, None, forward)
+    return attached(replace(change, picked=(*change.picked, part.uid)), part, tool, None, forward)
 
 
 def place_part(change: Change, command: PlacePart, forward: Forward) -> Change:

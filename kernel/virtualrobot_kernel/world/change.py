@@ -23,11 +23,15 @@ LIMIT_TOLERANCE = 1e-9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Change:
-    """The world before or after a command; `created` are uids of nodes and ids of motions, in order."""
+    """The world before or after a command.
+
+    `created` are uids of nodes and ids of motions, `picked` uids of parts that were picked; both in order.
+    """
 
     structure: Structure
     state: State
     created: tuple[int | str, ...] = ()
+    picked: tuple[int, ...] = ()
 
 
 def inverse(pose: Pose) -> Pose:

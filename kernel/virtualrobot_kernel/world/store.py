@@ -35,10 +35,11 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Applied:
-    """What a batch did: the world after it, and the uids and motion ids that it created."""
+    """What a batch did: the world after it, the uids and motion ids that it created, the parts that it picked."""
 
     snapshot: Snapshot
     created: tuple[int | str, ...]
+    picked: tuple[int, ...]
 
 
 @dataclass(slots=True, eq=False)
@@ -184,7 +185,7 @@ class World:
         change = apply(before.structure, before.state, batch.commands, self._forward)
         self._journal.append(Entry(before.state.tick, batch.author, batch.commands))
         self._publish(change.structure, change.state)
-        return Applied(self.snapshot, change.created)
+        return Applied(self.snapshot, change.created, change.picked)
 
     def _step(self, ticks: int) -> Snapshot:
         if self.clock.mode is not Mode.STEPPED:

@@ -31,7 +31,7 @@ def client(client_kernel: KernelProcess) -> Iterator[virtualrobot.Client]:
     with virtualrobot.connect(client_kernel.address, client_kernel.token) as client:
         client.stop()
         client.services.scene.LoadScene(scene_pb2.LoadSceneRequest(text=EMPTY_SCENE))
-        client.set_speed_factor(1.0)
+        client.speed_factor = 1.0
         client.clock.set_realtime()
         yield client
 

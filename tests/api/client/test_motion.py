@@ -160,7 +160,7 @@ def test_a_client_that_vanishes(
 def test_speed_factors_slow_a_running_motion(client: Client, iiwa: Robot) -> None:
     iiwa.speed_factor = 0.5
     assert iiwa.speed_factor == 0.5
-    client.set_speed_factor(0.5)
+    client.speed_factor = 0.5
     # Half of half the speed: four times the planned time, and some more for getting slower and faster.
     before = client.clock.simulation_time
     motion = iiwa.follow([0, 0.25], [iiwa.positions, iiwa.positions + 0.05])

@@ -59,18 +59,26 @@ def test_impossible_quaternions_are_refused(bad: tuple[float, ...]) -> None:
         pose(geometry_pb2.Pose(orientation=geometry_pb2.Quaternion(**dict(zip("xyzw", bad, strict=True)))))
 
 
+FLOAT64 = geometry_pb2.ARRAY_TYPE_FLOAT64
+NAN = np.array([1.0, np.nan, 3.0])
+
+
 @pytest.mark.parametrize(
     ("fields", "match"),
     [
         ({"shape": [2, 3], "data": bytes(48)}, "must say how the numbers are stored"),
         (
-            {"type": geometry_pb2.ARRAY_TYPE_FLOAT64, "shape": [2, 2], "data": bytes(32)},
+            {"type": FLOAT64, "shape": [2, 2], "data": bytes(32)},
             r"must have the shape \(n, 3\)",
         ),
-        ({"type": geometry_pb2.ARRAY_TYPE_FLOAT64, "shape": [2, 3], "data": bytes(47)}, "needs 48 bytes, not 47"),
-        ({"type": geometry_pb2.ARRAY_TYPE_FLOAT64, "shape": [2**31, 3], "data": b""}, "needs 51539607552 bytes, not 0"),
+        ({"type": FLOAT64, "shape": [2, 3], "data": bytes(47)}, "needs 48 bytes, not 47"),
+        ({"type": FLOAT64, "shape": [2**31, 3]}, "needs 51539607552 bytes, not 0"),
         (
-            {"type": geometry_pb2.ARRAY_TYPE_FLOAT32, "shape": [1, 3], "data": np.array([1, np.nan, 3], np.float32).tobytes()},
+            {
+                "type": geometry_pb2.ARRAY_TYPE_FLOAT32,
+                "shape": [1, 3],
+                "data": np.array([1, np.nan, 3], np.float32).tobytes(),
+            },
             "not finite",
         ),
     ],

@@ -6,7 +6,9 @@ waits until the arm has taken the box away, the arm says `pallet_full_iiwa` at i
 
 from __future__ import annotations
 
+import os
 import queue
+import sys
 import webbrowser
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -40,7 +42,8 @@ def main(client: Client, loop: bool = False, headless: bool = False, layers: int
     cell.load(client)
     if client.info.viewer_url:
         print(f"viewer at {client.info.viewer_url}", flush=True)
-        if not headless:
+        # Without a desktop Python might start a text browser in this terminal.
+        if not headless and (sys.platform != "linux" or {"DISPLAY", "WAYLAND_DISPLAY"} & os.environ.keys()):
             webbrowser.open(client.info.viewer_url)
     run(client, layers)
     while loop:

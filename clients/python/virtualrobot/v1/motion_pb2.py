@@ -25,7 +25,7 @@ _sym_db = _symbol_database.Default()
 from virtualrobot.v1 import geometry_pb2 as virtualrobot_dot_v1_dot_geometry__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1cvirtualrobot/v1/motion.proto\x12\x0fvirtualrobot.v1\x1a\x1evirtualrobot/v1/geometry.proto\"\xa6\x01\n\x12StartMotionRequest\x12$\n\x05moves\x18\x01 \x03(\x0b\x32\x15.virtualrobot.v1.Move\x12\x30\n\x0b\x62usy_policy\x18\x02 \x01(\x0e\x32\x1b.virtualrobot.v1.BusyPolicy\x12\x38\n\ron_disconnect\x18\x03 \x01(\x0e\x32!.virtualrobot.v1.DisconnectPolicy\"\x8b\x02\n\x04Move\x12\r\n\x05robot\x18\x01 \x01(\t\x12\x14\n\x0cspeed_factor\x18\x02 \x01(\x01\x12\x37\n\x0epoint_to_point\x18\n \x01(\x0b\x32\x1d.virtualrobot.v1.PointToPointH\x00\x12)\n\x06linear\x18\x0b \x01(\x0b\x32\x17.virtualrobot.v1.LinearH\x00\x12<\n\x10joint_trajectory\x18\x0c \x01(\x0b\x32 .virtualrobot.v1.JointTrajectoryH\x00\x12\x34\n\ntool_state\x18\r \x01(\x0b\x32\x1e.virtualrobot.v1.ToolStateMoveH\x00\x42\x06\n\x04move\"M\n\x08PoseGoal\x12.\n\x0freference_t_tcp\x18\x01 \x01(\x0b\x32\x15.virtualrobot.v1.Pose\x12\x11\n\treference\x18\x02 \x01(\t\"\x8b\x01\n\tJointGoal\x12G\n\x0fjoint_positions\x18\x01 \x03(\x0b\x32..virtualrobot.v1.JointGoal.JointPositionsEntry\x1a\x35\n\x13JointPositionsEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\x01:\x02\x38\x01\"\x82\x01\n\x0cPointToPoint\x12,\n\x06joints\x18\x01 \x01(\x0b\x32\x1a.virtualrobot.v1.JointGoalH\x00\x12)\n\x04pose\x18\x02 \x01(\x0b\x32\x19.virtualrobot.v1.PoseGoalH\x00\x12\x11\n\x07posture\x18\x03 \x01(\tH\x00\x42\x06\n\x04goal\"\x8d\x01\n\x06Linear\x12\'\n\x04goal\x18\x01 \x01(\x0b\x32\x19.virtualrobot.v1.PoseGoal\x12&\n\x1emax_velocity_meters_per_second\x18\x02 \x01(\x01\x12\x32\n*max_acceleration_meters_per_second_squared\x18\x03 \x01(\x01\"\xa4\x01\n\x0fJointTrajectory\x12\x13\n\x0bjoint_names\x18\x01 \x03(\t\x12%\n\x05times\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Array\x12)\n\tpositions\x18\x03 \x01(\x0b\x32\x16.virtualrobot.v1.Array\x12*\n\nvelocities\x18\x04 \x01(\x0b\x32\x16.virtualrobot.v1.Array\",\n\rToolStateMove\x12\x0c\n\x04tool\x18\x01 \x01(\t\x12\r\n\x05state\x18\x02 \x01(\t\"\xb8\x01\n\x06Motion\x12\n\n\x02id\x18\x01 \x01(\t\x12\x0e\n\x06robots\x18\x02 \x03(\t\x12+\n\x05phase\x18\x03 \x01(\x0e\x32\x1c.virtualrobot.v1.MotionPhase\x12\x10\n\x08progress\x18\x04 \x01(\x01\x12 \n\x18planned_duration_seconds\x18\x05 \x01(\x01\x12\x1a\n\x12start_time_seconds\x18\x06 \x01(\x01\x12\x15\n\rcancel_reason\x18\x07 \x01(\t\"e\n\x13StartMotionResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\'\n\x06motion\x18\x02 \x01(\x0b\x32\x17.virtualrobot.v1.Motion\"\x1e\n\x10GetMotionRequest\x12\n\n\x02id\x18\x01 \x01(\t\"c\n\x11GetMotionResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\'\n\x06motion\x18\x02 \x01(\x0b\x32\x17.virtualrobot.v1.Motion\"*\n\x12ListMotionsRequest\x12\x14\n\x0crunning_only\x18\x01 \x01(\x08\"f\n\x13ListMotionsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12(\n\x07motions\x18\x02 \x03(\x0b\x32\x17.virtualrobot.v1.Motion\"8\n\x12WatchMotionRequest\x12\n\n\x02id\x18\x01 \x01(\t\x12\x16\n\x0emax_rate_hertz\x18\x02 \x01(\x01\"e\n\x13WatchMotionResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\'\n\x06motion\x18\x02 \x01(\x0b\x32\x17.virtualrobot.v1.Motion\" \n\x12PauseMotionRequest\x12\n\n\x02id\x18\x01 \x01(\t\">\n\x13PauseMotionResponse\x12\'\n\x06motion\x18\x01 \x01(\x0b\x32\x17.virtualrobot.v1.Motion\"!\n\x13ResumeMotionRequest\x12\n\n\x02id\x18\x01 \x01(\t\"?\n\x14ResumeMotionResponse\x12\'\n\x06motion\x18\x01 \x01(\x0b\x32\x17.virtualrobot.v1.Motion\"1\n\x13\x43\x61ncelMotionRequest\x12\n\n\x02id\x18\x01 \x01(\t\x12\x0e\n\x06reason\x18\x02 \x01(\t\"?\n\x14\x43\x61ncelMotionResponse\x12\'\n\x06motion\x18\x01 \x01(\x0b\x32\x17.virtualrobot.v1.Motion\"\x1d\n\x0bStopRequest\x12\x0e\n\x06robots\x18\x01 \x03(\t\"8\n\x0cStopResponse\x12(\n\x07motions\x18\x01 \x03(\x0b\x32\x17.virtualrobot.v1.Motion*Z\n\nBusyPolicy\x12\x1b\n\x17\x42USY_POLICY_UNSPECIFIED\x10\x00\x12\x16\n\x12\x42USY_POLICY_REJECT\x10\x01\x12\x17\n\x13\x42USY_POLICY_PREEMPT\x10\x02*q\n\x10\x44isconnectPolicy\x12!\n\x1d\x44ISCONNECT_POLICY_UNSPECIFIED\x10\x00\x12\x1a\n\x16\x44ISCONNECT_POLICY_STOP\x10\x01\x12\x1e\n\x1a\x44ISCONNECT_POLICY_CONTINUE\x10\x02*\xcb\x01\n\x0bMotionPhase\x12\x1c\n\x18MOTION_PHASE_UNSPECIFIED\x10\x00\x12\x18\n\x14MOTION_PHASE_RUNNING\x10\x01\x12\x18\n\x14MOTION_PHASE_PAUSING\x10\x02\x12\x17\n\x13MOTION_PHASE_PAUSED\x10\x03\x12\x19\n\x15MOTION_PHASE_STOPPING\x10\x04\x12\x1a\n\x16MOTION_PHASE_SUCCEEDED\x10\x05\x12\x1a\n\x16MOTION_PHASE_CANCELLED\x10\x06\x32\xcc\x05\n\rMotionService\x12X\n\x0bStartMotion\x12#.virtualrobot.v1.StartMotionRequest\x1a$.virtualrobot.v1.StartMotionResponse\x12R\n\tGetMotion\x12!.virtualrobot.v1.GetMotionRequest\x1a\".virtualrobot.v1.GetMotionResponse\x12X\n\x0bListMotions\x12#.virtualrobot.v1.ListMotionsRequest\x1a$.virtualrobot.v1.ListMotionsResponse\x12Z\n\x0bWatchMotion\x12#.virtualrobot.v1.WatchMotionRequest\x1a$.virtualrobot.v1.WatchMotionResponse0\x01\x12X\n\x0bPauseMotion\x12#.virtualrobot.v1.PauseMotionRequest\x1a$.virtualrobot.v1.PauseMotionResponse\x12[\n\x0cResumeMotion\x12$.virtualrobot.v1.ResumeMotionRequest\x1a%.virtualrobot.v1.ResumeMotionResponse\x12[\n\x0c\x43\x61ncelMotion\x12$.virtualrobot.v1.CancelMotionRequest\x1a%.virtualrobot.v1.CancelMotionResponse\x12\x43\n\x04Stop\x12\x1c.virtualrobot.v1.StopRequest\x1a\x1d.virtualrobot.v1.StopResponseb\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1cvirtualrobot/v1/motion.proto\x12\x0fvirtualrobot.v1\x1a\x1evirtualrobot/v1/geometry.proto\"\xa6\x01\n\x12StartMotionRequest\x12$\n\x05moves\x18\x01 \x03(\x0b\x32\x15.virtualrobot.v1.Move\x12\x30\n\x0b\x62usy_policy\x18\x02 \x01(\x0e\x32\x1b.virtualrobot.v1.BusyPolicy\x12\x38\n\ron_disconnect\x18\x03 \x01(\x0e\x32!.virtualrobot.v1.DisconnectPolicy\"\x8b\x02\n\x04Move\x12\r\n\x05robot\x18\x01 \x01(\t\x12\x14\n\x0cspeed_factor\x18\x02 \x01(\x01\x12\x37\n\x0epoint_to_point\x18\n \x01(\x0b\x32\x1d.virtualrobot.v1.PointToPointH\x00\x12)\n\x06linear\x18\x0b \x01(\x0b\x32\x17.virtualrobot.v1.LinearH\x00\x12<\n\x10joint_trajectory\x18\x0c \x01(\x0b\x32 .virtualrobot.v1.JointTrajectoryH\x00\x12\x34\n\ntool_state\x18\r \x01(\x0b\x32\x1e.virtualrobot.v1.ToolStateMoveH\x00\x42\x06\n\x04move\"M\n\x08PoseGoal\x12.\n\x0freference_t_tcp\x18\x01 \x01(\x0b\x32\x15.virtualrobot.v1.Pose\x12\x11\n\treference\x18\x02 \x01(\t\"\x8b\x01\n\tJointGoal\x12G\n\x0fjoint_positions\x18\x01 \x03(\x0b\x32..virtualrobot.v1.JointGoal.JointPositionsEntry\x1a\x35\n\x13JointPositionsEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\x01:\x02\x38\x01\"\x82\x01\n\x0cPointToPoint\x12,\n\x06joints\x18\x01 \x01(\x0b\x32\x1a.virtualrobot.v1.JointGoalH\x00\x12)\n\x04pose\x18\x02 \x01(\x0b\x32\x19.virtualrobot.v1.PoseGoalH\x00\x12\x11\n\x07posture\x18\x03 \x01(\tH\x00\x42\x06\n\x04goal\"\x8d\x01\n\x06Linear\x12\'\n\x04goal\x18\x01 \x01(\x0b\x32\x19.virtualrobot.v1.PoseGoal\x12&\n\x1emax_velocity_meters_per_second\x18\x02 \x01(\x01\x12\x32\n*max_acceleration_meters_per_second_squared\x18\x03 \x01(\x01\"\xa4\x01\n\x0fJointTrajectory\x12\x13\n\x0bjoint_names\x18\x01 \x03(\t\x12%\n\x05times\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Array\x12)\n\tpositions\x18\x03 \x01(\x0b\x32\x16.virtualrobot.v1.Array\x12*\n\nvelocities\x18\x04 \x01(\x0b\x32\x16.virtualrobot.v1.Array\",\n\rToolStateMove\x12\x0c\n\x04tool\x18\x01 \x01(\t\x12\r\n\x05state\x18\x02 \x01(\t\"\xb8\x01\n\x06Motion\x12\n\n\x02id\x18\x01 \x01(\t\x12\x0e\n\x06robots\x18\x02 \x03(\t\x12+\n\x05phase\x18\x03 \x01(\x0e\x32\x1c.virtualrobot.v1.MotionPhase\x12\x10\n\x08progress\x18\x04 \x01(\x01\x12 \n\x18planned_duration_seconds\x18\x05 \x01(\x01\x12\x1a\n\x12start_time_seconds\x18\x06 \x01(\x01\x12\x15\n\rcancel_reason\x18\x07 \x01(\t\"e\n\x13StartMotionResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\'\n\x06motion\x18\x02 \x01(\x0b\x32\x17.virtualrobot.v1.Motion\"\x1e\n\x10GetMotionRequest\x12\n\n\x02id\x18\x01 \x01(\t\"c\n\x11GetMotionResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\'\n\x06motion\x18\x02 \x01(\x0b\x32\x17.virtualrobot.v1.Motion\"*\n\x12ListMotionsRequest\x12\x14\n\x0crunning_only\x18\x01 \x01(\x08\"|\n\x13ListMotionsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12(\n\x07motions\x18\x02 \x03(\x0b\x32\x17.virtualrobot.v1.Motion\x12\x14\n\x0cspeed_factor\x18\x03 \x01(\x01\"8\n\x12WatchMotionRequest\x12\n\n\x02id\x18\x01 \x01(\t\x12\x16\n\x0emax_rate_hertz\x18\x02 \x01(\x01\"e\n\x13WatchMotionResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\'\n\x06motion\x18\x02 \x01(\x0b\x32\x17.virtualrobot.v1.Motion\" \n\x12PauseMotionRequest\x12\n\n\x02id\x18\x01 \x01(\t\">\n\x13PauseMotionResponse\x12\'\n\x06motion\x18\x01 \x01(\x0b\x32\x17.virtualrobot.v1.Motion\"!\n\x13ResumeMotionRequest\x12\n\n\x02id\x18\x01 \x01(\t\"?\n\x14ResumeMotionResponse\x12\'\n\x06motion\x18\x01 \x01(\x0b\x32\x17.virtualrobot.v1.Motion\"1\n\x13\x43\x61ncelMotionRequest\x12\n\n\x02id\x18\x01 \x01(\t\x12\x0e\n\x06reason\x18\x02 \x01(\t\"?\n\x14\x43\x61ncelMotionResponse\x12\'\n\x06motion\x18\x01 \x01(\x0b\x32\x17.virtualrobot.v1.Motion\"\x1d\n\x0bStopRequest\x12\x0e\n\x06robots\x18\x01 \x03(\t\"8\n\x0cStopResponse\x12(\n\x07motions\x18\x01 \x03(\x0b\x32\x17.virtualrobot.v1.Motion*Z\n\nBusyPolicy\x12\x1b\n\x17\x42USY_POLICY_UNSPECIFIED\x10\x00\x12\x16\n\x12\x42USY_POLICY_REJECT\x10\x01\x12\x17\n\x13\x42USY_POLICY_PREEMPT\x10\x02*q\n\x10\x44isconnectPolicy\x12!\n\x1d\x44ISCONNECT_POLICY_UNSPECIFIED\x10\x00\x12\x1a\n\x16\x44ISCONNECT_POLICY_STOP\x10\x01\x12\x1e\n\x1a\x44ISCONNECT_POLICY_CONTINUE\x10\x02*\xcb\x01\n\x0bMotionPhase\x12\x1c\n\x18MOTION_PHASE_UNSPECIFIED\x10\x00\x12\x18\n\x14MOTION_PHASE_RUNNING\x10\x01\x12\x18\n\x14MOTION_PHASE_PAUSING\x10\x02\x12\x17\n\x13MOTION_PHASE_PAUSED\x10\x03\x12\x19\n\x15MOTION_PHASE_STOPPING\x10\x04\x12\x1a\n\x16MOTION_PHASE_SUCCEEDED\x10\x05\x12\x1a\n\x16MOTION_PHASE_CANCELLED\x10\x06\x32\xcc\x05\n\rMotionService\x12X\n\x0bStartMotion\x12#.virtualrobot.v1.StartMotionRequest\x1a$.virtualrobot.v1.StartMotionResponse\x12R\n\tGetMotion\x12!.virtualrobot.v1.GetMotionRequest\x1a\".virtualrobot.v1.GetMotionResponse\x12X\n\x0bListMotions\x12#.virtualrobot.v1.ListMotionsRequest\x1a$.virtualrobot.v1.ListMotionsResponse\x12Z\n\x0bWatchMotion\x12#.virtualrobot.v1.WatchMotionRequest\x1a$.virtualrobot.v1.WatchMotionResponse0\x01\x12X\n\x0bPauseMotion\x12#.virtualrobot.v1.PauseMotionRequest\x1a$.virtualrobot.v1.PauseMotionResponse\x12[\n\x0cResumeMotion\x12$.virtualrobot.v1.ResumeMotionRequest\x1a%.virtualrobot.v1.ResumeMotionResponse\x12[\n\x0c\x43\x61ncelMotion\x12$.virtualrobot.v1.CancelMotionRequest\x1a%.virtualrobot.v1.CancelMotionResponse\x12\x43\n\x04Stop\x12\x1c.virtualrobot.v1.StopRequest\x1a\x1d.virtualrobot.v1.StopResponseb\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
@@ -34,12 +34,12 @@ if not _descriptor._USE_C_DESCRIPTORS:
   DESCRIPTOR._loaded_options = None
   _globals['_JOINTGOAL_JOINTPOSITIONSENTRY']._loaded_options = None
   _globals['_JOINTGOAL_JOINTPOSITIONSENTRY']._serialized_options = b'8\001'
-  _globals['_BUSYPOLICY']._serialized_start=2366
-  _globals['_BUSYPOLICY']._serialized_end=2456
-  _globals['_DISCONNECTPOLICY']._serialized_start=2458
-  _globals['_DISCONNECTPOLICY']._serialized_end=2571
-  _globals['_MOTIONPHASE']._serialized_start=2574
-  _globals['_MOTIONPHASE']._serialized_end=2777
+  _globals['_BUSYPOLICY']._serialized_start=2388
+  _globals['_BUSYPOLICY']._serialized_end=2478
+  _globals['_DISCONNECTPOLICY']._serialized_start=2480
+  _globals['_DISCONNECTPOLICY']._serialized_end=2593
+  _globals['_MOTIONPHASE']._serialized_start=2596
+  _globals['_MOTIONPHASE']._serialized_end=2799
   _globals['_STARTMOTIONREQUEST']._serialized_start=82
   _globals['_STARTMOTIONREQUEST']._serialized_end=248
   _globals['_MOVE']._serialized_start=251
@@ -69,27 +69,27 @@ if not _descriptor._USE_C_DESCRIPTORS:
   _globals['_LISTMOTIONSREQUEST']._serialized_start=1654
   _globals['_LISTMOTIONSREQUEST']._serialized_end=1696
   _globals['_LISTMOTIONSRESPONSE']._serialized_start=1698
-  _globals['_LISTMOTIONSRESPONSE']._serialized_end=1800
-  _globals['_WATCHMOTIONREQUEST']._serialized_start=1802
-  _globals['_WATCHMOTIONREQUEST']._serialized_end=1858
-  _globals['_WATCHMOTIONRESPONSE']._serialized_start=1860
-  _globals['_WATCHMOTIONRESPONSE']._serialized_end=1961
-  _globals['_PAUSEMOTIONREQUEST']._serialized_start=1963
-  _globals['_PAUSEMOTIONREQUEST']._serialized_end=1995
-  _globals['_PAUSEMOTIONRESPONSE']._serialized_start=1997
-  _globals['_PAUSEMOTIONRESPONSE']._serialized_end=2059
-  _globals['_RESUMEMOTIONREQUEST']._serialized_start=2061
-  _globals['_RESUMEMOTIONREQUEST']._serialized_end=2094
-  _globals['_RESUMEMOTIONRESPONSE']._serialized_start=2096
-  _globals['_RESUMEMOTIONRESPONSE']._serialized_end=2159
-  _globals['_CANCELMOTIONREQUEST']._serialized_start=2161
-  _globals['_CANCELMOTIONREQUEST']._serialized_end=2210
-  _globals['_CANCELMOTIONRESPONSE']._serialized_start=2212
-  _globals['_CANCELMOTIONRESPONSE']._serialized_end=2275
-  _globals['_STOPREQUEST']._serialized_start=2277
-  _globals['_STOPREQUEST']._serialized_end=2306
-  _globals['_STOPRESPONSE']._serialized_start=2308
-  _globals['_STOPRESPONSE']._serialized_end=2364
-  _globals['_MOTIONSERVICE']._serialized_start=2780
-  _globals['_MOTIONSERVICE']._serialized_end=3496
+  _globals['_LISTMOTIONSRESPONSE']._serialized_end=1822
+  _globals['_WATCHMOTIONREQUEST']._serialized_start=1824
+  _globals['_WATCHMOTIONREQUEST']._serialized_end=1880
+  _globals['_WATCHMOTIONRESPONSE']._serialized_start=1882
+  _globals['_WATCHMOTIONRESPONSE']._serialized_end=1983
+  _globals['_PAUSEMOTIONREQUEST']._serialized_start=1985
+  _globals['_PAUSEMOTIONREQUEST']._serialized_end=2017
+  _globals['_PAUSEMOTIONRESPONSE']._serialized_start=2019
+  _globals['_PAUSEMOTIONRESPONSE']._serialized_end=2081
+  _globals['_RESUMEMOTIONREQUEST']._serialized_start=2083
+  _globals['_RESUMEMOTIONREQUEST']._serialized_end=2116
+  _globals['_RESUMEMOTIONRESPONSE']._serialized_start=2118
+  _globals['_RESUMEMOTIONRESPONSE']._serialized_end=2181
+  _globals['_CANCELMOTIONREQUEST']._serialized_start=2183
+  _globals['_CANCELMOTIONREQUEST']._serialized_end=2232
+  _globals['_CANCELMOTIONRESPONSE']._serialized_start=2234
+  _globals['_CANCELMOTIONRESPONSE']._serialized_end=2297
+  _globals['_STOPREQUEST']._serialized_start=2299
+  _globals['_STOPREQUEST']._serialized_end=2328
+  _globals['_STOPRESPONSE']._serialized_start=2330
+  _globals['_STOPRESPONSE']._serialized_end=2386
+  _globals['_MOTIONSERVICE']._serialized_start=2802
+  _globals['_MOTIONSERVICE']._serialized_end=3518
 # @@protoc_insertion_point(module_scope)

@@ -177,12 +177,14 @@ class ListMotionsRequest(_message.Message):
     def __init__(self, running_only: bool = ...) -> None: ...
 
 class ListMotionsResponse(_message.Message):
-    __slots__ = ("stamp", "motions")
+    __slots__ = ("stamp", "motions", "speed_factor")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     MOTIONS_FIELD_NUMBER: _ClassVar[int]
+    SPEED_FACTOR_FIELD_NUMBER: _ClassVar[int]
     stamp: _geometry_pb2.Stamp
     motions: _containers.RepeatedCompositeFieldContainer[Motion]
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., motions: _Optional[_Iterable[_Union[Motion, _Mapping]]] = ...) -> None: ...
+    speed_factor: float
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., motions: _Optional[_Iterable[_Union[Motion, _Mapping]]] = ..., speed_factor: _Optional[float] = ...) -> None: ...
 
 class WatchMotionRequest(_message.Message):
     __slots__ = ("id", "max_rate_hertz")

@@ -62,12 +62,14 @@ class ApplyRequest(_message.Message):
     def __init__(self, commands: _Optional[_Iterable[_Union[Command, _Mapping]]] = ..., expected_structure_revision: _Optional[int] = ...) -> None: ...
 
 class ApplyResponse(_message.Message):
-    __slots__ = ("stamp", "created")
+    __slots__ = ("stamp", "created", "picked_parts")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     CREATED_FIELD_NUMBER: _ClassVar[int]
+    PICKED_PARTS_FIELD_NUMBER: _ClassVar[int]
     stamp: _geometry_pb2.Stamp
     created: _containers.RepeatedCompositeFieldContainer[CreatedNode]
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., created: _Optional[_Iterable[_Union[CreatedNode, _Mapping]]] = ...) -> None: ...
+    picked_parts: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., created: _Optional[_Iterable[_Union[CreatedNode, _Mapping]]] = ..., picked_parts: _Optional[_Iterable[str]] = ...) -> None: ...
 
 class CreatedNode(_message.Message):
     __slots__ = ("uid", "name")
