@@ -147,6 +147,7 @@ def test_points_lines_and_frames_follow_their_node(stage: Stage) -> None:
         kind=Kind.ANNOTATION,
     )
     stage.wait(lambda: is_red(stage.pixel(-1.0, 0.0)) and is_green(stage.pixel(0.0, 0.3)))
+    assert is_red(stage.pixel(-1.08, 0.0)) and is_background(stage.pixel(-1.13, 0.0))  # 0.2 m wide
     stage.wait(lambda: is_red(stage.pixel(1.7, 0.0)))  # the head of x
     up = stage.pixel(0.8, 0.9)  # the head of z
     assert up[2] > up[0] and up[2] > 120 and not is_background(up)

@@ -11,6 +11,9 @@ CREASE = np.cos(np.radians(40.0))
 MOST_FACES = 64
 """Around one vertex; beyond, faces are compared with the vertex's mean normal only: all pairs would be too many."""
 
+AT_ONCE = 8192
+"""So many corners are worked on at once: NumPy holds the interpreter's lock meanwhile, and other threads wait."""
+
 
 def with_normals(
     vertices: NDArray[np.float32], faces: NDArray[np.int32]
@@ -32,9 +35,10 @@ def with_normals(
     face_of = np.repeat(np.arange(len(faces)), 3)
     vertex_of = faces.reshape(-1)
     normals = _corner_normals(vertex_of, face_of, unit, weighted, len(vertices))
-    # Corners of one vertex that came out equal become one vertex again.
-    keys = np.column_stack([vertex_of, np.round(normals * 512.0).astype(np.int64)])
-    _, first, place = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    # Corners of one vertex that came out equal become one vertex again: vertex and rounded normal packed in one number.
+    steps = np.round(normals * 256.0).astype(np.int64) + 256
+    keys = (vertex_of.astype(np.int64) << 30) | (steps[:, 0] << 20) | (steps[:, 1] << 10) | steps[:, 2]
+    _, first, place = np.unique(keys, return_index=True, return_inverse=True)
     return (
         vertex_of[first].astype(np.int32),
         place.reshape(faces.shape).astype(np.int32),
@@ -49,15 +53,16 @@ def _corner_normals(vertex_of: NDArray, face_of: NDArray, unit: NDArray, weighte
     starts = np.concatenate([[0], np.cumsum(valence)[:-1]])
     sums = np.zeros((len(vertex_of), 3))
     few = valence[vertex_of] <= MOST_FACES
-    corner = np.flatnonzero(few)
-    repeats = valence[vertex_of[corner]]
-    own = np.repeat(corner, repeats)
-    step = np.arange(len(own)) - np.repeat(np.cumsum(repeats) - repeats, repeats)
-    other = order[starts[vertex_of[own]] + step]
-    gentle = np.einsum("ij,ij->i", unit[face_of[own]], unit[face_of[other]]) >= CREASE
-    for axis in range(3):
-        values = weighted[face_of[other[gentle]], axis]
-        sums[:, axis] = np.bincount(own[gentle], values, minlength=len(sums))
+    corners = np.flatnonzero(few)
+    for begin in range(0, len(corners), AT_ONCE):
+        corner = corners[begin : begin + AT_ONCE]
+        repeats = valence[vertex_of[corner]]
+        firsts = np.cumsum(repeats) - repeats
+        own = np.repeat(corner, repeats)
+        step = np.arange(len(own)) - np.repeat(firsts, repeats)
+        other = face_of[order[starts[vertex_of[own]] + step]]
+        gentle = np.einsum("ij,ij->i", unit[face_of[own]], unit[other]) >= CREASE
+        sums[corner] = np.add.reduceat(np.where(gentle[:, None], weighted[other], 0.0), firsts, axis=0)
     crowded = np.flatnonzero(~few)
     if len(crowded):
         means = np.stack([np.bincount(vertex_of, weighted[face_of, k], minlength=count) for k in range(3)], axis=1)
