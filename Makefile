@@ -1,7 +1,7 @@
 # make run    sets up and shows two arms palletizing in the browser     (ARGS=--headless: without)
 # make test   sets up and checks everything: lint, then tests
 # make bench  sets up and measures against the named peers -> benchmarks/RESULTS.md
-# make stubs  writes the Python stubs after a change of the contract
+# make stubs  writes the Python stubs and the reference after a change of the contract
 # make constraints  writes constraints.txt with today's versions
 #
 # Windows, without make:
@@ -46,6 +46,7 @@ buf: node_modules/.package-lock.json
 
 stubs: $(VENV)/bin/python
 	@$(BIN)/python tools/generate_stubs.py
+	@$(BIN)/python tools/generate_reference.py
 
 constraints: $(VENV)/bin/python
 	@$(BIN)/python tools/pin_versions.py

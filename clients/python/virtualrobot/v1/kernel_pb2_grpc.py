@@ -93,7 +93,7 @@ class KernelServiceServicer(object):
         raise NotImplementedError('Method not implemented!')
 
     def WatchClock(self, request, context):
-        """The clock first, then once for each change of mode and at most `max_rate_hertz` for the real-time factor.
+        """The clock, again and again at most at the asked rate; the latest one, so that quick changes may merge.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
