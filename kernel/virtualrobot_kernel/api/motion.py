@@ -84,7 +84,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
             while True:
                 motion = _find(snapshot, id)
                 yield motion_pb2.WatchMotionResponse(stamp=stamp(snapshot), motion=motion_message(snapshot, motion))
-                if motion.end_tick:
+                if motion not in snapshot.state.motions:
                     return
                 snapshot = await self._progressed(snapshot, id, pause)
         finally:
@@ -114,10 +114,11 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
 
     async def Stop(self, request: motion_pb2.StopRequest, context: object) -> motion_pb2.StopResponse:
         """Cancel all motions, or all of some robots."""
-        before = {motion.id for motion in self._rooms.world.snapshot.state.motions}
+        going = {motion.id for motion in self._rooms.world.snapshot.state.motions if not motion.cancel_reason}
         applied = await self._submit([StopMotions(tuple(request.robots), f"stopped by {author(context)}")], context)
         snapshot = applied.snapshot
-        stopped = [one for one in snapshot.state.motions if one.cancel_reason and one.id in before]
+        motions = (*snapshot.state.motions, *snapshot.state.ended)
+        stopped = [one for one in motions if one.cancel_reason and one.id in going]
         return motion_pb2.StopResponse(motions=[motion_message(snapshot, motion) for motion in stopped])
 
     async def _cleared(self, moves: Sequence[Move], policy: int, who: str) -> None:

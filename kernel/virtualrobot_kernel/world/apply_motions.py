@@ -100,5 +100,11 @@ def _running(state: State, id: str) -> Motion:
 
 
 def _with(change: Change, motion: Motion) -> Change:
-    motions = tuple(motion if other.id == motion.id else other for other in change.state.motions)
-    return replace(change, state=replace(change.state, motions=motions))
+    """Put a motion in the place of the one with its id; one that has ended (it was paused) moves no joint any more."""
+    state = change.state
+    if motion.running.ended:
+        motions = tuple(other for other in state.motions if other.id != motion.id)
+        ended = (*state.ended, replace(motion, end_tick=state.tick))
+        return replace(change, state=replace(state, motions=motions, ended=ended))
+    motions = tuple(motion if other.id == motion.id else other for other in state.motions)
+    return replace(change, state=replace(state, motions=motions))

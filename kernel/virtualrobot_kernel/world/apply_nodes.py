@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
+from virtualrobot_kernel.motion.running import Phase
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.change import (
     Change,
@@ -165,7 +166,12 @@ def attached(change: Change, node: Node, parent: Node, parent_t_node: Pose | Non
 def clear_world(change: Change, command: ClearWorld, forward: Forward) -> Change:
     """Take everything away but the root; running motions end where they are."""
     ended = tuple(
-        replace(motion, cancel_reason="the world was cleared", end_tick=change.state.tick)
+        replace(
+            motion,
+            running=replace(motion.running, phase=Phase.CANCELLED),
+            cancel_reason="the world was cleared",
+            end_tick=change.state.tick,
+        )
         for motion in change.state.motions
     )
     root = {WORLD_UID: change.structure.nodes[WORLD_UID]}

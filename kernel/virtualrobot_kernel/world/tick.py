@@ -31,10 +31,12 @@ def advance(state: State, tick_seconds: float) -> State:
         q[motion.q_index] = position
         v[motion.v_index] = velocity
         if now.phase in ENDED:
-            ended.append(replace(motion, end_tick=state.tick + 1))
             v[motion.v_index] = 0.0
-            if now.phase is Phase.SUCCEEDED:
+            reason = motion.cancel_reason
+            if now.phase is Phase.SUCCEEDED:  # even when a cancel came too late
                 tool_states.update(motion.tool_states)
+                reason = ""
+            ended.append(replace(motion, end_tick=state.tick + 1, cancel_reason=reason))
         else:
             going.append(motion)
     return replace(
