@@ -1,0 +1,43 @@
+"""Motions to start, and how they are doing."""
+
+from __future__ import annotations
+
+import numpy as np
+from virtualrobot.v1 import motion_pb2
+
+from tests.api.conftest import Stubs
+from tests.api.reading import array, pose, step
+
+RUNNING, PAUSED = motion_pb2.MOTION_PHASE_RUNNING, motion_pb2.MOTION_PHASE_PAUSED
+SUCCEEDED, CANCELLED = motion_pb2.MOTION_PHASE_SUCCEEDED, motion_pb2.MOTION_PHASE_CANCELLED
+TICK = 0.004
+READY = dict(zip([f"lbr_iiwa_joint_{i}" for i in range(1, 8)], [0.3, 0.6, -0.2, -1.4, 0.1, 0.9, 0.2], strict=True))
+
+
+def motion(stubs: Stubs, id: str) -> motion_pb2.Motion:
+    return stubs.motion.GetMotion(motion_pb2.GetMotionRequest(id=id)).motion
+
+
+def finished(stubs: Stubs, id: str) -> motion_pb2.Motion:
+    """Let time go on until a motion has ended."""
+    for _ in range(100):
+        step(stubs, 200)
+        if motion(stubs, id).phase in (SUCCEEDED, CANCELLED):
+            break
+    return motion(stubs, id)
+
+
+def linear(robot: str, goal: np.ndarray, **fields: float) -> motion_pb2.Move:
+    line = motion_pb2.Linear(goal=motion_pb2.PoseGoal(reference_t_tcp=pose(goal)), **fields)
+    return motion_pb2.Move(robot=robot, linear=line)
+
+
+def to_pose(robot: str, goal: np.ndarray, reference: str = "") -> motion_pb2.Move:
+    wanted = motion_pb2.PoseGoal(reference_t_tcp=pose(goal), reference=reference)
+    return motion_pb2.Move(robot=robot, point_to_point=motion_pb2.PointToPoint(pose=wanted))
+
+
+def trajectory(robot: str, names: list[str], times: object, positions: object, **more: object) -> motion_pb2.Move:
+    arrays = {name: array(numbers) for name, numbers in more.items()}
+    asked = motion_pb2.JointTrajectory(joint_names=names, times=array(times), positions=array(positions), **arrays)  # pyright: ignore[reportArgumentType]
+    return motion_pb2.Move(robot=robot, joint_trajectory=asked)
