@@ -11,7 +11,7 @@ from pathlib import Path
 
 import click
 import virtualrobot
-from screenshot import opened
+from screenshot import opened, picture
 from virtualrobot.apps import demo
 from virtualrobot.kernel_process import KernelProcess
 
@@ -40,10 +40,8 @@ def main(output: Path, box: int, speed: float) -> None:
                 break
         watcher.clock.speed_factor = 0.01  # as good as standing still, and the kernel still answers
         with opened(kernel.viewer_url, WIDTH, HEIGHT) as page:
-            # The note says that this browser draws without a graphics card.
-            page.add_style_tag(content=".mantine-Notification-root { display: none !important; }")
             page.wait_for_timeout(1000.0 * LOADING_SECONDS)
-            page.screenshot(path=output)
+            output.write_bytes(picture(page))
     click.echo(f"{output}: {WIDTH}x{HEIGHT}, {output.stat().st_size // 1024} kB")
 
 
