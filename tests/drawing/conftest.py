@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -49,9 +50,9 @@ class Stage:
 
     def keep(self) -> str:
         """Write the picture to a file and return its path."""
-        path = f"/tmp/virtualrobot-viewer-{time.time():.0f}.png"
-        Image.fromarray(self.pixels()).save(path)
-        return path
+        with tempfile.NamedTemporaryFile(prefix="viewer-", suffix=".png", delete=False) as file:
+            Image.fromarray(self.pixels()).save(file)
+        return file.name
 
 
 @contextmanager
