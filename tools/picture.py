@@ -16,8 +16,8 @@ from virtualrobot.apps import demo
 from virtualrobot.kernel_process import KernelProcess
 
 WIDTH, HEIGHT = 1280, 800
-LOADING_SECONDS = 12.0
-"""A browser without a graphics card needs most of this for its first picture."""
+LOADING_SECONDS = 8.0
+"""When nothing new is seen for so long, a browser without a graphics card has got all meshes."""
 
 
 @click.command()
@@ -38,10 +38,13 @@ def main(output: Path, box: int, speed: float) -> None:
         for change in watcher.scene.watch():
             if name in change.poses and change.poses[name][0, 3] > 1.1:
                 break
-        watcher.clock.speed_factor = 0.01  # as good as standing still, and the kernel still answers
+        watcher.clock.set_stepped()  # and nobody steps: the world stands still
         with opened(kernel.viewer_url, WIDTH, HEIGHT) as page:
-            page.wait_for_timeout(1000.0 * LOADING_SECONDS)
-            output.write_bytes(picture(page))
+            seen, before = picture(page), b""
+            while seen != before:
+                page.wait_for_timeout(1000.0 * LOADING_SECONDS)
+                seen, before = picture(page), seen
+        output.write_bytes(seen)
     click.echo(f"{output}: {WIDTH}x{HEIGHT}, {output.stat().st_size // 1024} kB")
 
 

@@ -13,13 +13,13 @@ from virtualrobot.apps import demo
 from tests.apps.boxes import penetration
 from tests.apps.demo_run import Record, watched_run
 
-LAYERS = 2
+LAYERS = 3
 COUNT = 6 * LAYERS
 SIZES = {"iiwa": (0.155, 0.10, 0.11), "panda": (0.105, 0.06, 0.07)}
 GAPS = {"iiwa": 0.01, "panda": 0.03}
 PALLETS = {
-    "iiwa": (1.25, 0.62, 0.40),
-    "panda": (-1.25, 0.62, 0.40),
+    "iiwa": (1.25, 0.62, 0.36),
+    "panda": (-1.25, 0.62, 0.36),
 }  # of the scene file; both are turned by 180 degrees
 
 # Degrees a second. Sources: KUKA, LBR iiwa 7 R800 data sheet; Franka Emika, FCI documentation (2.175 and 2.61 rad/s).

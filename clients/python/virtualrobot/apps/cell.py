@@ -45,7 +45,7 @@ class Station:
 LARGE = ((0.155, 0.10, 0.11), 0.01, "#c99a62", "#e6d3b3")
 SMALL = ((0.105, 0.06, 0.07), 0.03, "#2f7fb8", "#dfe9f2")  # the gap leaves room for fingers
 STATIONS = (
-    Station("iiwa", *LARGE, 0.625, 4, np.pi / 2, 0.0, 0.80, ("on", "off")),
+    Station("iiwa", *LARGE, 0.625, 4, np.pi / 2, 0.0, 0.84, ("on", "off")),
     Station("panda", *SMALL, -0.625, 2, -np.pi / 2, 0.02, 0.70, ("closed", "open")),
 )
 
