@@ -22,7 +22,7 @@ LOADING_SECONDS = 8.0
 
 @click.command()
 @click.argument("output", type=click.Path(path_type=Path, dir_okay=False))
-@click.option("--box", default=14, show_default=True, help="Taken when the iiwa carries this box to its pallet.")
+@click.option("--box", default=11, show_default=True, help="Taken when the iiwa carries this box to its pallet.")
 @click.option("--speed", default=3.0, show_default=True, help="Of the work before, against the wall clock.")
 def main(output: Path, box: int, speed: float) -> None:
     """Run the demo until the iiwa carries a box over its pallet; write what is seen then to OUTPUT, a PNG."""
@@ -36,7 +36,7 @@ def main(output: Path, box: int, speed: float) -> None:
         threading.Thread(target=_work, args=(client,)).start()
         name = f"iiwa-box-{box}"
         for change in watcher.scene.watch():
-            if name in change.poses and change.poses[name][0, 3] > 1.1:
+            if name in change.poses and change.poses[name][0, 3] > 1.0:
                 break
         watcher.clock.set_stepped()  # and nobody steps: the world stands still
         with opened(kernel.viewer_url, WIDTH, HEIGHT) as page:
