@@ -2,6 +2,7 @@
 # make test   sets up and checks everything: lint, then tests
 # make bench  sets up and measures against the named peers -> benchmarks/RESULTS.md
 # make stubs  writes the Python stubs and the reference after a change of the contract
+# make picture  takes the README's picture of the running demo
 # make constraints  writes constraints.txt with today's versions
 #
 # Windows, without make:
@@ -17,7 +18,7 @@ INSTALL := $(BIN)/python -m pip install -qq --disable-pip-version-check
 NODE_BIN := node_modules/.bin
 
 MAKEFLAGS += --no-print-directory
-.PHONY: run test bench lint ruff pyright buf stubs constraints clean
+.PHONY: run test bench lint ruff pyright buf stubs constraints picture clean
 .DELETE_ON_ERROR:
 
 run: $(VENV)/installed-kernel
@@ -50,6 +51,10 @@ stubs: $(VENV)/bin/python
 
 constraints: $(VENV)/bin/python
 	@$(BIN)/python tools/pin_versions.py
+
+# The README's picture, taken of the running demo.
+picture: $(VENV)/installed-dev
+	@$(BIN)/python tools/picture.py docs/pictures/cell.png
 
 clean:
 	@rm -rf $(VENV) node_modules build dist *.egg-info .pytest_cache .ruff_cache

@@ -181,12 +181,7 @@ def _joint_trajectory(snapshot: Snapshot, move: JointTrajectory) -> PlannedMove:
 def _tool_state(snapshot: Snapshot, move: ToolStateMove) -> PlannedMove:
     node = snapshot.structure.node(move.robot, Kind.ROBOT)
     tool, positions = _tool_positions(snapshot, node, move)
-    if not positions:
-        raise KernelError(
-            f"the state {move.state!r} of the tool {tool!r} moves no joints; set it with the command set_tool_state",
-            reason=Reason.WRONG_STATE,
-            tool=tool,
-        )
+    # A state without joints, such as a vacuum, is there with the next tick.
     planned = _to_joints(snapshot, node, positions, move.speed_factor)
     return PlannedMove(node, planned.joint_names, planned.plan, ((tool, move.state),))
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.motion import running
+from virtualrobot_kernel.motion.running import Phase
 from virtualrobot_kernel.world.apply_robots import tool_state
 from virtualrobot_kernel.world.change import Change, Forward, joint_places, refuse_while_moving, single_joint
 from virtualrobot_kernel.world.commands import CancelMotion, PauseMotion, ResumeMotion, StartMotion, StopMotions
@@ -15,6 +16,9 @@ from virtualrobot_kernel.world.state import Motion, State
 
 START_TOLERANCE = 1e-6
 """How far a joint may be from where the plan starts, in radians or meters."""
+
+SLOWEST = 1e-9
+"""The least speed factor of a motion: products of tiny ones would be rounded to zero, which no motion understands."""
 
 
 def start_motion(change: Change, command: StartMotion, forward: Forward) -> Change:
@@ -37,16 +41,18 @@ def start_motion(change: Change, command: StartMotion, forward: Forward) -> Chan
             robot=robot,
             joint=joint,
         )
+    tool_states = tuple((tool_state(structure, tool, name)[0].uid, name) for tool, name in command.tool_states)
+    owners = (robot.uid for tool, _ in tool_states if (robot := structure.robot_of(tool)))
     id = f"motion-{state.motion_count + 1}"
     motion = Motion(
         id=id,
-        robots=tuple(dict.fromkeys(uid for uid, _ in joints)),
+        robots=tuple(dict.fromkeys([*(uid for uid, _ in joints), *owners])),
         joints=joints,
         q_index=q_index,
         v_index=v_index,
         running=running.start(command.plan, 1.0),
         start_tick=state.tick,
-        tool_states=tuple((tool_state(structure, tool, name)[0].uid, name) for tool, name in command.tool_states),
+        tool_states=tool_states,
     )
     motion = replace(motion, running=running.start(command.plan, override(state, motion)))
     state = replace(state, motions=(*state.motions, motion), motion_count=state.motion_count + 1)
@@ -54,8 +60,9 @@ def start_motion(change: Change, command: StartMotion, forward: Forward) -> Chan
 
 
 def override(state: State, motion: Motion) -> float:
-    """Return the speed factor of a motion: that of all, times the least of its robots'."""
-    return state.speed_factor * min((state.speed_factors.get(uid, 1.0) for uid in motion.robots), default=1.0)
+    """Return the speed factor of a motion: that of all, times the least of its robots', at least `SLOWEST`."""
+    factor = state.speed_factor * min((state.speed_factors.get(uid, 1.0) for uid in motion.robots), default=1.0)
+    return max(factor, SLOWEST)
 
 
 def pause_motion(change: Change, command: PauseMotion, forward: Forward) -> Change:
@@ -86,6 +93,8 @@ def stop_motions(change: Change, command: StopMotions, forward: Forward) -> Chan
 
 
 def _cancelled(motion: Motion, reason: str) -> Motion:
+    if motion.running.ended:  # it had no length, and succeeds with the next tick
+        return motion
     return replace(motion, running=running.cancel(motion.running), cancel_reason=motion.cancel_reason or reason)
 
 
@@ -102,7 +111,7 @@ def _running(state: State, id: str) -> Motion:
 def _with(change: Change, motion: Motion) -> Change:
     """Put a motion in the place of the one with its id; one that has ended (it was paused) moves no joint any more."""
     state = change.state
-    if motion.running.ended:
+    if motion.running.phase is Phase.CANCELLED:
         motions = tuple(other for other in state.motions if other.id != motion.id)
         ended = (*state.ended, replace(motion, end_tick=state.tick))
         return replace(change, state=replace(state, motions=motions, ended=ended))

@@ -18,7 +18,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot import Client, Robot, pose
+from virtualrobot import Client, pose
 from virtualrobot.apps import cell
 from virtualrobot.apps.cell import STATIONS, Station
 
@@ -114,27 +114,18 @@ def palletize(client: Client, station: Station, layers: int, placed: queue.Queue
         client.signals.wait_for(signal)
         begin = now(client)
         line(pick)
-        set_tool(client, robot, hold)
+        robot.tool().set(hold)
         robot.pick(f"{station.robot}-box-{number}")
         line(above_pick)
         client.signals[signal] = False
         robot.move_joints(robot.solve_inverse(above_place, seed=home).by_name())
         line(place)
         robot.place(parent=f"pallet-{station.robot}")
-        set_tool(client, robot, let_go)
+        robot.tool().set(let_go)
         line(above_place)
         placed.put((station.robot, now(client) - begin))
     robot.move_joints(home)
     client.signals[f"pallet_full_{station.robot}"] = True
-
-
-def set_tool(client: Client, robot: Robot, state: str) -> None:
-    """Bring the robot's tool into a state: fingers move there, a vacuum is there at once."""
-    tool = robot.tool()
-    if tool.states[state]:
-        tool.set(state)
-    else:
-        client.scene.set_tool_state(tool.name, state)
 
 
 def now(client: Client) -> float:

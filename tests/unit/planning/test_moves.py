@@ -1,0 +1,80 @@
+"""From wishes to planned motions: which joints they need, and what is refused before anything is planned."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from virtualrobot_kernel.errors import KernelError, UnknownNameError
+from virtualrobot_kernel.planning.moves import JointTrajectory, PointToPoint, ToolStateMove, joints_of, plan_motion
+from virtualrobot_kernel.planning.robots import world_poses
+from virtualrobot_kernel.world.change import Change
+from virtualrobot_kernel.world.commands import CreateNodes
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import Kind, NodeSpec, ToolData
+from virtualrobot_kernel.world.tick import advance
+
+from tests.unit.world.builders import after, arm, empty
+
+TICK = 0.004
+
+
+def pictured(change: Change) -> Snapshot:
+    return Snapshot(change.structure, change.state, world_poses(change.structure, change.state), 1, 0.0, TICK)
+
+
+@pytest.fixture
+def cell() -> Change:
+    vacuum = NodeSpec("cup", Kind.TOOL, "arm.hand", data=ToolData(states={"off": {}, "on": {}}))
+    return after(empty(), arm(), CreateNodes((vacuum,)))
+
+
+def test_a_tool_state_without_joints_is_there_with_the_next_tick(cell: Change) -> None:
+    started = after(cell, plan_motion(pictured(cell), [ToolStateMove("arm", "cup", "on")]))
+    cup = started.structure.node("cup").uid
+    assert started.state.tool_states[cup] == "off"
+    assert started.state.motions[0].robots == (started.structure.node("arm").uid,)
+    ticked = advance(started.state, TICK)
+    assert ticked.tool_states[cup] == "on"
+    assert not ticked.motions
+
+
+def test_moves_of_different_joints_go_together_and_those_of_the_same_do_not(cell: Change) -> None:
+    snapshot = pictured(cell)
+    together = plan_motion(snapshot, [PointToPoint("arm", {"a": 1.0}), ToolStateMove("arm", "arm_gripper", "closed")])
+    assert together.joints == (("arm", "a"), ("arm", "f"))
+    with pytest.raises(KernelError, match="two moves of one motion move the joint 'a' of 'arm'"):
+        plan_motion(snapshot, [PointToPoint("arm", {"a": 1.0}), PointToPoint("arm", "bent")])
+
+
+def test_joints_that_are_needed_are_known_before_planning(cell: Change) -> None:
+    snapshot = pictured(cell)
+    uid = cell.structure.node("arm").uid
+    wishes = [
+        (PointToPoint("arm", {"b": 1.0}), {"b"}),
+        (PointToPoint("arm", "bent"), {"a", "b"}),
+        (ToolStateMove("arm", "", "closed"), {"f"}),
+        (JointTrajectory("arm", ("a",), np.zeros(2), np.zeros((2, 1))), {"a"}),
+    ]
+    for wish, names in wishes:
+        assert joints_of(snapshot, [wish]) == {(uid, name) for name in names}
+
+
+@pytest.mark.parametrize(
+    ("move", "error", "match"),
+    [
+        (PointToPoint("arm", {}), KernelError, "names no joint"),
+        (PointToPoint("arm", "bend"), UnknownNameError, "did you mean 'bent'"),
+        (PointToPoint("arm", {"g": 0.0}), UnknownNameError, "that can be moved named 'g'"),
+        (ToolStateMove("arm", "cop", "on"), UnknownNameError, "did you mean 'cup'"),
+        (ToolStateMove("arm", "cup", "an"), UnknownNameError, "no state of the tool 'cup' named 'an'"),
+        (JointTrajectory("arm", (), np.zeros(2), np.zeros((2, 0))), KernelError, "must name its joints"),
+    ],
+)
+def test_impossible_wishes_are_refused(cell: Change, move: object, error: type, match: str) -> None:
+    with pytest.raises(error, match=match):
+        plan_motion(pictured(cell), [move])  # pyright: ignore[reportArgumentType] each is a Move
+
+
+def test_nothing_to_move_is_refused(cell: Change) -> None:
+    with pytest.raises(KernelError, match="at least one move"):
+        plan_motion(pictured(cell), [])
