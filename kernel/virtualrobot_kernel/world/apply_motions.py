@@ -9,7 +9,6 @@ import numpy as np
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.motion import running
 from virtualrobot_kernel.motion.running import Phase
-from virtualrobot_kernel.motion.running import Phase
 from virtualrobot_kernel.world.apply_robots import tool_state
 from virtualrobot_kernel.world.change import Change, Forward, joint_places, refuse_while_moving, single_joint
 from virtualrobot_kernel.world.commands import CancelMotion, PauseMotion, ResumeMotion, StartMotion, StopMotions
@@ -17,9 +16,6 @@ from virtualrobot_kernel.world.state import Motion, State
 
 START_TOLERANCE = 1e-6
 """How far a joint may be from where the plan starts, in radians or meters."""
-
-SLOWEST = 1e-9
-"""The least speed factor of a motion: products of tiny ones would be rounded to zero, which no motion understands."""
 
 SLOWEST = 1e-9
 """The least speed factor of a motion: products of tiny ones would be rounded to zero, which no motion understands."""
