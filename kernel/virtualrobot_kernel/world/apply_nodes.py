@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -12,13 +12,19 @@ from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.change import (
     Change,
     Forward,
-    check_joint_value,
     inverse,
     rebuilt,
     refuse_while_moving,
     single_joint,
 )
 from virtualrobot_kernel.world.commands import AttachNode, ClearWorld, CreateNodes, RemoveNode, UpdateNode
+from virtualrobot_kernel.world.consistency import (
+    check_names,
+    check_robot,
+    check_tool_in_use,
+    refuse_while_robot_moves,
+    refuse_while_tools_move,
+)
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.state import Selection, State
 from virtualrobot_kernel.world.structure import (
@@ -75,7 +81,7 @@ def create_nodes(change: Change, command: CreateNodes, forward: Forward) -> Chan
     after = rebuilt(change, nodes, uid, poses)
     for place, new in enumerate(created):
         with _about(place):
-            after = _checked(after, after.structure.nodes[new])
+            check_names(after.structure, after.structure.nodes[new])
     for new in created:
         if nodes[new].kind is Kind.TOOL:
             after = _mounted(after, nodes[new])
@@ -98,17 +104,19 @@ def update_node(change: Change, command: UpdateNode, forward: Forward) -> Change
     _check_data(node.name, node.kind, new.data)
     renamed = new.name != node.name
     rejointed = command.data is not None and node.kind in (Kind.LINK, Kind.ROBOT, Kind.TOOL)
-    if rejointed:
-        _refuse_while_robot_moves(change, node)
+    if rejointed or (command.parent_t_node is not None and node.kind is Kind.LINK):
+        refuse_while_robot_moves(change, node)
     if renamed or rejointed:
         nodes = {**change.structure.nodes, node.uid: new}
-        if renamed and node.kind is Kind.ROBOT:
-            for link in change.structure.robots[node.uid].links:
-                old = nodes[link]
-                if old.name.startswith(node.name + "."):
-                    nodes[link] = replace(old, name=new.name + old.name[len(node.name) :])
+        if renamed:
+            nodes.update(_renamed_with(change.structure, node, new))
         change = rebuilt(change, nodes, change.structure.next_uid, {})
-        change = _checked(change, new)
+        if rejointed and (robot := change.structure.robot_of(node.uid)):
+            check_robot(change, robot.uid)
+        if rejointed and node.kind is Kind.TOOL:
+            check_names(change.structure, new)
+            check_tool_in_use(change, new)
+            change = _mounted(change, new)
     elif changes:
         change = replace(change, structure=index.replaced(change.structure, new))
     if command.parent_t_node is not None:
@@ -121,17 +129,23 @@ def remove_node(change: Change, command: RemoveNode, forward: Forward) -> Change
     node = change.structure.node(command.name)
     if node.kind is Kind.WORLD:
         raise KernelError("the world's root cannot be removed", reason=Reason.WRONG_STATE, node=node.name)
-    gone = {below.uid for below in change.structure.below(node.uid)}
-    _refuse_while_robot_moves(change, node)
+    below = tuple(change.structure.below(node.uid))
+    gone = {other.uid for other in below}
+    refuse_while_robot_moves(change, node)
+    refuse_while_tools_move(change, below)
     for uid in gone & change.structure.robots.keys():
-        _refuse_while_robot_moves(change, change.structure.nodes[uid])
+        refuse_while_robot_moves(change, change.structure.nodes[uid])
     nodes = {uid: kept for uid, kept in change.structure.nodes.items() if uid not in gone}
     selections = {
         robot: Selection() if selection.tool in gone else selection
         for robot, selection in change.state.selections.items()
     }
+    robot = change.structure.robot_of(node.uid)
     change = replace(change, state=replace(change.state, selections=selections))
-    return rebuilt(change, nodes, change.structure.next_uid, {})
+    change = rebuilt(change, nodes, change.structure.next_uid, {})
+    if node.kind is Kind.LINK and robot is not None:
+        check_robot(change, robot.uid)
+    return change
 
 
 def attach_node(change: Change, command: AttachNode, forward: Forward) -> Change:
@@ -156,11 +170,14 @@ def attached(change: Change, node: Node, parent: Node, parent_t_node: Pose | Non
         place: Pose = inverse(world[rows[parent.uid]]) @ world[rows[node.uid]]
     else:
         place = parent_t_node
-    change = replace(change, structure=structure, state=_placed(structure, change.state, node.uid, place))
-    if node.kind is Kind.TOOL:
-        change = _dismounted(change, node)
-        change = _mounted(change, node)
-    return change
+    before = change.structure
+    after = replace(change, structure=structure, state=_placed(structure, change.state, node.uid, place))
+    for tool in structure.below(node.uid):
+        if tool.kind is Kind.TOOL and before.robot_of(tool.uid) is not structure.robot_of(tool.uid):
+            refuse_while_tools_move(change, [tool])
+            check_names(structure, tool)
+            after = _mounted(_dismounted(after, tool), tool)
+    return after
 
 
 def clear_world(change: Change, command: ClearWorld, forward: Forward) -> Change:
@@ -189,6 +206,27 @@ def _about(place: int) -> Iterator[None]:
         raise
 
 
+def _renamed_with(structure: Structure, old: Node, new: Node) -> dict[int, Node]:
+    """Return the nodes, by uid, whose names or data follow when a node gets another name."""
+    robot = structure.robot_of(old.uid)
+    if old.kind is Kind.ROBOT:
+        prefix = old.name + "."
+        links = (structure.nodes[uid] for uid in structure.robots[old.uid].links)
+        result = {
+            link.uid: replace(link, name=f"{new.name}.{link.name.removeprefix(prefix)}")
+            for link in links
+            if link.name.startswith(prefix)
+        }
+        if isinstance(new.data, RobotData) and new.data.flange.startswith(prefix):
+            flange = f"{new.name}.{new.data.flange.removeprefix(prefix)}"
+            result[new.uid] = replace(new, data=replace(new.data, flange=flange))
+        return result
+    if old.kind is Kind.LINK and robot is not None and isinstance(robot.data, RobotData):
+        if old.name in (robot.data.flange, f"{robot.name}.{robot.data.flange}"):
+            return {robot.uid: replace(robot, data=replace(robot.data, flange=new.name))}
+    return {}
+
+
 def _placed(structure: Structure, state: State, uid: int, pose: Pose) -> State:
     poses = state.parent_t_node.copy()
     poses[structure.rows[uid]] = pose
@@ -203,31 +241,6 @@ def _check_data(name: str, kind: Kind, data: object) -> None:
         )
 
 
-def _checked(change: Change, node: Node) -> Change:
-    """Check what a node says of joints: postures and tool states."""
-    structure = change.structure
-    if node.kind is Kind.ROBOT and isinstance(node.data, RobotData):
-        for posture in node.data.postures.values():
-            check_posture(structure, node, posture)
-    if node.kind is Kind.TOOL and isinstance(node.data, ToolData):
-        owner = structure.robot_of(node.uid)
-        for name, positions in node.data.states.items():
-            if positions and owner is None:
-                raise KernelError(
-                    f"the state {name!r} of the tool {node.name!r} names joints, but the tool is on no robot",
-                    tool=node.name,
-                )
-            if owner is not None:
-                check_posture(structure, owner, positions)
-    return change
-
-
-def check_posture(structure: Structure, robot: Node, positions: Mapping[str, float]) -> None:
-    """Raise KernelError unless all named joints are the robot's and within limits."""
-    for joint, value in positions.items():
-        check_joint_value(robot.name, single_joint(structure, robot, joint)[0], value)
-
-
 def _mounted(change: Change, tool: Node) -> Change:
     """Give a tool its first state, and make it the tool of its robot when that has none."""
     state, structure = change.state, change.structure
@@ -237,6 +250,7 @@ def _mounted(change: Change, tool: Node) -> Change:
         name, positions = next(iter(tool.data.states.items()))
         q = state.q.copy()
         if owner is not None:
+            refuse_while_moving(change, owner, {(owner.uid, joint) for joint in positions})
             for joint, value in positions.items():
                 q[single_joint(structure, owner, joint)[1]] = value
         state = replace(state, q=q, tool_states={**state.tool_states, tool.uid: name})
@@ -257,10 +271,3 @@ def _dismounted(change: Change, tool: Node) -> Change:
 def _is_on(structure: Structure, tool: Node, robot: int) -> bool:
     owner = structure.robot_of(tool.uid)
     return owner is not None and owner.uid == robot
-
-
-def _refuse_while_robot_moves(change: Change, node: Node) -> None:
-    robot = change.structure.robot_of(node.uid) if node.kind in (Kind.LINK, Kind.ROBOT, Kind.TOOL) else None
-    if robot is not None:
-        names = change.structure.robots[robot.uid].joint_names
-        refuse_while_moving(change, robot, {(robot.uid, name) for name in names})

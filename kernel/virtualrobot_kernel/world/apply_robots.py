@@ -33,14 +33,22 @@ def pick_part(change: Change, command: PickPart, forward: Forward) -> Change:
     structure = change.structure
     world = forward(structure, change.state)
     point = (world[structure.rows[tool.uid]] @ tcp)[:3, 3]
+    above = {node.uid for node in structure.ancestors(tool.uid)}  # what the robot stands on
     free = {
         node.uid: node
         for node in structure.nodes.values()
-        if node.kind is Kind.PART and holder(structure, node.uid) is None
+        if node.kind is Kind.PART and node.uid not in above and holder(structure, node.uid) is None
     }
     distance = {uid: float(np.linalg.norm(world[structure.rows[uid]][:3, 3] - point)) for uid in free}
     if command.part:
         part = structure.node(command.part, Kind.PART)
+        if part.uid in above:
+            raise KernelError(
+                f"{command.robot!r} stands on the part {part.name!r} and cannot pick it",
+                reason=Reason.WRONG_STATE,
+                part=part.name,
+                robot=command.robot,
+            )
         if held := holder(structure, part.uid):
             raise KernelError(
                 f"the part {part.name!r} is held by the tool {held.name!r}; let it go first",

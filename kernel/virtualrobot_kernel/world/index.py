@@ -80,8 +80,8 @@ def reparented(structure: Structure, uid: int, parent: int) -> Structure:
     parents[structure.rows[uid]] = structure.rows[parent]
     order = _order(nodes, structure.rows, children)
     forest = replace(structure.forest, parent=parents, order=order)
-    # A part has no tools below it; whatever else moves may take some to another robot.
-    tools = structure.tools if node.kind is Kind.PART else _tools(nodes)
+    mounts = any(below.kind is Kind.TOOL for below in structure.below(uid))
+    tools = _tools(nodes) if mounts else structure.tools
     return replace(structure, nodes=nodes, children=children, forest=forest, tools=tools)
 
 
@@ -94,9 +94,10 @@ def replaced(structure: Structure, node: Node) -> Structure:
 def _names(nodes: Iterable[Node]) -> dict[str, int]:
     names: dict[str, int] = {}
     for node in nodes:
-        if not node.name or node.name != node.name.strip():
+        if not node.name or node.name != node.name.strip() or not node.name.isprintable():
             raise KernelError(
-                f"a node's name may not be empty or begin or end with a space, this one is {node.name!r}",
+                "a node's name may not be empty, begin or end with a space, or hold signs that cannot be printed; "
+                f"this one is {node.name!r}",
                 name=node.name,
             )
         if node.name in names:
@@ -189,19 +190,21 @@ def _tools(nodes: Mapping[int, Node]) -> dict[int, tuple[int, ...]]:
 
 
 def _links_by_robot(nodes: Mapping[int, Node]) -> dict[int, list[int]]:
+    """Return the links (uids) of each robot; a link's parent is created before it, and never changes."""
     links: dict[int, list[int]] = {}
+    owner: dict[int, int] = {}
     for uid, node in nodes.items():
+        if node.kind is Kind.ROBOT:
+            owner[uid] = uid
         if node.kind is not Kind.LINK:
             continue
-        at = nodes.get(node.parent)
-        while at is not None and at.kind is not Kind.ROBOT:
-            at = nodes.get(at.parent)
-        if at is None:
+        if node.parent not in owner:
             raise KernelError(
                 f"the link {node.name!r} hangs on no robot; its parent must be a robot or one of its links",
                 node=node.name,
             )
-        links.setdefault(at.uid, []).append(uid)
+        owner[uid] = owner[node.parent]
+        links.setdefault(owner[uid], []).append(uid)
     return links
 
 

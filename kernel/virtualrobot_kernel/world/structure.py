@@ -249,9 +249,11 @@ class Structure:
 
     def below(self, uid: int) -> Iterator[Node]:
         """Yield the node and all nodes below it, parents first."""
-        yield self.nodes[uid]
-        for child in self.children.get(uid, ()):
-            yield from self.below(child)
+        stack = [uid]
+        while stack:
+            at = stack.pop()
+            yield self.nodes[at]
+            stack.extend(reversed(self.children.get(at, ())))
 
     def robot_of(self, uid: int) -> Node | None:
         """Return the nearest robot at or above the node, or None."""

@@ -142,7 +142,7 @@ def test_a_joint_that_cannot_be_zero_starts_at_its_nearest_limit() -> None:
 
 
 def test_changing_a_joint_keeps_the_others_where_they_are(cell: Change) -> None:
-    data = LinkData(Joint("b", JointType.PRISMATIC, Z, JointLimits(0.0, 1.0)))
+    data = LinkData(Joint("b", JointType.PRISMATIC, Z, JointLimits(-1.0, 1.0)))
     changed = after(cell, UpdateNode("arm.two", data=data))
     robot = changed.structure.robot("arm")[1]
     q = dict(zip(robot.joint_names, changed.state.q[robot.q_slice], strict=True))

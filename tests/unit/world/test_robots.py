@@ -72,12 +72,14 @@ def test_impossible_picks_are_refused(cell: Change, commands: list, match: str) 
 
 def test_a_tool_moves_with_its_selection(cell: Change) -> None:
     """A tool that goes to another robot leaves the first one without a tool."""
-    two = after(cell, CreateNodes((NodeSpec("other", Kind.ROBOT, data=RobotData()),)))
-    moved = after(two, AttachNode("arm_gripper", "other"))
+    vacuum = NodeSpec("vacuum", Kind.TOOL, "arm.hand", data=ToolData())
+    other_robot = NodeSpec("other", Kind.ROBOT, data=RobotData())
+    two = after(cell, RemoveNode("arm_gripper"), CreateNodes((other_robot, vacuum)))
+    moved = after(two, AttachNode("vacuum", "other"))
     robot, other = (moved.structure.node(name).uid for name in ("arm", "other"))
     assert moved.state.selections[robot] == Selection()
-    assert moved.state.selections[other].tool == moved.structure.node("arm_gripper").uid
-    assert [tool.name for tool in moved.structure.tools_of(other)] == ["arm_gripper"]
+    assert moved.state.selections[other].tool == moved.structure.node("vacuum").uid
+    assert [tool.name for tool in moved.structure.tools_of(other)] == ["vacuum"]
     assert moved.structure.tools_of(robot) == ()
 
 

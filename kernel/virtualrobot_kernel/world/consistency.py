@@ -1,0 +1,92 @@
+"""What must stay true of the tree whatever is changed: names that nodes keep of others lead somewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.world.change import Change, check_joint_value, refuse_while_moving, single_joint
+from virtualrobot_kernel.world.structure import Kind, Node, RobotData, Structure, ToolData
+
+
+def check_names(structure: Structure, node: Node) -> None:
+    """Raise KernelError unless the joints that a node's postures or tool states name are there, and within limits."""
+    if isinstance(node.data, RobotData):
+        for name, posture in node.data.postures.items():
+            _check_posture(structure, node, posture, f"the posture {name!r} of {node.name!r}")
+    if isinstance(node.data, ToolData):
+        owner = structure.robot_of(node.uid)
+        for name, positions in node.data.states.items():
+            if positions and owner is None:
+                raise KernelError(
+                    f"the state {name!r} of the tool {node.name!r} names joints, but the tool is on no robot",
+                    tool=node.name,
+                )
+            if owner is not None:
+                _check_posture(structure, owner, positions, f"the state {name!r} of the tool {node.name!r}")
+
+
+def check_robot(change: Change, robot: int) -> None:
+    """Raise KernelError unless a robot's joints are within limits, and those that postures and tools name are there."""
+    structure = change.structure
+    node, found = structure.nodes[robot], structure.robots[robot]
+    for joint, place in zip(found.joints, found.q_start, strict=True):
+        if joint.type.coordinate_count == 1:
+            check_joint_value(node.name, joint, float(change.state.q[place]))
+    for named in (node, *structure.tools_of(robot)):
+        check_names(structure, named)
+
+
+def check_tool_in_use(change: Change, tool: Node) -> None:
+    """Raise KernelError when a tool lacks the tool centre point that a robot works with, or the state that it is in."""
+    assert isinstance(tool.data, ToolData)
+    for robot, selection in change.state.selections.items():
+        if selection.tool == tool.uid and selection.tool_center_point not in tool.data.tool_center_points:
+            name = change.structure.nodes[robot].name
+            raise KernelError(
+                f"{name!r} works with the tool centre point {selection.tool_center_point!r} of {tool.name!r}; "
+                "keep it, or choose another one first",
+                reason=Reason.WRONG_STATE,
+                tool=tool.name,
+                robot=name,
+            )
+    state = change.state.tool_states.get(tool.uid)
+    if state is not None and state not in tool.data.states:
+        raise KernelError(
+            f"the tool {tool.name!r} is in the state {state!r}; keep that, or set another one first",
+            reason=Reason.WRONG_STATE,
+            tool=tool.name,
+            state=state,
+        )
+
+
+def refuse_while_robot_moves(change: Change, node: Node) -> None:
+    """Raise KernelError (ROBOT_BUSY) when the robot that a link or tool belongs to moves, or the robot itself."""
+    robot = change.structure.robot_of(node.uid) if node.kind in (Kind.LINK, Kind.ROBOT, Kind.TOOL) else None
+    if robot is not None:
+        names = change.structure.robots[robot.uid].joint_names
+        refuse_while_moving(change, robot, {(robot.uid, name) for name in names})
+
+
+def refuse_while_tools_move(change: Change, nodes: Iterable[Node]) -> None:
+    """Raise KernelError (ROBOT_BUSY) when a motion is about to bring a tool among the nodes into a state."""
+    tools = {node.uid: node.name for node in nodes if node.kind is Kind.TOOL}
+    for motion in change.state.motions:
+        for tool, state in motion.tool_states:
+            if tool in tools:
+                raise KernelError(
+                    f"the motion {motion.id!r} brings the tool {tools[tool]!r} into the state {state!r}; "
+                    "wait for its end or cancel it",
+                    reason=Reason.ROBOT_BUSY,
+                    tool=tools[tool],
+                    motion=motion.id,
+                )
+
+
+def _check_posture(structure: Structure, robot: Node, positions: Mapping[str, float], what: str) -> None:
+    for joint, value in positions.items():
+        try:
+            check_joint_value(robot.name, single_joint(structure, robot, joint)[0], value)
+        except KernelError as error:
+            error.args = (f"{what}: {error}",)
+            raise
