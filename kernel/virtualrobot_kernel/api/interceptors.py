@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hmac
 import logging
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import Awaitable, Callable
+from contextlib import aclosing
 from typing import Any, NoReturn
 
 import grpc
@@ -85,12 +86,13 @@ class Errors(grpc.aio.ServerInterceptor):
             except Exception as error:
                 await _told(error, method, context)
 
-        async def stream(request: Any, context: grpc.aio.ServicerContext) -> AsyncIterator[Any]:  # noqa: ANN401
+        async def stream(request: Any, context: grpc.aio.ServicerContext) -> None:  # noqa: ANN401 any message
             try:
                 if self._publications.closed:
                     raise ending()
-                async for message in parts(request, context):
-                    yield message
+                async with aclosing(parts(request, context)) as messages:
+                    async for message in messages:
+                        await context.write(message)
             except Exception as error:
                 await _told(error, method, context)
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
-import numpy as np
-from virtualrobot.v1 import kernel_pb2, motion_pb2, robot_pb2, signal_pb2
+from virtualrobot.v1 import geometry_pb2, kernel_pb2, motion_pb2, robot_pb2, signal_pb2
 
-from virtualrobot_kernel.api.convert.values import quaternions, vector_message
+from virtualrobot_kernel.api.convert.values import quaternion, vector_message
 from virtualrobot_kernel.motion.running import Phase
 from virtualrobot_kernel.planning.robots import tcp_frame
 from virtualrobot_kernel.world.clock import Clock, Mode
@@ -19,22 +18,17 @@ MODES = {mode: getattr(kernel_pb2, f"CLOCK_MODE_{mode.name}") for mode in Mode}
 MODE_BY_NUMBER = {number: mode for mode, number in MODES.items()}
 
 
-def robot_states(snapshot: Snapshot, nodes: Sequence[Node]) -> list[robot_pb2.RobotState]:
+def robot_states(snapshot: Snapshot, nodes: Iterable[Node]) -> list[robot_pb2.RobotState]:
     """Return the states of some robots."""
-    messages = [_robot_state(snapshot, node) for node in nodes]
-    if nodes:
-        frames = np.stack([tcp_frame(snapshot, node) for node in nodes])
-        for message, frame, turn in zip(messages, frames, quaternions(frames[:, :3, :3]).tolist(), strict=True):
-            place = message.world_t_tcp
-            place.position.CopyFrom(vector_message(frame[:3, 3].tolist()))
-            place.orientation.x, place.orientation.y, place.orientation.z, place.orientation.w = turn
-    return messages
+    return [_robot_state(snapshot, node) for node in nodes]
 
 
 def _robot_state(snapshot: Snapshot, node: Node) -> robot_pb2.RobotState:
     structure, state = snapshot.structure, snapshot.state
     robot = structure.robots[node.uid]
     selection = state.selections.get(node.uid, Selection())
+    frame = tcp_frame(snapshot, node)
+    x, y, z, w = quaternion(frame[:3, :3])
     return robot_pb2.RobotState(
         name=node.name,
         positions=state.q[robot.q_slice].tolist(),
@@ -44,6 +38,9 @@ def _robot_state(snapshot: Snapshot, node: Node) -> robot_pb2.RobotState:
         tool_states={tool.name: state.tool_states.get(tool.uid, "") for tool in structure.tools_of(node.uid)},
         speed_factor=state.speed_factors.get(node.uid, 1.0),
         motion_ids=[motion.id for motion in state.motions if node.uid in motion.robots],
+        world_t_tcp=geometry_pb2.Pose(
+            position=vector_message(frame[:3, 3].tolist()), orientation=geometry_pb2.Quaternion(x=x, y=y, z=z, w=w)
+        ),
     )
 
 

@@ -98,43 +98,24 @@ def rotation(xyzw: NDArray[np.float64]) -> NDArray[np.float64]:
     return matrix + 0.0  # no -0.0: equal rotations have equal bits
 
 
-def quaternions(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the quaternions x, y, z, w with w >= 0 of (n, 3, 3) rotation matrices, shape (n, 4).
+def quaternion(rotation: NDArray[np.float64]) -> tuple[float, float, float, float]:
+    """Return the unit quaternion x, y, z, w with w >= 0 of a rotation matrix (3, 3).
 
-    Bar-Itzhack, New method for extracting the quaternion from a rotation matrix (2000) would need eigenvectors; this is
-    Shepperd's (1978): the largest of four squares is taken as the pivot, so that no division is by a small number.
+    Shepperd, Quaternion from rotation matrix (1978): the largest of four squares is the pivot, so that no division is
+    by a small number. In plain floats, because one matrix at a time is what most messages need.
     """
-    m = rotations
-    trace = m[:, 0, 0] + m[:, 1, 1] + m[:, 2, 2]
-    squares = np.stack([m[:, 0, 0], m[:, 1, 1], m[:, 2, 2], trace], axis=1)
-    pivot = squares.argmax(axis=1)
-    result = np.empty((len(m), 4))
-    for k in range(4):
-        rows = np.flatnonzero(pivot == k)
-        if not len(rows):
-            continue
-        r = m[rows]
-        if k == 3:
-            result[rows] = np.stack(
-                [
-                    r[:, 2, 1] - r[:, 1, 2],
-                    r[:, 0, 2] - r[:, 2, 0],
-                    r[:, 1, 0] - r[:, 0, 1],
-                    1 + trace[rows],
-                ],
-                axis=1,
-            )
-        else:
-            i, j, n = k, (k + 1) % 3, (k + 2) % 3
-            part = np.empty((len(rows), 4))
-            part[:, i] = 1 + r[:, i, i] - r[:, j, j] - r[:, n, n]
-            part[:, j] = r[:, j, i] + r[:, i, j]
-            part[:, n] = r[:, n, i] + r[:, i, n]
-            part[:, 3] = r[:, n, j] - r[:, j, n]
-            result[rows] = part
-    result /= np.linalg.norm(result, axis=1, keepdims=True)
-    result[result[:, 3] < 0] *= -1
-    return result
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = rotation.tolist()
+    trace = xx + yy + zz
+    if trace >= max(xx, yy, zz):
+        x, y, z, w = zy - yz, xz - zx, yx - xy, 1.0 + trace
+    elif xx >= max(yy, zz):
+        x, y, z, w = 1.0 + xx - yy - zz, yx + xy, zx + xz, zy - yz
+    elif yy >= zz:
+        x, y, z, w = yx + xy, 1.0 + yy - zz - xx, zy + yz, xz - zx
+    else:
+        x, y, z, w = zx + xz, zy + yz, 1.0 + zz - xx - yy, yx - xy
+    scale = math.copysign(1.0 / math.sqrt(x * x + y * y + z * z + w * w), w)
+    return x * scale, y * scale, z * scale, w * scale
 
 
 def pose_message(matrix: NDArray[np.float64]) -> geometry_pb2.Pose:
@@ -143,7 +124,7 @@ def pose_message(matrix: NDArray[np.float64]) -> geometry_pb2.Pose:
     if matrix[:3, 3].any():
         message.position.CopyFrom(vector_message(matrix[:3, 3].tolist()))
     if not np.array_equal(matrix[:3, :3], np.eye(3)):
-        x, y, z, w = snapped(quaternions(matrix[None, :3, :3])[0], "orientation").tolist()
+        x, y, z, w = snapped(np.array(quaternion(matrix[:3, :3])), "orientation").tolist()
         message.orientation.CopyFrom(geometry_pb2.Quaternion(x=x, y=y, z=z, w=w))
     return message
 
@@ -155,8 +136,8 @@ def is_identity(matrix: NDArray[np.float64]) -> bool:
 
 def poses_array(matrices: NDArray[np.float64]) -> geometry_pb2.Array:
     """Return (n, 4, 4) poses as an array (n, 7) of x, y, z and the quaternion x, y, z, w."""
-    rows = np.concatenate([matrices[:, :3, 3], quaternions(matrices[:, :3, :3])], axis=1)
-    return array_message(rows)
+    turns = np.array([quaternion(matrix) for matrix in matrices[:, :3, :3]]).reshape(-1, 4)
+    return array_message(np.concatenate([matrices[:, :3, 3], turns], axis=1))
 
 
 def array_message(
