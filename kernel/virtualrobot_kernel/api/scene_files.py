@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -32,7 +32,7 @@ from virtualrobot_kernel.world.commands import (
 )
 from virtualrobot_kernel.world.figures import Figure, Mesh
 from virtualrobot_kernel.world.state import Signal, Snapshot
-from virtualrobot_kernel.world.structure import WORLD_NAME, Kind, NodeSpec, Structure
+from virtualrobot_kernel.world.structure import WORLD_NAME, WORLD_UID, Kind, Node, NodeSpec, Structure
 
 SAVED_STATE = frozenset({"name", "positions", "tool", "tool_center_point", "tool_states", "speed_factor"})
 """What a scene file keeps of a robot's state."""
@@ -97,9 +97,7 @@ def write_scene(snapshot: Snapshot, bundled: bool) -> tuple[str, list[tuple[str,
     structure = snapshot.structure
     uris, files = bundle(_meshes(structure)) if bundled else ({}, [])
     scene = scene_pb2.SceneFile(schema_version=scene_file.SCHEMA_VERSION)
-    uids = list(structure.nodes)
-    for row in structure.forest.order.tolist():
-        node = structure.nodes[uids[row]]
+    for node in _in_order(structure):
         if node.kind is Kind.WORLD:
             continue
         message = scene.nodes.add()
@@ -120,6 +118,18 @@ def write_scene(snapshot: Snapshot, bundled: bool) -> tuple[str, list[tuple[str,
     if snapshot.state.speed_factor != 1.0:
         scene.speed_factor = snapshot.state.speed_factor
     return scene_file.format(scene), files
+
+
+def _in_order(structure: Structure) -> Iterator[Node]:
+    """Yield all nodes, parents first; a robot's links in the order of creation, which is that of its positions."""
+    stack = [WORLD_UID]
+    while stack:
+        node = structure.nodes[stack.pop()]
+        if node.kind is not Kind.LINK:
+            yield node
+        if node.kind is Kind.ROBOT:
+            yield from (structure.nodes[uid] for uid in structure.robots[node.uid].links)
+        stack.extend(reversed(structure.children.get(node.uid, ())))
 
 
 def _meshes(structure: Structure) -> list[Mesh]:
