@@ -57,7 +57,7 @@ picture: $(VENV)/installed-dev
 	@$(BIN)/python tools/picture.py docs/pictures/cell.png
 
 clean:
-	@rm -rf $(VENV) node_modules build dist *.egg-info .pytest_cache .ruff_cache
+	@rm -rf $(VENV) node_modules clients/node/node_modules clients/node/dist build dist *.egg-info .pytest_cache .ruff_cache
 
 $(VENV)/bin/python:
 	@command -v $(PYTHON) > /dev/null || { echo "$(PYTHON) is missing; install it (with venv), or name another: make PYTHON=..."; exit 1; }

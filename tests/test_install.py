@@ -100,3 +100,12 @@ def test_the_lowest_versions_that_we_allow_will_do(client: Path) -> None:
     run(client, "python", "-m", "pip", "install", "--quiet", *lowest).check_returncode()
     result = run(client, "python", "-W", "error", "-c", IMPORT_ALL)
     assert result.returncode == 0, result.stderr
+
+
+@pytest.mark.parametrize("lock", [ROOT / "package-lock.json", ROOT / "clients" / "node" / "package-lock.json"])
+def test_npm_locks_name_the_binaries_of_all_platforms(lock: Path) -> None:
+    """`npm install` leaves out those that its registry doesn't have, and then `npm ci` refuses the lock."""
+    packages = json.loads(lock.read_text())["packages"]
+    wanted = {name for package in packages.values() for name in package.get("optionalDependencies", {})}
+    assert "@bufbuild/buf-win32-x64" in wanted
+    assert sorted(name for name in wanted if f"node_modules/{name}" not in packages) == []
