@@ -9,7 +9,7 @@ import numpy as np
 from virtualrobot.v1 import nodes_pb2, scene_pb2
 
 from virtualrobot_kernel.api.convert.nodes import figures, node_data, node_spec
-from virtualrobot_kernel.api.convert.values import array, finite, mask_fields, pose
+from virtualrobot_kernel.api.convert.values import array, by_name, finite, mask_fields, not_negative, pose
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.world import commands
 from virtualrobot_kernel.world.state import Signal
@@ -55,7 +55,7 @@ def _update(message: scene_pb2.UpdateNode) -> commands.UpdateNode:
     kinds = fields & {"part", "robot", "link", "adapter", "tool"}
     if kinds and node.WhichOneof("kind") not in kinds:
         raise KernelError(
-            f"the mask of update_node for {what!r} names {', '.join(kinds)}, but the node has none", node=what
+            f"the mask of update_node for {what!r} names {', '.join(sorted(kinds))}, but the node has none", node=what
         )
     return commands.UpdateNode(
         name=message.name,
@@ -77,7 +77,7 @@ def _joints(message: scene_pb2.SetJointPositions) -> commands.SetJointPositions:
     if coordinates is not None and message.joint_positions:
         raise KernelError("give joint_positions or coordinates, not both", robot=message.robot)
     return commands.SetJointPositions(
-        message.robot, dict(message.joint_positions), None if coordinates is None else np.asarray(coordinates, float)
+        message.robot, by_name(message.joint_positions), None if coordinates is None else np.asarray(coordinates, float)
     )
 
 
@@ -86,7 +86,7 @@ COMMANDS: dict[str, Callable[[Any], commands.Command]] = {
     "remove_node": lambda message: commands.RemoveNode(message.name),
     "attach_node": _attach,
     "pick_part": lambda message: commands.PickPart(
-        message.robot, message.part, finite(message.max_distance_meters, "max_distance_meters")
+        message.robot, message.part, not_negative(message.max_distance_meters, "max_distance_meters")
     ),
     "place_part": lambda message: commands.PlacePart(message.robot, message.part, message.parent),
     "set_joint_positions": _joints,

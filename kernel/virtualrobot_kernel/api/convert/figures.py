@@ -11,8 +11,8 @@ from virtualrobot.v1 import geometry_pb2, nodes_pb2
 from virtualrobot_kernel.api.convert.values import (
     array,
     array_message,
-    finite,
     is_identity,
+    not_negative,
     pose,
     pose_message,
     positive,
@@ -90,13 +90,13 @@ def _geometry(kind: str, message: Any, what: str) -> Geometry:  # noqa: ANN401 a
     if kind == "points":
         positions = array(message.positions, (None, 3), f"{what}.positions")
         colors = array(message.colors, (len(positions), 3), f"{what}.colors") if message.HasField("colors") else None
-        size = finite(message.size_meters, f"{what}.size_meters") or 0.01
+        size = not_negative(message.size_meters, f"{what}.size_meters") or 0.01
         return Points(positions.tobytes(), b"" if colors is None else colors.astype(np.uint8).tobytes(), size)
     if kind == "lines":
         segments = array(message.segments, (None, 2, 3), f"{what}.segments")
-        return Lines(segments.tobytes(), finite(message.width_pixels, f"{what}.width_pixels") or 2.0)
+        return Lines(segments.tobytes(), not_negative(message.width_pixels, f"{what}.width_pixels") or 2.0)
     if kind == "frame":
-        return Frame(finite(message.length_meters, f"{what}.length_meters") or 0.1)
+        return Frame(not_negative(message.length_meters, f"{what}.length_meters") or 0.1)
     if len(message.text) > GREATEST_TEXT:
         raise KernelError(f"{what}.text may have {GREATEST_TEXT} characters, not {len(message.text)}", field=what)
     return Label(message.text)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from virtualrobot.v1 import motion_pb2
 
-from virtualrobot_kernel.api.convert.values import array, finite, pose
+from virtualrobot_kernel.api.convert.values import array, by_name, finite, pose
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.planning.moves import JointTrajectory, Linear, Move, PointToPoint, PoseGoal, ToolStateMove
 
@@ -41,7 +41,7 @@ def wished_move(message: motion_pb2.Move, what: str) -> Move:
 def _goal(message: motion_pb2.PointToPoint, what: str) -> dict[str, float] | PoseGoal | str:
     kind = message.WhichOneof("goal")
     if kind == "joints":
-        positions = dict(message.joints.joint_positions)
+        positions = by_name(message.joints.joint_positions)
         return {name: finite(value, f"{what}.joints[{name!r}]") for name, value in positions.items()}
     if kind == "pose":
         return _pose_goal(message.pose, f"{what}.pose")

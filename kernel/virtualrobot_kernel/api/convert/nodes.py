@@ -9,7 +9,16 @@ import numpy as np
 from virtualrobot.v1 import nodes_pb2
 
 from virtualrobot_kernel.api.convert.figures import figure, figure_message
-from virtualrobot_kernel.api.convert.values import finite, is_identity, pose, pose_message, vector, vector_message
+from virtualrobot_kernel.api.convert.values import (
+    by_name,
+    finite,
+    is_identity,
+    not_negative,
+    pose,
+    pose_message,
+    vector,
+    vector_message,
+)
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.state import Snapshot
@@ -71,7 +80,7 @@ def node_data(message: nodes_pb2.Node, what: str) -> NodeData:
     """Return what only this kind of node has, or None."""
     kind = message.WhichOneof("kind")
     if kind == "part":
-        return PartData(finite(message.part.mass_kilograms, f"{what}.part.mass_kilograms"))
+        return PartData(not_negative(message.part.mass_kilograms, f"{what}.part.mass_kilograms"))
     if kind == "robot":
         return _robot(message.robot, what)
     if kind == "link":
@@ -83,7 +92,7 @@ def node_data(message: nodes_pb2.Node, what: str) -> NodeData:
 
 
 def _robot(message: nodes_pb2.Robot, what: str) -> RobotData:
-    postures = {posture.name: dict(posture.joint_positions) for posture in message.postures}
+    postures = {posture.name: by_name(posture.joint_positions) for posture in message.postures}
     if len(postures) != len(message.postures) or "" in postures:
         raise KernelError(f"the postures of {what!r} must have names that differ", robot=what)
     return RobotData(message.flange, message.kinematics or "chain", postures, message.source)
@@ -116,9 +125,11 @@ def joint_limits(message: nodes_pb2.JointLimits, what: str) -> JointLimits:
     default = JointLimits()
     lower = message.lower if message.HasField("lower") else -math.inf
     upper = message.upper if message.HasField("upper") else math.inf
-    if not lower <= upper:
+    if not lower <= upper or lower == math.inf or upper == -math.inf:
         raise KernelError(
-            f"the limits of the joint {what!r} are {lower:g} to {upper:g}; the lower one must be the lesser", joint=what
+            f"the limits of the joint {what!r} are {lower:g} to {upper:g}; the lower one must be the lesser, and a "
+            "number between them",
+            joint=what,
         )
     rates = {}
     for name in ("velocity", "acceleration", "jerk"):
@@ -128,7 +139,7 @@ def joint_limits(message: nodes_pb2.JointLimits, what: str) -> JointLimits:
                 f"the {name} limit of the joint {what!r} must be 0 (the default) or above, not {value:g}", joint=what
             )
         rates[name] = value or getattr(default, name)
-    return JointLimits(lower, upper, **rates, effort=finite(message.effort, f"{what}.effort"))
+    return JointLimits(lower, upper, **rates, effort=not_negative(message.effort, f"{what}.effort"))
 
 
 def limits_message(limits: JointLimits) -> nodes_pb2.JointLimits:
@@ -145,7 +156,7 @@ def limits_message(limits: JointLimits) -> nodes_pb2.JointLimits:
 
 def _inertial(message: nodes_pb2.Inertial, what: str) -> Inertial:
     return Inertial(
-        mass=finite(message.mass_kilograms, f"{what}.inertial.mass_kilograms"),
+        mass=not_negative(message.mass_kilograms, f"{what}.inertial.mass_kilograms"),
         link_t_inertial=pose(message.link_t_inertial, f"{what}.inertial.link_t_inertial"),
         diagonal=vector(message.diagonal, f"{what}.inertial.diagonal"),
         products=vector(message.products, f"{what}.inertial.products"),
@@ -162,7 +173,7 @@ def _tool(message: nodes_pb2.Tool, what: str) -> ToolData:
     for state in message.states:
         if not state.name or state.name in states:
             raise KernelError(f"the states of the tool {what!r} must have names that differ", tool=what)
-        states[state.name] = dict(state.joint_positions)
+        states[state.name] = by_name(state.joint_positions)
     return ToolData(points, states) if points else ToolData(states=states)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TypeVar
 
 import numpy as np
@@ -18,6 +18,9 @@ from virtualrobot_kernel.world.state import Snapshot
 
 GRID = 2.0**-48
 PIVOTS = [3, 0, 1, 2]
+
+GREATEST = 1e12
+"""The greatest length that is taken, in meters: beyond the orbit of Saturn."""
 
 M = TypeVar("M", bound=Message)
 
@@ -38,15 +41,31 @@ def finite(value: float, what: str) -> float:
 
 def positive(value: float, what: str) -> float:
     """Return the value; raise KernelError when it is not finite and above 0."""
-    if not (math.isfinite(value) and value > 0.0):
-        raise KernelError(f"{what} must be above 0, not {value:g}", field=what, value=value)
+    if not 0.0 < value <= GREATEST:
+        raise KernelError(f"{what} must be above 0 and at most {GREATEST:g}, not {value:g}", field=what, value=value)
     return value
 
 
+def not_negative(value: float, what: str) -> float:
+    """Return the value; raise KernelError when it is not finite or below 0."""
+    if finite(value, what) < 0.0:
+        raise KernelError(f"{what} must be 0 or above, not {value:g}", field=what, value=value)
+    return value
+
+
+def by_name(values: Mapping[str, float]) -> dict[str, float]:
+    """Return a map in the order of its keys: protobuf gives one that differs from process to process."""
+    return {name: values[name] for name in sorted(values)}
+
+
 def vector(message: geometry_pb2.Vector3, what: str) -> tuple[float, float, float]:
-    """Return x, y, z."""
+    """Return x, y, z; raise KernelError when one is not finite or so great that chains of poses would overflow."""
     x, y, z = message.x, message.y, message.z
-    return finite(x, f"{what}.x"), finite(y, f"{what}.y"), finite(z, f"{what}.z")
+    if not (abs(x) <= GREATEST and abs(y) <= GREATEST and abs(z) <= GREATEST):
+        raise KernelError(
+            f"the parts of {what} must be finite and at most {GREATEST:g}, not {x:g}, {y:g}, {z:g}", field=what
+        )
+    return x, y, z
 
 
 def vector_message(values: Iterable[float]) -> geometry_pb2.Vector3:
