@@ -5,6 +5,8 @@ from __future__ import annotations
 import asyncio
 from collections import Counter
 from collections.abc import AsyncIterator, Sequence
+from concurrent.futures import Future
+from functools import partial
 
 from virtualrobot.v1 import motion_pb2, motion_pb2_grpc
 
@@ -32,7 +34,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         """Serve from these rooms."""
         self._rooms = rooms
         self._watchers: Counter[str] = Counter()
-        self._bound: set[str] = set()
+        self._bound: dict[str, asyncio.TimerHandle] = {}
 
     async def StartMotion(
         self, request: motion_pb2.StartMotionRequest, context: object
@@ -43,11 +45,12 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         await self._cleared(moves, request.busy_policy, author(context))
         run = asyncio.get_running_loop().run_in_executor
         command = await run(self._rooms.workers, plan_motion, world.snapshot, moves)
-        applied = await self._submit([command], context)
-        motion = _find(applied.snapshot, str(applied.created[0]))
+        started = world.submit([command], author(context))
         if request.on_disconnect != motion_pb2.DISCONNECT_POLICY_CONTINUE:
-            self._bound.add(motion.id)
-            self._check_later(motion.id)
+            # Not after the await below: a client that vanishes there would leave a motion that nothing stops.
+            started.add_done_callback(partial(self._started, asyncio.get_running_loop()))
+        applied = await asyncio.wrap_future(started)
+        motion = _find(applied.snapshot, str(applied.created[0]))
         return motion_pb2.StartMotionResponse(
             stamp=stamp(applied.snapshot), motion=motion_message(applied.snapshot, motion)
         )
@@ -89,6 +92,8 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
                 snapshot = await self._progressed(snapshot, id, pause)
         finally:
             self._watchers[id] -= 1
+            if not self._watchers[id]:
+                del self._watchers[id]
             self._check_later(id)
 
     async def PauseMotion(
@@ -135,7 +140,12 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
                 )
             if not motion.cancel_reason:
                 cancel = world.submit([CancelMotion(motion.id, f"preempted by {who}")], who)
-                snapshot = (await asyncio.wrap_future(cancel)).snapshot
+                try:
+                    snapshot = (await asyncio.wrap_future(cancel)).snapshot
+                except KernelError as error:
+                    if error.reason not in (Reason.WRONG_STATE, Reason.UNKNOWN_NAME):
+                        raise
+                    snapshot = world.snapshot  # it has just ended by itself
             else:
                 snapshot = await self._rooms.publications.newer_than(snapshot)
 
@@ -159,19 +169,28 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
     async def _submit(self, commands: Sequence[Command], context: object) -> Applied:
         return await asyncio.wrap_future(self._rooms.world.submit(commands, author(context)))
 
+    def _started(self, loop: asyncio.AbstractEventLoop, started: Future[Applied]) -> None:
+        """Bind a motion to its watch; called by the world thread once it is started, or refused."""
+        if not (started.cancelled() or started.exception() or loop.is_closed()):
+            loop.call_soon_threadsafe(self._bind, str(started.result().created[0]))
+
+    def _bind(self, id: str) -> None:
+        self._bound[id] = asyncio.get_running_loop().call_later(GRACE_SECONDS, self._check, id)
+
     def _check_later(self, id: str) -> None:
+        """Give a motion that is bound to its watch the whole grace from now on."""
         if id in self._bound:
-            asyncio.get_running_loop().call_later(GRACE_SECONDS, self._check, id)
+            self._bound[id].cancel()
+            self._bind(id)
 
     def _check(self, id: str) -> None:
-        """Cancel a motion that is bound to its watch when nobody watches it."""
-        running = any(motion.id == id for motion in self._rooms.world.snapshot.state.motions)
-        if running and not self._watchers[id]:
+        """Cancel a motion when nobody watches it; else the end of its watch checks again."""
+        if self._watchers[id]:
+            return
+        del self._bound[id]
+        if any(motion.id == id for motion in self._rooms.world.snapshot.state.motions):
             reason = f"nobody has watched it for {GRACE_SECONDS:g} s"
             self._rooms.world.submit([CancelMotion(id, reason)], "kernel")
-        if not running:
-            self._bound.discard(id)
-            self._watchers.pop(id, None)
 
 
 def _find(snapshot: Snapshot, id: str) -> Motion:

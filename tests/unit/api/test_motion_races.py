@@ -1,0 +1,123 @@
+"""What happens between two awaits: motions that end, and clients that vanish, at the worst moment."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from virtualrobot.v1 import motion_pb2
+from virtualrobot_kernel.api import motion as api
+from virtualrobot_kernel.api.publications import Publications
+from virtualrobot_kernel.planning.robots import world_poses
+from virtualrobot_kernel.world.clock import Clock, Mode
+from virtualrobot_kernel.world.commands import CancelMotion, Command, StartMotion
+from virtualrobot_kernel.world.journal import MemoryJournal
+from virtualrobot_kernel.world.state import Motion
+from virtualrobot_kernel.world.store import Applied, World
+
+from tests.unit.world.builders import arm
+
+CLIENT: Any = SimpleNamespace(invocation_metadata=lambda: (), peer=lambda: "a test")
+
+
+class SteeredWorld(World):
+    """A world in which `before` and `after` are called around commands of the API."""
+
+    def before(self, commands: Sequence[Command]) -> None:
+        """Do nothing."""
+
+    def after(self, commands: Sequence[Command]) -> None:
+        """Do nothing."""
+
+    def submit(
+        self, commands: Sequence[Command], author: str = "", expected_revision: int | None = None
+    ) -> Future[Applied]:
+        """Queue a batch, and wait until it is applied."""
+        self.before(commands)
+        done = super().submit(commands, author, expected_revision)
+        done.exception()
+        self.after(commands)
+        return done
+
+
+@pytest.fixture
+def world() -> Iterator[SteeredWorld]:
+    world = SteeredWorld(world_poses, MemoryJournal(), Clock(Mode.STEPPED, 1.0, 4_000_000))
+    world.start()
+    world.submit([arm()])
+    yield world
+    world.close()
+
+
+def served(world: World) -> api.MotionServicer:
+    """Return the servicer on this world, for the running loop."""
+    publications = Publications(world, asyncio.get_running_loop())
+    rooms: Any = SimpleNamespace(world=world, publications=publications, workers=ThreadPoolExecutor(1))
+    return api.MotionServicer(rooms)
+
+
+def start(goal: float, policy: motion_pb2.BusyPolicy = motion_pb2.BUSY_POLICY_REJECT) -> motion_pb2.StartMotionRequest:
+    joints = motion_pb2.JointGoal(joint_positions={"a": goal})
+    move = motion_pb2.Move(robot="arm", point_to_point=motion_pb2.PointToPoint(joints=joints))
+    return motion_pb2.StartMotionRequest(moves=[move], busy_policy=policy)
+
+
+async def until(world: World, fact: Callable[[Motion], object]) -> float:
+    """Wait until something is true of the running motion; return the loop's time."""
+    while not fact(world.snapshot.state.motions[0]):
+        await asyncio.sleep(0.005)
+    return asyncio.get_running_loop().time()
+
+
+def test_a_motion_that_ends_as_it_is_preempted_is_in_nobody_s_way(world: SteeredWorld) -> None:
+    def end_first(commands: Sequence[Command]) -> None:
+        if isinstance(commands[0], CancelMotion):
+            world.step(2000).result()
+
+    async def run() -> motion_pb2.Motion:
+        servicer = served(world)
+        await servicer.StartMotion(start(1.0), CLIENT)
+        world.before = end_first
+        return (await servicer.StartMotion(start(-1.0, motion_pb2.BUSY_POLICY_PREEMPT), CLIENT)).motion
+
+    assert asyncio.run(run()).id == "motion-2"
+
+
+def test_a_client_that_vanishes_as_its_motion_starts_leaves_none_behind(
+    world: SteeredWorld, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(api, "GRACE_SECONDS", 0.01)
+
+    async def run() -> None:
+        call = asyncio.ensure_future(served(world).StartMotion(start(1.0), CLIENT))
+
+        def vanish(commands: Sequence[Command]) -> None:
+            if isinstance(commands[0], StartMotion):
+                call.cancel()
+
+        world.after = vanish
+        with pytest.raises(asyncio.CancelledError):
+            await call
+        await until(world, lambda motion: motion.cancel_reason)
+
+    asyncio.run(run())
+
+
+def test_the_grace_begins_when_the_last_watch_ends(world: SteeredWorld, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(api, "GRACE_SECONDS", 0.3)
+
+    async def run() -> float:
+        servicer = served(world)
+        id = (await servicer.StartMotion(start(1.0), CLIENT)).motion.id
+        watch: Any = servicer.WatchMotion(motion_pb2.WatchMotionRequest(id=id), CLIENT)
+        await anext(watch)
+        await asyncio.sleep(0.2)
+        await watch.aclose()
+        left = asyncio.get_running_loop().time()
+        return await until(world, lambda motion: motion.cancel_reason) - left
+
+    assert asyncio.run(run()) >= 0.29
