@@ -6,9 +6,16 @@ The message names the bad value and what would be right; `metadata` carries both
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterable
 from difflib import get_close_matches
 from enum import Enum
+
+NEIGHBOURS = 200
+"""How many names before and after a bad one are looked at for a similar one."""
+
+LONGEST_NAME = 100
+"""How many characters of a bad name are compared."""
 
 
 class Reason(Enum):
@@ -54,7 +61,10 @@ class UnknownNameError(KernelError):
     def __init__(self, kind: str, name: str, valid: Iterable[str]) -> None:
         """Name the `kind` of thing that was looked for, the bad `name` and the `valid` ones."""
         names = sorted(valid)
-        near = get_close_matches(name, names, n=3) or names[:8]
+        # Of many names only the neighbours in the alphabet: comparing with all of them would hold up the world.
+        place = bisect_left(names, name)
+        neighbours = names[max(0, place - NEIGHBOURS) : place + NEIGHBOURS]
+        near = get_close_matches(name[:LONGEST_NAME], neighbours, n=3) or names[:8]
         hint = f"; did you mean {', '.join(repr(n) for n in near)}?" if near else f"; there is no {kind} yet"
         super().__init__(f"there is no {kind} named {name!r}{hint}", kind=kind, name=name, valid=", ".join(names[:50]))
 

@@ -34,12 +34,6 @@ def pick_part(change: Change, command: PickPart, forward: Forward) -> Change:
     world = forward(structure, change.state)
     point = (world[structure.rows[tool.uid]] @ tcp)[:3, 3]
     above = {node.uid for node in structure.ancestors(tool.uid)}  # what the robot stands on
-    free = {
-        node.uid: node
-        for node in structure.nodes.values()
-        if node.kind is Kind.PART and node.uid not in above and holder(structure, node.uid) is None
-    }
-    distance = {uid: float(np.linalg.norm(world[structure.rows[uid]][:3, 3] - point)) for uid in free}
     if command.part:
         part = structure.node(command.part, Kind.PART)
         if part.uid in above:
@@ -58,17 +52,24 @@ def pick_part(change: Change, command: PickPart, forward: Forward) -> Change:
             )
         limit = command.max_distance or np.inf
     else:
+        free = [
+            node
+            for node in structure.nodes.values()
+            if node.kind is Kind.PART and node.uid not in above and holder(structure, node.uid) is None
+        ]
         if not free:
             raise KernelError("there is no part that could be picked", reason=Reason.WRONG_STATE, robot=command.robot)
-        part = free[min(distance, key=lambda uid: (distance[uid], uid))]
+        origins = world[[structure.rows[node.uid] for node in free], :3, 3]
+        part = free[int(np.linalg.norm(origins - point, axis=1).argmin())]
         limit = command.max_distance or REACH_OF_A_PICK
-    if distance[part.uid] > limit:
+    distance = float(np.linalg.norm(world[structure.rows[part.uid]][:3, 3] - point))
+    if distance > limit:
         raise KernelError(
-            f"the part {part.name!r} is {distance[part.uid]:.4f} m from the tool centre point of {command.robot!r}, "
+            f"the part {part.name!r} is {distance:.4f} m from the tool centre point of {command.robot!r}, "
             f"farther than {limit:g} m",
             reason=Reason.WRONG_STATE,
             part=part.name,
-            distance_meters=distance[part.uid],
+            distance_meters=distance,
             max_distance_meters=limit,
         )
     return attached(replace(change, picked=(*change.picked, part.uid)), part, tool, None, forward)
