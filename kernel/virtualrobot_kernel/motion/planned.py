@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import lru_cache
 
 import numpy as np
 
@@ -92,20 +92,10 @@ class Plan:
         """The number n of joints."""
         return len(self.joint_names)
 
-    @cached_property
+    @property
     def braking(self) -> Braking:
-        """What choosing a change of the rate needs; large, so made only for a motion that is asked for one."""
-        times = np.linspace(0.0, self.duration, int(np.clip(self.duration / _TABLE_STEP, *_TABLE_ROWS)))
-        lines = [(track.time_law, *track.line_limits) for track in self.tracks if track.line_limits]
-        derivatives = [self.derivatives(times)[1:], *(law.states(times, 3)[1:] for law, _, _ in lines)]
-        table = np.concatenate(derivatives, axis=2).transpose(1, 0, 2)
-        table = np.concatenate([table, np.zeros((1, *table.shape[1:]))])
-        accelerations = np.array([*self.max_acceleration, *(acceleration for _, acceleration, _ in lines)])
-        jerks = np.array([*self.max_jerk, *(jerk for _, _, jerk in lines)])
-        peak = np.abs(table[:, 0]).max(axis=0)
-        # Peaks of a quintic step from 1 to 0 in time T: |rate'| 15/8 / T, |rate''| 10/sqrt(3) / T².
-        seconds = np.maximum(1.875 * peak / accelerations, np.sqrt(10.0 / np.sqrt(3.0) * peak / jerks))
-        return Braking(table, accelerations, jerks, float(seconds.max(initial=0.0)))
+        """What choosing a change of the rate needs; made only for a motion that is asked for one."""
+        return _braking(self)
 
     def derivatives(self, tau: Array) -> Array:
         """Return q and its first three derivatives by nominal time at (m,) times: shape (4, m, n)."""
@@ -131,6 +121,22 @@ class Plan:
             return parts[0]
         q, v, a = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
         return q, v, a
+
+
+# Large, and the journal keeps every plan for good: so beside the plans, and only for the last ones.
+@lru_cache(maxsize=128)
+def _braking(plan: Plan) -> Braking:
+    times = np.linspace(0.0, plan.duration, int(np.clip(plan.duration / _TABLE_STEP, *_TABLE_ROWS)))
+    lines = [(track.time_law, *track.line_limits) for track in plan.tracks if track.line_limits]
+    derivatives = [plan.derivatives(times)[1:], *(law.states(times, 3)[1:] for law, _, _ in lines)]
+    table = np.concatenate(derivatives, axis=2).transpose(1, 0, 2)
+    table = np.concatenate([table, np.zeros((1, *table.shape[1:]))])
+    accelerations = np.array([*plan.max_acceleration, *(acceleration for _, acceleration, _ in lines)])
+    jerks = np.array([*plan.max_jerk, *(jerk for _, _, jerk in lines)])
+    peak = np.abs(table[:, 0]).max(axis=0)
+    # Peaks of a quintic step from 1 to 0 in time T: |rate'| 15/8 / T, |rate''| 10/sqrt(3) / T².
+    seconds = np.maximum(1.875 * peak / accelerations, np.sqrt(10.0 / np.sqrt(3.0) * peak / jerks))
+    return Braking(table, accelerations, jerks, float(seconds.max(initial=0.0)))
 
 
 def peaks(track: Track, points: int = 2000) -> Array:

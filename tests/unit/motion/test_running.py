@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -289,3 +291,14 @@ def test_equal_programs_are_bit_equal(seed: int) -> None:
             path.append(np.concatenate(motion.sample()).tobytes())
         ends.append(path)
     assert ends[0] == ends[1]
+
+
+def test_plans_that_are_kept_do_not_keep_their_braking_tables(rng: np.random.Generator) -> None:
+    """The journal keeps every plan; their tables, a hundred times as large, must not stay with them."""
+    plans = [random_ptp(rng) for _ in range(200)]
+    first = weakref.ref(plans[0].braking)
+    assert first() is not None
+    for plan in plans:
+        assert plan.braking is plan.braking, "made once while it is needed"
+    gc.collect()
+    assert first() is None
