@@ -159,6 +159,33 @@ def test_time_is_stepped(run: Run, client: Client) -> None:
     assert run("step", "25") == f"tick {before + 25}, {0.004 * (before + 25):.3f} s\n"
     assert run("step").startswith(f"tick {before + 26},")
     assert run("state").startswith("stepped clock:")
+    run("step", "--realtime")
+    assert client.clock.mode == "realtime"
+
+
+def test_whoever_stops_time_hears_it(
+    client: Client, iiwa: Robot, environment: None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Else the next motion would seem to hang."""
+    with pytest.raises(SystemExit):
+        cli.main(["step"])
+    assert "virtualrobot step --realtime" in capsys.readouterr().err
+    command = [sys.executable, "-m", "virtualrobot", "move", "iiwa", "lbr_iiwa_joint_1=0.1"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        assert process.stdout is not None
+        assert "time stands still" in process.stderr.readline()
+        next(state for state in iiwa.watch() if state.motion_ids)
+        client.clock.set_realtime()
+        assert "reached its goal" in process.stdout.read()
+
+
+def test_a_scene_file_is_loaded_as_it_is(environment: None, capsys: pytest.CaptureFixture[str]) -> None:
+    for option in (["--at", "1,2,3"], ["--name", "cell"], ["--parent", "table"]):
+        with pytest.raises(SystemExit) as ended:
+            cli.main(["load", "cell.yaml", *option])
+        assert ended.value.code == 2
+        assert option[0] in capsys.readouterr().err
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")

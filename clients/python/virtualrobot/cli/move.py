@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from virtualrobot.cli.options import Numbers, Target, degrees_option, pose_of_numbers, target_options
+from virtualrobot.cli.options import GO_ON, Numbers, Target, degrees_option, pose_of_numbers, target_options
 
 if TYPE_CHECKING:
     from virtualrobot.motion import Motion
@@ -18,9 +18,17 @@ if TYPE_CHECKING:
     from virtualrobot.v1 import motion_pb2
 
 _BAR_WIDTH = 30
+_EXAMPLES = """
+\b
+Examples:
+  virtualrobot move arm --joints joint_1=0.5,joint_4=-1.2
+  virtualrobot move arm --joints 0,45,0,-90,0,45,0 --degrees
+  virtualrobot move arm --pose 0.5,0,0.3 --linear
+  virtualrobot move arm --to home --speed 0.3
+"""
 
 
-@click.command()
+@click.command(epilog=_EXAMPLES)
 @click.argument("robot")
 @click.argument("more", nargs=-1, metavar="[JOINT=VALUE]...")
 @click.option("--joints", metavar="VALUES", help="JOINT=VALUE,... or all values in order: 0,0.5,0,-1.2,0,0.8,0")
@@ -47,14 +55,7 @@ def move(
     no_wait: bool,
     degrees: bool,
 ) -> None:
-    r"""Move a robot and show how far it is; Ctrl-C stops it on its path.
-
-    \b
-    virtualrobot move arm --joints joint_1=0.5,joint_4=-1.2
-    virtualrobot move arm --joints 0,45,0,-90,0,45,0 --degrees
-    virtualrobot move arm --pose 0.5,0,0.3 --linear
-    virtualrobot move arm --to home --speed 0.3
-    """
+    """Move a robot and show how far it is; Ctrl-C stops it on its path."""
     words = [word for word in (joints, *more) if word]
     if bool(words) + (pose is not None) + bool(posture) != 1:
         raise click.UsageError("say where to, in one way: --joints, --pose or --to")
@@ -71,6 +72,8 @@ def move(
             where = pose_of_numbers(pose, degrees, handle.tcp if not reference else None)
             make = handle.linear if linear else handle.ptp
             order = make(where, reference=reference, speed_factor=speed)
+        if client.clock.mode == "stepped" and not no_wait:
+            click.echo(f"time stands still: the motion goes on with each 'virtualrobot step'; {GO_ON}", err=True)
         _start(handle, order, preempt, no_wait)
 
 

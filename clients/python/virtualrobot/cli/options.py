@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
     from virtualrobot.connection import Client
 
+GO_ON = "'virtualrobot step --realtime' lets it go on by itself again"
+
 
 @dataclass(frozen=True, slots=True)
 class Target:

@@ -19,9 +19,14 @@ _SCENE_ENDINGS = (".yaml", ".yml")
 @click.option("--as", "kind", type=click.Choice(["object", "part"]), default="object", help="For meshes: what it is.")
 @click.option("--scale", type=Numbers(1, 3), default="1", help="For meshes: one factor or three.")
 @click.option(
-    "--base", type=click.Choice(["fixed", "floating", "planar"]), default="fixed", help="Whether it may move."
+    "--base",
+    type=click.Choice(["fixed", "floating", "planar"]),
+    default="fixed",
+    help="For robots: whether they may move as a whole.",
 )
-@click.option("--package", "packages", multiple=True, callback=named_folders, metavar="NAME=FOLDER", help="A package.")
+@click.option(
+    "--package", "packages", multiple=True, callback=named_folders, metavar="NAME=FOLDER", help="Where a package is."
+)
 @click.option("--add", is_flag=True, help="For scene files: add to the world instead of replacing it.")
 @degrees_option
 @target_options
@@ -43,8 +48,13 @@ def load(
     FILE is a path or a URI such as package://pybullet_data/kuka_iiwa/model.urdf. It is sent to the kernel with all that
     it names.
     """
+    is_scene = file.lower().endswith(_SCENE_ENDINGS)
+    if is_scene and (name or at or parent):
+        raise click.UsageError("--name, --at and --parent are for models; a scene file says where everything is")
+    if add and not is_scene:
+        raise click.UsageError("--add is for scene files; a model is always added")
     with target.connect() as client:
-        if file.lower().endswith(_SCENE_ENDINGS):
+        if is_scene:
             names = client.scene.load_scene(file, add=add, packages=packages)
             click.echo(f"loaded {file}: {len(names)} nodes")
             return

@@ -6,8 +6,16 @@ import click
 
 from virtualrobot.cli.options import Target, target_options
 
+_EXAMPLES = """
+\b
+Examples:
+  virtualrobot signal
+  virtualrobot signal "box arrived" on
+  virtualrobot signal "box arrived" --wait --timeout 10
+"""
 
-@click.command()
+
+@click.command(epilog=_EXAMPLES)
 @click.argument("name", required=False)
 @click.argument("value", required=False, type=click.Choice(["on", "off"]))
 @click.option("--create", is_flag=True, help="Add the signal.")
@@ -18,13 +26,7 @@ from virtualrobot.cli.options import Target, target_options
 def signal(
     target: Target, name: str | None, value: str | None, create: bool, remove: bool, wait: bool, timeout: float | None
 ) -> None:
-    r"""Show all signals, or show, set, create, remove or wait for the signal NAME.
-
-    \b
-    virtualrobot signal
-    virtualrobot signal "box arrived" on
-    virtualrobot signal "box arrived" --wait --timeout 10
-    """
+    """Show all signals, or show, set, create, remove or wait for the signal NAME."""
     if create + remove + wait > 1:
         raise click.UsageError("--create, --remove and --wait do not go together")
     if name is None and (create or remove or wait):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from virtualrobot.cli.options import Target, degrees_option, target_options
+from virtualrobot.cli.options import GO_ON, Target, degrees_option, target_options
 
 if TYPE_CHECKING:
     from virtualrobot.connection import Client
@@ -38,8 +38,9 @@ def state(target: Target, robots: tuple[str, ...], watch: bool, degrees: bool) -
 
 @click.command()
 @click.argument("ticks", type=click.IntRange(1), default=1)
+@click.option("--realtime", is_flag=True, help="Afterwards let time follow the wall clock again.")
 @target_options
-def step(target: Target, ticks: int) -> None:
+def step(target: Target, ticks: int, realtime: bool) -> None:
     """Let time go on by TICKS ticks; the kernel's clock is `stepped` then.
 
     A clock that follows the wall is set to `stepped` first; a kernel started by `virtualrobot serve --stepped` is so
@@ -48,8 +49,12 @@ def step(target: Target, ticks: int) -> None:
     with target.connect() as client:
         if client.clock.mode != "stepped":
             client.clock.set_stepped()
+            if not realtime:
+                click.echo(f"time stands still now but for steps; {GO_ON}", err=True)
         stamp = client.clock.step(ticks).stamp
         click.echo(f"tick {stamp.tick}, {stamp.simulation_time_seconds:.3f} s")
+        if realtime:
+            client.clock.set_realtime()
 
 
 def describe(client: Client, robots: Sequence[str], degrees: bool) -> str:
