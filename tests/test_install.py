@@ -84,7 +84,7 @@ def test_the_command_line_helps(client: Path) -> None:
 def test_serve_says_how_to_install_the_kernel(client: Path) -> None:
     result = run(client, "virtualrobot", "serve")
     assert result.returncode != 0
-    assert "pip install 'virtualrobot[kernel]'" in result.stderr
+    assert "pip install '.[kernel]'" in result.stderr
     assert len(result.stderr.strip().splitlines()) == 1, result.stderr
 
 

@@ -30,6 +30,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     logging.basicConfig(
         level=logging.DEBUG if options.debug else logging.WARNING, format="%(levelname)s %(name)s: %(message)s"
     )
+    if not options.debug:
+        # Read when grpc is imported, below: what fails is said here, once, and not in the words of its C core too.
+        os.environ.setdefault("GRPC_VERBOSITY", "NONE")
     try:
         return _serve(options)
     except KernelError as error:
@@ -50,13 +53,15 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--tls-key", type=Path, help="the certificate's key, a PEM file")
     parser.add_argument("--headless", action="store_true", help="no viewer")
     parser.add_argument(
-        "--viewer-port", type=int, default=8080, help="where the viewer is sought a port from (default: 8080)"
+        "--viewer-port", type=int, default=8080, help="the first port that the viewer tries (default: 8080)"
     )
     parser.add_argument("--stepped", action="store_true", help="time goes on only when a client steps it")
     parser.add_argument(
         "--tick-milliseconds", type=float, default=4.0, help="the length of a tick, from 1 (default: 4)"
     )
-    parser.add_argument("--end-with-input", action="store_true", help="end with the standard input: for children")
+    parser.add_argument(
+        "--end-with-input", action="store_true", help="end when the standard input does: for child processes"
+    )
     parser.add_argument("--debug", action="store_true", help="log more, and show tracebacks")
     return parser
 

@@ -101,7 +101,7 @@ def test_serve_without_kernel_says_how_to_install_it(
     monkeypatch.setattr("virtualrobot.cli.serve.entry_points", lambda **_: metadata.EntryPoints())
     code, _, errors = run("serve")
     assert code == 1
-    assert "pip install 'virtualrobot[kernel]'" in errors
+    assert "pip install '.[kernel]'" in errors
 
 
 def test_serve_with_half_a_kernel_says_how_to_install_it(
@@ -112,7 +112,7 @@ def test_serve_with_half_a_kernel_says_how_to_install_it(
     code, _, errors = run("serve", "--port", "0")
     assert code == 1
     assert "no_such_kernel_package is missing" in errors
-    assert "pip install 'virtualrobot[kernel]'" in errors
+    assert "pip install '.[kernel]'" in errors
 
 
 def test_numbers() -> None:

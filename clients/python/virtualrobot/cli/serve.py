@@ -6,7 +6,7 @@ from importlib.metadata import EntryPoint, entry_points
 
 import click
 
-_INSTALL = "install it with: pip install 'virtualrobot[kernel]'"
+_INSTALL = "in a clone of VirtualRobot, install it with: pip install '.[kernel]'"
 
 
 @click.command(
