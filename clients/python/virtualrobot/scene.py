@@ -183,6 +183,10 @@ class Scene(Editor[Node]):
         response = scene_files.load_scene(self._services, self._assets, Path(file), add, packages or {})
         return [created.name for created in response.created]
 
+    def clear(self) -> None:
+        """Take everything out of the world: all nodes and signals; motions end."""
+        self._services.scene.LoadScene(scene_pb2.LoadSceneRequest(text="schema_version: 1\n"))
+
     def save(self, file: str | Path, *, bundle: bool = False) -> list[Path]:
         """Write the world to a scene file; with `bundle` put the files that it names beside it, under `assets/`.
 

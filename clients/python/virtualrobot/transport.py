@@ -55,7 +55,7 @@ class Stream(Generic[Message]):
         except grpc.RpcError as error:
             if self._cancelled:
                 raise StopIteration from None
-            raise translated(error, self._address) from error
+            raise translated(error, self._address) from None
 
     def cancel(self) -> None:
         """End the stream; the kernel is told."""
@@ -111,7 +111,8 @@ class Channel:
             try:
                 return call(request, timeout=limit, metadata=self._metadata)
             except grpc.RpcError as error:
-                raise translated(error, self._address) from error
+                # The cause would tell the same once more, in 20 lines of grpc's.
+                raise translated(error, self._address) from None
 
         return make
 

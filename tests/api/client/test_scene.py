@@ -9,6 +9,8 @@ from virtualrobot import Client, pose
 from virtualrobot.v1 import nodes_pb2
 from virtualrobot.wire import array_of
 
+from tests.api.client.conftest import IIWA
+
 
 def test_nodes_are_added_read_and_changed(client: Client, rng: np.random.Generator) -> None:
     world_t_table, table_t_box = (pose(*rng.uniform(-1, 1, 6)) for _ in range(2))
@@ -79,6 +81,20 @@ def test_a_stale_batch_is_refused(client: Client) -> None:
     assert client.scene.revision > revision
     with pytest.raises(virtualrobot.StaleRevisionError), client.scene.batch(expected_revision=revision) as batch:
         batch.add_object("b")
+
+
+def test_a_cleared_world_takes_the_same_names_again(client: Client) -> None:
+    for _ in range(2):
+        client.scene.clear()
+        assert [node.name for node in client.scene.nodes()] == ["world"]
+        assert dict(client.signals) == {}
+        arm = client.load_robot(IIWA, name="arm")
+        client.scene.add_part("box", virtualrobot.box(0.1, 0.1, 0.1), parent=arm.flange)
+        client.signals.create("box arrived")
+        motion = arm.move_joints([0.5] * 7, wait=False)
+    client.scene.clear()
+    with pytest.raises(virtualrobot.MotionCancelledError):
+        motion.wait()
 
 
 def test_changes_are_watched(client: Client) -> None:
