@@ -112,14 +112,17 @@ class Publications:
 
         self._world.listen(published)
         try:
-            yield self._world.snapshot
+            first = self._world.snapshot
+            yield first
             while True:
                 while not changes:
                     waiter = self.future()
                     await waiter
                 if len(changes) > BACKLOG:
                     raise KernelError(f"the reader of this watch is more than {BACKLOG} changes late; watch again")
-                yield changes.popleft()
+                snapshot = changes.popleft()
+                if snapshot.revision > first.revision:  # others came between listening and looking
+                    yield snapshot
         finally:
             self._world.unlisten(published)
 

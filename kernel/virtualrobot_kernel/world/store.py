@@ -87,6 +87,7 @@ class World:
         self._pacer = Pacer(clock, time.monotonic())
         self._queue: queue.SimpleQueue[_Batch | _Step | _SetClock | None] = queue.SimpleQueue()
         self._listeners: tuple[Callable[[], None], ...] = ()
+        self._listening = threading.Lock()
         self._ended = False
         self._thread = threading.Thread(target=self._run, name="world", daemon=True)
 
@@ -113,11 +114,13 @@ class World:
 
     def listen(self, published: Callable[[], None]) -> None:
         """Have `published` called in the world thread after each snapshot; it must return at once."""
-        self._listeners = (*self._listeners, published)
+        with self._listening:
+            self._listeners = (*self._listeners, published)
 
     def unlisten(self, published: Callable[[], None]) -> None:
         """Call `published` no more."""
-        self._listeners = tuple(listener for listener in self._listeners if listener != published)
+        with self._listening:
+            self._listeners = tuple(listener for listener in self._listeners if listener != published)
 
     def submit(
         self, commands: Sequence[Command], author: str = "", expected_revision: int | None = None
