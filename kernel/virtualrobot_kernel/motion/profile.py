@@ -10,6 +10,9 @@ import ruckig
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
 
+#: The longest motion (s): three years.
+_LONGEST = 1e8
+
 
 def jerk_limited_profile(
     length: float, max_velocity: float, max_acceleration: float, max_jerk: float
@@ -19,7 +22,8 @@ def jerk_limited_profile(
     Source: Berscheid, Kröger, Jerk-limited Real-time Trajectory Generation with Arbitrary Target States (RSS 2021),
     which for rest to rest is the double S profile of Biagiotti, Melchiorri, Trajectory Planning for Automatic
     Machines and Robots (2008), section 3.4. Waypoints are never given to ruckig: they would go to a cloud service.
-    A length of 0 gives a law of duration 0. Raises KernelError when a value is not finite or a limit not positive.
+    A length of 0 gives a law of duration 0. Raises KernelError when a value is not finite, a limit not positive, or the
+    law longer than three years.
     """
     if not (math.isfinite(length) and length >= 0.0):
         raise KernelError(f"the length of a profile must be finite and not negative, not {length}", length=length)
@@ -30,6 +34,11 @@ def jerk_limited_profile(
         return PiecewisePolynomial(np.zeros(2), np.zeros((1, 4, 1)))
     # In units of the length and of the shortest conceivable time, ruckig sees numbers near 1 whatever the robot is.
     unit = max(length / max_velocity, math.sqrt(length / max_acceleration), math.cbrt(length / max_jerk))
+    if unit > _LONGEST:
+        raise KernelError(
+            f"the motion would take {unit:.3g} s or more; the longest that is planned takes {_LONGEST:g} s",
+            reason=Reason.LIMIT_EXCEEDED,
+        )
     times, jerks = _unit_profile(
         max_velocity * unit / length, max_acceleration * unit**2 / length, max_jerk * unit**3 / length
     )

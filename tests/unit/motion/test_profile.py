@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import virtualrobot_kernel
-from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.profile import jerk_limited_profile
 
 
@@ -114,3 +114,10 @@ def test_planning_opens_no_socket() -> None:
     planned, waypoints = next(line for line in lines if line[0].isdigit()), lines[-1]
     assert float(planned) == pytest.approx(double_s_duration(1.0, 1.0, 1.0, 1.0), rel=1e-9)
     assert waypoints == "waypoints need the network: RuckigError"
+
+
+@pytest.mark.parametrize(("length", "limit"), [(1e308, 2.0), (1.0, 1e-300), (1.0, 5e-324)])
+def test_a_motion_of_years_is_refused_instead_of_overflowing(length: float, limit: float) -> None:
+    with pytest.raises(KernelError, match="the motion would take") as refused:
+        jerk_limited_profile(length, limit, 8.0, 80.0)
+    assert refused.value.reason is Reason.LIMIT_EXCEEDED
