@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason, UnknownNameError
+from virtualrobot_kernel.motion.limits import TOLERANCE
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.state import Motion, State
@@ -17,8 +18,8 @@ from virtualrobot_kernel.world.structure import Joint, JointType, Node, Structur
 Forward = Callable[[Structure, State], NDArray[np.float64]]
 """The forward pass: returns world_t_node (N, 4, 4). Given from outside, because it is compiled."""
 
-LIMIT_TOLERANCE = 1e-9
-"""Joint values may be outside their limits by this much, in radians or meters (rounding)."""
+LIMIT_TOLERANCE = TOLERANCE
+"""Joint values may be outside their limits by as much as motions may leave them, in radians or meters."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -212,3 +212,13 @@ def test_a_deep_tree_can_be_removed(cell: Change) -> None:
     tower = [NodeSpec(f"n{i}", Kind.OBJECT, f"n{i - 1}" if i else "world") for i in range(1500)]
     left = after(after(cell, CreateNodes(tuple(tower))), RemoveNode("n0"))
     assert left.structure.nodes.keys() == cell.structure.nodes.keys()
+
+
+def test_where_a_motion_may_end_a_joint_may_be(cell: Change) -> None:
+    """The planner lets a goal be outside by 1e-6 rad: such a scene must load again."""
+    state = moving(cell, a=(0.0, 2.0 + 0.9e-6)).state
+    while state.motions:
+        state = advance(state, TICK)
+    assert state.q[0] > 2.0
+    again = after(cell, SetJointPositions("arm", coordinates=state.q))
+    np.testing.assert_array_equal(again.state.q, state.q)
