@@ -10,7 +10,14 @@ from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.motion import running
 from virtualrobot_kernel.motion.running import Phase
 from virtualrobot_kernel.world.apply_robots import tool_state
-from virtualrobot_kernel.world.change import Change, Forward, joint_places, refuse_while_moving, single_joint
+from virtualrobot_kernel.world.change import (
+    Change,
+    Forward,
+    check_joint_value,
+    joint_places,
+    refuse_while_moving,
+    single_joint,
+)
 from virtualrobot_kernel.world.commands import CancelMotion, PauseMotion, ResumeMotion, StartMotion, StopMotions
 from virtualrobot_kernel.world.state import Motion, State
 
@@ -25,8 +32,9 @@ def start_motion(change: Change, command: StartMotion, forward: Forward) -> Chan
     """Start a planned motion where the joints are; refused when they move, or are not where the plan starts."""
     structure, state = change.structure, change.state
     joints = tuple((structure.robot(robot)[0].uid, joint) for robot, joint in command.joints)
-    for robot, joint in command.joints:
-        single_joint(structure, structure.robot(robot)[0], joint)
+    for (robot, name), goal in zip(command.joints, command.plan.goal.tolist(), strict=True):
+        # Limits may have changed since the motion was planned.
+        check_joint_value(robot, single_joint(structure, structure.robot(robot)[0], name)[0], goal)
     for uid in dict.fromkeys(uid for uid, _ in joints):
         refuse_while_moving(change, structure.nodes[uid], {joint for joint in joints if joint[0] == uid})
     q_index, v_index = joint_places(structure, joints)

@@ -222,3 +222,9 @@ def test_where_a_motion_may_end_a_joint_may_be(cell: Change) -> None:
     assert state.q[0] > 2.0
     again = after(cell, SetJointPositions("arm", coordinates=state.q))
     np.testing.assert_array_equal(again.state.q, state.q)
+
+
+def test_a_motion_planned_before_its_limits_shrank_is_refused(cell: Change) -> None:
+    shrunk = after(cell, UpdateNode("arm.one", data=turning(-1.0, 1.0)))
+    with pytest.raises(KernelError, match=r"'a' of 'arm' cannot be at 1\.9 rad; its limits are -1 to 1"):
+        moving(shrunk, a=(0.0, 1.9))
