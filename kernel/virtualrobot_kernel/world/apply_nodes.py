@@ -19,6 +19,7 @@ from virtualrobot_kernel.world.change import (
 )
 from virtualrobot_kernel.world.commands import AttachNode, ClearWorld, CreateNodes, RemoveNode, UpdateNode
 from virtualrobot_kernel.world.consistency import (
+    check_figures,
     check_names,
     check_robot,
     check_tool_in_use,
@@ -73,6 +74,7 @@ def create_nodes(change: Change, command: CreateNodes, forward: Forward) -> Chan
                 else None
             )
             _check_data(spec.name, spec.kind, data)
+            check_figures(spec.name, data, spec.figures)
             nodes[uid] = Node(uid, spec.name, spec.kind, parent, spec.hidden, spec.figures, data)
             uids[spec.name] = uid
             poses[uid] = spec.parent_t_node
@@ -102,6 +104,7 @@ def update_node(change: Change, command: UpdateNode, forward: Forward) -> Change
     changes = {field: value for field, value in given.items() if value is not None}
     new = replace(node, **changes)
     _check_data(node.name, node.kind, new.data)
+    check_figures(node.name, new.data, new.figures)
     renamed = new.name != node.name
     rejointed = command.data is not None and node.kind in (Kind.LINK, Kind.ROBOT, Kind.TOOL)
     if rejointed or (command.parent_t_node is not None and node.kind is Kind.LINK):

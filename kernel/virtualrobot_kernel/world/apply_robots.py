@@ -130,6 +130,12 @@ def select_tool(change: Change, command: SelectTool, forward: Forward) -> Change
         if point not in points:
             raise UnknownNameError(f"tool centre point of {tool.name!r}", point, points)
         selection = Selection(tool.uid, point)
+    elif command.tool_center_point:
+        raise KernelError(
+            f"the tool centre point {command.tool_center_point!r} is of no tool; name its tool too",
+            robot=node.name,
+            tool_center_point=command.tool_center_point,
+        )
     return replace(change, state=replace(change.state, selections={**change.state.selections, node.uid: selection}))
 
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.world.change import Change, check_joint_value, refuse_while_moving, single_joint
-from virtualrobot_kernel.world.structure import Kind, Node, RobotData, Structure, ToolData
+from virtualrobot_kernel.world.figures import Figure
+from virtualrobot_kernel.world.structure import Kind, Node, NodeData, RobotData, Structure, ToolData
 
 
 def check_names(structure: Structure, node: Node) -> None:
@@ -24,6 +25,14 @@ def check_names(structure: Structure, node: Node) -> None:
                 )
             if owner is not None:
                 _check_posture(structure, owner, positions, f"the state {name!r} of the tool {node.name!r}")
+
+
+def check_figures(name: str, data: NodeData, figures: Iterable[Figure]) -> None:
+    """Raise UnknownNameError for a figure that is shown in a state that its node lacks: nobody would ever see it."""
+    states = data.states if isinstance(data, ToolData) else {}
+    for figure in figures:
+        if figure.tool_state and figure.tool_state not in states:
+            raise UnknownNameError(f"state of {name!r} for its figure", figure.tool_state, states)
 
 
 def check_robot(change: Change, robot: int) -> None:
