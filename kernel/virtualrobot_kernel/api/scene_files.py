@@ -13,10 +13,10 @@ from virtualrobot.v1 import nodes_pb2, robot_pb2, scene_pb2
 from virtualrobot_kernel.api.convert.nodes import JOINT_TYPES, node_message, node_spec
 from virtualrobot_kernel.api.convert.states import robot_states, robots_named, signal_message
 from virtualrobot_kernel.api.convert.values import finite, masked, pose, vector
-from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.formats import scene_file
 from virtualrobot_kernel.formats.bundle import bundle
-from virtualrobot_kernel.formats.files import Files
+from virtualrobot_kernel.formats.files import Files, located
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary, find_mesh
 from virtualrobot_kernel.formats.models import ImportedModel, import_model
 from virtualrobot_kernel.world.commands import (
@@ -53,10 +53,11 @@ def read_scene(
     meshes: MeshLibrary, request: scene_pb2.LoadSceneRequest, structure: Structure
 ) -> tuple[list[Command], list[str]]:
     """Return the commands that make the world of a scene file, and what was odd about its models."""
-    scene = scene_file.parse(request.text, request.uri or "scene.yaml")
+    uri = request.uri or "scene.yaml"
+    scene = scene_file.parse(request.text, uri)
     files = files_of(meshes, request.files, request.packages)
     taken = dict(structure.uid_by_name) if request.add else {WORLD_NAME: 1}
-    specs = [node_spec(node) for node in scene.nodes]
+    specs = [_spec(node, f"{uri}: nodes[{place}]") for place, node in enumerate(scene.nodes)]
     # Tools and sensors of a scene file hang on links that come with its models: they wait for them.
     first, mounted = _split(specs, taken) if scene.models else (specs, [])
     commands: list[Command] = [] if request.add else [ClearWorld()]
@@ -68,6 +69,9 @@ def read_scene(
         names.update(node.name for node in model.nodes)
         warnings.extend(model.warnings)
         commands.append(CreateNodes(model.nodes))
+    for place, spec in enumerate(specs):
+        if spec.parent not in names:
+            raise located(UnknownNameError(f"parent for {spec.name!r}", spec.parent, names), f"{uri}: nodes[{place}]")
     commands.extend(with_assets(meshes, [CreateNodes(tuple(mounted))], files, request.uri) if mounted else [])
     for signal in scene.signals:
         commands.append(CreateSignal(Signal(signal.name, signal.value, signal.description)))
@@ -76,6 +80,13 @@ def read_scene(
     if scene.HasField("speed_factor"):
         commands.append(SetSpeedFactor("", finite(scene.speed_factor, "speed_factor")))
     return commands, warnings
+
+
+def _spec(message: nodes_pb2.Node, place: str) -> NodeSpec:
+    try:
+        return node_spec(message)
+    except KernelError as error:
+        raise located(error, place) from error
 
 
 def _split(specs: Iterable[NodeSpec], taken: Iterable[str]) -> tuple[list[NodeSpec], list[NodeSpec]]:
@@ -113,8 +124,10 @@ def write_scene(snapshot: Snapshot, bundled: bool) -> tuple[str, list[tuple[str,
         if message.parent == WORLD_NAME:
             message.ClearField("parent")
     scene.signals.extend(signal_message(signal) for signal in snapshot.state.signals.values())
-    states = robot_states(snapshot, robots_named(snapshot, ()))
-    scene.robot_states.extend(masked(state, SAVED_STATE) for state in states)
+    for state in robot_states(snapshot, robots_named(snapshot, ())):
+        if not state.tool_states:  # no tool to choose
+            state.ClearField("tool")
+        scene.robot_states.append(masked(state, SAVED_STATE))
     if snapshot.state.speed_factor != 1.0:
         scene.speed_factor = snapshot.state.speed_factor
     return scene_file.format(scene), files
@@ -193,7 +206,7 @@ def _model(
 
 def _state_commands(robot: robot_pb2.RobotState) -> list[Command]:
     commands: list[Command] = [SetToolState(tool, state) for tool, state in robot.tool_states.items() if state]
-    if robot.tool:
+    if robot.HasField("tool"):
         commands.append(SelectTool(robot.name, robot.tool, robot.tool_center_point))
     if robot.positions:
         commands.append(SetJointPositions(robot.name, coordinates=np.array(robot.positions)))

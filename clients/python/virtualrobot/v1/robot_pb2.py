@@ -27,7 +27,7 @@ from virtualrobot.v1 import geometry_pb2 as virtualrobot_dot_v1_dot_geometry__pb
 from virtualrobot.v1 import nodes_pb2 as virtualrobot_dot_v1_dot_nodes__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1bvirtualrobot/v1/robot.proto\x12\x0fvirtualrobot.v1\x1a google/protobuf/field_mask.proto\x1a\x1evirtualrobot/v1/geometry.proto\x1a\x1bvirtualrobot/v1/nodes.proto\"\x1f\n\x0fGetRobotRequest\x12\x0c\n\x04name\x18\x01 \x01(\t\"\x82\x02\n\x10GetRobotResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x0b\n\x03uid\x18\x02 \x01(\x04\x12\x31\n\x06joints\x18\x03 \x03(\x0b\x32!.virtualrobot.v1.JointDescription\x12\r\n\x05links\x18\x04 \x03(\t\x12\r\n\x05tools\x18\x05 \x03(\t\x12\x0e\n\x06\x66lange\x18\x06 \x01(\t\x12\x12\n\nkinematics\x18\x07 \x01(\t\x12\x14\n\x0c\x63hain_joints\x18\x08 \x03(\t\x12/\n\x08postures\x18\t \x03(\x0b\x32\x1d.virtualrobot.v1.NamedPosture\"\xaa\x01\n\x10JointDescription\x12\x0c\n\x04name\x18\x01 \x01(\t\x12(\n\x04type\x18\x02 \x01(\x0e\x32\x1a.virtualrobot.v1.JointType\x12,\n\x06limits\x18\x03 \x01(\x0b\x32\x1c.virtualrobot.v1.JointLimits\x12\x18\n\x10\x63oordinate_count\x18\x04 \x01(\r\x12\x16\n\x0evelocity_count\x18\x05 \x01(\r\"\xb5\x02\n\nRobotState\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\x11\n\tpositions\x18\x02 \x03(\x01\x12\x12\n\nvelocities\x18\x03 \x03(\x01\x12*\n\x0bworld_t_tcp\x18\x04 \x01(\x0b\x32\x15.virtualrobot.v1.Pose\x12\x0c\n\x04tool\x18\x05 \x01(\t\x12\x19\n\x11tool_center_point\x18\x06 \x01(\t\x12@\n\x0btool_states\x18\x07 \x03(\x0b\x32+.virtualrobot.v1.RobotState.ToolStatesEntry\x12\x14\n\x0cspeed_factor\x18\x08 \x01(\x01\x12\x12\n\nmotion_ids\x18\t \x03(\t\x1a\x31\n\x0fToolStatesEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\t:\x02\x38\x01\"P\n\x15GetRobotStatesRequest\x12\r\n\x05names\x18\x01 \x03(\t\x12(\n\x04mask\x18\x02 \x01(\x0b\x32\x1a.google.protobuf.FieldMask\"l\n\x16GetRobotStatesResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12+\n\x06robots\x18\x02 \x03(\x0b\x32\x1b.virtualrobot.v1.RobotState\"j\n\x17WatchRobotStatesRequest\x12\r\n\x05names\x18\x01 \x03(\t\x12(\n\x04mask\x18\x02 \x01(\x0b\x32\x1a.google.protobuf.FieldMask\x12\x16\n\x0emax_rate_hertz\x18\x03 \x01(\x01\"\x85\x01\n\x18WatchRobotStatesResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12+\n\x06robots\x18\x02 \x03(\x0b\x32\x1b.virtualrobot.v1.RobotState\x12\x15\n\rremoved_names\x18\x03 \x03(\t\"\xae\x01\n\x13SolveForwardRequest\x12\r\n\x05robot\x18\x01 \x01(\t\x12Q\n\x0fjoint_positions\x18\x02 \x03(\x0b\x32\x38.virtualrobot.v1.SolveForwardRequest.JointPositionsEntry\x1a\x35\n\x13JointPositionsEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\x01:\x02\x38\x01\"\xa6\x01\n\x14SolveForwardResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12*\n\x0bworld_t_tcp\x18\x02 \x01(\x0b\x32\x15.virtualrobot.v1.Pose\x12\r\n\x05links\x18\x03 \x03(\t\x12,\n\x0cworld_t_link\x18\x04 \x01(\x0b\x32\x16.virtualrobot.v1.Array\"\xd2\x01\n\x13SolveInverseRequest\x12\r\n\x05robot\x18\x01 \x01(\t\x12.\n\x0freference_t_tcp\x18\x02 \x01(\x0b\x32\x15.virtualrobot.v1.Pose\x12\x11\n\treference\x18\x03 \x01(\t\x12<\n\x04seed\x18\x04 \x03(\x0b\x32..virtualrobot.v1.SolveInverseRequest.SeedEntry\x1a+\n\tSeedEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\x01:\x02\x38\x01\"\x99\x02\n\x14SolveInverseResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12.\n\x06status\x18\x02 \x01(\x0e\x32\x1e.virtualrobot.v1.InverseStatus\x12\x13\n\x0bjoint_names\x18\x03 \x03(\t\x12)\n\tsolutions\x18\x04 \x01(\x0b\x32\x16.virtualrobot.v1.Array\x12\x16\n\x0e\x63onfigurations\x18\x05 \x03(\t\x12\x1d\n\x15position_error_meters\x18\x06 \x01(\x01\x12\x1e\n\x16rotation_error_radians\x18\x07 \x01(\x01\x12\x13\n\x0b\x65xplanation\x18\x08 \x01(\t*j\n\rInverseStatus\x12\x1e\n\x1aINVERSE_STATUS_UNSPECIFIED\x10\x00\x12\x19\n\x15INVERSE_STATUS_SOLVED\x10\x01\x12\x1e\n\x1aINVERSE_STATUS_UNREACHABLE\x10\x02\x32\xe7\x03\n\x0cRobotService\x12O\n\x08GetRobot\x12 .virtualrobot.v1.GetRobotRequest\x1a!.virtualrobot.v1.GetRobotResponse\x12\x61\n\x0eGetRobotStates\x12&.virtualrobot.v1.GetRobotStatesRequest\x1a\'.virtualrobot.v1.GetRobotStatesResponse\x12i\n\x10WatchRobotStates\x12(.virtualrobot.v1.WatchRobotStatesRequest\x1a).virtualrobot.v1.WatchRobotStatesResponse0\x01\x12[\n\x0cSolveForward\x12$.virtualrobot.v1.SolveForwardRequest\x1a%.virtualrobot.v1.SolveForwardResponse\x12[\n\x0cSolveInverse\x12$.virtualrobot.v1.SolveInverseRequest\x1a%.virtualrobot.v1.SolveInverseResponseb\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1bvirtualrobot/v1/robot.proto\x12\x0fvirtualrobot.v1\x1a google/protobuf/field_mask.proto\x1a\x1evirtualrobot/v1/geometry.proto\x1a\x1bvirtualrobot/v1/nodes.proto\"\x1f\n\x0fGetRobotRequest\x12\x0c\n\x04name\x18\x01 \x01(\t\"\x82\x02\n\x10GetRobotResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x0b\n\x03uid\x18\x02 \x01(\x04\x12\x31\n\x06joints\x18\x03 \x03(\x0b\x32!.virtualrobot.v1.JointDescription\x12\r\n\x05links\x18\x04 \x03(\t\x12\r\n\x05tools\x18\x05 \x03(\t\x12\x0e\n\x06\x66lange\x18\x06 \x01(\t\x12\x12\n\nkinematics\x18\x07 \x01(\t\x12\x14\n\x0c\x63hain_joints\x18\x08 \x03(\t\x12/\n\x08postures\x18\t \x03(\x0b\x32\x1d.virtualrobot.v1.NamedPosture\"\xaa\x01\n\x10JointDescription\x12\x0c\n\x04name\x18\x01 \x01(\t\x12(\n\x04type\x18\x02 \x01(\x0e\x32\x1a.virtualrobot.v1.JointType\x12,\n\x06limits\x18\x03 \x01(\x0b\x32\x1c.virtualrobot.v1.JointLimits\x12\x18\n\x10\x63oordinate_count\x18\x04 \x01(\r\x12\x16\n\x0evelocity_count\x18\x05 \x01(\r\"\xc3\x02\n\nRobotState\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\x11\n\tpositions\x18\x02 \x03(\x01\x12\x12\n\nvelocities\x18\x03 \x03(\x01\x12*\n\x0bworld_t_tcp\x18\x04 \x01(\x0b\x32\x15.virtualrobot.v1.Pose\x12\x11\n\x04tool\x18\x05 \x01(\tH\x00\x88\x01\x01\x12\x19\n\x11tool_center_point\x18\x06 \x01(\t\x12@\n\x0btool_states\x18\x07 \x03(\x0b\x32+.virtualrobot.v1.RobotState.ToolStatesEntry\x12\x14\n\x0cspeed_factor\x18\x08 \x01(\x01\x12\x12\n\nmotion_ids\x18\t \x03(\t\x1a\x31\n\x0fToolStatesEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\t:\x02\x38\x01\x42\x07\n\x05_tool\"P\n\x15GetRobotStatesRequest\x12\r\n\x05names\x18\x01 \x03(\t\x12(\n\x04mask\x18\x02 \x01(\x0b\x32\x1a.google.protobuf.FieldMask\"l\n\x16GetRobotStatesResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12+\n\x06robots\x18\x02 \x03(\x0b\x32\x1b.virtualrobot.v1.RobotState\"j\n\x17WatchRobotStatesRequest\x12\r\n\x05names\x18\x01 \x03(\t\x12(\n\x04mask\x18\x02 \x01(\x0b\x32\x1a.google.protobuf.FieldMask\x12\x16\n\x0emax_rate_hertz\x18\x03 \x01(\x01\"\x85\x01\n\x18WatchRobotStatesResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12+\n\x06robots\x18\x02 \x03(\x0b\x32\x1b.virtualrobot.v1.RobotState\x12\x15\n\rremoved_names\x18\x03 \x03(\t\"\xae\x01\n\x13SolveForwardRequest\x12\r\n\x05robot\x18\x01 \x01(\t\x12Q\n\x0fjoint_positions\x18\x02 \x03(\x0b\x32\x38.virtualrobot.v1.SolveForwardRequest.JointPositionsEntry\x1a\x35\n\x13JointPositionsEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\x01:\x02\x38\x01\"\xa6\x01\n\x14SolveForwardResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12*\n\x0bworld_t_tcp\x18\x02 \x01(\x0b\x32\x15.virtualrobot.v1.Pose\x12\r\n\x05links\x18\x03 \x03(\t\x12,\n\x0cworld_t_link\x18\x04 \x01(\x0b\x32\x16.virtualrobot.v1.Array\"\xd2\x01\n\x13SolveInverseRequest\x12\r\n\x05robot\x18\x01 \x01(\t\x12.\n\x0freference_t_tcp\x18\x02 \x01(\x0b\x32\x15.virtualrobot.v1.Pose\x12\x11\n\treference\x18\x03 \x01(\t\x12<\n\x04seed\x18\x04 \x03(\x0b\x32..virtualrobot.v1.SolveInverseRequest.SeedEntry\x1a+\n\tSeedEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\x01:\x02\x38\x01\"\x99\x02\n\x14SolveInverseResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12.\n\x06status\x18\x02 \x01(\x0e\x32\x1e.virtualrobot.v1.InverseStatus\x12\x13\n\x0bjoint_names\x18\x03 \x03(\t\x12)\n\tsolutions\x18\x04 \x01(\x0b\x32\x16.virtualrobot.v1.Array\x12\x16\n\x0e\x63onfigurations\x18\x05 \x03(\t\x12\x1d\n\x15position_error_meters\x18\x06 \x01(\x01\x12\x1e\n\x16rotation_error_radians\x18\x07 \x01(\x01\x12\x13\n\x0b\x65xplanation\x18\x08 \x01(\t*j\n\rInverseStatus\x12\x1e\n\x1aINVERSE_STATUS_UNSPECIFIED\x10\x00\x12\x19\n\x15INVERSE_STATUS_SOLVED\x10\x01\x12\x1e\n\x1aINVERSE_STATUS_UNREACHABLE\x10\x02\x32\xe7\x03\n\x0cRobotService\x12O\n\x08GetRobot\x12 .virtualrobot.v1.GetRobotRequest\x1a!.virtualrobot.v1.GetRobotResponse\x12\x61\n\x0eGetRobotStates\x12&.virtualrobot.v1.GetRobotStatesRequest\x1a\'.virtualrobot.v1.GetRobotStatesResponse\x12i\n\x10WatchRobotStates\x12(.virtualrobot.v1.WatchRobotStatesRequest\x1a).virtualrobot.v1.WatchRobotStatesResponse0\x01\x12[\n\x0cSolveForward\x12$.virtualrobot.v1.SolveForwardRequest\x1a%.virtualrobot.v1.SolveForwardResponse\x12[\n\x0cSolveInverse\x12$.virtualrobot.v1.SolveInverseRequest\x1a%.virtualrobot.v1.SolveInverseResponseb\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
@@ -40,8 +40,8 @@ if not _descriptor._USE_C_DESCRIPTORS:
   _globals['_SOLVEFORWARDREQUEST_JOINTPOSITIONSENTRY']._serialized_options = b'8\001'
   _globals['_SOLVEINVERSEREQUEST_SEEDENTRY']._loaded_options = None
   _globals['_SOLVEINVERSEREQUEST_SEEDENTRY']._serialized_options = b'8\001'
-  _globals['_INVERSESTATUS']._serialized_start=2201
-  _globals['_INVERSESTATUS']._serialized_end=2307
+  _globals['_INVERSESTATUS']._serialized_start=2215
+  _globals['_INVERSESTATUS']._serialized_end=2321
   _globals['_GETROBOTREQUEST']._serialized_start=143
   _globals['_GETROBOTREQUEST']._serialized_end=174
   _globals['_GETROBOTRESPONSE']._serialized_start=177
@@ -49,29 +49,29 @@ if not _descriptor._USE_C_DESCRIPTORS:
   _globals['_JOINTDESCRIPTION']._serialized_start=438
   _globals['_JOINTDESCRIPTION']._serialized_end=608
   _globals['_ROBOTSTATE']._serialized_start=611
-  _globals['_ROBOTSTATE']._serialized_end=920
-  _globals['_ROBOTSTATE_TOOLSTATESENTRY']._serialized_start=871
-  _globals['_ROBOTSTATE_TOOLSTATESENTRY']._serialized_end=920
-  _globals['_GETROBOTSTATESREQUEST']._serialized_start=922
-  _globals['_GETROBOTSTATESREQUEST']._serialized_end=1002
-  _globals['_GETROBOTSTATESRESPONSE']._serialized_start=1004
-  _globals['_GETROBOTSTATESRESPONSE']._serialized_end=1112
-  _globals['_WATCHROBOTSTATESREQUEST']._serialized_start=1114
-  _globals['_WATCHROBOTSTATESREQUEST']._serialized_end=1220
-  _globals['_WATCHROBOTSTATESRESPONSE']._serialized_start=1223
-  _globals['_WATCHROBOTSTATESRESPONSE']._serialized_end=1356
-  _globals['_SOLVEFORWARDREQUEST']._serialized_start=1359
-  _globals['_SOLVEFORWARDREQUEST']._serialized_end=1533
-  _globals['_SOLVEFORWARDREQUEST_JOINTPOSITIONSENTRY']._serialized_start=1480
-  _globals['_SOLVEFORWARDREQUEST_JOINTPOSITIONSENTRY']._serialized_end=1533
-  _globals['_SOLVEFORWARDRESPONSE']._serialized_start=1536
-  _globals['_SOLVEFORWARDRESPONSE']._serialized_end=1702
-  _globals['_SOLVEINVERSEREQUEST']._serialized_start=1705
-  _globals['_SOLVEINVERSEREQUEST']._serialized_end=1915
-  _globals['_SOLVEINVERSEREQUEST_SEEDENTRY']._serialized_start=1872
-  _globals['_SOLVEINVERSEREQUEST_SEEDENTRY']._serialized_end=1915
-  _globals['_SOLVEINVERSERESPONSE']._serialized_start=1918
-  _globals['_SOLVEINVERSERESPONSE']._serialized_end=2199
-  _globals['_ROBOTSERVICE']._serialized_start=2310
-  _globals['_ROBOTSERVICE']._serialized_end=2797
+  _globals['_ROBOTSTATE']._serialized_end=934
+  _globals['_ROBOTSTATE_TOOLSTATESENTRY']._serialized_start=876
+  _globals['_ROBOTSTATE_TOOLSTATESENTRY']._serialized_end=925
+  _globals['_GETROBOTSTATESREQUEST']._serialized_start=936
+  _globals['_GETROBOTSTATESREQUEST']._serialized_end=1016
+  _globals['_GETROBOTSTATESRESPONSE']._serialized_start=1018
+  _globals['_GETROBOTSTATESRESPONSE']._serialized_end=1126
+  _globals['_WATCHROBOTSTATESREQUEST']._serialized_start=1128
+  _globals['_WATCHROBOTSTATESREQUEST']._serialized_end=1234
+  _globals['_WATCHROBOTSTATESRESPONSE']._serialized_start=1237
+  _globals['_WATCHROBOTSTATESRESPONSE']._serialized_end=1370
+  _globals['_SOLVEFORWARDREQUEST']._serialized_start=1373
+  _globals['_SOLVEFORWARDREQUEST']._serialized_end=1547
+  _globals['_SOLVEFORWARDREQUEST_JOINTPOSITIONSENTRY']._serialized_start=1494
+  _globals['_SOLVEFORWARDREQUEST_JOINTPOSITIONSENTRY']._serialized_end=1547
+  _globals['_SOLVEFORWARDRESPONSE']._serialized_start=1550
+  _globals['_SOLVEFORWARDRESPONSE']._serialized_end=1716
+  _globals['_SOLVEINVERSEREQUEST']._serialized_start=1719
+  _globals['_SOLVEINVERSEREQUEST']._serialized_end=1929
+  _globals['_SOLVEINVERSEREQUEST_SEEDENTRY']._serialized_start=1886
+  _globals['_SOLVEINVERSEREQUEST_SEEDENTRY']._serialized_end=1929
+  _globals['_SOLVEINVERSERESPONSE']._serialized_start=1932
+  _globals['_SOLVEINVERSERESPONSE']._serialized_end=2213
+  _globals['_ROBOTSERVICE']._serialized_start=2324
+  _globals['_ROBOTSERVICE']._serialized_end=2811
 # @@protoc_insertion_point(module_scope)
