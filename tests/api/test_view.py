@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from google.protobuf.field_mask_pb2 import FieldMask
-from virtualrobot.v1 import geometry_pb2, view_pb2
+from virtualrobot.v1 import geometry_pb2, scene_pb2, view_pb2
 
 from tests.api.asking import IIWA, apply, box, create, load, refusal
 from tests.api.conftest import Stubs
@@ -104,3 +104,12 @@ def test_what_cannot_be_drawn_is_refused_and_changes_nothing(view: Stubs) -> Non
         assert get(view) == before
     refused = refusal(lambda: change(view, "camera", camera=camera(0.0)))
     assert "camera is at its own target" in refused.message
+
+
+def test_a_scene_that_replaces_the_world_sets_up_the_view_anew(stubs: Stubs) -> None:
+    before = get(stubs)
+    change(stubs, "grid_hidden", "background", grid_hidden=True, background=geometry_pb2.Color(red=1.0))
+    stubs.scene.LoadScene(scene_pb2.LoadSceneRequest(text="schema_version: 1\n", add=True))
+    assert get(stubs).grid_hidden
+    stubs.scene.LoadScene(scene_pb2.LoadSceneRequest(text="schema_version: 1\n"))
+    assert get(stubs) == before

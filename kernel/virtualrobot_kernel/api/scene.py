@@ -99,6 +99,8 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         read = run(self._rooms.workers, scene_files.read_scene, self._rooms.meshes, request, structure)
         commands, warnings = await read
         applied = await self._submit(commands, context)
+        if not request.add:
+            self._rooms.view.reset()
         return scene_pb2.LoadSceneResponse(
             stamp=stamp(applied.snapshot), created=created_nodes(applied), warnings=warnings
         )

@@ -80,6 +80,11 @@ class ViewStore:
             listener(settings)
         return settings
 
+    def reset(self) -> ViewSettings:
+        """Set up the picture as at the start, tell the listeners, and return the settings."""
+        start = ViewSettings()
+        return self.update(**{field: getattr(start, field) for field in start.__slots__})
+
     def subscribe(self, listener: Listener) -> Callable[[], None]:
         """Call `listener` with the settings after each change, in the changing thread; return what ends it."""
         with self._changed:

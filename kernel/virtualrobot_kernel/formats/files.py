@@ -82,11 +82,9 @@ class Files:
 
 
 def located(error: KernelError, place: str) -> KernelError:
-    """Return the same error with `place` (file, line, element) before its message."""
-    again = type(error)(f"{place}: {error}")
-    again.reason = error.reason
-    again.metadata = error.metadata
-    return again
+    """Put `place` (file, line, element) before the error's message and return the error."""
+    error.args = (f"{place}: {error}",)
+    return error
 
 
 def _missing(uri: str, referrer: str, tried: list[str], resolved: str = "") -> MissingFileError:

@@ -124,8 +124,8 @@ class ChainKinematics:
     def _too_far(self, distance: float) -> InverseResult:
         x, y, z = self._centre
         reason = (
-            f"the target is {distance:.4f} m from the first joint at ({x:.4f}, {y:.4f}, {z:.4f}), farther than all "
-            f"links together reach, {self._reach:.4f} m"
+            f"the target is {distance:.4f} m from the first joint, farther than all links together reach, "
+            f"{self._reach:.4f} m; the first joint is at ({x:.4f}, {y:.4f}, {z:.4f}) in the robot's base frame"
         )
         empty = np.empty((0, len(self._joint_names)))
         # How far the best attempt would be off is known only from below.

@@ -100,7 +100,7 @@ class SceneServiceServicer(object):
         raise NotImplementedError('Method not implemented!')
 
     def LoadScene(self, request, context):
-        """Reads a scene file's text and replaces the world by it (or adds it).
+        """Reads a scene file's text and replaces the world by it (or adds it). Replacing sets up the view as at the start.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
