@@ -19,7 +19,8 @@ from virtualrobot_kernel.api.convert.values import (
     vector,
     vector_message,
 )
-from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.errors import KernelError, UnknownNameError
+from virtualrobot_kernel.planning.robots import COMPONENTS
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import (
@@ -95,6 +96,8 @@ def _robot(message: nodes_pb2.Robot, what: str) -> RobotData:
     postures = {posture.name: by_name(posture.joint_positions) for posture in message.postures}
     if len(postures) != len(message.postures) or "" in postures:
         raise KernelError(f"the postures of {what!r} must have names that differ", robot=what)
+    if message.kinematics and message.kinematics not in COMPONENTS:
+        raise UnknownNameError("kinematics component", message.kinematics, COMPONENTS)
     return RobotData(message.flange, message.kinematics or "chain", postures, message.source)
 
 
