@@ -66,7 +66,13 @@ class UnknownNameError(KernelError):
         neighbours = names[max(0, place - NEIGHBOURS) : place + NEIGHBOURS]
         near = get_close_matches(name[:LONGEST_NAME], neighbours, n=3) or names[:8]
         hint = f"; did you mean {', '.join(repr(n) for n in near)}?" if near else f"; there is no {kind} yet"
-        super().__init__(f"there is no {kind} named {name!r}{hint}", kind=kind, name=name, valid=", ".join(names[:50]))
+        super().__init__(
+            f"there is no {kind} named {name!r}{hint}",
+            kind=kind,
+            name=name,
+            nearest=near[0] if near else "",
+            valid="\n".join(names[:50]),
+        )
 
 
 class LimitError(KernelError):

@@ -13,21 +13,23 @@ from virtualrobot.v1 import geometry_pb2, kernel_pb2, motion_pb2, robot_pb2, sce
 
 from tests.api.conftest import Stubs
 
-DTYPES = {geometry_pb2.ARRAY_TYPE_FLOAT64: "<f8", geometry_pb2.ARRAY_TYPE_UINT8: "u1"}
+DTYPES = {geometry_pb2.NUMERIC_TYPE_FLOAT64: "<f8", geometry_pb2.NUMERIC_TYPE_UINT8: "u1"}
 
 
-def values(array: geometry_pb2.Array) -> np.ndarray:
+def values(array: geometry_pb2.NumericArray) -> np.ndarray:
     """Return the numbers of an array."""
     return np.frombuffer(array.data, DTYPES[array.type]).reshape(tuple(array.shape))
 
 
-def array(numbers: object, kind: geometry_pb2.ArrayType = geometry_pb2.ARRAY_TYPE_FLOAT64) -> geometry_pb2.Array:
+def array(
+    numbers: object, kind: geometry_pb2.NumericType = geometry_pb2.NUMERIC_TYPE_FLOAT64
+) -> geometry_pb2.NumericArray:
     """Return numbers as an array message."""
     stored = np.asarray(numbers, DTYPES[kind])
-    return geometry_pb2.Array(type=kind, shape=stored.shape, data=stored.tobytes())  # pyright: ignore[reportArgumentType]
+    return geometry_pb2.NumericArray(type=kind, shape=stored.shape, data=stored.tobytes())  # pyright: ignore[reportArgumentType]
 
 
-def matrices(array: geometry_pb2.Array) -> np.ndarray:
+def matrices(array: geometry_pb2.NumericArray) -> np.ndarray:
     """Return rows of x, y, z and quaternion as poses (n, 4, 4); an absent array has no rows."""
     if not array.data:
         return np.empty((0, 4, 4))

@@ -112,7 +112,7 @@ def test_what_is_not_held_is_refused(stepped: Stubs, rng: np.random.Generator) -
     assert refusal(lambda: download(stepped, "abc")).reason == "MALFORMED_ASSET"
     assert refusal(lambda: stepped.asset.ListReferences(References(sha256=key, uri="a.urdf"))).reason == "UNKNOWN_ASSET"
     figure = nodes_pb2.Figure(mesh=nodes_pb2.Mesh(uri="a.stl", sha256=key))
-    node = nodes_pb2.Node(name="a", object=nodes_pb2.Object(), figures=[figure])
+    node = nodes_pb2.Node(name="a", object=nodes_pb2.SceneObject(), figures=[figure])
     command = scene_pb2.Command(create_node=scene_pb2.CreateNode(node=node))
     with unchanged(stepped):
         refused = refusal(lambda: stepped.scene.Apply(scene_pb2.ApplyRequest(commands=[command])))

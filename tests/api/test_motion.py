@@ -45,6 +45,7 @@ def test_a_busy_robot_is_refused_or_preempted(stepped: Stubs) -> None:
     ended = motion(stepped, first.id)
     assert ended.phase == CANCELLED
     assert ended.cancel_reason.startswith("preempted by")
+    assert ended.cancel_cause == motion_pb2.CANCEL_CAUSE_PREEMPTED
     assert finished(stepped, second.id).phase == SUCCEEDED
     assert state(stepped, "arm").positions[0] == pytest.approx(0.0, abs=1e-12)
 
@@ -126,6 +127,7 @@ def test_a_cancelled_motion_ends_at_rest_on_its_path(stepped: Stubs) -> None:
     assert cancel(stepped, ask.id, "the door is open").phase == motion_pb2.MOTION_PHASE_STOPPING
     ended = finished(stepped, ask.id)
     assert (ended.phase, ended.cancel_reason) == (CANCELLED, "the door is open")
+    assert ended.cancel_cause == motion_pb2.CANCEL_CAUSE_CALL
     now = state(stepped, "arm")
     assert not any(now.velocities)
     assert not now.motion_ids
@@ -151,7 +153,7 @@ def test_a_motion_that_reaches_its_goal_was_not_cancelled(stepped: Stubs) -> Non
     step(stepped, round(ask.planned_duration_seconds / TICK) - 5)
     cancel(stepped, ask.id, "too late")
     ended = finished(stepped, ask.id)
-    assert (ended.phase, ended.cancel_reason) == (SUCCEEDED, "")
+    assert (ended.phase, ended.cancel_reason, ended.cancel_cause) == (SUCCEEDED, "", 0)
 
 
 @pytest.mark.parametrize(("of_all", "of_one"), [(1.0, 1.0), (0.5, 1.0), (1.0, 0.25), (0.5, 0.4)])
@@ -203,4 +205,5 @@ def test_clearing_the_world_ends_its_motions(stepped: Stubs) -> None:
     stepped.scene.LoadScene(scene_pb2.LoadSceneRequest(text="schema_version: 1\n"))
     *_, last = stepped.motion.WatchMotion(motion_pb2.WatchMotionRequest(id=ask.id), timeout=30)
     assert (last.motion.phase, last.motion.cancel_reason) == (CANCELLED, "the world was cleared")
+    assert last.motion.cancel_cause == motion_pb2.CANCEL_CAUSE_WORLD_CLEARED
     assert not step(stepped).motions

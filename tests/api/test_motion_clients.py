@@ -62,6 +62,7 @@ def test_a_killed_client_s_motion_stops_and_others_go_on(stubs: Stubs, kernel: K
     stopped = seen(stubs, orphan, SUCCEEDED, CANCELLED)
     assert stopped.phase == CANCELLED
     assert "nobody has watched it for 1 s" in stopped.cancel_reason
+    assert stopped.cancel_cause == motion_pb2.CANCEL_CAUSE_UNWATCHED
     now = state(stubs, "orphan")
     assert not any(now.velocities)
     assert 0.0 < now.positions[0] < 2.0
@@ -121,6 +122,7 @@ def test_another_client_stops_and_steers(stubs: Stubs, kernel: KernelProcess) ->
     *_, last = watch
     assert last.motion.phase == CANCELLED
     assert "stopped by" in last.motion.cancel_reason
+    assert last.motion.cancel_cause == motion_pb2.CANCEL_CAUSE_STOP
     other.channel.close()
 
 
@@ -161,3 +163,13 @@ def test_a_world_replaced_under_a_watched_motion(stubs: Stubs) -> None:
     stubs.scene.LoadScene(scene_pb2.LoadSceneRequest(text="schema_version: 1\n"))
     *_, last = watch
     assert last.motion.phase == CANCELLED
+
+
+@pytest.mark.parametrize("field", ["busy_policy", "on_disconnect"])
+def test_numbers_that_no_policy_has_are_refused(stepped: Stubs, field: str) -> None:
+    load(stepped, IIWA, "arm")
+    request = motion_pb2.StartMotionRequest(moves=[joints("arm", lbr_iiwa_joint_1=0.1)])
+    setattr(request, field, 77)
+    refused = refusal(lambda: stepped.motion.StartMotion(request))
+    assert (refused.reason, refused.metadata["field"]) == ("INVALID_ARGUMENT", field)
+    assert "77" in refused.message

@@ -43,7 +43,7 @@ def test_goals_by_pose_reference_and_posture(stepped: Stubs, rng: np.random.Gene
     apply(
         stepped,
         update("arm", "robot", robot=nodes_pb2.Robot(postures=[home])),
-        create(nodes_pb2.Node(name="table", object=nodes_pb2.Object(), parent_t_node=pose(table))),
+        create(nodes_pb2.Node(name="table", object=nodes_pb2.SceneObject(), parent_t_node=pose(table))),
     )
     posture = motion_pb2.PointToPoint(posture="home")
     finished(stepped, start(stepped, motion_pb2.Move(robot="arm", point_to_point=posture)).id)

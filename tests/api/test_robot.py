@@ -184,7 +184,7 @@ def test_the_nearest_solution_to_the_seed_comes_first(stepped: Stubs, rng: np.ra
 
 def test_a_goal_in_another_frame(stepped: Stubs, rng: np.random.Generator) -> None:
     table = random_matrix(rng)
-    apply(stepped, create(nodes_pb2.Node(name="table", object=nodes_pb2.Object(), parent_t_node=pose(table))))
+    apply(stepped, create(nodes_pb2.Node(name="table", object=nodes_pb2.SceneObject(), parent_t_node=pose(table))))
     load(stepped, IIWA, "arm")
     positions = drawn(stepped, "arm", rng)
     goal = np.linalg.inv(table) @ matrix(forward(stepped, "arm", positions).world_t_tcp)

@@ -123,7 +123,7 @@ def test_attach_and_detach_keep_world_poses(stepped: Stubs, rng: np.random.Gener
     apply(
         stepped,
         *(
-            create(nodes_pb2.Node(name=n, object=nodes_pb2.Object(), parent_t_node=pose(random_matrix(rng))))
+            create(nodes_pb2.Node(name=n, object=nodes_pb2.SceneObject(), parent_t_node=pose(random_matrix(rng))))
             for n in "ab"
         ),
         scene_pb2.Command(set_joint_positions=scene_pb2.SetJointPositions(robot="arm", joint_positions=joints)),

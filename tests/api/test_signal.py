@@ -107,6 +107,6 @@ def test_unknown_names_are_refused(stepped: Stubs) -> None:
             refused = refusal(call)
             assert (refused.code, refused.reason) == (grpc.StatusCode.NOT_FOUND, "UNKNOWN_NAME")
             assert "did you mean 'start'" in refused.message
-            assert refused.metadata["valid"] == "start, stop"
+            assert refused.metadata["valid"] == "start\nstop"
         assert refusal(lambda: signals(stepped, "start")).reason == "NAME_TAKEN"
         assert refusal(lambda: signals(stepped, "")).reason == "INVALID_ARGUMENT"

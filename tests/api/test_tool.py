@@ -191,7 +191,7 @@ def test_picks_and_places_that_cannot_be(stepped: Stubs) -> None:
     apply(stepped, create(tool("gun", FLANGE)))
     with unchanged(stepped):
         assert refusal(lambda: apply(stepped, pick("arm"))).reason == "WRONG_STATE"
-    apply(stepped, create(box("far", x=2.0)), create(nodes_pb2.Node(name="wall", object=nodes_pb2.Object())))
+    apply(stepped, create(box("far", x=2.0)), create(nodes_pb2.Node(name="wall", object=nodes_pb2.SceneObject())))
     with unchanged(stepped):
         for command, reason in (
             (pick("bare", "far"), "WRONG_STATE"),

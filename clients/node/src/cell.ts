@@ -53,7 +53,7 @@ async function misspell(kernel: Kernel, arm: Arm): Promise<void> {
   } catch (error) {
     if (!(error instanceof Refusal && error.reason === ErrorReason.UNKNOWN_NAME)) throw error;
     console.log(`refused: ${error.code} ${ErrorReason[error.reason]}: ${error.message}`);
-    console.log(`valid: ${error.metadata["valid"]}`);
+    console.log(`nearest: ${error.metadata["nearest"]}`);
   }
 }
 

@@ -41,7 +41,7 @@ class Editor(ABC, Generic[Created]):
 
         `pose` is `parent_t_node`, 4x4, meters; without it the node is at its parent's origin.
         """
-        return self._add(name, parent, pose, figures, object=nodes_pb2.Object())
+        return self._add(name, parent, pose, figures, object=nodes_pb2.SceneObject())
 
     def add_part(
         self,

@@ -39,7 +39,7 @@ class InvalidArgumentError(VirtualRobotError, ValueError):
 
 
 class UnknownNameError(VirtualRobotError, KeyError):
-    """A name that nothing has; `metadata["valid"]` lists right ones."""
+    """A name that nothing has; `metadata["nearest"]` is like it, `metadata["valid"]` lists right ones, one a line."""
 
     default_reason = "UNKNOWN_NAME"
 

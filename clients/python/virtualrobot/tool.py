@@ -36,7 +36,7 @@ class Tool:
         has = f"its tools are {', '.join(map(repr, tools))}" if tools else "it has none"
         if name and name not in tools:
             raise UnknownNameError(
-                f"the robot {robot!r} has no tool named {name!r}; {has}", metadata={"valid": ", ".join(tools)}
+                f"the robot {robot!r} has no tool named {name!r}; {has}", metadata={"valid": "\n".join(tools)}
             )
         if not name:
             name = _state(services, robot).tool or (tools[0] if len(tools) == 1 else "")

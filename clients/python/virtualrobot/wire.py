@@ -15,10 +15,10 @@ from virtualrobot.geometry import Matrix, checked_pose, pose_from_quaternion, qu
 from virtualrobot.v1 import geometry_pb2
 
 _DTYPES = {
-    geometry_pb2.ARRAY_TYPE_FLOAT64: np.dtype("<f8"),
-    geometry_pb2.ARRAY_TYPE_FLOAT32: np.dtype("<f4"),
-    geometry_pb2.ARRAY_TYPE_INT32: np.dtype("<i4"),
-    geometry_pb2.ARRAY_TYPE_UINT8: np.dtype("u1"),
+    geometry_pb2.NUMERIC_TYPE_FLOAT64: np.dtype("<f8"),
+    geometry_pb2.NUMERIC_TYPE_FLOAT32: np.dtype("<f4"),
+    geometry_pb2.NUMERIC_TYPE_INT32: np.dtype("<i4"),
+    geometry_pb2.NUMERIC_TYPE_UINT8: np.dtype("u1"),
 }
 _TYPES = {dtype: number for number, dtype in _DTYPES.items()}
 
@@ -69,13 +69,13 @@ def pose_of(message: geometry_pb2.Pose) -> Matrix:
     return pose_from_quaternion((p.x, p.y, p.z), turn)
 
 
-def array_message(values: ArrayLike, dtype: str = "<f8") -> geometry_pb2.Array:
+def array_message(values: ArrayLike, dtype: str = "<f8") -> geometry_pb2.NumericArray:
     """Return numbers as a message of bulk numbers, stored as `dtype`: <f8, <f4, <i4 or u1."""
     array = np.ascontiguousarray(values, dtype=np.dtype(dtype))
-    return geometry_pb2.Array(type=_TYPES[array.dtype], shape=array.shape, data=array.tobytes())
+    return geometry_pb2.NumericArray(type=_TYPES[array.dtype], shape=array.shape, data=array.tobytes())
 
 
-def array_of(message: geometry_pb2.Array) -> NDArray[Any]:
+def array_of(message: geometry_pb2.NumericArray) -> NDArray[Any]:
     """Return bulk numbers as an array of their own shape; read-only, without a copy. An absent one is empty."""
     if message.type not in _DTYPES:
         return np.empty(0)

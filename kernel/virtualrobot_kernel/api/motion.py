@@ -13,14 +13,14 @@ from virtualrobot.v1 import motion_pb2, motion_pb2_grpc
 from virtualrobot_kernel.api.author import author
 from virtualrobot_kernel.api.convert.moves import wished_move
 from virtualrobot_kernel.api.convert.states import motion_message
-from virtualrobot_kernel.api.convert.values import stamp
+from virtualrobot_kernel.api.convert.values import check_enum, stamp
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.planning.moves import Move, joints_of, plan_motion
 from virtualrobot_kernel.world.change import moving_motion
 from virtualrobot_kernel.world.commands import CancelMotion, Command, PauseMotion, ResumeMotion, StopMotions
-from virtualrobot_kernel.world.state import Motion, Snapshot
+from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion, Snapshot
 from virtualrobot_kernel.world.store import Applied
 
 GRACE_SECONDS = 1.0
@@ -41,6 +41,8 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
     ) -> motion_pb2.StartMotionResponse:
         """Plan in a worker thread, then start between two ticks."""
         moves = [wished_move(message, f"moves[{place}]") for place, message in enumerate(request.moves)]
+        check_enum(request, "busy_policy")
+        check_enum(request, "on_disconnect")
         world = self._rooms.world
         await self._cleared(moves, request.busy_policy, author(context))
         run = asyncio.get_running_loop().run_in_executor
@@ -114,16 +116,16 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         self, request: motion_pb2.CancelMotionRequest, context: object
     ) -> motion_pb2.CancelMotionResponse:
         """Slow a motion to standstill and end it."""
-        command = CancelMotion(request.id, request.reason)
+        command = CancelMotion(request.id, Cancellation(CancelCause.CALL, request.reason or "cancelled"))
         return motion_pb2.CancelMotionResponse(motion=await self._changed(command, request.id, context))
 
     async def Stop(self, request: motion_pb2.StopRequest, context: object) -> motion_pb2.StopResponse:
         """Cancel all motions, or all of some robots."""
-        going = {motion.id for motion in self._rooms.world.snapshot.state.motions if not motion.cancel_reason}
+        going = {motion.id for motion in self._rooms.world.snapshot.state.motions if not motion.cancellation}
         applied = await self._submit([StopMotions(tuple(request.robots), f"stopped by {author(context)}")], context)
         snapshot = applied.snapshot
         motions = (*snapshot.state.motions, *snapshot.state.ended)
-        stopped = [one for one in motions if one.cancel_reason and one.id in going]
+        stopped = [one for one in motions if one.cancellation and one.id in going]
         return motion_pb2.StopResponse(motions=[motion_message(snapshot, motion) for motion in stopped])
 
     async def _cleared(self, moves: Sequence[Move], policy: int, who: str) -> None:
@@ -138,8 +140,10 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
                     reason=Reason.ROBOT_BUSY,
                     motion=motion.id,
                 )
-            if not motion.cancel_reason:
-                cancel = world.submit([CancelMotion(motion.id, f"preempted by {who}")], who)
+            if not motion.cancellation:
+                cancel = world.submit(
+                    [CancelMotion(motion.id, Cancellation(CancelCause.PREEMPTED, f"preempted by {who}"))], who
+                )
                 try:
                     snapshot = (await asyncio.wrap_future(cancel)).snapshot
                 except KernelError as error:
@@ -190,7 +194,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         del self._bound[id]
         if any(motion.id == id for motion in self._rooms.world.snapshot.state.motions):
             reason = f"nobody has watched it for {GRACE_SECONDS:g} s"
-            self._rooms.world.submit([CancelMotion(id, reason)], "kernel")
+            self._rooms.world.submit([CancelMotion(id, Cancellation(CancelCause.UNWATCHED, reason))], "kernel")
 
 
 def _find(snapshot: Snapshot, id: str) -> Motion:

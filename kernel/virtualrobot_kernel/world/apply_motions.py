@@ -19,7 +19,7 @@ from virtualrobot_kernel.world.change import (
     single_joint,
 )
 from virtualrobot_kernel.world.commands import CancelMotion, PauseMotion, ResumeMotion, StartMotion, StopMotions
-from virtualrobot_kernel.world.state import Motion, State
+from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion, State
 
 START_TOLERANCE = 1e-6
 """How far a joint may be from where the plan starts, in radians or meters."""
@@ -88,7 +88,7 @@ def resume_motion(change: Change, command: ResumeMotion, forward: Forward) -> Ch
 def cancel_motion(change: Change, command: CancelMotion, forward: Forward) -> Change:
     """Slow a motion to standstill and end it."""
     motion = _running(change.state, command.id)
-    return _with(change, _cancelled(motion, command.reason or "cancelled"))
+    return _with(change, _cancelled(motion, command.cancellation))
 
 
 def stop_motions(change: Change, command: StopMotions, forward: Forward) -> Change:
@@ -96,14 +96,14 @@ def stop_motions(change: Change, command: StopMotions, forward: Forward) -> Chan
     robots = {change.structure.robot(name)[0].uid for name in command.robots}
     for motion in change.state.motions:
         if not robots or not robots.isdisjoint(motion.robots):
-            change = _with(change, _cancelled(motion, command.reason))
+            change = _with(change, _cancelled(motion, Cancellation(CancelCause.STOP, command.reason)))
     return change
 
 
-def _cancelled(motion: Motion, reason: str) -> Motion:
+def _cancelled(motion: Motion, cancellation: Cancellation) -> Motion:
     if motion.running.ended:  # it had no length, and succeeds with the next tick
         return motion
-    return replace(motion, running=running.cancel(motion.running), cancel_reason=motion.cancel_reason or reason)
+    return replace(motion, running=running.cancel(motion.running), cancellation=motion.cancellation or cancellation)
 
 
 def _running(state: State, id: str) -> Motion:

@@ -27,7 +27,7 @@ from virtualrobot_kernel.world.consistency import (
     refuse_while_tools_move,
 )
 from virtualrobot_kernel.world.figures import Pose
-from virtualrobot_kernel.world.state import Selection, State
+from virtualrobot_kernel.world.state import CancelCause, Cancellation, Selection, State
 from virtualrobot_kernel.world.structure import (
     WORLD_UID,
     Kind,
@@ -189,7 +189,7 @@ def clear_world(change: Change, command: ClearWorld, forward: Forward) -> Change
         replace(
             motion,
             running=replace(motion.running, phase=Phase.CANCELLED),
-            cancel_reason="the world was cleared",
+            cancellation=Cancellation(CancelCause.WORLD_CLEARED, "the world was cleared"),
             end_tick=change.state.tick,
         )
         for motion in change.state.motions

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from virtualrobot_kernel.motion.plan import Plan
 from virtualrobot_kernel.world.figures import Figure, Pose
-from virtualrobot_kernel.world.state import Signal
+from virtualrobot_kernel.world.state import CancelCause, Cancellation, Signal
 from virtualrobot_kernel.world.structure import NodeData, NodeSpec
 
 
@@ -157,12 +157,15 @@ class ResumeMotion:
     id: str
 
 
+CALLED = Cancellation(CancelCause.CALL, "cancelled")
+
+
 @dataclass(frozen=True, slots=True)
 class CancelMotion:
     """Slows a motion to standstill on its path and ends it."""
 
     id: str
-    reason: str = ""
+    cancellation: Cancellation = CALLED
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,24 @@ class Selection:
     tool_center_point: str = ""
 
 
+class CancelCause(Enum):
+    """Who or what cancelled a motion; the names equal those of `CancelCause` in the contract."""
+
+    CALL = "call"
+    STOP = "stop"
+    PREEMPTED = "preempted"
+    UNWATCHED = "unwatched"
+    WORLD_CLEARED = "world cleared"
+
+
+@dataclass(frozen=True, slots=True)
+class Cancellation:
+    """Why a motion was cancelled: for programs, and in words."""
+
+    cause: CancelCause
+    reason: str
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Motion:
     """A motion that runs or has ended: what it moves and where it is on its path.
@@ -45,7 +64,7 @@ class Motion:
     running: Running
     start_tick: int
     tool_states: tuple[tuple[int, str], ...] = ()
-    cancel_reason: str = ""
+    cancellation: Cancellation | None = None
     end_tick: int = 0
 
 

@@ -32,11 +32,11 @@ def advance(state: State, tick_seconds: float) -> State:
         v[motion.v_index] = velocity
         if now.phase in ENDED:
             v[motion.v_index] = 0.0
-            reason = motion.cancel_reason
+            cancellation = motion.cancellation
             if now.phase is Phase.SUCCEEDED:  # even when a cancel came too late
                 tool_states.update(motion.tool_states)
-                reason = ""
-            ended.append(replace(motion, end_tick=state.tick + 1, cancel_reason=reason))
+                cancellation = None
+            ended.append(replace(motion, end_tick=state.tick + 1, cancellation=cancellation))
         else:
             going.append(motion)
     return replace(

@@ -149,5 +149,5 @@ def test_the_view_is_set_up(client: Client) -> None:
 
 
 def test_a_node_of_the_contract_is_added_as_it_is(client: Client) -> None:
-    node = client.scene.add(nodes_pb2.Node(name="frame", object=nodes_pb2.Object()))
+    node = client.scene.add(nodes_pb2.Node(name="frame", object=nodes_pb2.SceneObject()))
     assert (node.name, node.kind, node.uid > 0) == ("frame", "object", True)

@@ -102,7 +102,7 @@ def test_a_client_that_vanishes_as_its_motion_starts_leaves_none_behind(
         world.after = vanish
         with pytest.raises(asyncio.CancelledError):
             await call
-        await until(world, lambda motion: motion.cancel_reason)
+        await until(world, lambda motion: motion.cancellation)
 
     asyncio.run(run())
 
@@ -118,6 +118,6 @@ def test_the_grace_begins_when_the_last_watch_ends(world: SteeredWorld, monkeypa
         await asyncio.sleep(0.2)
         await watch.aclose()
         left = asyncio.get_running_loop().time()
-        return await until(world, lambda motion: motion.cancel_reason) - left
+        return await until(world, lambda motion: motion.cancellation) - left
 
     assert asyncio.run(run()) >= 0.29

@@ -12,12 +12,12 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.world.structure import RobotData
 
 V = geometry_pb2.Vector3
-POINT = geometry_pb2.Array(type=geometry_pb2.ARRAY_TYPE_FLOAT64, shape=[1, 3], data=bytes(24))
+POINT = geometry_pb2.NumericArray(type=geometry_pb2.NUMERIC_TYPE_FLOAT64, shape=[1, 3], data=bytes(24))
 
 
 def shape(**geometry: object) -> nodes_pb2.Node:
     """Return an object with one figure."""
-    return nodes_pb2.Node(name="n", object=nodes_pb2.Object(), figures=[nodes_pb2.Figure(**geometry)])  # pyright: ignore[reportArgumentType]
+    return nodes_pb2.Node(name="n", object=nodes_pb2.SceneObject(), figures=[nodes_pb2.Figure(**geometry)])  # pyright: ignore[reportArgumentType]
 
 
 def limited(**limits: float) -> nodes_pb2.Node:
@@ -42,7 +42,9 @@ def limited(**limits: float) -> nodes_pb2.Node:
         (shape(points=nodes_pb2.Points(positions=POINT, size_meters=-1.0)), "size_meters"),
         (shape(frame=nodes_pb2.Frame(length_meters=-1.0)), "length_meters"),
         (
-            nodes_pb2.Node(name="n", object=nodes_pb2.Object(), parent_t_node=geometry_pb2.Pose(position=V(x=1e308))),
+            nodes_pb2.Node(
+                name="n", object=nodes_pb2.SceneObject(), parent_t_node=geometry_pb2.Pose(position=V(x=1e308))
+            ),
             "parent_t_node.position",
         ),
     ],

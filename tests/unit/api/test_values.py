@@ -61,7 +61,7 @@ def test_impossible_quaternions_are_refused(bad: tuple[float, ...]) -> None:
         pose(geometry_pb2.Pose(orientation=geometry_pb2.Quaternion(**dict(zip("xyzw", bad, strict=True)))))
 
 
-FLOAT64 = geometry_pb2.ARRAY_TYPE_FLOAT64
+FLOAT64 = geometry_pb2.NUMERIC_TYPE_FLOAT64
 NAN = np.array([1.0, np.nan, 3.0])
 
 
@@ -77,7 +77,7 @@ NAN = np.array([1.0, np.nan, 3.0])
         ({"type": FLOAT64, "shape": [2**31, 3]}, "needs 51539607552 bytes, not 0"),
         (
             {
-                "type": geometry_pb2.ARRAY_TYPE_FLOAT32,
+                "type": geometry_pb2.NUMERIC_TYPE_FLOAT32,
                 "shape": [1, 3],
                 "data": np.array([1, np.nan, 3], np.float32).tobytes(),
             },
@@ -87,4 +87,4 @@ NAN = np.array([1.0, np.nan, 3.0])
 )
 def test_impossible_arrays_are_refused(fields: dict, match: str) -> None:
     with pytest.raises(KernelError, match=match):
-        array(geometry_pb2.Array(**fields), (None, 3), "points")
+        array(geometry_pb2.NumericArray(**fields), (None, 3), "points")

@@ -20,7 +20,7 @@ def test_arrays_come_back(rng: np.random.Generator, dtype: str) -> None:
     # A transposed view is stored in C order all the same.
     matrix = np.arange(12.0).reshape(3, 4).T
     np.testing.assert_array_equal(wire.array_of(wire.array_message(matrix)), matrix)
-    assert wire.array_of(geometry_pb2.Array()).size == 0
+    assert wire.array_of(geometry_pb2.NumericArray()).size == 0
 
 
 def test_poses_come_back(rng: np.random.Generator) -> None:
@@ -70,7 +70,7 @@ def test_the_tree_is_drawn_with_kinds() -> None:
         nodes_pb2.Node(name="arm.tip", parent="arm.base", link=nodes_pb2.Link()),
         nodes_pb2.Node(name="hand", parent="arm.tip", tool=nodes_pb2.Tool()),
         nodes_pb2.Node(name="box", parent="hand", part=nodes_pb2.Part()),
-        nodes_pb2.Node(name="table", parent="world", hidden=True, object=nodes_pb2.Object()),
+        nodes_pb2.Node(name="table", parent="world", hidden=True, object=nodes_pb2.SceneObject()),
     ]
     assert scene_tree(nodes) == (
         "world (world)\n"

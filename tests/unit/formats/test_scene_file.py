@@ -139,7 +139,7 @@ ERRORS = {
         f"{START}- parent_t_node:\n    position: [1, 2, 3]\n",
         "scene.yaml:4: nodes[0].parent_t_node.position: expected the fields of Vector3, got a list",
     ),
-    "text for a message": (f"{START}- object: yes\n", "nodes[0].object: expected the fields of Object, got 'yes'"),
+    "text for a message": (f"{START}- object: yes\n", "nodes[0].object: expected the fields of SceneObject, got 'yes'"),
     "mapping for a list": ("schema_version: 1\nnodes: {name: a}\n", "nodes: expected a list, got keys and values"),
     "list for a name": (f"{START}- name: [a]\n", "scene.yaml:3: nodes[0].name: expected text, got a list"),
     "yes for true": (f"{START}- hidden: yes\n", "nodes[0].hidden: expected true or false, got 'yes'"),

@@ -77,7 +77,7 @@ def test_a_stop_leaves_a_motion_without_length_its_success(cell: Change) -> None
     gripped = StartMotion((("arm", "f"),), plan(f=(0.04, 0.04)), (("arm_gripper", "closed"),))
     state = advance(after(cell, gripped, StopMotions()).state, TICK)
     (motion,) = state.ended
-    assert (motion.running.phase, motion.cancel_reason) == (Phase.SUCCEEDED, "")
+    assert (motion.running.phase, motion.cancellation) == (Phase.SUCCEEDED, None)
     assert list(state.tool_states.values()) == ["closed"]
 
 

@@ -8,18 +8,18 @@ from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
 
 DESCRIPTOR: _descriptor.FileDescriptor
 
-class ArrayType(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+class NumericType(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
-    ARRAY_TYPE_UNSPECIFIED: _ClassVar[ArrayType]
-    ARRAY_TYPE_FLOAT64: _ClassVar[ArrayType]
-    ARRAY_TYPE_FLOAT32: _ClassVar[ArrayType]
-    ARRAY_TYPE_INT32: _ClassVar[ArrayType]
-    ARRAY_TYPE_UINT8: _ClassVar[ArrayType]
-ARRAY_TYPE_UNSPECIFIED: ArrayType
-ARRAY_TYPE_FLOAT64: ArrayType
-ARRAY_TYPE_FLOAT32: ArrayType
-ARRAY_TYPE_INT32: ArrayType
-ARRAY_TYPE_UINT8: ArrayType
+    NUMERIC_TYPE_UNSPECIFIED: _ClassVar[NumericType]
+    NUMERIC_TYPE_FLOAT64: _ClassVar[NumericType]
+    NUMERIC_TYPE_FLOAT32: _ClassVar[NumericType]
+    NUMERIC_TYPE_INT32: _ClassVar[NumericType]
+    NUMERIC_TYPE_UINT8: _ClassVar[NumericType]
+NUMERIC_TYPE_UNSPECIFIED: NumericType
+NUMERIC_TYPE_FLOAT64: NumericType
+NUMERIC_TYPE_FLOAT32: NumericType
+NUMERIC_TYPE_INT32: NumericType
+NUMERIC_TYPE_UINT8: NumericType
 
 class Vector3(_message.Message):
     __slots__ = ("x", "y", "z")
@@ -63,15 +63,15 @@ class Color(_message.Message):
     alpha: float
     def __init__(self, red: _Optional[float] = ..., green: _Optional[float] = ..., blue: _Optional[float] = ..., alpha: _Optional[float] = ...) -> None: ...
 
-class Array(_message.Message):
+class NumericArray(_message.Message):
     __slots__ = ("type", "shape", "data")
     TYPE_FIELD_NUMBER: _ClassVar[int]
     SHAPE_FIELD_NUMBER: _ClassVar[int]
     DATA_FIELD_NUMBER: _ClassVar[int]
-    type: ArrayType
+    type: NumericType
     shape: _containers.RepeatedScalarFieldContainer[int]
     data: bytes
-    def __init__(self, type: _Optional[_Union[ArrayType, str]] = ..., shape: _Optional[_Iterable[int]] = ..., data: _Optional[bytes] = ...) -> None: ...
+    def __init__(self, type: _Optional[_Union[NumericType, str]] = ..., shape: _Optional[_Iterable[int]] = ..., data: _Optional[bytes] = ...) -> None: ...
 
 class Stamp(_message.Message):
     __slots__ = ("wall_time", "simulation_time_seconds", "tick", "structure_revision", "state_revision")

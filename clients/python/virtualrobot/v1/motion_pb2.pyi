@@ -29,6 +29,15 @@ class MotionPhase(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     MOTION_PHASE_STOPPING: _ClassVar[MotionPhase]
     MOTION_PHASE_SUCCEEDED: _ClassVar[MotionPhase]
     MOTION_PHASE_CANCELLED: _ClassVar[MotionPhase]
+
+class CancelCause(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    CANCEL_CAUSE_UNSPECIFIED: _ClassVar[CancelCause]
+    CANCEL_CAUSE_CALL: _ClassVar[CancelCause]
+    CANCEL_CAUSE_STOP: _ClassVar[CancelCause]
+    CANCEL_CAUSE_PREEMPTED: _ClassVar[CancelCause]
+    CANCEL_CAUSE_UNWATCHED: _ClassVar[CancelCause]
+    CANCEL_CAUSE_WORLD_CLEARED: _ClassVar[CancelCause]
 BUSY_POLICY_UNSPECIFIED: BusyPolicy
 BUSY_POLICY_REJECT: BusyPolicy
 BUSY_POLICY_PREEMPT: BusyPolicy
@@ -42,6 +51,12 @@ MOTION_PHASE_PAUSED: MotionPhase
 MOTION_PHASE_STOPPING: MotionPhase
 MOTION_PHASE_SUCCEEDED: MotionPhase
 MOTION_PHASE_CANCELLED: MotionPhase
+CANCEL_CAUSE_UNSPECIFIED: CancelCause
+CANCEL_CAUSE_CALL: CancelCause
+CANCEL_CAUSE_STOP: CancelCause
+CANCEL_CAUSE_PREEMPTED: CancelCause
+CANCEL_CAUSE_UNWATCHED: CancelCause
+CANCEL_CAUSE_WORLD_CLEARED: CancelCause
 
 class StartMotionRequest(_message.Message):
     __slots__ = ("moves", "busy_policy", "on_disconnect")
@@ -117,10 +132,10 @@ class JointTrajectory(_message.Message):
     POSITIONS_FIELD_NUMBER: _ClassVar[int]
     VELOCITIES_FIELD_NUMBER: _ClassVar[int]
     joint_names: _containers.RepeatedScalarFieldContainer[str]
-    times: _geometry_pb2.Array
-    positions: _geometry_pb2.Array
-    velocities: _geometry_pb2.Array
-    def __init__(self, joint_names: _Optional[_Iterable[str]] = ..., times: _Optional[_Union[_geometry_pb2.Array, _Mapping]] = ..., positions: _Optional[_Union[_geometry_pb2.Array, _Mapping]] = ..., velocities: _Optional[_Union[_geometry_pb2.Array, _Mapping]] = ...) -> None: ...
+    times: _geometry_pb2.NumericArray
+    positions: _geometry_pb2.NumericArray
+    velocities: _geometry_pb2.NumericArray
+    def __init__(self, joint_names: _Optional[_Iterable[str]] = ..., times: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., positions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., velocities: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
 
 class ToolStateMove(_message.Message):
     __slots__ = ("tool", "state")
@@ -131,7 +146,7 @@ class ToolStateMove(_message.Message):
     def __init__(self, tool: _Optional[str] = ..., state: _Optional[str] = ...) -> None: ...
 
 class Motion(_message.Message):
-    __slots__ = ("id", "robots", "phase", "progress", "planned_duration_seconds", "start_time_seconds", "cancel_reason")
+    __slots__ = ("id", "robots", "phase", "progress", "planned_duration_seconds", "start_time_seconds", "cancel_reason", "cancel_cause")
     ID_FIELD_NUMBER: _ClassVar[int]
     ROBOTS_FIELD_NUMBER: _ClassVar[int]
     PHASE_FIELD_NUMBER: _ClassVar[int]
@@ -139,6 +154,7 @@ class Motion(_message.Message):
     PLANNED_DURATION_SECONDS_FIELD_NUMBER: _ClassVar[int]
     START_TIME_SECONDS_FIELD_NUMBER: _ClassVar[int]
     CANCEL_REASON_FIELD_NUMBER: _ClassVar[int]
+    CANCEL_CAUSE_FIELD_NUMBER: _ClassVar[int]
     id: str
     robots: _containers.RepeatedScalarFieldContainer[str]
     phase: MotionPhase
@@ -146,7 +162,8 @@ class Motion(_message.Message):
     planned_duration_seconds: float
     start_time_seconds: float
     cancel_reason: str
-    def __init__(self, id: _Optional[str] = ..., robots: _Optional[_Iterable[str]] = ..., phase: _Optional[_Union[MotionPhase, str]] = ..., progress: _Optional[float] = ..., planned_duration_seconds: _Optional[float] = ..., start_time_seconds: _Optional[float] = ..., cancel_reason: _Optional[str] = ...) -> None: ...
+    cancel_cause: CancelCause
+    def __init__(self, id: _Optional[str] = ..., robots: _Optional[_Iterable[str]] = ..., phase: _Optional[_Union[MotionPhase, str]] = ..., progress: _Optional[float] = ..., planned_duration_seconds: _Optional[float] = ..., start_time_seconds: _Optional[float] = ..., cancel_reason: _Optional[str] = ..., cancel_cause: _Optional[_Union[CancelCause, str]] = ...) -> None: ...
 
 class StartMotionResponse(_message.Message):
     __slots__ = ("stamp", "motion")

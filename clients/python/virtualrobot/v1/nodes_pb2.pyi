@@ -57,20 +57,20 @@ class Node(_message.Message):
     hidden: bool
     figures: _containers.RepeatedCompositeFieldContainer[Figure]
     world: World
-    object: Object
+    object: SceneObject
     part: Part
     robot: Robot
     link: Link
     adapter: Adapter
     tool: Tool
     annotation: Annotation
-    def __init__(self, uid: _Optional[int] = ..., name: _Optional[str] = ..., parent: _Optional[str] = ..., parent_t_node: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., hidden: bool = ..., figures: _Optional[_Iterable[_Union[Figure, _Mapping]]] = ..., world: _Optional[_Union[World, _Mapping]] = ..., object: _Optional[_Union[Object, _Mapping]] = ..., part: _Optional[_Union[Part, _Mapping]] = ..., robot: _Optional[_Union[Robot, _Mapping]] = ..., link: _Optional[_Union[Link, _Mapping]] = ..., adapter: _Optional[_Union[Adapter, _Mapping]] = ..., tool: _Optional[_Union[Tool, _Mapping]] = ..., annotation: _Optional[_Union[Annotation, _Mapping]] = ...) -> None: ...
+    def __init__(self, uid: _Optional[int] = ..., name: _Optional[str] = ..., parent: _Optional[str] = ..., parent_t_node: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., hidden: bool = ..., figures: _Optional[_Iterable[_Union[Figure, _Mapping]]] = ..., world: _Optional[_Union[World, _Mapping]] = ..., object: _Optional[_Union[SceneObject, _Mapping]] = ..., part: _Optional[_Union[Part, _Mapping]] = ..., robot: _Optional[_Union[Robot, _Mapping]] = ..., link: _Optional[_Union[Link, _Mapping]] = ..., adapter: _Optional[_Union[Adapter, _Mapping]] = ..., tool: _Optional[_Union[Tool, _Mapping]] = ..., annotation: _Optional[_Union[Annotation, _Mapping]] = ...) -> None: ...
 
 class World(_message.Message):
     __slots__ = ()
     def __init__(self) -> None: ...
 
-class Object(_message.Message):
+class SceneObject(_message.Message):
     __slots__ = ()
     def __init__(self) -> None: ...
 
@@ -311,18 +311,18 @@ class Points(_message.Message):
     POSITIONS_FIELD_NUMBER: _ClassVar[int]
     COLORS_FIELD_NUMBER: _ClassVar[int]
     SIZE_METERS_FIELD_NUMBER: _ClassVar[int]
-    positions: _geometry_pb2.Array
-    colors: _geometry_pb2.Array
+    positions: _geometry_pb2.NumericArray
+    colors: _geometry_pb2.NumericArray
     size_meters: float
-    def __init__(self, positions: _Optional[_Union[_geometry_pb2.Array, _Mapping]] = ..., colors: _Optional[_Union[_geometry_pb2.Array, _Mapping]] = ..., size_meters: _Optional[float] = ...) -> None: ...
+    def __init__(self, positions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., colors: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., size_meters: _Optional[float] = ...) -> None: ...
 
 class Lines(_message.Message):
     __slots__ = ("segments", "width_pixels")
     SEGMENTS_FIELD_NUMBER: _ClassVar[int]
     WIDTH_PIXELS_FIELD_NUMBER: _ClassVar[int]
-    segments: _geometry_pb2.Array
+    segments: _geometry_pb2.NumericArray
     width_pixels: float
-    def __init__(self, segments: _Optional[_Union[_geometry_pb2.Array, _Mapping]] = ..., width_pixels: _Optional[float] = ...) -> None: ...
+    def __init__(self, segments: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., width_pixels: _Optional[float] = ...) -> None: ...
 
 class Frame(_message.Message):
     __slots__ = ("length_meters",)

@@ -150,8 +150,8 @@ class SolveForwardResponse(_message.Message):
     stamp: _geometry_pb2.Stamp
     world_t_tcp: _geometry_pb2.Pose
     links: _containers.RepeatedScalarFieldContainer[str]
-    world_t_link: _geometry_pb2.Array
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., links: _Optional[_Iterable[str]] = ..., world_t_link: _Optional[_Union[_geometry_pb2.Array, _Mapping]] = ...) -> None: ...
+    world_t_link: _geometry_pb2.NumericArray
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., links: _Optional[_Iterable[str]] = ..., world_t_link: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
 
 class SolveInverseRequest(_message.Message):
     __slots__ = ("robot", "reference_t_tcp", "reference", "seed")
@@ -185,9 +185,9 @@ class SolveInverseResponse(_message.Message):
     stamp: _geometry_pb2.Stamp
     status: InverseStatus
     joint_names: _containers.RepeatedScalarFieldContainer[str]
-    solutions: _geometry_pb2.Array
+    solutions: _geometry_pb2.NumericArray
     configurations: _containers.RepeatedScalarFieldContainer[str]
     position_error_meters: float
     rotation_error_radians: float
     explanation: str
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., status: _Optional[_Union[InverseStatus, str]] = ..., joint_names: _Optional[_Iterable[str]] = ..., solutions: _Optional[_Union[_geometry_pb2.Array, _Mapping]] = ..., configurations: _Optional[_Iterable[str]] = ..., position_error_meters: _Optional[float] = ..., rotation_error_radians: _Optional[float] = ..., explanation: _Optional[str] = ...) -> None: ...
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., status: _Optional[_Union[InverseStatus, str]] = ..., joint_names: _Optional[_Iterable[str]] = ..., solutions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., configurations: _Optional[_Iterable[str]] = ..., position_error_meters: _Optional[float] = ..., rotation_error_radians: _Optional[float] = ..., explanation: _Optional[str] = ...) -> None: ...

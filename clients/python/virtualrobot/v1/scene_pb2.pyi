@@ -26,8 +26,8 @@ class GetSceneResponse(_message.Message):
     WORLD_T_NODE_FIELD_NUMBER: _ClassVar[int]
     stamp: _geometry_pb2.Stamp
     nodes: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.Node]
-    world_t_node: _geometry_pb2.Array
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., nodes: _Optional[_Iterable[_Union[_nodes_pb2.Node, _Mapping]]] = ..., world_t_node: _Optional[_Union[_geometry_pb2.Array, _Mapping]] = ...) -> None: ...
+    world_t_node: _geometry_pb2.NumericArray
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., nodes: _Optional[_Iterable[_Union[_nodes_pb2.Node, _Mapping]]] = ..., world_t_node: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
 
 class WatchSceneRequest(_message.Message):
     __slots__ = ("names", "node_mask", "max_rate_hertz")
@@ -50,8 +50,8 @@ class WatchSceneResponse(_message.Message):
     nodes: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.Node]
     removed_uids: _containers.RepeatedScalarFieldContainer[int]
     moved_uids: _containers.RepeatedScalarFieldContainer[int]
-    world_t_node: _geometry_pb2.Array
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., nodes: _Optional[_Iterable[_Union[_nodes_pb2.Node, _Mapping]]] = ..., removed_uids: _Optional[_Iterable[int]] = ..., moved_uids: _Optional[_Iterable[int]] = ..., world_t_node: _Optional[_Union[_geometry_pb2.Array, _Mapping]] = ...) -> None: ...
+    world_t_node: _geometry_pb2.NumericArray
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., nodes: _Optional[_Iterable[_Union[_nodes_pb2.Node, _Mapping]]] = ..., removed_uids: _Optional[_Iterable[int]] = ..., moved_uids: _Optional[_Iterable[int]] = ..., world_t_node: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
 
 class ApplyRequest(_message.Message):
     __slots__ = ("commands", "expected_structure_revision")
@@ -175,8 +175,8 @@ class SetJointPositions(_message.Message):
     COORDINATES_FIELD_NUMBER: _ClassVar[int]
     robot: str
     joint_positions: _containers.ScalarMap[str, float]
-    coordinates: _geometry_pb2.Array
-    def __init__(self, robot: _Optional[str] = ..., joint_positions: _Optional[_Mapping[str, float]] = ..., coordinates: _Optional[_Union[_geometry_pb2.Array, _Mapping]] = ...) -> None: ...
+    coordinates: _geometry_pb2.NumericArray
+    def __init__(self, robot: _Optional[str] = ..., joint_positions: _Optional[_Mapping[str, float]] = ..., coordinates: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
 
 class SelectTool(_message.Message):
     __slots__ = ("robot", "tool", "tool_center_point")

@@ -160,7 +160,7 @@ def _set_points(message: nodes_pb2.Figure, points: Points) -> None:
     message.points.positions.CopyFrom(array_message(np.frombuffer(points.positions).reshape(-1, 3)))
     if points.colors:
         colors = np.frombuffer(points.colors, np.uint8).reshape(-1, 3)
-        message.points.colors.CopyFrom(array_message(colors, geometry_pb2.ARRAY_TYPE_UINT8))
+        message.points.colors.CopyFrom(array_message(colors, geometry_pb2.NUMERIC_TYPE_UINT8))
     message.points.size_meters = points.size
 
 

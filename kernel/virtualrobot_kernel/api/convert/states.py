@@ -10,9 +10,10 @@ from virtualrobot_kernel.api.convert.values import quaternion, vector_message
 from virtualrobot_kernel.motion.running import Phase
 from virtualrobot_kernel.planning.robots import tcp_frame
 from virtualrobot_kernel.world.clock import Clock, Mode
-from virtualrobot_kernel.world.state import Motion, Selection, Signal, Snapshot
+from virtualrobot_kernel.world.state import CancelCause, Motion, Selection, Signal, Snapshot
 from virtualrobot_kernel.world.structure import Kind, Node
 
+CAUSES = {cause: getattr(motion_pb2, f"CANCEL_CAUSE_{cause.name}") for cause in CancelCause}
 PHASES = {phase: getattr(motion_pb2, f"MOTION_PHASE_{phase.name}") for phase in Phase}
 MODES = {mode: getattr(kernel_pb2, f"CLOCK_MODE_{mode.name}") for mode in Mode}
 MODE_BY_NUMBER = {number: mode for mode, number in MODES.items()}
@@ -66,7 +67,8 @@ def motion_message(snapshot: Snapshot, motion: Motion) -> motion_pb2.Motion:
         progress=motion.running.progress,
         planned_duration_seconds=motion.running.plan.duration,
         start_time_seconds=motion.start_tick * snapshot.tick_seconds,
-        cancel_reason=motion.cancel_reason,
+        cancel_reason=motion.cancellation.reason if motion.cancellation else "",
+        cancel_cause=CAUSES[motion.cancellation.cause] if motion.cancellation else None,
     )
 
 

@@ -25,10 +25,10 @@ GREATEST = 1e12
 M = TypeVar("M", bound=Message)
 
 DTYPES = {
-    geometry_pb2.ARRAY_TYPE_FLOAT64: np.dtype("<f8"),
-    geometry_pb2.ARRAY_TYPE_FLOAT32: np.dtype("<f4"),
-    geometry_pb2.ARRAY_TYPE_INT32: np.dtype("<i4"),
-    geometry_pb2.ARRAY_TYPE_UINT8: np.dtype("u1"),
+    geometry_pb2.NUMERIC_TYPE_FLOAT64: np.dtype("<f8"),
+    geometry_pb2.NUMERIC_TYPE_FLOAT32: np.dtype("<f4"),
+    geometry_pb2.NUMERIC_TYPE_INT32: np.dtype("<i4"),
+    geometry_pb2.NUMERIC_TYPE_UINT8: np.dtype("u1"),
 }
 
 
@@ -37,6 +37,17 @@ def finite(value: float, what: str) -> float:
     if not math.isfinite(value):
         raise KernelError(f"{what} must be a finite number, not {value}", field=what, value=value)
     return value
+
+
+def check_enum(message: Message, field: str) -> None:
+    """Raise KernelError when an enum field holds a number that the contract does not name."""
+    enum = message.DESCRIPTOR.fields_by_name[field].enum_type
+    assert enum is not None
+    values = enum.values_by_number
+    number = getattr(message, field)
+    if number not in values:
+        names = ", ".join(value.name for value in values.values())
+        raise KernelError(f"{field} is {number}, which has no meaning; give one of {names}", field=field, value=number)
 
 
 def positive(value: float, what: str) -> float:
@@ -153,25 +164,25 @@ def is_identity(matrix: NDArray[np.float64]) -> bool:
     return bool(np.array_equal(matrix, np.eye(4)))
 
 
-def poses_array(matrices: NDArray[np.float64]) -> geometry_pb2.Array:
+def poses_array(matrices: NDArray[np.float64]) -> geometry_pb2.NumericArray:
     """Return (n, 4, 4) poses as an array (n, 7) of x, y, z and the quaternion x, y, z, w."""
     turns = np.array([quaternion(matrix) for matrix in matrices[:, :3, :3]]).reshape(-1, 4)
     return array_message(np.concatenate([matrices[:, :3, 3], turns], axis=1))
 
 
 def array_message(
-    values: NDArray, kind: geometry_pb2.ArrayType = geometry_pb2.ARRAY_TYPE_FLOAT64
-) -> geometry_pb2.Array:
+    values: NDArray, kind: geometry_pb2.NumericType = geometry_pb2.NUMERIC_TYPE_FLOAT64
+) -> geometry_pb2.NumericArray:
     """Return an array as a message."""
     stored = np.ascontiguousarray(values, DTYPES[kind])
-    return geometry_pb2.Array(type=kind, shape=stored.shape, data=stored.tobytes())  # pyright: ignore[reportArgumentType]
+    return geometry_pb2.NumericArray(type=kind, shape=stored.shape, data=stored.tobytes())  # pyright: ignore[reportArgumentType]
 
 
-def array(message: geometry_pb2.Array, shape: Sequence[int | None], what: str) -> NDArray:
+def array(message: geometry_pb2.NumericArray, shape: Sequence[int | None], what: str) -> NDArray:
     """Return the array as float64 (8-bit ones as they are); None in `shape` stands for any length."""
     dtype = DTYPES.get(message.type)
     if dtype is None:
-        raise KernelError(f"{what}.type must say how the numbers are stored, such as ARRAY_TYPE_FLOAT64", field=what)
+        raise KernelError(f"{what}.type must say how the numbers are stored, such as NUMERIC_TYPE_FLOAT64", field=what)
     given = tuple(message.shape)
     if len(given) != len(shape) or any(
         want is not None and have != want for have, want in zip(given, shape, strict=False)
