@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from virtualrobot.v1 import nodes_pb2, robot_pb2, robot_pb2_grpc
@@ -80,22 +81,14 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
     ) -> AsyncIterator[robot_pb2.WatchRobotStatesResponse]:
         """Tell where robots are, then those that change."""
         fields = mask_fields(request.mask, robot_pb2.RobotState)
-        watched = {node.uid for node in robots_named(self._rooms.world.snapshot, request.names)}
-        before: Snapshot | None = None
-        told: dict[int, robot_pb2.RobotState] = {}
+        watched = frozenset(node.uid for node in robots_named(self._rooms.world.snapshot, request.names))
+        told: _Told | None = None
         async for snapshot in self._rooms.publications.snapshots(rate(request.max_rate_hertz)):
-            if before is not None and _quiet(before, snapshot):
+            if told is not None and _quiet(told.snapshot, snapshot):
                 continue
-            structure = snapshot.structure
-            uids = [uid for uid in structure.robots if uid in watched or not request.names]
-            states = self._book.states(snapshot, [structure.nodes[uid] for uid in uids])
-            now = dict(zip(uids, (_copy(state, fields) for state in states), strict=True))
-            changed = [state for uid, state in now.items() if told.get(uid) != state]
-            names = {state.name for state in now.values()}
-            removed = [state.name for state in told.values() if state.name not in names]
-            if changed or removed or before is None:
-                yield robot_pb2.WatchRobotStatesResponse(stamp=stamp(snapshot), robots=changed, removed_names=removed)
-            before, told = snapshot, now
+            told = self._book.news(told, snapshot, watched if request.names else None, fields)
+            if told.message is not None:
+                yield told.message
 
     async def SolveForward(
         self, request: robot_pb2.SolveForwardRequest, context: object
@@ -135,21 +128,53 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         )
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Told:
+    """What a watch has told up to a snapshot: the states by uid, and its last message (None: there was no news)."""
+
+    snapshot: Snapshot
+    states: Mapping[int, robot_pb2.RobotState]
+    message: robot_pb2.WatchRobotStatesResponse | None
+
+
 class _Book:
     """The states of robots in the latest snapshot as messages, made once for all who watch."""
 
     def __init__(self) -> None:
         self._snapshot: Snapshot | None = None
         self._messages: dict[int, robot_pb2.RobotState] = {}
+        self._news: dict[tuple, _Told] = {}
 
     def states(self, snapshot: Snapshot, robots: Sequence[Node]) -> list[robot_pb2.RobotState]:
         """Return the states of some robots; not to be changed."""
         if snapshot is not self._snapshot:
-            self._snapshot, self._messages = snapshot, {}
+            self._snapshot, self._messages, self._news = snapshot, {}, {}
         missing = [node for node in robots if node.uid not in self._messages]
         for node, message in zip(missing, robot_states(snapshot, missing), strict=True):
             self._messages[node.uid] = message
         return [self._messages[node.uid] for node in robots]
+
+    def news(
+        self, before: _Told | None, snapshot: Snapshot, watched: frozenset[int] | None, fields: frozenset[str] | None
+    ) -> _Told:
+        """Return what is new since `before` of the watched robots (None: of all); the same for equal watches."""
+        key = (before and before.snapshot.revision, watched, fields)
+        if snapshot is self._snapshot and key in self._news:
+            return self._news[key]
+        nodes = [
+            snapshot.structure.nodes[uid] for uid in snapshot.structure.robots if watched is None or uid in watched
+        ]
+        states = [_copy(state, fields) for state in self.states(snapshot, nodes)]
+        now = {node.uid: state for node, state in zip(nodes, states, strict=True)}
+        old = before.states if before else {}
+        changed = [state for uid, state in now.items() if old.get(uid) != state]
+        names = {state.name for state in states}
+        removed = [state.name for state in old.values() if state.name not in names]
+        message = None
+        if changed or removed or before is None:
+            message = robot_pb2.WatchRobotStatesResponse(stamp=stamp(snapshot), robots=changed, removed_names=removed)
+        self._news[key] = _Told(snapshot, now, message)
+        return self._news[key]
 
 
 def _copy(message: robot_pb2.RobotState, fields: frozenset[str] | None) -> robot_pb2.RobotState:
