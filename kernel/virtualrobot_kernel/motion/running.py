@@ -10,6 +10,7 @@ trajectories, rarely on a curved joint path) it is a ramp of the rate, too.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -198,11 +199,12 @@ def _retarget(running: Running) -> Running:
     """Start the brakes or the ramp to the wanted rate when they fit, or when waiting has taken long enough."""
     if running.brakes:
         return running
+    left = _time_left(running) if running.phase is Phase.STOPPING else math.inf
     if running.phase is Phase.STOPPING and can_brake(running.plan):
-        choice = choose_brakes(running.plan, running.path_states, _time_left(running))
-        if choice.brakes is not None:
-            return replace(running, brakes=choice.brakes, elapsed=0.0, waiting=0.0)
-        if not choice.sooner:
+        stop = choose_brakes(running.plan, running.path_states, left)
+        if stop.brakes is not None:
+            return replace(running, brakes=stop.brakes, elapsed=0.0, waiting=0.0)
+        if not stop.sooner:
             return replace(running, waiting=0.0)
     wanted = _wanted(running)
     if running.phase in _ENDED or wanted == running.ramp.goal:
@@ -222,7 +224,7 @@ def _retarget(running: Running) -> Running:
         prompt=patient,
         joints_only=running.phase is Phase.STOPPING,
     )
-    if choice.ramp is None or (patient and not choice.fits):
+    if choice.ramp is None or (patient and not choice.fits) or choice.ramp.length > left:
         return running
     return replace(running, ramp=choice.ramp, ramp_tau=running.tau, elapsed=0.0, waiting=0.0)
 
