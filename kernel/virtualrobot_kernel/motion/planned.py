@@ -110,12 +110,17 @@ class Plan:
         """
         if tau >= self.duration:
             return self.goal, np.zeros(self.q_count), np.zeros(self.q_count)
-        parts = []
+        states = []
         for track in self.tracks:
             u, u1, u2 = track.time_law.scalar_state(tau)
+            states.append((u, u1 * rate, u2 * rate * rate + u1 * rate_slope))
+        return self.sample_path(states)
+
+    def sample_path(self, states: Sequence[tuple[float, float, float]]) -> tuple[Array, Array, Array]:
+        """Return joint positions, velocities and accelerations (n,) for u, du/dt, d2u/dt2 of each track."""
+        parts = []
+        for track, (u, speed, slope) in zip(self.tracks, states, strict=True):
             state = track.path.state(u, 2)
-            speed = u1 * rate
-            slope = u2 * rate * rate + u1 * rate_slope
             parts.append((state[0], state[1] * speed, state[2] * (speed * speed) + state[1] * slope))
         if len(parts) == 1:
             return parts[0]

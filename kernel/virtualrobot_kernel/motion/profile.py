@@ -66,7 +66,13 @@ def _unit_profile(max_velocity: float, max_acceleration: float, max_jerk: float)
     given.max_acceleration = [min(max_acceleration, 1e4)]
     given.max_jerk = [min(max_jerk, 1e8)]
     trajectory = ruckig.Trajectory(1)
-    result = ruckig.Ruckig(1).calculate(given, trajectory)
+    try:
+        result = ruckig.Ruckig(1).calculate(given, trajectory)
+    except ruckig.RuckigError:
+        # Where the acceleration limit is reached for one moment only, as on 0.2 rad at 10 rad/s² and 100 rad/s³,
+        # rounding makes ruckig miss the root. It does so within a few units in the last place of that jerk.
+        given.max_jerk = [given.max_jerk[0] * (1.0 - 1e-10)]
+        result = ruckig.Ruckig(1).calculate(given, trajectory)
     if result not in (ruckig.Result.Working, ruckig.Result.Finished):
         raise KernelError(
             f"ruckig found no profile for velocity {max_velocity}, acceleration {max_acceleration}, jerk {max_jerk} "

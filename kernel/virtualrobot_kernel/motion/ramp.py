@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,6 +46,17 @@ class RateRamp:
         curvature = (2.0 * c2 + x * (6.0 * c3 + x * (12.0 * c4 + x * 20.0 * c5))) / self.length**2
         gone = t * (c0 + x * (c1 / 2.0 + x * (c2 / 3.0 + x * (c3 / 4.0 + x * (c4 / 5.0 + x * c5 / 6.0)))))
         return rate, slope, curvature, gone
+
+    def time_when(self, gone: float) -> float:
+        """Return the time (s) at which the nominal time `gone` (s) has gone by; inf when the rate falls to 0 before."""
+        at_end = self.state(self.length)[3]
+        if at_end < gone:
+            return self.length + (gone - at_end) / self.goal if self.goal > 0.0 else math.inf
+        low, high = 0.0, self.length
+        for _ in range(50):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if self.state(middle)[3] < gone else (low, middle)
+        return high
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,20 +1,24 @@
 """A motion that runs: nominal time tau on a plan, advanced at a rate. Pure: functions take a Running and return one.
 
-Pause, resume, cancel and speed override change the rate dtau/dt alone, so they never leave the path. A change is a
-ramp that is twice differentiable, hence joint acceleration stays continuous, and short enough as the limits allow;
-while no ramp fits (braking harder than the limits during a motion's own braking), the motion goes on and it is tried
-again, at the latest for the time that a stop from top speed takes.
+Pause, resume and speed override change the rate dtau/dt alone, so they never leave the path. A change is a ramp that is
+twice differentiable, hence joint acceleration stays continuous, and short enough as the limits allow; while no ramp
+fits (braking harder than the limits during a motion's own braking), the motion goes on and it is tried again, at the
+latest for the time that a stop from top speed takes. A cancel brakes each track on its own path, at once, or lets the
+motion run to its goal when that is where it stands still soonest; only where no brake keeps the limits (on timed
+trajectories, rarely on a curved joint path) it is a ramp of the rate, too.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from enum import Enum
 
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.motion.brake import PathState, brake_state, can_brake, choose_brakes, nominal_time
 from virtualrobot_kernel.motion.limits import checked_scale
 from virtualrobot_kernel.motion.planned import Plan
-from virtualrobot_kernel.motion.polynomial import Array
+from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 from virtualrobot_kernel.motion.ramp import RateRamp, choose_ramp
 
 _RETRY = 0.02
@@ -43,7 +47,9 @@ class Running:
 
     tau: nominal time gone by (s); rate: dtau/dt; rate_slope: d2tau/dt2 (1/s). override: the rate that is wanted while
     it runs, in (0, 1]. ramp, ramp_tau, elapsed: the rate's law, tau at its start and the time since (s). waiting: for
-    how long a wanted change has found no ramp that fits (s).
+    how long a wanted change has found no ramp that fits (s). brakes: the laws u(t) of the tracks that brake, instead
+    of the plan's own; none while it does not. Then `elapsed` counts from their start, `tau` is the nominal time of
+    the track that is furthest behind, and the rate and its ramp are what they were before.
     """
 
     plan: Plan
@@ -56,6 +62,7 @@ class Running:
     ramp_tau: float
     elapsed: float
     waiting: float = 0.0
+    brakes: tuple[PiecewisePolynomial, ...] = ()
 
     @property
     def ended(self) -> bool:
@@ -68,13 +75,17 @@ class Running:
         return self.tau / self.plan.duration if self.plan.duration > 0.0 else 1.0
 
     @property
-    def path_state(self) -> tuple[float, float, float]:
-        """The path parameter u of the (first) track and its first two derivatives by time, in 1/s and 1/s²."""
-        u, u1, u2 = self.plan.tracks[0].time_law.scalar_state(self.tau)
-        return u, u1 * self.rate, u2 * self.rate**2 + u1 * self.rate_slope
+    def path_states(self) -> list[PathState]:
+        """The path parameter u of each track and its first two derivatives by time, in 1/s and 1/s²."""
+        if self.brakes:
+            return [brake_state(brake, self.elapsed) for brake in self.brakes]
+        states = [track.time_law.scalar_state(self.tau) for track in self.plan.tracks]
+        return [(u, u1 * self.rate, u2 * self.rate**2 + u1 * self.rate_slope) for u, u1, u2 in states]
 
     def sample(self) -> tuple[Array, Array, Array]:
         """Return joint positions, velocities and accelerations (n,): rad or m, per s, per s²."""
+        if self.brakes:
+            return self.plan.sample_path(self.path_states)
         return self.plan.sample(self.tau, self.rate, self.rate_slope)
 
 
@@ -96,11 +107,15 @@ def advance(running: Running, dt: float, override: float) -> Running:
         running = set_override(running, override)
     if running.phase is Phase.PAUSED:
         return running
+    if running.brakes:
+        return _brake_on(running, dt)
     waiting = 0.0
     if _wanted(running) != running.ramp.goal:
         waiting = running.waiting + dt
         if int(waiting / _RETRY) != int(running.waiting / _RETRY):
             running = _retarget(replace(running, waiting=waiting))
+            if running.brakes:
+                return _brake_on(running, dt)
             waiting = running.waiting
     elapsed = running.elapsed + dt
     rate, slope, _, gone = running.ramp.state(elapsed)
@@ -152,9 +167,9 @@ def resume(running: Running) -> Running:
 
 
 def cancel(running: Running) -> Running:
-    """Return the motion slowing to its end; a paused one ends at once; one that stops or has ended stays as it is.
+    """Return the motion braking to its end; a paused one ends at once; one that stops or has ended stays as it is.
 
-    A motion that reaches its goal before it stands still has succeeded.
+    A motion that stands still no later at its goal than by braking runs on to it, and has succeeded then.
     """
     if running.phase in (*_ENDED, Phase.STOPPING):
         return running
@@ -168,8 +183,29 @@ def _wanted(running: Running) -> float:
     return 0.0 if running.phase in (*_SLOWING, Phase.PAUSED) else running.override
 
 
+def _brake_on(running: Running, dt: float) -> Running:
+    elapsed = running.elapsed + dt
+    taus = [
+        nominal_time(track.time_law, brake_state(brake, elapsed)[0], running.tau)
+        for track, brake in zip(running.plan.tracks, running.brakes, strict=True)
+        if brake.end > 0.0  # else it does not move, and says nothing about how far the motion is
+    ]
+    stands = all(elapsed >= brake.end for brake in running.brakes)
+    phase = Phase.CANCELLED if stands else running.phase
+    return replace(running, phase=phase, tau=min(taus, default=running.tau), elapsed=elapsed)
+
+
 def _retarget(running: Running) -> Running:
-    """Start the ramp to the wanted rate when one fits, or when waiting for one has taken long enough."""
+    """Start the brakes or the ramp to the wanted rate when they fit, or when waiting has taken long enough."""
+    if running.brakes:
+        return running
+    left = _time_left(running) if running.phase is Phase.STOPPING else math.inf
+    if running.phase is Phase.STOPPING and can_brake(running.plan):
+        stop = choose_brakes(running.plan, running.path_states, left)
+        if stop.brakes is not None:
+            return replace(running, brakes=stop.brakes, elapsed=0.0, waiting=0.0)
+        if not stop.sooner:
+            return replace(running, waiting=0.0)
     wanted = _wanted(running)
     if running.phase in _ENDED or wanted == running.ramp.goal:
         return replace(running, waiting=0.0)
@@ -188,9 +224,16 @@ def _retarget(running: Running) -> Running:
         prompt=patient,
         joints_only=running.phase is Phase.STOPPING,
     )
-    if choice.ramp is None or (patient and not choice.fits):
+    if choice.ramp is None or (patient and not choice.fits) or choice.ramp.length > left:
         return running
     return replace(running, ramp=choice.ramp, ramp_tau=running.tau, elapsed=0.0, waiting=0.0)
+
+
+def _time_left(running: Running) -> float:
+    """Return after how many seconds the motion stands still, at its goal or at the end of a ramp to rate 0."""
+    ramp = running.ramp
+    at_goal = ramp.time_when(running.plan.duration - running.ramp_tau)
+    return (min(at_goal, ramp.length) if ramp.goal == 0.0 else at_goal) - running.elapsed
 
 
 def _refuse(running: Running, what: str) -> None:

@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.kinematics.chain import ChainKinematics
+from virtualrobot_kernel.motion.brake import nominal_time
 from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
 from virtualrobot_kernel.motion.line import rotation_matrix
 from virtualrobot_kernel.motion.plan import Plan, plan_lin, plan_ptp, plan_together, plan_trajectory
@@ -88,9 +89,21 @@ def random_group(rng: np.random.Generator) -> Plan:
     return plan_together([random_ptp(rng, 6), random_line(rng, "panda")[0]])
 
 
+def nominal_times(motion: Running) -> list[float]:
+    """Return the nominal time at which each track passes where it is now; they differ when a group brakes."""
+    if not motion.brakes:
+        return [motion.tau] * len(motion.plan.tracks)
+    tracks = zip(motion.plan.tracks, motion.path_states, strict=True)
+    return [nominal_time(track.time_law, state[0], 0.0) for track, state in tracks]
+
+
 def fine_steps(after: Running) -> Iterator[Running]:
     """Yield the motion at ten points within the tick that led to `after`, and at its end."""
     for k in range(1, 11):
+        if after.brakes:
+            step = replace(after, elapsed=after.elapsed - TICK + k * FINE, tau=0.0)
+            yield replace(step, tau=min(nominal_times(step)))
+            continue
         rate, slope, _, gone = after.ramp.state(after.elapsed - TICK + k * FINE)
         tau = min(after.ramp_tau + gone, after.plan.duration)
         yield replace(after, tau=tau, rate=rate, rate_slope=slope)

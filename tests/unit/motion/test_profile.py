@@ -52,6 +52,29 @@ def test_the_duration_is_the_analytic_one_and_the_limits_hold(rng: np.random.Gen
         assert abs(a[-1]) <= 1e-9 * acceleration
 
 
+@pytest.mark.parametrize(
+    ("length", "velocity", "acceleration", "jerk"),
+    [(0.16, 2.0, 8.0, 80.0), (0.2, 2.0, 10.0, 100.0), (0.1, 1.0, 5.0, 50.0), (0.01, 0.25, 0.5, 5.0)],
+)
+def test_a_length_that_just_reaches_the_acceleration_limit_has_a_profile(
+    length: float, velocity: float, acceleration: float, jerk: float
+) -> None:
+    # length = 2 a³ / j²: the phase of constant acceleration lasts 0 s.
+    law = jerk_limited_profile(length, velocity, acceleration, jerk)
+    assert law.end == pytest.approx(double_s_duration(length, velocity, acceleration, jerk), rel=1e-9)
+    assert law.evaluate(law.end)[0] == pytest.approx(length, rel=1e-12)
+
+
+def test_random_lengths_that_just_reach_the_acceleration_limit_have_profiles(rng: np.random.Generator) -> None:
+    for _ in range(500):
+        acceleration = rng.uniform(1.0, 30.0)
+        jerk = acceleration * rng.uniform(5.0, 30.0)
+        length = 2.0 * acceleration**3 / jerk**2
+        velocity = acceleration**2 / jerk * float(rng.choice([1.0, 1.5]))
+        law = jerk_limited_profile(length, velocity, acceleration, jerk)
+        assert law.end == pytest.approx(double_s_duration(length, velocity, acceleration, jerk), rel=1e-9)
+
+
 def test_value_velocity_and_acceleration_are_continuous(rng: np.random.Generator) -> None:
     length, velocity, acceleration = rng.uniform(0.5, 5.0, 3)
     law = jerk_limited_profile(length, velocity, acceleration, rng.uniform(5.0, 50.0))

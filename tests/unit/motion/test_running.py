@@ -21,6 +21,7 @@ from .motions import (
     arm_limits,
     fine_steps,
     kinematics,
+    nominal_times,
     random_group,
     random_limits,
     random_line,
@@ -64,24 +65,28 @@ def test_requests_at_random_times_keep_path_and_limits(kind: str, rng: np.random
         program = Program(rng, float(rng.choice([1.0, 0.3])))
         motion = running.start(plan, program.override)
         samples, still = [motion.sample()], set()
-        taus = [0.0]
+        taus = [nominal_times(motion)]
         for _ in range(20000):
             before, motion = motion, program.step(motion)
             phases.add(motion.phase)
             if motion.phase is Phase.PAUSED or (before.phase is Phase.PAUSED and motion.ended):
                 samples.append(motion.sample())
-                taus.append(motion.tau)
+                taus.append(nominal_times(motion))
                 still.add(len(samples) - 1)
             else:
                 samples.extend(step.sample() for step in fine_steps(motion))
-                taus.extend(step.tau for step in fine_steps(motion))
+                taus.extend(nominal_times(step) for step in fine_steps(motion))
             if motion.ended:
                 break
         assert motion.ended
         q, v, a = (np.array(values) for values in zip(*samples, strict=True))
-        assert np.all(np.diff(taus) >= -1e-12)
-        # On the path: every sampled q is the plan's at a nominal time, and that never runs back.
-        np.testing.assert_allclose(q, plan.derivatives(np.array(taus))[0], atol=1e-9)
+        # On the path: every sampled q of a robot is the plan's at a nominal time, and that never runs back.
+        first = 0
+        for track, track_taus in zip(plan.tracks, np.array(taus).T, strict=True):
+            assert np.all(np.diff(track_taus) >= -1e-9)
+            joints = slice(first, first + track.path.dimension)
+            np.testing.assert_allclose(q[:, joints], track.derivatives(track_taus)[0], atol=1e-9)
+            first = joints.stop
         moving = np.array([i not in still and i - 1 not in still for i in range(1, len(q))])
         assert np.all(np.abs(v) <= plan.max_velocity * (1 + 1e-9))
         assert np.all(np.abs(a) <= plan.max_acceleration * 1.01)
@@ -107,7 +112,7 @@ def test_a_line_keeps_its_own_acceleration_through_pauses(
     while not motion.ended and motion.phase is not Phase.STOPPING:
         motion = program.step(motion)
         if motion.phase is not Phase.STOPPING:
-            assert length * abs(motion.path_state[2]) <= 1.01 * cartesian.acceleration
+            assert length * abs(motion.path_states[0][2]) <= 1.01 * cartesian.acceleration
 
 
 def test_a_cancelled_line_stops_faster_than_its_own_acceleration() -> None:
@@ -121,7 +126,8 @@ def test_a_cancelled_line_stops_faster_than_its_own_acceleration() -> None:
     cruising = running.advance(running.start(plan, 1.0), 0.5 * plan.duration, 1.0)
     shortest = 1.875 * 0.25 / 0.5
     assert shortest * 0.99 <= running.pause(cruising).ramp.length <= shortest * 1.2
-    assert 0.0 < running.cancel(cruising).ramp.length < 0.5 * shortest
+    (brake,) = running.cancel(cruising).brakes
+    assert 0.0 < brake.end < 0.5 * shortest
 
 
 def test_positions_of_an_interrupted_ptp_are_on_the_straight_line(rng: np.random.Generator) -> None:
@@ -273,7 +279,7 @@ def test_the_path_state_is_the_derivative_of_the_path_parameter(rng: np.random.G
     motion = running.pause(running.advance(running.start(plan, 1.0), 0.4 * plan.duration, 1.0))
     motion = running.advance(motion, 0.5 * motion.ramp.length, 1.0)
     later = running.advance(motion, 1e-6, 1.0)
-    (u0, v0, a0), (u1, v1, a1) = motion.path_state, later.path_state
+    (u0, v0, a0), (u1, v1, a1) = motion.path_states[0], later.path_states[0]
     assert (u1 - u0) / 1e-6 == pytest.approx((v0 + v1) / 2, rel=1e-5, abs=1e-9)
     assert (v1 - v0) / 1e-6 == pytest.approx((a0 + a1) / 2, rel=1e-4, abs=1e-6)
 
