@@ -135,15 +135,18 @@ def _excess(
     taus = tau + (coefficients / (degree + 1.0)) @ (powers * x) * lengths[:, None]
     braking = plan.braking
     last = len(braking.table) - 1
-    # Rounded to the nearest row; past the end of the plan the joints stand still, which is the last row.
-    rows = (taus * ((last - 1) / plan.duration) + 0.5).astype(np.intp).ravel()
-    s1, s2, s3 = braking.table[:, :, :columns].take(np.clip(rows, 0, last), axis=0).transpose(1, 0, 2)
     max_acceleration, max_jerk = braking.max_acceleration[:columns], braking.max_jerk[:columns]
     r, r1, r2 = (values.reshape(-1, 1) for values in (rates, slopes, curvatures))
-    # Velocity needs no check: a rate of at most 1 never exceeds the plan's own.
-    ratio = np.abs(s2 * r**2 + s1 * r1) / max_acceleration
-    np.maximum(ratio, np.abs(s3 * r**3 + s2 * (3.0 * r * r1) + s1 * r2) / max_jerk, out=ratio)
-    worst = ratio.reshape(len(lengths), -1).max(axis=1) - 1.0
+    before = (taus * ((last - 1) / plan.duration)).astype(np.intp).ravel()
+    worst = np.zeros(len(lengths))
+    # Both rows beside each time, since jerk may jump between them; past the end of the plan the joints stand still,
+    # which is the last row. Velocity needs no check: a rate of at most 1 never exceeds the plan's own.
+    for rows in (before, before + 1):
+        s1, s2, s3 = braking.table[:, :, :columns].take(np.clip(rows, 0, last), axis=0).transpose(1, 0, 2)
+        ratio = np.abs(s2 * r**2 + s1 * r1) / max_acceleration
+        np.maximum(ratio, np.abs(s3 * r**3 + s2 * (3.0 * r * r1) + s1 * r2) / max_jerk, out=ratio)
+        np.maximum(worst, ratio.reshape(len(lengths), -1).max(axis=1), out=worst)
+    worst -= 1.0
     outside = (rates < -_ROUNDING).any(axis=1) | (rates > 1.0 + _ROUNDING).any(axis=1)
     return np.where(outside, np.inf, worst)
 
