@@ -65,7 +65,7 @@ class UnknownNameError(KernelError):
         place = bisect_left(names, name)
         neighbours = names[max(0, place - NEIGHBOURS) : place + NEIGHBOURS]
         near = get_close_matches(name[:LONGEST_NAME], neighbours, n=3) or names[:8]
-        hint = f"; did you mean {', '.join(repr(n) for n in near)}?" if near else f"; there is no {kind} yet"
+        hint = f"; did you mean {', '.join(repr(n) for n in near)}?" if near else "; there is none yet"
         super().__init__(
             f"there is no {kind} named {name!r}{hint}",
             kind=kind,
