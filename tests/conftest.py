@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import secrets
+import signal
 
 import numpy as np
 import pytest
+
+# A shell that starts the tests in the background makes them ignore Ctrl-C, and they would hand that on to the processes
+# that some tests send Ctrl-C to.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture
