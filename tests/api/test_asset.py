@@ -93,7 +93,7 @@ def test_an_upload_that_breaks_off_leaves_nothing(stepped: Stubs, rng: np.random
     half = data[: 2 * MEBIBYTE]
 
     def broken() -> Iterator[asset_pb2.UploadRequest]:
-        yield from chunks(half, sha256(half))
+        yield from chunks(half, sha256(data))
         call.cancel()
         yield Upload(chunk=data[2 * MEBIBYTE :])
 
