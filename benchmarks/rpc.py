@@ -26,7 +26,7 @@ from benchmarks.rows import Row, row
 
 IIWA = f"{pybullet_data.getDataPath()}/kuka_iiwa/model.urdf"
 ARMS, WATCHERS, CALLS, ROUNDS = 20, 4, 1500, 3
-READERS, STREAM_SECONDS = 16, 3.0
+READERS, STREAM_SECONDS = 32, 3.0
 
 
 def latencies(call: Callable[[], object], calls: int = CALLS) -> np.ndarray:
