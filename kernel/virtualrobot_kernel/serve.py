@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import ipaddress
 import logging
 import os
 import secrets
@@ -14,7 +13,7 @@ import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from virtualrobot.session import DEFAULT_HOST, DEFAULT_PORT, token_path
+from virtualrobot.session import DEFAULT_HOST, DEFAULT_PORT, is_loopback, token_path
 
 from virtualrobot_kernel.errors import KernelError
 
@@ -128,21 +127,12 @@ def _check(options: argparse.Namespace) -> None:
         raise KernelError(f"a tick may last 1 to 100 milliseconds, not {options.tick_milliseconds:g}")
     if not 0 <= options.port <= 65535:
         raise KernelError(f"a port is 0 to 65535, not {options.port}")
-    if _is_loopback(options.host):
+    if is_loopback(options.host):
         return
     if not options.tls_certificate:
         raise KernelError(f"{options.host} is reachable from other machines: give --tls-certificate and --tls-key")
     if options.no_token:
         raise KernelError(f"{options.host} is reachable from other machines: --no-token is for this machine only")
-
-
-def _is_loopback(host: str) -> bool:
-    if host == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
 
 
 def _compile() -> None:

@@ -1,10 +1,11 @@
-"""Where a kernel and its clients on one machine meet: the usual address and the file with the token.
+"""Where a kernel and its clients meet: the usual address, the file with the token, and what counts as this machine.
 
 The kernel writes the token, clients of the same user read it; both take the rule from here.
 """
 
 from __future__ import annotations
 
+import ipaddress
 import os
 from pathlib import Path
 
@@ -25,6 +26,16 @@ def token_path(port: int) -> Path:
 def default_address() -> str:
     """Return `host:port` from the environment variable VIRTUALROBOT_ADDRESS, or 127.0.0.1:50500."""
     return os.environ.get(ADDRESS_VARIABLE) or f"{DEFAULT_HOST}:{DEFAULT_PORT}"
+
+
+def is_loopback(host: str) -> bool:
+    """Return whether `host` is this machine by its loopback interface: beyond it both ends want TLS."""
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
 
 
 def split_address(address: str) -> tuple[str, int]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ipaddress
 import ssl
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -24,6 +23,7 @@ from virtualrobot.errors import (
     VersionError,
     VirtualRobotError,
 )
+from virtualrobot.session import is_loopback
 
 Message = TypeVar("Message")
 MAX_MESSAGE_BYTES = 256 * 1024 * 1024
@@ -154,16 +154,6 @@ def open_channel(
         pem = None if root_certificate is None else _certificate(root_certificate)
         channel = grpc.secure_channel(address, grpc.ssl_channel_credentials(pem), options)
     return Channel(channel, address, token, timeout_seconds)
-
-
-def is_loopback(host: str) -> bool:
-    """Return whether `host` is this machine by its loopback interface."""
-    if host == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
 
 
 def translated(error: grpc.RpcError, address: str) -> VirtualRobotError:
