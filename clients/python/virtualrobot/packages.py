@@ -1,12 +1,25 @@
-"""Where the folder of a package may be: ROS environment, folders around a file, installed Python packages."""
+"""Where the folder of a package may be: ROS, folders around a file, installed Python packages."""
 
 from __future__ import annotations
 
 import importlib.util
 import os
 import re
+import sys
 from collections.abc import Iterator
 from pathlib import Path
+
+SEARCH_LEVELS = 3
+"""How many folders above that of the file a search for a package of another name begins in."""
+
+SEARCH_DEPTH = 2
+"""How many folders below each of those it goes."""
+
+SEARCH_FOLDERS = 2000
+"""How many folders it looks at below each of those."""
+
+ROS_FOLDER = Path("/opt/ros")
+"""Where distributions of ROS are installed on Linux."""
 
 # Each lists folders that are packages or hold packages, as ROS 1 reads ROS_PACKAGE_PATH.
 _FOLDER_VARIABLES = ("VIRTUALROBOT_PACKAGE_PATH", "ROS_PACKAGE_PATH")
@@ -26,6 +39,18 @@ def environment_folders(name: str) -> Iterator[Path]:
             yield folder
 
 
+def installed_folders(name: str) -> Iterator[Path]:
+    """Yield the folders of the package `name` in the ROS distributions of this machine, the last in the alphabet first.
+
+    They are looked at although nobody has sourced their setup file.
+    """
+    if sys.platform.startswith("linux"):
+        for distribution in reversed(_children(ROS_FOLDER)):
+            folder = distribution / "share" / name
+            if folder.is_dir():
+                yield folder
+
+
 def nearby_folders(name: str, start: Path) -> Iterator[Path]:
     """Yield the folders that may be the package `name`, from `start` upwards.
 
@@ -39,6 +64,46 @@ def nearby_folders(name: str, start: Path) -> Iterator[Path]:
             yield folder / name
         if folder != folder.parent:  # not every folder of the disk's root
             yield from (child for child in _children(folder) if child.name != name and declared_name(child) == name)
+
+
+def folders_by_content(name: str, inner: str, start: Path) -> list[Path]:
+    """Return the folder near `start` that must be the package `name`, since the file `inner` exists under it.
+
+    Many models name a package that differs from its folder. From `start` and each of SEARCH_LEVELS folders above it the
+    folders down to SEARCH_DEPTH below are looked at, SEARCH_FOLDERS of them at most; the first level at which there is
+    any decides. Of several there the one is meant whose path shares the most words with the package's name (`kuka_kr6`
+    for `kuka_kr6_support`). Where that leaves several, all are returned: which one is meant cannot be known.
+    """
+    wanted = _words(name)
+    for level in (start, *start.parents[:SEARCH_LEVELS]):
+        if level == level.parent:
+            break  # not every folder of the disk's root
+        shared = {
+            folder: len(wanted & _words("/".join(folder.relative_to(level).parts)))
+            for folder in _below(level)
+            if (folder / inner).is_file()
+        }
+        if shared:
+            return [folder for folder, count in shared.items() if count == max(shared.values())]
+    return []
+
+
+def _words(name: str) -> set[str]:
+    return set(filter(None, re.split(r"[^a-z0-9]+", name.lower())))
+
+
+def _below(root: Path) -> Iterator[Path]:
+    """Yield a folder and those below it, level by level, each by name."""
+    level, looked_at = [root], 0
+    for _ in range(SEARCH_DEPTH + 1):
+        below: list[Path] = []
+        for folder in level:
+            if looked_at >= SEARCH_FOLDERS:
+                return
+            looked_at += 1
+            yield folder
+            below.extend(_children(folder))
+        level = below
 
 
 def python_package_folder(name: str) -> Path | None:

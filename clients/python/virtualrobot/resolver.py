@@ -13,7 +13,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from urllib.parse import unquote
 
-from virtualrobot.packages import environment_folders, nearby_folders, python_package_folder
+from virtualrobot.packages import (
+    SEARCH_DEPTH,
+    SEARCH_LEVELS,
+    environment_folders,
+    folders_by_content,
+    installed_folders,
+    nearby_folders,
+    python_package_folder,
+)
 
 _SCHEME = re.compile(r"^([A-Za-z][A-Za-z0-9+.-]+):(.*)$", re.DOTALL)  # two letters or more: `C:` is a drive
 _PACKAGE_SCHEMES = ("package", "model")
@@ -62,6 +70,8 @@ class Resolver:
         """Take folders by package name, which win over all other places, and more folders for relative names."""
         self.packages = {name: Path(folder) for name, folder in (packages or {}).items()}
         self.search = tuple(Path(folder) for folder in search)
+        # A robot has dozens of meshes in one package; its folders are looked for once.
+        self._known: dict[tuple[str, Path | None], list[Path]] = {}
 
     def resolve(self, uri: str, referrer: str | Path | None = None) -> Path:
         """Return the absolute path of the existing file that `uri` means when the file `referrer` names it.
@@ -69,11 +79,14 @@ class Resolver:
         A package is looked for in this order: the folders told to the constructor (and then nowhere else), the
         environment (VIRTUALROBOT_PACKAGE_PATH, ROS_PACKAGE_PATH, AMENT_PREFIX_PATH), the parents of the referrer (a
         folder of that name, or one whose package.xml says so), an installed Python package of that name (such as
-        `pybullet_data`; it is not imported), and last, since many models name a package that differs from its folder,
-        any parent of the referrer under which the rest of the URI exists. Names count letter case on every system.
+        `pybullet_data`; it is not imported), ROS distributions on this machine (`/opt/ros`). Since many models name a
+        package that differs from its folder, any parent of the referrer under which the rest of the URI exists comes
+        next, and last, when no folder is known as the package, folders near the referrer under which the rest exists
+        (`packages.folders_by_content`). Names count letter case on every system.
 
         Raises:
-            UnresolvedUriError: when there is no such file; its text lists every place that was tried.
+            UnresolvedUriError: when there is no such file, or several folders near the referrer have it and none has
+                more of the package's name than the others; its text lists every place that was tried.
         """
         source = None if referrer is None else Path(referrer).absolute()
         tried: list[Path] = []
@@ -88,7 +101,12 @@ class Resolver:
                 return candidate
             if other is not None and not hint:
                 hint = f"{other} differs in letter case"
-        raise UnresolvedUriError(uri, source, tried, hint or self._hint(uri))
+        near = [] if hint else self._near(uri, source)
+        if len(near) == 1:
+            return near[0]
+        if near:
+            hint = f"several folders near it have such a file and none has the package's name: {_listed(near)}"
+        raise UnresolvedUriError(uri, source, tried, hint or self._hint(uri, source))
 
     def _candidates(self, uri: str, source: Path | None) -> Iterator[Path]:
         """Yield the places where `uri` may be, the best first."""
@@ -98,7 +116,7 @@ class Resolver:
             return
         scheme, rest = match[1].lower(), match[2]
         if scheme in _PACKAGE_SCHEMES:
-            name, _, inner = rest.replace("\\", "/").removeprefix("//").partition("/")
+            name, inner = _package_and_inner(uri)
             for spelling in dict.fromkeys((inner, unquote(inner))):
                 if name and spelling:
                     yield from (folder / spelling for folder in self._package_folders(name, source))
@@ -130,25 +148,69 @@ class Resolver:
         if name in self.packages:
             yield self.packages[name]
             return
+        yield from self._folders_known_as(name, source)
+        for start in self._starts(source):
+            yield from (start, *start.parents)
+
+    def _folders_known_as(self, name: str, source: Path | None) -> list[Path]:
+        key = (name, source and source.parent)
+        if key not in self._known:
+            self._known[key] = list(dict.fromkeys(self._found_folders(name, source)))
+        return self._known[key]
+
+    def _found_folders(self, name: str, source: Path | None) -> Iterator[Path]:
+        """Yield the folders that are known as the package `name`, the best first."""
         yield from environment_folders(name)
-        starts = [Path.cwd()] if source is None else _folders_of(source)
-        starts += self.search
-        for start in starts:
+        for start in self._starts(source):
             yield from nearby_folders(name, start)
         if (folder := python_package_folder(name)) is not None:
             yield folder
-        for start in starts:
-            yield from (start, *start.parents)
+        yield from installed_folders(name)
 
-    def _hint(self, uri: str) -> str:
+    def _near(self, uri: str, source: Path | None) -> list[Path]:
+        """Return the files near the referrer that may be meant by the URI of a package that is nowhere."""
+        name, inner = _package_and_inner(uri)
+        if not inner or source is None or name in self.packages or self._folders_known_as(name, source):
+            return []
+        for start in self._starts(source):
+            folders = folders_by_content(name, unquote(inner), start)
+            if folders:
+                return [Path(os.path.normpath(folder / unquote(inner))) for folder in folders]
+        return []
+
+    def _starts(self, source: Path | None) -> list[Path]:
+        return [*([Path.cwd()] if source is None else _folders_of(source)), *self.search]
+
+    def _hint(self, uri: str, source: Path | None) -> str:
         match = _SCHEME.match(uri)
         scheme = match[1].lower() if match else ""
         if scheme in _PACKAGE_SCHEMES:
-            name = uri.partition("://")[2].partition("/")[0]
-            return f"say where the package {name!r} is, or set VIRTUALROBOT_PACKAGE_PATH to the folder that holds it"
+            name, inner = _package_and_inner(uri)
+            if name in self.packages:
+                return ""
+            searched = inner and source is not None and not self._folders_known_as(name, source)
+            return (
+                f"nor does any folder up to {SEARCH_DEPTH} levels below those {SEARCH_LEVELS} levels above the file "
+                f"have {inner!r}; "
+                if searched
+                else ""
+            ) + f"say where the package {name!r} is, or set VIRTUALROBOT_PACKAGE_PATH to the folder that holds it"
         if scheme not in ("", "file"):
             return f"{scheme}:// is not read: use package://, file:// or a path"
         return "it is a path of Windows" if PureWindowsPath(uri).drive and os.name != "nt" else ""
+
+
+def _package_and_inner(uri: str) -> tuple[str, str]:
+    """Return name and rest of a URI with a package; two empty texts for another one."""
+    match = _SCHEME.match(uri)
+    if match is None or match[1].lower() not in _PACKAGE_SCHEMES:
+        return "", ""
+    name, _, inner = match[2].replace("\\", "/").removeprefix("//").partition("/")
+    return name, inner
+
+
+def _listed(places: Sequence[Path]) -> str:
+    return ", ".join(map(str, places[:10])) + (f" and {len(places) - 10} more" if len(places) > 10 else "")
 
 
 def _folders_of(source: Path) -> list[Path]:
