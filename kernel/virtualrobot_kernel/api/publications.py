@@ -10,14 +10,14 @@ from collections import deque
 from collections.abc import AsyncIterator, Callable
 
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.state import Motion, Snapshot
 from virtualrobot_kernel.world.store import World
 
 BACKLOG = 10_000
 """How many signal changes a reader may be late."""
 
-FASTEST_PAUSE_HERTZ = 1000.0
-"""Event loops do not wait for less than a millisecond: from this rate on every snapshot that comes is told."""
+SHORTEST_PAUSE_SECONDS = 0.001
+"""Event loops do not wait for less than a millisecond: whose pause is shorter is told every snapshot that comes."""
 
 
 class Publications:
@@ -27,66 +27,95 @@ class Publications:
         """Listen to `world` on behalf of coroutines in `loop`."""
         self._world = world
         self._loop = loop
-        self._open: set[asyncio.Future[None]] = set()
-        self._waiters: list[asyncio.Future[None]] = []
+        # Who waits takes itself out again: a callback of each future would cost more than the rest of the waiting.
+        self._readers: set[asyncio.Future[None]] = set()
+        self._motion_watchers: set[asyncio.Future[None]] = set()
+        self._others: set[asyncio.Future[None]] = set()
         self._wanted = False
+        self._last_ended = _last_ended(world.snapshot)
         self.closed = False
         world.listen(self.published)
 
     def close(self) -> None:
         """Raise SHUTTING_DOWN in everybody who waits here, or ever will."""
         self.closed = True
-        for future in tuple(self._open):
-            if not future.done():
-                future.set_exception(ending())
+        for waiter in (*self._readers, *self._motion_watchers, *self._others):
+            if not waiter.done():
+                waiter.set_exception(ending())
 
     def published(self) -> None:
-        """Wake the waiters; called by the world thread after each snapshot."""
-        if self._wanted and not self._loop.is_closed():
+        """Wake who waits for this snapshot; called by the world thread after each one."""
+        if self._loop.is_closed():
+            return
+        if self._wanted:
             self._wanted = False
-            self._loop.call_soon_threadsafe(self._wake)
+            self._loop.call_soon_threadsafe(self._wake_readers)
+        ended = _last_ended(self._world.snapshot)
+        if ended is not self._last_ended:
+            self._last_ended = ended
+            self._loop.call_soon_threadsafe(self._wake_motion_watchers)
 
-    def _wake(self) -> None:
-        waiters, self._waiters = self._waiters, []
-        for waiter in waiters:
-            resolve(waiter)
+    def _wake_readers(self) -> None:
+        readers, self._readers = self._readers, set()
+        for reader in readers:
+            resolve(reader)
 
-    def future(self) -> asyncio.Future[None]:
-        """Return a future to wait for, that the end of the kernel ends too."""
+    def _wake_motion_watchers(self) -> None:
+        for watcher in self._motion_watchers:
+            resolve(watcher)
+
+    def _waiter(self) -> asyncio.Future[None]:
+        """Return a future to wait for; who waits for it keeps it where `close` finds it."""
         if self.closed:
             raise ending()
-        future: asyncio.Future[None] = self._loop.create_future()
-        self._open.add(future)
-        future.add_done_callback(self._open.discard)
-        return future
+        return self._loop.create_future()
+
+    async def _wait(self, waiter: asyncio.Future[None], among: set[asyncio.Future[None]]) -> None:
+        among.add(waiter)
+        try:
+            await waiter
+        finally:
+            among.discard(waiter)
+
+    async def _sleep(self, seconds: float, among: set[asyncio.Future[None]]) -> None:
+        waiter = self._waiter()
+        timer = self._loop.call_later(seconds, resolve, waiter)
+        try:
+            await self._wait(waiter, among)
+        finally:
+            timer.cancel()
 
     async def pause(self, seconds: float) -> None:
         """Wait for some seconds of the wall clock."""
-        future = self.future()
-        timer = self._loop.call_later(seconds, resolve, future)
-        try:
-            await future
-        finally:
-            timer.cancel()
+        await self._sleep(seconds, self._others)
+
+    async def end_of_motion(self, id: str, seconds: float) -> None:
+        """Wait until a motion has ended, but no longer than some seconds of the wall clock; no tick wakes who waits."""
+        due = self._loop.time() + seconds
+        while (left := due - self._loop.time()) >= SHORTEST_PAUSE_SECONDS and _runs(self._world.snapshot, id):
+            await self._sleep(left, self._motion_watchers)
 
     async def newer_than(self, seen: Snapshot) -> Snapshot:
         """Return the latest snapshot as soon as it is another one than `seen`."""
         while self._world.snapshot is seen:
-            waiter = self.future()
-            self._waiters.append(waiter)
-            self._wanted = True
-            if self._world.snapshot is not seen:
-                break
-            await waiter
+            reader = self._waiter()
+            self._readers.add(reader)
+            try:
+                self._wanted = True
+                if self._world.snapshot is seen:  # else it came before anybody wanted it
+                    await reader
+            finally:
+                self._readers.discard(reader)
         return self._world.snapshot
 
     async def snapshots(self, max_rate_hertz: float) -> AsyncIterator[Snapshot]:
         """Yield the latest snapshot, then later ones at most this often; a slow reader skips states."""
+        pause = 1.0 / max_rate_hertz
         snapshot = self._world.snapshot
         while True:
             yield snapshot
-            if max_rate_hertz < FASTEST_PAUSE_HERTZ:
-                await self.pause(1.0 / max_rate_hertz)
+            if pause > SHORTEST_PAUSE_SECONDS:
+                await self.pause(pause)
             snapshot = await self.newer_than(snapshot)
 
     async def every_signal_change(self) -> AsyncIterator[Snapshot]:
@@ -116,8 +145,8 @@ class Publications:
             yield first
             while True:
                 while not changes:
-                    waiter = self.future()
-                    await waiter
+                    waiter = self._waiter()
+                    await self._wait(waiter, self._others)
                 if len(changes) > BACKLOG:
                     raise KernelError(f"the reader of this watch is more than {BACKLOG} changes late; watch again")
                 snapshot = changes.popleft()
@@ -147,12 +176,21 @@ class Publications:
         try:
             while True:
                 while not changed:
-                    waiter = self.future()
-                    await waiter
+                    waiter = self._waiter()
+                    await self._wait(waiter, self._others)
                 changed = False
                 yield
         finally:
             end()
+
+
+def _runs(snapshot: Snapshot, id: str) -> bool:
+    return any(motion.id == id for motion in snapshot.state.motions)
+
+
+def _last_ended(snapshot: Snapshot) -> Motion | None:
+    """Return the motion that ended last: each end makes it another object."""
+    return snapshot.state.ended[-1] if snapshot.state.ended else None
 
 
 def ending() -> KernelError:
