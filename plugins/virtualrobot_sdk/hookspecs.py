@@ -1,0 +1,122 @@
+"""The hooks of a plugin: functions that it may have, each called once to register components of one kind.
+
+    from virtualrobot_sdk.hookspecs import hookimpl
+
+    api_version = "1.0"
+
+    @hookimpl
+    def virtualrobot_register_kinematics(register):
+        register("my_arm", MyArm, MyArmSettings)
+
+The module stands in the entry points of its package: group `virtualrobot.plugins`, name of the plugin = module.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import pluggy
+
+from virtualrobot_sdk.registration import ComponentKind, Isolation
+
+API_VERSION = "1.0"
+"""The version of these hooks and of the interfaces of components; a plugin says the one that it was written for."""
+ENTRY_POINT_GROUP = "virtualrobot.plugins"
+"""Where plugins are found."""
+PROJECT = "virtualrobot"
+
+hookspec = pluggy.HookspecMarker(PROJECT)
+hookimpl = pluggy.HookimplMarker(PROJECT)
+"""Marks a function of a plugin as one that the kernel calls."""
+
+KINEMATICS_DEADLINE_SECONDS = 1.0
+IMPORTER_DEADLINE_SECONDS = 60.0
+
+
+class Register(Protocol):
+    """What a hook is given to register a component with."""
+
+    def __call__(
+        self,
+        name: str,
+        factory: Callable[..., Any],
+        config_type: type | None = None,
+        *,
+        isolation: Isolation = Isolation.PROCESS,
+        deadline_seconds: float = KINEMATICS_DEADLINE_SECONDS,
+    ) -> None:
+        """Register the component `name`.
+
+        Args:
+            name: small letters, digits, `_` and `-`, a letter first; unique among the components of its kind.
+            factory: makes the component; the first line of its docstring is what people read about it.
+            config_type: a frozen dataclass of its settings; the factory gets one as its last argument.
+            isolation: where it runs.
+            deadline_seconds: the longest that a call may take where it runs in a process of its own.
+
+        Raises:
+            PluginError: one of these is not as it must be.
+        """
+        ...
+
+
+class RegisterImporter(Protocol):
+    """What `virtualrobot_register_importers` is given to register an importer with."""
+
+    def __call__(
+        self,
+        name: str,
+        factory: Callable[..., Any],
+        endings: Sequence[str],
+        config_type: type | None = None,
+        *,
+        isolation: Isolation = Isolation.PROCESS,
+        deadline_seconds: float = IMPORTER_DEADLINE_SECONDS,
+    ) -> None:
+        """Register the importer `name` of files with one of these endings: `(".stp", ".step")`; the rest as usual.
+
+        Raises:
+            PluginError: one of these is not as it must be.
+        """
+        ...
+
+
+@hookspec
+def virtualrobot_register_kinematics(register: Register) -> None:
+    """Register kinematics: `factory(chain)` or `factory(chain, settings)` returns a `kinematics.Kinematics`.
+
+    `chain` is the `kinematics.SerialChain` of the robot; an ArgumentError refuses a robot that the component is not
+    made for.
+    """
+
+
+@hookspec
+def virtualrobot_register_importers(register: RegisterImporter) -> None:
+    """Register importers of files: `factory()` or `factory(settings)` returns an `importers.Importer`."""
+
+
+@dataclass(frozen=True, slots=True)
+class KindOfHook:
+    """How components of one kind are registered and made."""
+
+    hook: str
+    """The function of the plugin that registers them."""
+    deadline_seconds: float
+    """For a call, where the plugin says none."""
+    arguments: tuple[str, ...] = ()
+    """What the factory is given before the settings."""
+    has_endings: bool = False
+    """Whether files are told by endings that are registered too."""
+
+
+HOOKS = {
+    ComponentKind.KINEMATICS: KindOfHook(
+        virtualrobot_register_kinematics.__name__, KINEMATICS_DEADLINE_SECONDS, arguments=("chain",)
+    ),
+    ComponentKind.IMPORTER: KindOfHook(
+        virtualrobot_register_importers.__name__, IMPORTER_DEADLINE_SECONDS, has_endings=True
+    ),
+}
+"""Every kind of component; a hook of a plugin that is not among them is refused."""

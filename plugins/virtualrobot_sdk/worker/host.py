@@ -1,0 +1,121 @@
+"""Inside the worker process: loads the plugin, makes the component and does what the parent asks of it."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Mapping
+from importlib.metadata import EntryPoint
+from typing import Any
+
+from virtualrobot_sdk.errors import ArgumentError, ComponentFault, FaultKind, FilesNeeded, PluginError
+from virtualrobot_sdk.registration import ComponentKind, Registration
+from virtualrobot_sdk.worker.answers import Outcome, pack
+from virtualrobot_sdk.worker.blame import describe_error, traceback_of
+
+
+class Host:
+    """Owns the component of this process; each public method is what the parent may ask for."""
+
+    def __init__(self) -> None:
+        """Start without a component."""
+        self._plugins: dict[tuple[str, str, str], tuple[str, tuple[Registration, ...]]] = {}
+        self._component: object | None = None
+        self._package = ""
+
+    def describe(self, name: str, value: str, group: str) -> object:
+        """Load the plugin of this entry point and return its Description."""
+        # What not every worker needs is imported where it is needed: the process shall start quickly.
+        from virtualrobot_sdk.worker.description import describe
+
+        return describe(*self._load(name, value, group))
+
+    def make(
+        self,
+        name: str,
+        value: str,
+        group: str,
+        kind: ComponentKind,
+        component: str,
+        settings: Mapping[str, Any],
+        arguments: tuple[object, ...],
+    ) -> None:
+        """Make the component that the plugin registered under this kind and name."""
+        from virtualrobot_sdk.settings import make_settings
+
+        _, registrations = self._load(name, value, group)
+        found = next((r for r in registrations if r.kind is kind and r.name == component), None)
+        if found is None:
+            names = ", ".join(r.name for r in registrations if r.kind is kind) or "none"
+            raise PluginError(f"plugin {name!r} has no {kind.value} {component!r}; it has {names}")
+        made = make_settings(found.config_type, settings)
+        self._package = _top(getattr(found.factory, "__module__", None) or value)
+        self._component = None
+        self._component = found.factory(*arguments) if found.config_type is None else found.factory(*arguments, made)
+
+    def make_from(self, path: str, arguments: tuple[object, ...]) -> None:
+        """Make the component with the factory at `module:attribute`."""
+        self._package = _top(path)
+        self._component = None
+        self._component = _factory(path)(*arguments)
+
+    def call(self, method: str, arguments: tuple[object, ...]) -> object:
+        """Call a method of the component, or read an attribute."""
+        if self._component is None:
+            raise PluginError(f"{method} was asked for before a component was made")
+        value = getattr(self._component, method)
+        return value(*arguments) if callable(value) else value
+
+    def answer(self, operation: str, arguments: tuple[Any, ...]) -> bytes:
+        """Return what the parent reads: the packed result, or what was raised instead."""
+        asked = arguments[0] if operation == "call" else operation
+        try:
+            result = getattr(self, operation)(*arguments)
+        except BaseException as error:
+            # Also SystemExit: to end the process is the parent's right alone.
+            return pack_error(error, self._package)
+        try:
+            return pack(Outcome.RESULT, result)
+        except Exception as error:
+            reason = f"{asked} gave a {type(result).__name__} that cannot travel between processes"
+            return pack(Outcome.FAULT, FaultKind.NONSENSE, f"{reason}: {describe_error(error, self._package)}")
+
+    def _load(self, name: str, value: str, group: str) -> tuple[str, tuple[Registration, ...]]:
+        from virtualrobot_sdk.loading import load
+
+        key = name, value, group
+        if key not in self._plugins:
+            self._plugins[key] = load(EntryPoint(name, value, group))
+        return self._plugins[key]
+
+
+def pack_error(error: BaseException, package: str) -> bytes:
+    """Return the answer for what a component or its plugin raised."""
+    match error:
+        case ArgumentError():
+            return pack(Outcome.REFUSED, str(error), getattr(error, "metadata", {}))
+        case FilesNeeded():
+            return pack(Outcome.FILES_NEEDED, tuple(map(str, error.names)))
+        case PluginError():
+            return pack(Outcome.PLUGIN_ERROR, str(error))
+        case ComponentFault():
+            return pack(Outcome.FAULT, error.kind, error.reason, error.details)
+    return pack(Outcome.FAULT, FaultKind.RAISED, describe_error(error, package), traceback_of(error))
+
+
+def _factory(path: str) -> Callable[..., object]:
+    module, colon, attribute = path.partition(":")
+    if not colon or not module or not attribute:
+        raise PluginError(f"{path!r} names no factory; write module:attribute")
+    try:
+        found = importlib.import_module(module)
+        for part in attribute.split("."):
+            found = getattr(found, part)
+    except (Exception, SystemExit) as error:
+        raise PluginError(f"{path!r} cannot be imported: {describe_error(error, _top(path))}") from error
+    if not callable(found):
+        raise PluginError(f"{path!r} is {found!r}; a factory is something to call")
+    return found
+
+
+def _top(path: str) -> str:
+    return path.partition(":")[0].partition(".")[0].strip()

@@ -1,0 +1,134 @@
+"""The parent's hold on a worker process: starts it, passes on what it prints, ends it."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import logging
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections import deque
+
+log = logging.getLogger("virtualrobot_sdk.worker")
+
+_ONE_THREAD = dict.fromkeys(
+    (
+        "OMP_NUM_THREADS",
+        "OPENBLAS_NUM_THREADS",
+        "MKL_NUM_THREADS",
+        "BLIS_NUM_THREADS",
+        "VECLIB_MAXIMUM_THREADS",
+        "NUMEXPR_NUM_THREADS",
+    ),
+    "1",
+)
+"""Small matrices gain nothing from threads, and those of several workers fight; the user's own setting wins."""
+_BOOT = "import sys; sys.path[:] = sys.argv.pop().split('\\n'); from virtualrobot_sdk.worker.child import main; main()"
+_PIPE_BYTES = 1 << 20
+_LINES_KEPT = 60
+_LAST_WORDS_SECONDS = 0.3
+"""How long a process that hangs has to say where."""
+_REAP_SECONDS = 5.0
+
+
+class Process:
+    """Owns a worker process, its pipes and the thread that reads its error output."""
+
+    def __init__(self, name: str) -> None:
+        """Start the process; `name` stands before what it prints."""
+        self.name = name
+        self._popen = subprocess.Popen(
+            [sys.executable, "-c", _BOOT, "\n".join(sys.path)],
+            bufsize=0,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            env={**_ONE_THREAD, **os.environ},
+            pipesize=_PIPE_BYTES,
+            # A group of its own: so what it starts itself can be ended with it.
+            **({} if sys.platform == "win32" else {"process_group": 0}),
+        )
+        self.pid = self._popen.pid
+        self.requests, self.answers, self._errors = map(
+            _raw, (self._popen.stdin, self._popen.stdout, self._popen.stderr)
+        )
+        self._killing = threading.Lock()
+        self._gone = False
+        self._last_lines: deque[str] = deque(maxlen=_LINES_KEPT)
+        self._reader = threading.Thread(target=self._read_errors, name=f"worker-errors-{name}", daemon=True)
+        self._reader.start()
+
+    def ask_where(self) -> None:
+        """Let it print what each of its threads is doing, where the system can; takes less than a second."""
+        if sys.platform != "win32" and self._popen.poll() is None:
+            self._popen.send_signal(signal.SIGUSR1)
+            time.sleep(_LAST_WORDS_SECONDS)
+
+    def kill(self) -> None:
+        """End it now, with all that it started."""
+        with self._killing:
+            if self._gone:
+                return
+            if sys.platform == "win32":
+                self._popen.kill()
+            else:
+                # Nobody is left in the group; macOS says it by the second error while the process is a zombie.
+                with contextlib.suppress(ProcessLookupError, PermissionError):
+                    os.killpg(self.pid, signal.SIGKILL)
+            # From now on the number may be another's.
+            self._gone = self._popen.poll() is not None
+
+    def end(self, grace_seconds: float = 0.0) -> None:
+        """Close the question pipe, wait `grace_seconds` for the process to end, kill it, and give everything back."""
+        self.requests.close()
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._popen.wait(grace_seconds)
+        self.kill()
+        self._popen.wait(_REAP_SECONDS)
+        # Only a process that left the group on purpose can still hold the pipe; then the thread stays with it.
+        self._reader.join(_REAP_SECONDS)
+        self.answers.close()
+        if not self._reader.is_alive():
+            self._errors.close()
+
+    def how_it_ended(self) -> str:
+        """Return `ended with SIGSEGV` or `ended with exit code 3`; waits for the end of its output too."""
+        try:
+            code = self._popen.wait(_REAP_SECONDS)
+        except subprocess.TimeoutExpired:
+            return "closed its pipe"
+        self.kill()
+        self._reader.join(_REAP_SECONDS)
+        if code < 0:
+            return f"ended with {signal.Signals(-code).name}"
+        return f"ended with exit code {code}"
+
+    def last_lines(self) -> str:
+        """Return the last lines that it printed."""
+        return "\n".join(self._last_lines)
+
+    def _read_errors(self) -> None:
+        """Log what the process prints until the pipe ends; a piece at a time, so that a flood of lines costs little."""
+        rest = b""
+        while piece := self._errors.read(_PIPE_BYTES):
+            lines, newline, last = (rest + piece).rpartition(b"\n")
+            # A line without an end is passed on when it is as long as a piece.
+            rest = last if len(last) < _PIPE_BYTES else b""
+            self._log(lines + newline + (b"" if rest else last))
+        self._log(rest)
+
+    def _log(self, text: bytes) -> None:
+        lines = text.decode("utf-8", errors="backslashreplace").splitlines()
+        if lines:
+            self._last_lines.extend(lines)
+            log.warning("%s", "\n".join(f"{self.name}: {line}" for line in lines))
+
+
+def _raw(pipe: object) -> io.FileIO:
+    if not isinstance(pipe, io.FileIO):
+        raise TypeError(f"a pipe of subprocess is {type(pipe).__name__}; without a buffer it is a FileIO")
+    return pipe
