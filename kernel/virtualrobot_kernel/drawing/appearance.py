@@ -9,29 +9,12 @@ from __future__ import annotations
 import numpy as np
 
 from virtualrobot_kernel.drawing import glb
-from virtualrobot_kernel.drawing.creases import with_normals
 from virtualrobot_kernel.formats.submesh import Submesh
 
 Rgba = tuple[float, float, float, float]
 
 GREY: Rgba = (0.72, 0.74, 0.77, 1.0)
 """What has no colour of its own."""
-
-
-def shaded(part: Submesh) -> Submesh:
-    """Return the submesh with normals: its own, or else made for it."""
-    if part.normals is not None:
-        return part
-    rows, faces, normals = with_normals(part.vertices, part.faces)
-    return Submesh(
-        part.vertices[rows],
-        faces,
-        normals,
-        part.color,
-        None if part.vertex_colors is None else part.vertex_colors[rows],
-        None if part.uv is None else part.uv[rows],
-        part.texture,
-    )
 
 
 def encode(parts: tuple[Submesh, ...], color: Rgba | None) -> tuple[bytes, ...]:

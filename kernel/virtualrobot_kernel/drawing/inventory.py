@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from virtualrobot_kernel.drawing.appearance import Rgba
 from virtualrobot_kernel.drawing.library import AXIS_ARROW, ShapeKey, ShapeLibrary, Vector, shape_key
 from virtualrobot_kernel.world.figures import Figure, Pose
-from virtualrobot_kernel.world.structure import JointType, Kind, LinkData, Node, Structure, ToolData
+from virtualrobot_kernel.world.structure import JointType, LinkData, Node, Structure
+from virtualrobot_kernel.world.visibility import inherited_visibility
 
 BatchKey = tuple[ShapeKey, Rgba | None]
 """Instances with equal keys are drawn at once: shape and colour."""
@@ -82,7 +83,7 @@ def take(
     """
     known = before.looks if before else {}
     looks = {node: known.get(node) or look_of(node) for node in structure.nodes.values()}
-    hidden, states = _inherited(structure, tool_states)
+    hidden, states = inherited_visibility(structure, tool_states)
     visible: dict[int, tuple[Piece, ...]] = {}
     annotations: list[tuple[int, Figure]] = []
     for uid, node in structure.nodes.items():
@@ -199,19 +200,6 @@ def _reach(look: Look, library: ShapeLibrary) -> float:
         for piece in look.pieces
     ]
     return 1.5 * max([0.1, *(float(np.linalg.norm(places, axis=1).max()) for places in corners if len(places))])
-
-
-def _inherited(structure: Structure, tool_states: Mapping[int, str]) -> tuple[dict[int, bool], dict[int, str]]:
-    """Return for each uid whether it or a node above it is hidden, and the state of the tool that it belongs to."""
-    uids = tuple(structure.nodes)
-    hidden, states = {0: False}, {0: ""}
-    for row in structure.forest.order.tolist():
-        node = structure.nodes[uids[row]]
-        hidden[node.uid] = hidden[node.parent] or node.hidden
-        states[node.uid] = states[node.parent]
-        if node.kind is Kind.TOOL and isinstance(node.data, ToolData):
-            states[node.uid] = tool_states.get(node.uid) or next(iter(node.data.states), "")
-    return hidden, states
 
 
 def _batches(structure: Structure, shown: list[tuple[int, Piece]]) -> dict[BatchKey, Batch]:

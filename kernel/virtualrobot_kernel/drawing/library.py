@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot_kernel.drawing import shapes
-from virtualrobot_kernel.drawing.appearance import Rgba, encode, shaded
+from virtualrobot_kernel.drawing.appearance import Rgba, encode
+from virtualrobot_kernel.formats import shapes
+from virtualrobot_kernel.formats.creases import shaded
 from virtualrobot_kernel.formats.submesh import Submesh
 from virtualrobot_kernel.world.figures import Box, Capsule, Cone, Cylinder, Frame, Geometry, Mesh, Sphere
 

@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 import trimesh
 from PIL import Image
-from virtualrobot_kernel.drawing import shapes
-from virtualrobot_kernel.drawing.appearance import encode, shaded
-from virtualrobot_kernel.drawing.glb import linear
+from virtualrobot_kernel.drawing.appearance import encode
+from virtualrobot_kernel.formats import shapes
+from virtualrobot_kernel.formats.creases import shaded
+from virtualrobot_kernel.formats.glb import linear
 from virtualrobot_kernel.formats.submesh import Submesh
 
 

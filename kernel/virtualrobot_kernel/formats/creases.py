@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from virtualrobot_kernel.formats.submesh import Submesh
+
 CREASE = np.cos(np.radians(40.0))
 """Faces that meet at a wider angle than 40 degrees keep a sharp edge between them."""
 
@@ -13,6 +15,22 @@ MOST_FACES = 64
 
 AT_ONCE = 8192
 """So many corners are worked on at once: NumPy holds the interpreter's lock meanwhile, and other threads wait."""
+
+
+def shaded(part: Submesh) -> Submesh:
+    """Return the submesh with normals: its own, or else made for it."""
+    if part.normals is not None:
+        return part
+    rows, faces, normals = with_normals(part.vertices, part.faces)
+    return Submesh(
+        part.vertices[rows],
+        faces,
+        normals,
+        part.color,
+        None if part.vertex_colors is None else part.vertex_colors[rows],
+        None if part.uv is None else part.uv[rows],
+        part.texture,
+    )
 
 
 def with_normals(

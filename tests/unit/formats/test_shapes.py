@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from virtualrobot_kernel.drawing import shapes
+from virtualrobot_kernel.formats import shapes
 from virtualrobot_kernel.formats.submesh import Submesh
 
 # A regular polygon of n corners has this part of its circle's area, which is what a cylinder or cone loses.

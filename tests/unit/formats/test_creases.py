@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from virtualrobot_kernel.drawing import shapes
-from virtualrobot_kernel.drawing.creases import MOST_FACES, with_normals
+from virtualrobot_kernel.formats import shapes
+from virtualrobot_kernel.formats.creases import MOST_FACES, with_normals
 from virtualrobot_kernel.formats.submesh import Submesh
 
 
