@@ -19,10 +19,9 @@ import virtualrobot_kernel
 from numba import njit
 from scipy.spatial.transform import Rotation
 from trac_ik import TracIK
-from virtualrobot_kernel.kinematics.chain import ChainKinematics
-from virtualrobot_kernel.kinematics.component import InverseOptions
-from virtualrobot_kernel.numeric.chain import SerialChain
 from virtualrobot_kernel.numeric.forest import FIXED, REVOLUTE, forward_forest, topological_order
+from virtualrobot_plugins.chain.component import ChainKinematics
+from virtualrobot_sdk.kinematics import InverseOptions, SerialChain
 
 POSES = 1000
 DATA = Path(pybullet_data.getDataPath())
@@ -65,6 +64,7 @@ def chain_of(arm: Arm) -> SerialChain:
         post=np.array(last.placement.homogeneous),
         lower=np.array(model.lowerPositionLimit[:n]),
         upper=np.array(model.upperPositionLimit[:n]),
+        joint_names=tuple(f"joint {i + 1}" for i in range(n)),
     )
 
 
@@ -247,7 +247,7 @@ def toolbox(urdf: Path, start: np.ndarray) -> Solver | None:
 def inverse_rows(arm: Arm, rng: np.random.Generator, folder: Path) -> list[dict[str, Any]]:
     """Return times and failures on poses drawn from joints within limits, every solver starting at mid-range."""
     chain = chain_of(arm)
-    kinematics = ChainKinematics(chain, tuple(f"joint {i + 1}" for i in range(arm.axes)))
+    kinematics = ChainKinematics(chain)
     joints = rng.uniform(chain.lower, chain.upper, (POSES, arm.axes))
     targets = np.array([kinematics.forward(q)[-1] for q in joints])
     start = (chain.lower + chain.upper) / 2

@@ -12,9 +12,8 @@ from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.models import import_model
-from virtualrobot_kernel.numeric.cache import compile_all
 from virtualrobot_kernel.planning.moves import PointToPoint, plan_motion
-from virtualrobot_kernel.planning.robots import world_poses
+from virtualrobot_kernel.planning.robots import Arm, world_poses
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.commands import AttachNode, CreateNodes
 from virtualrobot_kernel.world.figures import Box, Figure
@@ -23,6 +22,8 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import World
 from virtualrobot_kernel.world.structure import Kind, NodeSpec, PartData
 from virtualrobot_kernel.world.tick import advance
+from virtualrobot_sdk.compiled.cache import compile_all
+from virtualrobot_sdk.kinematics import Kinematics
 
 from benchmarks.rows import Row, row
 
@@ -33,6 +34,11 @@ BUDGET_OF_20_ARMS = 0.5
 """Milliseconds."""
 
 PARTS = 500
+
+
+def nobody(snapshot: Snapshot, arm: Arm) -> Kinematics:
+    """Solve no arm: moves to joints need none."""
+    raise AssertionError(f"nobody solves {arm.robot.name}")
 
 
 def world_of(arms: int) -> World:
@@ -47,7 +53,7 @@ def world_of(arms: int) -> World:
         world.submit([CreateNodes(model.nodes)]).result()
     goal = {f"lbr_iiwa_joint_{joint}": 1.5 for joint in range(1, 8)}
     for place in range(arms):
-        world.submit([plan_motion(world.snapshot, [PointToPoint(f"arm{place}", goal, 0.01)])]).result()
+        world.submit([plan_motion(world.snapshot, [PointToPoint(f"arm{place}", goal, 0.01)], nobody)]).result()
     return world
 
 

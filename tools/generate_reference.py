@@ -30,6 +30,7 @@ PACKAGE = "virtualrobot.v1"
 NOTE = "<!-- Written by tools/generate_reference.py from {source}; change the comments there, not this page. -->"
 
 WELL_KNOWN = {
+    "google.protobuf.Struct": "https://protobuf.dev/reference/protobuf/google.protobuf/#struct",
     "google.protobuf.FieldMask": "https://protobuf.dev/reference/protobuf/google.protobuf/#field-mask",
     "google.protobuf.Timestamp": "https://protobuf.dev/reference/protobuf/google.protobuf/#timestamp",
 }

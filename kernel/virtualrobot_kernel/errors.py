@@ -38,6 +38,7 @@ class Reason(Enum):
     UNAUTHENTICATED = "UNAUTHENTICATED"
     SHUTTING_DOWN = "SHUTTING_DOWN"
     INTERNAL = "INTERNAL"
+    PLUGIN_FAILED = "PLUGIN_FAILED"
 
 
 class KernelError(Exception):

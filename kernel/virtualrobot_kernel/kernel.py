@@ -15,11 +15,14 @@ from virtualrobot_kernel.api import scene_files
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.api.server import Address, Server
+from virtualrobot_kernel.components.catalog import Catalog
+from virtualrobot_kernel.components.importing import Importers
 from virtualrobot_kernel.drawing.view import ViewStore
 from virtualrobot_kernel.errors import MissingFileError
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.planning.robots import world_poses
+from virtualrobot_kernel.planning.solvers import Solvers
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.journal import MemoryJournal
 from virtualrobot_kernel.world.store import World
@@ -29,8 +32,8 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
-WORKERS = 2
-"""Threads for long work: reading files and planning."""
+WORKERS = 8
+"""Threads for long work: reading files and planning; many, since some wait for a component in another process."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,9 +49,12 @@ class Settings:
 class Kernel:
     """Owns all threads of one world; `start` begins them and `close` ends them."""
 
-    def __init__(self, settings: Settings, shut_down: Callable[[], None]) -> None:
+    def __init__(self, settings: Settings, catalog: Catalog, shut_down: Callable[[], None]) -> None:
         """Build the rooms; `shut_down` is called when a client asks for the kernel's end."""
         self._settings = settings
+        self._catalog = catalog
+        self._solvers = Solvers(catalog)
+        self._importers = Importers(catalog)
         self._viewer: Viewer | None = None
         self._assets = AssetStore()
         self._meshes = MeshLibrary(self._assets)
@@ -86,6 +92,7 @@ class Kernel:
         commands, warnings = scene_files.read_scene(self._meshes, request, structure)
         for warning in warnings:
             log.warning("%s: %s", path, warning)
+        self._solvers.check_choices(commands)
         self.world.submit(commands, f"scene file {path}").result()
 
     def close(self) -> None:
@@ -94,6 +101,8 @@ class Kernel:
         if self._viewer is not None:
             self._viewer.close()
         self.world.close()
+        self._solvers.close()
+        self._importers.close()
         self._workers.shutdown(wait=False, cancel_futures=True)
 
     def _rooms(self, publications: Publications) -> Rooms:
@@ -104,6 +113,9 @@ class Kernel:
             meshes=self._meshes,
             view=self._view,
             workers=self._workers,
+            catalog=self._catalog,
+            solvers=self._solvers,
+            importers=self._importers,
             viewer_url=lambda: self._viewer.url if self._viewer else "",
             viewer_count=lambda: self._viewer.viewer_count if self._viewer else 0,
             shut_down=self._shut_down,

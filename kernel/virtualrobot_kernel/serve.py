@@ -12,10 +12,14 @@ import sys
 import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from virtualrobot.session import DEFAULT_HOST, DEFAULT_PORT, is_loopback, token_path
 
 from virtualrobot_kernel.errors import KernelError
+
+if TYPE_CHECKING:
+    from virtualrobot_kernel.components.catalog import Catalog
 
 log = logging.getLogger(__name__)
 
@@ -61,12 +65,14 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--end-with-input", action="store_true", help="end when the standard input does: for child processes"
     )
+    parser.add_argument("--strict-plugins", action="store_true", help="do not start when a plugin has failed")
     parser.add_argument("--debug", action="store_true", help="log more, and show tracebacks")
     return parser
 
 
 def _serve(options: argparse.Namespace) -> int:
     _check(options)
+    catalog = _catalog(options)
     _compile()
     from virtualrobot_kernel.api.server import Address
     from virtualrobot_kernel.kernel import Kernel, Settings
@@ -82,7 +88,7 @@ def _serve(options: argparse.Namespace) -> int:
         round(options.tick_milliseconds * 1e6),
         options.viewer_port,
     )
-    kernel = Kernel(settings, ended.set)
+    kernel = Kernel(settings, catalog, ended.set)
     faults: list[threading.ExceptHookArgs] = []
 
     def fault(about: threading.ExceptHookArgs) -> None:
@@ -135,9 +141,22 @@ def _check(options: argparse.Namespace) -> None:
         raise KernelError(f"{options.host} is reachable from other machines: --no-token is for this machine only")
 
 
+def _catalog(options: argparse.Namespace) -> Catalog:
+    """Find the plugins; with --strict-plugins refuse to start when one has failed."""
+    from virtualrobot_kernel.components.catalog import Catalog
+
+    catalog = Catalog()
+    failed = [f"{plugin.name!r} of {plugin.package}: {plugin.reason}" for plugin in catalog.plugins if plugin.reason]
+    if options.strict_plugins and failed:
+        raise KernelError(f"plugins have failed: {'; '.join(failed)}")
+    return catalog
+
+
 def _compile() -> None:
     """Load compiled code; on the first start say that it is compiled, and how far it is."""
-    from virtualrobot_kernel.numeric.cache import compile_all
+    from virtualrobot_sdk.compiled.cache import compile_all
+
+    import virtualrobot_kernel.numeric.forest  # noqa: F401  so that it is among what is compiled
 
     def progress(done: int, total: int, name: str) -> None:
         print(f"compiling (first start only) {done + 1}/{total}: {name}", file=sys.stderr, flush=True)

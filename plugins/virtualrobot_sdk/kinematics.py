@@ -1,15 +1,49 @@
-"""What every kinematics component is: names, limits, forward, inverse and Jacobian, on arrays and plain settings."""
+"""What a kinematics component is: made for a serial chain, it gives forward, inverse and Jacobian on plain arrays."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+Floats = np.ndarray[Any, np.dtype[np.float64]]
+Integers = np.ndarray[Any, np.dtype[np.int32]]
+Codes = np.ndarray[Any, np.dtype[np.int8]]
+
+REVOLUTE = 1
+"""A joint that turns about its axis (rad)."""
+PRISMATIC = 2
+"""A joint that slides along its axis (m)."""
+
+
+class SerialChain(NamedTuple):
+    """A robot from base to tip: n scalar joints in a row with k independent coordinates, in meters and radians.
+
+    Joint i has the value `multiplier[i] * q[q_index[i]] + offset[i]`. Fixed joints are folded into their neighbours.
+    """
+
+    pre: Floats
+    """(n, 4, 4) pose of each joint's frame at zero, in the frame before it; the first is in the base."""
+    axis: Floats
+    """(n, 3) unit axis in the joint's own frame."""
+    joint_type: Codes
+    """(n,) REVOLUTE or PRISMATIC."""
+    q_index: Integers
+    """(n,) coordinate that moves the joint."""
+    multiplier: Floats
+    """(n,) 1 except for a mimic joint."""
+    offset: Floats
+    """(n,) 0 except for a mimic joint."""
+    post: Floats
+    """(4, 4) pose of the tip in the frame of the last joint."""
+    lower: Floats
+    """(k,) lower limits; -inf without."""
+    upper: Floats
+    """(k,) upper limits; inf without."""
+    joint_names: tuple[str, ...]
+    """(k,) names of the independent joints, in the order of every q."""
 
 
 class InverseStatus(Enum):
@@ -63,40 +97,25 @@ class InverseResult:
 
 
 class Kinematics(Protocol):
-    """A robot's kinematics, from its base to its tip; poses are 4x4 in the base frame, SI units and radians."""
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """Return the names of the k independent joints, in the order of every q."""
-        ...
-
-    @property
-    def lower(self) -> Floats:
-        """Return the lower joint limits (k,); -inf without."""
-        ...
-
-    @property
-    def upper(self) -> Floats:
-        """Return the upper joint limits (k,); inf without."""
-        ...
+    """The kinematics of one `SerialChain`; poses are 4x4 in its base frame, SI units and radians; q is (k,)."""
 
     def forward(self, q: Floats, /) -> Floats:
         """Return the poses (m, 4, 4) of the component's frames at q (k,), the last one the tip's: `base_t_frame`.
 
-        Raises KernelError when q has the wrong shape or is not finite.
+        Raises ArgumentError when q has the wrong shape or is not finite.
         """
         ...
 
     def jacobian(self, q: Floats, /) -> Floats:
         """Return the geometric Jacobian (6, k) at the tip, linear rows first, in the base frame.
 
-        Raises KernelError when q has the wrong shape or is not finite.
+        Raises ArgumentError when q has the wrong shape or is not finite.
         """
         ...
 
     def inverse(self, base_t_tip: Floats, options: InverseOptions = ..., /) -> InverseResult:
         """Return the postures that put the tip at `base_t_tip` (4, 4), or the reason why there is none.
 
-        Raises KernelError when the target is no finite rigid transform, or when an option makes no sense.
+        Raises ArgumentError when the target is no finite rigid transform, or when an option makes no sense.
         """
         ...

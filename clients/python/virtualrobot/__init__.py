@@ -37,8 +37,9 @@ _MODULES = {
     "errors": (
         "AssetError", "AuthenticationError", "CallTimeoutError", "ClientClosedError", "InvalidArgumentError",
         "KernelFaultError", "KernelGoneError", "LimitError", "MalformedFileError", "MissingFileError",
-        "MotionCancelledError", "NameTakenError", "RobotBusyError", "SingularityError", "StaleRevisionError",
-        "TooLargeError", "UnknownNameError", "UnreachableError", "VersionError", "VirtualRobotError", "WrongStateError",
+        "MotionCancelledError", "NameTakenError", "PluginFailedError", "RobotBusyError", "SingularityError",
+        "StaleRevisionError", "TooLargeError", "UnknownNameError", "UnreachableError", "VersionError",
+        "VirtualRobotError", "WrongStateError",
     ),
     "figures": ("box", "capsule", "cone", "cylinder", "sphere"),
     "geometry": ("pose", "pose_from_quaternion", "quaternion_of", "roll_pitch_yaw_of"),

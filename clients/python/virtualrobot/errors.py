@@ -128,6 +128,12 @@ class KernelFaultError(VirtualRobotError):
     default_reason = "INTERNAL"
 
 
+class PluginFailedError(VirtualRobotError):
+    """A plugin's component raised, hung, died, returned nonsense or does not fit the robot; choose another one."""
+
+    default_reason = "PLUGIN_FAILED"
+
+
 class CallTimeoutError(VirtualRobotError, TimeoutError):
     """The kernel did not answer, or what was waited for did not happen, in time."""
 

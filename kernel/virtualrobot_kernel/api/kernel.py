@@ -7,6 +7,7 @@ import os
 from collections.abc import AsyncIterator
 
 from virtualrobot.v1 import kernel_pb2, kernel_pb2_grpc
+from virtualrobot_sdk.registration import ComponentKind
 
 from virtualrobot_kernel.api.convert.states import (
     MODE_BY_NUMBER,
@@ -21,7 +22,6 @@ from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import MAX_MESSAGE_BYTES, Rooms
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.formats.models import MODEL_FORMATS
-from virtualrobot_kernel.planning.robots import COMPONENTS
 from virtualrobot_kernel.version import VERSION
 
 CAPABILITIES = (
@@ -33,6 +33,7 @@ CAPABILITIES = (
     "motion.linear",
     "motion.point_to_point",
     "motion.tool_state",
+    "plugins",
     "scene.bundle",
     "signals",
     "viewer",
@@ -54,7 +55,7 @@ class KernelServicer(kernel_pb2_grpc.KernelServiceServicer):
             api_version="virtualrobot.v1",
             capabilities=[name for name in CAPABILITIES if name != "viewer" or url],
             model_formats=MODEL_FORMATS,
-            kinematics=sorted(COMPONENTS),
+            kinematics=sorted(self._rooms.catalog.offers(ComponentKind.KINEMATICS)),
             max_message_bytes=MAX_MESSAGE_BYTES,
             max_asset_bytes=self._rooms.assets.limit_bytes,
             viewer_url=url,

@@ -46,7 +46,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         world = self._rooms.world
         await self._cleared(moves, request.busy_policy, author(context))
         run = asyncio.get_running_loop().run_in_executor
-        command = await run(self._rooms.workers, plan_motion, world.snapshot, moves)
+        command = await run(self._rooms.workers, plan_motion, world.snapshot, moves, self._rooms.solvers.of)
         started = world.submit([command], author(context))
         if request.on_disconnect != motion_pb2.DISCONNECT_POLICY_CONTINUE:
             # Not after the await below: a client that vanishes there would leave a motion that nothing stops.
@@ -154,17 +154,9 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
                 snapshot = await self._rooms.publications.newer_than(snapshot)
 
     async def _progressed(self, seen: Snapshot, id: str, pause: float) -> Snapshot:
-        """Return the latest snapshot once the motion has gone on, after `pause` seconds or at its end."""
-        loop = asyncio.get_running_loop()
-        due = loop.time() + pause
-        snapshot = seen
-        while True:
-            snapshot = await self._rooms.publications.newer_than(snapshot)
-            if not any(motion.id == id for motion in snapshot.state.motions):
-                return snapshot
-            wait = due - loop.time()
-            if wait <= 0.0:
-                return snapshot
+        """Return a later snapshot, after `pause` seconds or once the motion has ended."""
+        await self._rooms.publications.end_of_motion(id, pause)
+        return await self._rooms.publications.newer_than(seen)
 
     async def _changed(self, command: Command, id: str, context: object) -> motion_pb2.Motion:
         applied = await self._submit([command], context)

@@ -5,11 +5,21 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
-from virtualrobot.v1 import nodes_pb2, robot_pb2, robot_pb2_grpc
+from virtualrobot.v1 import robot_pb2, robot_pb2_grpc
+from virtualrobot_sdk.selfcheck import SelfCheck
 
+from virtualrobot_kernel.api.author import author
 from virtualrobot_kernel.api.convert.nodes import JOINT_TYPE_NUMBERS, limits_message
+from virtualrobot_kernel.api.convert.robots import (
+    group_messages,
+    pair_messages,
+    posture_messages,
+    settings,
+    settings_message,
+)
 from virtualrobot_kernel.api.convert.states import robot_states, robots_named
 from virtualrobot_kernel.api.convert.values import (
     array_message,
@@ -23,8 +33,9 @@ from virtualrobot_kernel.api.convert.values import (
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.planning.robots import arm_of, forward_links, solve_inverse
+from virtualrobot_kernel.world.commands import SetKinematics
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import Kind, Node, RobotData
+from virtualrobot_kernel.world.structure import DEFAULT_KINEMATICS, Kind, Node, RobotData
 
 
 class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
@@ -60,9 +71,11 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
             flange=structure.nodes[arm.flange].name,
             kinematics=data.kinematics,
             chain_joints=arm.joint_names,
-            postures=[
-                nodes_pb2.NamedPosture(name=name, joint_positions=joints) for name, joints in data.postures.items()
-            ],
+            postures=posture_messages(data),
+            kinematics_settings=settings_message(data),
+            kinematics_fault=self._rooms.solvers.fault_of(node),
+            groups=group_messages(data),
+            allowed_collisions=pair_messages(data),
         )
 
     async def GetRobotStates(
@@ -114,7 +127,8 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         reference = snapshot.structure.node(request.reference)
         world_t_tcp = snapshot.world_t(reference.uid) @ pose(request.reference_t_tcp, "reference_t_tcp")
         run = asyncio.get_running_loop().run_in_executor
-        arm, result = await run(self._rooms.workers, solve_inverse, snapshot, node, world_t_tcp, dict(request.seed))
+        solve = partial(solve_inverse, snapshot, node, world_t_tcp, dict(request.seed), self._rooms.solvers.of)
+        arm, result = await run(self._rooms.workers, solve)
         solved = len(result.solutions) > 0
         return robot_pb2.SolveInverseResponse(
             stamp=stamp(snapshot),
@@ -126,6 +140,41 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
             rotation_error_radians=result.rotation_error,
             explanation=result.reason,
         )
+
+    async def SetKinematics(
+        self, request: robot_pb2.SetKinematicsRequest, context: object
+    ) -> robot_pb2.SetKinematicsResponse:
+        """Try a component on the robot in a worker thread, then choose it."""
+        rooms = self._rooms
+        snapshot = rooms.world.snapshot
+        node = snapshot.structure.node(request.robot, Kind.ROBOT)
+        name = request.kinematics or DEFAULT_KINEMATICS
+        wanted = settings(request.settings, "settings")
+        run = asyncio.get_running_loop().run_in_executor
+        try_out = partial(rooms.solvers.try_out, snapshot, arm_of(snapshot, node), name, wanted)
+        tried = await run(rooms.workers, try_out)
+        try:
+            command = SetKinematics(request.robot, name, wanted)
+            applied = await asyncio.wrap_future(rooms.world.submit([command], author(context)))
+        except BaseException:
+            await run(rooms.workers, tried.close)
+            raise
+        await run(rooms.workers, rooms.solvers.adopt, tried)
+        return robot_pb2.SetKinematicsResponse(stamp=stamp(applied.snapshot), check=_check_message(tried.check))
+
+
+def _check_message(check: SelfCheck) -> robot_pb2.KinematicsCheck:
+    return robot_pb2.KinematicsCheck(
+        postures=check.postures,
+        forward_position_error_meters=check.forward_position,
+        forward_rotation_error_radians=check.forward_rotation,
+        inverse_position_error_meters=check.inverse_position,
+        inverse_rotation_error_radians=check.inverse_rotation,
+        jacobian_error=check.jacobian,
+        forward_seconds=check.forward_seconds,
+        jacobian_seconds=check.jacobian_seconds,
+        inverse_seconds=check.inverse_seconds,
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

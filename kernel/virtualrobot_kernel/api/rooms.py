@@ -7,9 +7,12 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 
 from virtualrobot_kernel.api.publications import Publications
+from virtualrobot_kernel.components.catalog import Catalog
+from virtualrobot_kernel.components.importing import Importers
 from virtualrobot_kernel.drawing.view import ViewStore
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
+from virtualrobot_kernel.planning.solvers import Solvers
 from virtualrobot_kernel.world.store import World
 
 MAX_MESSAGE_BYTES = 16 * 1024 * 1024
@@ -26,6 +29,9 @@ class Rooms:
     meshes: MeshLibrary
     view: ViewStore
     workers: Executor
+    catalog: Catalog
+    solvers: Solvers
+    importers: Importers
     viewer_url: Callable[[], str]
     viewer_count: Callable[[], int]
     shut_down: Callable[[], None]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator, Sequence
 
+import numpy as np
 from virtualrobot.v1 import nodes_pb2, scene_pb2, scene_pb2_grpc
 
 from virtualrobot_kernel.api import scene_files
@@ -49,9 +50,10 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         wanted = {self._rooms.world.snapshot.structure.node(name).uid for name in request.names}
         before: Snapshot | None = None
         async for snapshot in self._rooms.publications.snapshots(rate(request.max_rate_hertz)):
-            message = _difference(before, snapshot, wanted, fields)
-            if before is None or message.nodes or message.removed_uids or message.moved_uids:
-                yield message
+            if before is None or not _quiet(before, snapshot):
+                message = _difference(before, snapshot, wanted, fields)
+                if before is None or message.nodes or message.removed_uids or message.moved_uids:
+                    yield message
             before = snapshot
 
     async def Apply(self, request: scene_pb2.ApplyRequest, context: object) -> scene_pb2.ApplyResponse:
@@ -119,6 +121,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
     async def _submit(
         self, commands: Sequence[Command], context: object, expected_revision: int | None = None
     ) -> Applied:
+        self._rooms.solvers.check_choices(commands)
         return await asyncio.wrap_future(self._rooms.world.submit(commands, author(context), expected_revision))
 
 
@@ -134,20 +137,25 @@ def _parents_first(structure: Structure) -> list[Node]:
     return [structure.nodes[uids[row]] for row in structure.forest.order.tolist()]
 
 
+def _quiet(before: Snapshot, after: Snapshot) -> bool:
+    """Return whether nothing that WatchScene tells has changed between two snapshots."""
+    return before.structure is after.structure and before.world_t_node is after.world_t_node
+
+
 def _difference(
     before: Snapshot | None, after: Snapshot, wanted: set[int], fields: frozenset[str] | None
 ) -> scene_pb2.WatchSceneResponse:
     """Return what has changed between two snapshots, or everything when there is none before."""
     structure = after.structure
-    nodes = [node for node in _parents_first(structure) if not wanted or node.uid in wanted]
+    changed, removed = [], []
     if before is None:
-        changed, removed, moved = nodes, [], nodes
+        changed = moved = _chosen(_parents_first(structure), wanted)
     else:
         old = before.structure
-        same = old is structure
-        changed = [] if same else [node for node in nodes if _differs(old, structure, node)]
-        removed = [uid for uid in old.nodes if uid not in structure.nodes and (not wanted or uid in wanted)]
-        moved = _moved(before, after, nodes)
+        moved = _chosen(_moved(before, after), wanted)
+        if old is not structure:
+            changed = [node for node in _chosen(_parents_first(structure), wanted) if _differs(old, structure, node)]
+            removed = [uid for uid in old.nodes if uid not in structure.nodes and (not wanted or uid in wanted)]
     rows = [structure.rows[node.uid] for node in moved]
     return scene_pb2.WatchSceneResponse(
         stamp=stamp(after),
@@ -158,6 +166,10 @@ def _difference(
     )
 
 
+def _chosen(nodes: list[Node], wanted: set[int]) -> list[Node]:
+    return [node for node in nodes if node.uid in wanted] if wanted else nodes
+
+
 def _differs(before: Structure, after: Structure, node: Node) -> bool:
     """Return whether a node's message has changed: by itself, by its parent's name, or by a robot's links."""
     uid, parent = node.uid, node.parent
@@ -166,12 +178,13 @@ def _differs(before: Structure, after: Structure, node: Node) -> bool:
     return node.kind is Kind.ROBOT and before.robots[uid].joint_names != after.robots[uid].joint_names
 
 
-def _moved(before: Snapshot, after: Snapshot, nodes: list[Node]) -> list[Node]:
-    if before.world_t_node is after.world_t_node and before.structure.rows is after.structure.rows:
+def _moved(before: Snapshot, after: Snapshot) -> list[Node]:
+    """Return the nodes that are new or elsewhere in the world, parents first."""
+    structure, old = after.structure, before.structure.rows
+    if before.world_t_node is after.world_t_node and old is structure.rows:
         return []
-    old, new = before.structure.rows, after.structure.rows
-    known = [node for node in nodes if node.uid in old]
-    a = before.world_t_node[[old[node.uid] for node in known]]
-    b = after.world_t_node[[new[node.uid] for node in known]]
-    differs = dict(zip((node.uid for node in known), (a != b).any(axis=(1, 2)).tolist(), strict=True)) if known else {}
-    return [node for node in nodes if differs.get(node.uid, True)]
+    uids = list(structure.rows)
+    known = np.arange(len(uids)) if old is structure.rows else np.array([old.get(uid, -1) for uid in uids])
+    elsewhere = (before.world_t_node[known] != after.world_t_node).any(axis=(1, 2)) | (known < 0)
+    order = structure.forest.order
+    return [structure.nodes[uids[row]] for row in order[elsewhere[order]].tolist()]

@@ -20,6 +20,8 @@ from virtualrobot.v1 import (
     kernel_pb2_grpc,
     motion_pb2,
     motion_pb2_grpc,
+    plugin_pb2,
+    plugin_pb2_grpc,
     robot_pb2,
     robot_pb2_grpc,
     scene_pb2,
@@ -34,6 +36,7 @@ from virtualrobot_kernel.api.asset import AssetServicer
 from virtualrobot_kernel.api.interceptors import Errors, Token
 from virtualrobot_kernel.api.kernel import KernelServicer
 from virtualrobot_kernel.api.motion import MotionServicer
+from virtualrobot_kernel.api.plugin import PluginServicer
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.robot import RobotServicer
 from virtualrobot_kernel.api.rooms import MAX_MESSAGE_BYTES, Rooms
@@ -50,6 +53,7 @@ SERVICES = (
     (asset_pb2, asset_pb2_grpc.add_AssetServiceServicer_to_server, AssetServicer),
     (scene_pb2, scene_pb2_grpc.add_SceneServiceServicer_to_server, SceneServicer),
     (robot_pb2, robot_pb2_grpc.add_RobotServiceServicer_to_server, RobotServicer),
+    (plugin_pb2, plugin_pb2_grpc.add_PluginServiceServicer_to_server, PluginServicer),
     (motion_pb2, motion_pb2_grpc.add_MotionServiceServicer_to_server, MotionServicer),
     (signal_pb2, signal_pb2_grpc.add_SignalServiceServicer_to_server, SignalServicer),
     (view_pb2, view_pb2_grpc.add_ViewServiceServicer_to_server, ViewServicer),

@@ -30,6 +30,7 @@ CODES = {
     Reason.UNAUTHENTICATED: grpc.StatusCode.UNAUTHENTICATED,
     Reason.SHUTTING_DOWN: grpc.StatusCode.UNAVAILABLE,
     Reason.INTERNAL: grpc.StatusCode.INTERNAL,
+    Reason.PLUGIN_FAILED: grpc.StatusCode.FAILED_PRECONDITION,
 }
 
 

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
+from virtualrobot_sdk.kinematics import Kinematics
 
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.kinematics.component import Kinematics
 from virtualrobot_kernel.motion.limits import TOLERANCE, JointLimits
 from virtualrobot_kernel.motion.line import CartesianLine
 from virtualrobot_kernel.motion.path import quintic_hermite

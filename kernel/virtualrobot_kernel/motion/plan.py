@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
+from virtualrobot_sdk.kinematics import InverseOptions, InverseStatus, Kinematics
 
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason
-from virtualrobot_kernel.kinematics.component import InverseOptions, InverseStatus, Kinematics
 from virtualrobot_kernel.motion.limits import (
     TOLERANCE,
     CartesianLimits,

@@ -10,9 +10,8 @@ from typing import Any
 
 import numpy as np
 from numba import float64, int8, int32
-
-from virtualrobot_kernel.numeric.cache import array_of, compiled, output_of
-from virtualrobot_kernel.numeric.rigid import copy, multiply, shift, turn, turn_by_quaternion
+from virtualrobot_sdk.compiled.cache import array_of, compiled, output_of
+from virtualrobot_sdk.compiled.rigid import copy, multiply, shift, turn, turn_by_quaternion
 
 FIXED, REVOLUTE, PRISMATIC, FLOATING, PLANAR = 0, 1, 2, 3, 4
 """Codes of joint types (int8); a continuous joint is REVOLUTE without limits."""

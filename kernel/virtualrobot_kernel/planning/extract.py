@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+from virtualrobot_sdk.kinematics import Codes, Floats, Integers, SerialChain
 
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.kinematics.component import Floats
-from virtualrobot_kernel.numeric.chain import SerialChain
 from virtualrobot_kernel.numeric.forest import FIXED, PRISMATIC, REVOLUTE
-
-Integers = np.ndarray[Any, np.dtype[np.int32]]
-Codes = np.ndarray[Any, np.dtype[np.int8]]
 
 
 def extract_chain(
@@ -28,12 +24,13 @@ def extract_chain(
     parent_t_node: Floats,
     lower: Floats,
     upper: Floats,
+    joint_names: Mapping[int, str] | Sequence[str],
 ) -> tuple[SerialChain, Integers]:
     """Return the chain from one row of the forest to another, and the index in q of each of its k coordinates.
 
     The base frame is that of `base_row`, after its own joint. Coordinates are ordered as met from base to tip; a mimic
     joint shares its source's. Forest arrays are those of `numeric.forest.forward_forest`; `lower` and `upper` (nq,)
-    are the limits of each entry of q.
+    are the limits of each entry of q, `joint_names` their names.
 
     Raises KernelError when the tip doesn't hang on the base, when no joint between them moves, or when one of them is
     floating or planar (a chain has only joints of one coordinate).
@@ -77,5 +74,6 @@ def extract_chain(
         post=since_joint,
         lower=np.array(lower[coordinates], np.float64),
         upper=np.array(upper[coordinates], np.float64),
+        joint_names=tuple(joint_names[i] for i in coordinates),
     )
     return chain, np.array(coordinates, np.int32)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
 from virtualrobot_kernel.motion.plan import Plan, plan_lin, plan_ptp, plan_together, plan_trajectory
-from virtualrobot_kernel.planning.robots import Arm, arm_of, flange_t_tcp, solve_inverse
+from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_of, flange_t_tcp, solve_inverse
 from virtualrobot_kernel.world.apply_robots import tool_state
 from virtualrobot_kernel.world.change import inverse, single_joint
 from virtualrobot_kernel.world.commands import StartMotion
@@ -92,11 +92,11 @@ class PlannedMove:
     tool_states: tuple[tuple[str, str], ...] = ()
 
 
-def plan_motion(snapshot: Snapshot, moves: Sequence[Move]) -> StartMotion:
+def plan_motion(snapshot: Snapshot, moves: Sequence[Move], solver_of: SolverOf) -> StartMotion:
     """Return the command that starts these moves together; raise KernelError with place and reason if it can't be."""
     if not moves:
         raise KernelError("a motion needs at least one move", field="moves")
-    planned = [PLANNERS[type(move)](snapshot, move) for move in moves]
+    planned = [PLANNERS[type(move)](snapshot, move, solver_of) for move in moves]
     joints = tuple((one.robot.name, name) for one in planned for name in one.joint_names)
     if len(set(joints)) != len(joints):
         robot, joint = next(pair for pair in joints if joints.count(pair) > 1)
@@ -122,10 +122,10 @@ def joints_of(snapshot: Snapshot, moves: Sequence[Move]) -> set[tuple[int, str]]
     return needed
 
 
-def _point_to_point(snapshot: Snapshot, move: PointToPoint) -> PlannedMove:
+def _point_to_point(snapshot: Snapshot, move: PointToPoint, solver_of: SolverOf) -> PlannedMove:
     node = snapshot.structure.node(move.robot, Kind.ROBOT)
     if isinstance(move.goal, PoseGoal):
-        arm, goal = _solved(snapshot, node, move.goal)
+        arm, goal = _solved(snapshot, node, move.goal, solver_of)
         limits, start = _limits(snapshot, node, arm.joint_names)
         goal = _nearest_turn(goal, start, limits)
         return PlannedMove(node, arm.joint_names, plan_ptp(start, goal, limits, move.speed_factor or 1.0))
@@ -152,7 +152,7 @@ def _positions(node: Node, goal: Mapping[str, float] | PoseGoal | str) -> Mappin
     return goal
 
 
-def _linear(snapshot: Snapshot, move: Linear) -> PlannedMove:
+def _linear(snapshot: Snapshot, move: Linear, solver_of: SolverOf) -> PlannedMove:
     node = snapshot.structure.node(move.robot, Kind.ROBOT)
     arm = arm_of(snapshot, node)
     limits, start = _limits(snapshot, node, arm.joint_names)
@@ -162,11 +162,12 @@ def _linear(snapshot: Snapshot, move: Linear) -> PlannedMove:
         velocity=move.max_velocity or LINE_VELOCITY, acceleration=acceleration, jerk=JERK_RATIO * acceleration
     )
     tip_t_tcp = flange_t_tcp(snapshot, node)
-    plan = plan_lin(arm.solver(), start, base_t_goal, limits, cartesian, move.speed_factor or 1.0, tip_t_tcp)
+    solver = solver_of(snapshot, arm)
+    plan = plan_lin(solver, start, base_t_goal, limits, cartesian, move.speed_factor or 1.0, tip_t_tcp)
     return PlannedMove(node, arm.joint_names, plan)
 
 
-def _joint_trajectory(snapshot: Snapshot, move: JointTrajectory) -> PlannedMove:
+def _joint_trajectory(snapshot: Snapshot, move: JointTrajectory, solver_of: SolverOf) -> PlannedMove:
     node = snapshot.structure.node(move.robot, Kind.ROBOT)
     if not move.joint_names or len(set(move.joint_names)) != len(move.joint_names):
         raise KernelError(
@@ -178,7 +179,7 @@ def _joint_trajectory(snapshot: Snapshot, move: JointTrajectory) -> PlannedMove:
     )
 
 
-def _tool_state(snapshot: Snapshot, move: ToolStateMove) -> PlannedMove:
+def _tool_state(snapshot: Snapshot, move: ToolStateMove, solver_of: SolverOf) -> PlannedMove:
     node = snapshot.structure.node(move.robot, Kind.ROBOT)
     tool, positions = _tool_positions(snapshot, node, move)
     # A state without joints, such as a vacuum, is there with the next tick.
@@ -196,7 +197,7 @@ def _tool_positions(snapshot: Snapshot, node: Node, move: ToolStateMove) -> tupl
     return name, tool_state(structure, name, move.state)[1]
 
 
-PLANNERS: dict[type, Callable[[Snapshot, Any], PlannedMove]] = {
+PLANNERS: dict[type, Callable[[Snapshot, Any, SolverOf], PlannedMove]] = {
     PointToPoint: _point_to_point,
     Linear: _linear,
     JointTrajectory: _joint_trajectory,
@@ -204,8 +205,10 @@ PLANNERS: dict[type, Callable[[Snapshot, Any], PlannedMove]] = {
 }
 
 
-def _solved(snapshot: Snapshot, node: Node, goal: PoseGoal) -> tuple[Arm, NDArray[np.float64]]:
-    arm, result = solve_inverse(snapshot, node, _world_t_goal(snapshot, goal), {})
+def _solved(
+    snapshot: Snapshot, node: Node, goal: PoseGoal, solver_of: SolverOf
+) -> tuple[Arm, NDArray[np.float64]]:
+    arm, result = solve_inverse(snapshot, node, _world_t_goal(snapshot, goal), {}, solver_of)
     if not len(result.solutions):
         raise KernelError(
             f"{node.name!r} cannot reach the pose: {result.reason}",

@@ -8,66 +8,84 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot_sdk.kinematics import InverseOptions, InverseResult, Kinematics, SerialChain
 
-from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
-from virtualrobot_kernel.kinematics.chain import ChainKinematics
-from virtualrobot_kernel.kinematics.component import InverseOptions, InverseResult, Kinematics
-from virtualrobot_kernel.kinematics.extract import extract_chain
-from virtualrobot_kernel.numeric.chain import SerialChain
+from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.numeric.forest import forward_forest
+from virtualrobot_kernel.planning.extract import extract_chain
 from virtualrobot_kernel.world.change import check_joint_value, inverse, single_joint
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.state import Selection, Snapshot, State
-from virtualrobot_kernel.world.structure import JointType, LinkData, Node, RobotData, RobotIndex, Structure, ToolData
-
-COMPONENTS: Mapping[str, Callable[[SerialChain, tuple[str, ...]], Kinematics]] = {"chain": ChainKinematics}
-"""The kinematics components by name."""
+from virtualrobot_kernel.world.structure import JointType, LinkData, Node, RobotIndex, Structure, ToolData
 
 REMEMBERED = 256
 """How many arms are kept ready."""
 
 
+SolverOf = Callable[[Snapshot, "Arm"], Kinematics]
+"""Gives the kinematics component of an arm; raises KernelError when it has none, or one that has failed."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Arm:
-    """The serial chain of a robot from `base` to `flange` (uids), and where its k coordinates are in q, shape (k,)."""
+    """The serial chain of a robot from `base` to `flange` (uids), and where its k coordinates are in q, shape (k,).
+
+    `path` holds the rows of the forest between them, base first; `chain` is None when no joint moves the flange.
+    """
 
     robot: Node
     base: int
     flange: int
-    joint_names: tuple[str, ...]
     q_index: NDArray[np.int32]
-    kinematics: Kinematics | None
+    path: NDArray[np.int32]
+    chain: SerialChain | None
 
-    def solver(self) -> Kinematics:
-        """Return the kinematics; raise KernelError when no joint moves the flange."""
-        if self.kinematics is None:
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Return the names of the arm's joints, in order."""
+        return self.chain.joint_names if self.chain else ()
+
+    def serial(self) -> SerialChain:
+        """Return the chain; raise KernelError when no joint moves the flange."""
+        if self.chain is None:
             raise KernelError(
                 f"no joint of {self.robot.name!r} moves its flange; name its flange in the robot's `flange`, or move "
                 "its joints one by one",
                 reason=Reason.WRONG_STATE,
                 robot=self.robot.name,
             )
-        return self.kinematics
+        return self.chain
 
 
 def world_poses(structure: Structure, state: State) -> NDArray[np.float64]:
     """Return world_t_node (N, 4, 4) of every node: the one forward pass."""
-    forest = structure.forest
     result = np.empty_like(state.parent_t_node)
+    _forward(structure, state.parent_t_node, structure.forest.order, state.q, result)
+    result.setflags(write=False)
+    return result
+
+
+def _forward(
+    structure: Structure,
+    parent_t_node: NDArray[np.float64],
+    rows: NDArray[np.int32],
+    q: NDArray[np.float64],
+    world_t_node: NDArray[np.float64],
+) -> None:
+    """Write the poses of these rows, parents before children; other rows of `world_t_node` are only read."""
+    forest = structure.forest
     forward_forest(
-        forest.order,
+        rows,
         forest.parent,
         forest.joint_type,
         forest.axis,
         forest.q_index,
         forest.multiplier,
         forest.offset,
-        state.parent_t_node,
-        state.q,
-        result,
+        parent_t_node,
+        q,
+        world_t_node,
     )
-    result.setflags(write=False)
-    return result
 
 
 _arms: OrderedDict[tuple[RobotIndex, int, bytes], Arm] = OrderedDict()
@@ -103,8 +121,9 @@ def _built(structure: Structure, state: State, robot: Node, index: RobotIndex, b
         isinstance(data := structure.nodes[uid].data, LinkData) and data.joint.type is not JointType.FIXED
         for uid in path
     )
+    rows = np.array([structure.rows[uid] for uid in reversed(path)], np.int32)
     if not moving:
-        return Arm(robot, base, index.flange, (), np.empty(0, np.int32), None)
+        return Arm(robot, base, index.flange, np.empty(0, np.int32), rows, None)
     lower, upper = np.full(structure.q_count, -np.inf), np.full(structure.q_count, np.inf)
     names: dict[int, str] = {}
     for joint, start in zip(index.joints, index.q_start, strict=True):
@@ -123,12 +142,25 @@ def _built(structure: Structure, state: State, robot: Node, index: RobotIndex, b
         parent_t_node=state.parent_t_node,
         lower=lower,
         upper=upper,
+        joint_names=names,
     )
-    joint_names = tuple(names[int(place)] for place in q_index)
-    component = robot.data.kinematics if isinstance(robot.data, RobotData) else "chain"
-    if component not in COMPONENTS:
-        raise UnknownNameError("kinematics component", component, COMPONENTS)
-    return Arm(robot, base, index.flange, joint_names, q_index, COMPONENTS[component](chain, joint_names))
+    return Arm(robot, base, index.flange, q_index, rows, chain)
+
+
+def tip_of(snapshot: Snapshot, arm: Arm) -> Callable[[NDArray[np.float64]], Pose]:
+    """Return what gives base_t_flange (4, 4) of an arm at q (k,): the tree's forward pass, of its rows only."""
+    structure, state = snapshot.structure, snapshot.state
+    base, flange = structure.rows[arm.base], structure.rows[arm.flange]
+    poses = np.empty_like(state.parent_t_node)
+
+    def tip(q: NDArray[np.float64]) -> Pose:
+        everything = state.q.copy()
+        everything[arm.q_index] = q
+        poses[base] = np.eye(4)
+        _forward(structure, state.parent_t_node, arm.path, everything, poses)
+        return poses[flange].copy()
+
+    return tip
 
 
 def tcp_frame(snapshot: Snapshot, robot: Node) -> Pose:
@@ -180,10 +212,10 @@ def forward_links(snapshot: Snapshot, robot: Node, positions: Mapping[str, float
 
 
 def solve_inverse(
-    snapshot: Snapshot, robot: Node, world_t_tcp: Pose, seed: Mapping[str, float]
+    snapshot: Snapshot, robot: Node, world_t_tcp: Pose, seed: Mapping[str, float], solver_of: SolverOf
 ) -> tuple[Arm, InverseResult]:
     """Return the arm and the joints that bring its chosen tool centre point to `world_t_tcp` (4, 4)."""
     arm = arm_of(snapshot, robot)
-    solver = arm.solver()
+    solver = solver_of(snapshot, arm)
     base_t_tip = inverse(snapshot.world_t(arm.base)) @ world_t_tcp @ inverse(flange_t_tcp(snapshot, robot))
     return arm, solver.inverse(base_t_tip, InverseOptions(seed=joint_vector(snapshot, arm, seed)))

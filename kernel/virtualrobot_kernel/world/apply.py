@@ -21,6 +21,7 @@ HANDLERS: dict[type, Callable[[Change, Any, Forward], Change]] = {
     commands.PickPart: apply_robots.pick_part,
     commands.PlacePart: apply_robots.place_part,
     commands.SetJointPositions: apply_robots.set_joint_positions,
+    commands.SetKinematics: apply_robots.set_kinematics,
     commands.SelectTool: apply_robots.select_tool,
     commands.SetToolState: apply_robots.set_tool_state,
     commands.CreateSignal: apply_robots.create_signal,

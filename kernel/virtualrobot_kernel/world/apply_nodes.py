@@ -12,6 +12,7 @@ from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.change import (
     Change,
     Forward,
+    extended,
     inverse,
     rebuilt,
     refuse_while_moving,
@@ -27,6 +28,7 @@ from virtualrobot_kernel.world.consistency import (
     refuse_while_tools_move,
 )
 from virtualrobot_kernel.world.figures import Pose
+from virtualrobot_kernel.world.renaming import with_joint_renamed
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Selection, State
 from virtualrobot_kernel.world.structure import (
     WORLD_UID,
@@ -49,7 +51,7 @@ PLACE = "place"
 
 def create_nodes(change: Change, command: CreateNodes, forward: Forward) -> Change:
     """Add nodes; tools get their first state, and become the tool of a robot that has none."""
-    nodes = dict(change.structure.nodes)
+    nodes: dict[int, Node] = {}
     uids = dict(change.structure.uid_by_name)
     poses: dict[int, Pose] = {}
     uid = change.structure.next_uid
@@ -80,7 +82,7 @@ def create_nodes(change: Change, command: CreateNodes, forward: Forward) -> Chan
             poses[uid] = spec.parent_t_node
             uid += 1
     created = tuple(poses)
-    after = rebuilt(change, nodes, uid, poses)
+    after = extended(change, nodes, uid, poses)
     for place, new in enumerate(created):
         with _about(place):
             check_names(after.structure, after.structure.nodes[new])
@@ -109,19 +111,21 @@ def update_node(change: Change, command: UpdateNode, forward: Forward) -> Change
     rejointed = command.data is not None and node.kind in (Kind.LINK, Kind.ROBOT, Kind.TOOL)
     if rejointed or (command.parent_t_node is not None and node.kind is Kind.LINK):
         refuse_while_robot_moves(change, node)
-    if renamed or rejointed:
+    if node.kind in (Kind.LINK, Kind.ROBOT) and (renamed or rejointed):
         nodes = {**change.structure.nodes, node.uid: new}
         if renamed:
             nodes.update(_renamed_with(change.structure, node, new))
+        if rejointed and isinstance(new.data, LinkData):
+            nodes = with_joint_renamed(change.structure, node, new.data.joint, nodes)
         change = rebuilt(change, nodes, change.structure.next_uid, {})
-        if rejointed and (robot := change.structure.robot_of(node.uid)):
-            check_robot(change, robot.uid)
-        if rejointed and node.kind is Kind.TOOL:
-            check_names(change.structure, new)
-            check_tool_in_use(change, new)
-            change = _mounted(change, new)
     elif changes:
-        change = replace(change, structure=index.replaced(change.structure, new))
+        change = replace(change, structure=(index.renamed if renamed else index.replaced)(change.structure, new))
+    if rejointed and (robot := change.structure.robot_of(node.uid)):
+        check_robot(change, robot.uid)
+    if rejointed and node.kind is Kind.TOOL:
+        check_names(change.structure, new)
+        check_tool_in_use(change, new)
+        change = _mounted(change, new)
     if command.parent_t_node is not None:
         change = replace(change, state=_placed(change.structure, change.state, node.uid, command.parent_t_node))
     return change
@@ -225,9 +229,32 @@ def _renamed_with(structure: Structure, old: Node, new: Node) -> dict[int, Node]
             result[new.uid] = replace(new, data=replace(new.data, flange=flange))
         return result
     if old.kind is Kind.LINK and robot is not None and isinstance(robot.data, RobotData):
-        if old.name in (robot.data.flange, f"{robot.name}.{robot.data.flange}"):
-            return {robot.uid: replace(robot, data=replace(robot.data, flange=new.name))}
+        data = _with_link_renamed(robot.data, robot.name, old.name, new.name)
+        return {} if data is robot.data else {robot.uid: replace(robot, data=data)}
     return {}
+
+
+def _with_link_renamed(data: RobotData, robot: str, old: str, new: str) -> RobotData:
+    """Return a robot's data with a link's other name wherever it names the link."""
+    if old in (data.flange, f"{robot}.{data.flange}"):
+        data = replace(data, flange=new)
+    if data.groups or data.allowed_collisions:
+        before, after = old.removeprefix(f"{robot}."), new.removeprefix(f"{robot}.")
+
+        def named(name: str) -> str:
+            return after if name == before else name
+
+        data = replace(
+            data,
+            groups=tuple(
+                replace(group, base_link=named(group.base_link), tip_link=named(group.tip_link))
+                for group in data.groups
+            ),
+            allowed_collisions=tuple(
+                replace(pair, first=named(pair.first), second=named(pair.second)) for pair in data.allowed_collisions
+            ),
+        )
+    return data
 
 
 def _placed(structure: Structure, state: State, uid: int, pose: Pose) -> State:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
+from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.apply_nodes import attached
 from virtualrobot_kernel.world.change import Change, Forward, check_joint_value, refuse_while_moving, single_joint
 from virtualrobot_kernel.world.commands import (
@@ -16,12 +17,13 @@ from virtualrobot_kernel.world.commands import (
     RemoveSignal,
     SelectTool,
     SetJointPositions,
+    SetKinematics,
     SetSignal,
     SetSpeedFactor,
     SetToolState,
 )
 from virtualrobot_kernel.world.state import Selection
-from virtualrobot_kernel.world.structure import JointType, Kind, Node, Structure, ToolData
+from virtualrobot_kernel.world.structure import JointType, Kind, Node, RobotData, Structure, ToolData
 
 REACH_OF_A_PICK = 0.2
 """How far the nearest part's origin may be from the tool centre point when no part is named, in meters."""
@@ -113,6 +115,14 @@ def set_joint_positions(change: Change, command: SetJointPositions, forward: For
         check_joint_value(node.name, joint, value)
         q[place] = value
     return replace(change, state=replace(change.state, q=q))
+
+
+def set_kinematics(change: Change, command: SetKinematics, forward: Forward) -> Change:
+    """Choose the component that solves a robot's kinematics."""
+    node, _ = change.structure.robot(command.robot)
+    assert isinstance(node.data, RobotData)
+    data = replace(node.data, kinematics=command.kinematics, kinematics_settings=command.settings)
+    return replace(change, structure=index.replaced(change.structure, replace(node, data=data)))
 
 
 def select_tool(change: Change, command: SelectTool, forward: Forward) -> Change:

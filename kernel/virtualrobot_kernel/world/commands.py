@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,6 +83,15 @@ class SetJointPositions:
     robot: str
     joint_positions: Mapping[str, float] = field(default_factory=dict)
     coordinates: NDArray[np.float64] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SetKinematics:
+    """Gives a robot another kinematics component; motions go on as they were planned."""
+
+    robot: str
+    kinematics: str
+    settings: Mapping[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,6 +195,7 @@ Command = (
     | PickPart
     | PlacePart
     | SetJointPositions
+    | SetKinematics
     | SelectTool
     | SetToolState
     | CreateSignal

@@ -15,6 +15,7 @@ def check_names(structure: Structure, node: Node) -> None:
     if isinstance(node.data, RobotData):
         for name, posture in node.data.postures.items():
             _check_posture(structure, node, posture, f"the posture {name!r} of {node.name!r}")
+        _check_groups(structure, node, node.data)
     if isinstance(node.data, ToolData):
         owner = structure.robot_of(node.uid)
         for name, positions in node.data.states.items():
@@ -90,6 +91,23 @@ def refuse_while_tools_move(change: Change, nodes: Iterable[Node]) -> None:
                     tool=tools[tool],
                     motion=motion.id,
                 )
+
+
+def _check_groups(structure: Structure, robot: Node, data: RobotData) -> None:
+    """Raise UnknownNameError for a joint or link that a group or a pair of links names and that the robot lacks."""
+    if not data.groups and not data.allowed_collisions:
+        return
+    joints = structure.robots[robot.uid].joint_names
+    prefix = robot.name + "."
+    links = {structure.nodes[uid].name.removeprefix(prefix) for uid in structure.robots[robot.uid].links}
+    for group in data.groups:
+        for joint in group.joint_names:
+            if joint not in joints:
+                raise UnknownNameError(f"joint of {robot.name!r} for its group {group.name!r}", joint, joints)
+    named = [name for group in data.groups for name in (group.base_link, group.tip_link) if name]
+    for name in (*named, *(name for pair in data.allowed_collisions for name in (pair.first, pair.second))):
+        if name not in links:
+            raise UnknownNameError(f"link of {robot.name!r} for its groups and allowed collisions", name, links)
 
 
 def _check_posture(structure: Structure, robot: Node, positions: Mapping[str, float], what: str) -> None:

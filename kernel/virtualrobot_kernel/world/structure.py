@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,8 @@ from virtualrobot_kernel.world.figures import Figure, Pose, identity
 
 WORLD_UID = 1
 WORLD_NAME = "world"
+DEFAULT_KINEMATICS = "chain"
+"""The component of a robot that names none."""
 
 
 class Kind(Enum):
@@ -111,13 +114,38 @@ class PartData:
 
 
 @dataclass(frozen=True, slots=True)
+class JointGroup:
+    """Joints of a robot with a common name; `base_link` and `tip_link` (as in LinkPair) are empty but for a chain."""
+
+    name: str
+    joint_names: tuple[str, ...]
+    base_link: str = ""
+    tip_link: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class LinkPair:
+    """Two links of a robot that may touch, by their names without the robot's, and why they may."""
+
+    first: str
+    second: str
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class RobotData:
-    """What only robots have; an empty flange means the last link before the robot branches into moving parts."""
+    """What only robots have; an empty flange means the last link before the robot branches into moving parts.
+
+    `kinematics_settings` are plain values as JSON has them; the component `kinematics` says what they may be.
+    """
 
     flange: str = ""
-    kinematics: str = "chain"
+    kinematics: str = DEFAULT_KINEMATICS
     postures: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     source: str = ""
+    kinematics_settings: Mapping[str, Any] = field(default_factory=dict)
+    groups: tuple[JointGroup, ...] = ()
+    allowed_collisions: tuple[LinkPair, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,12 +6,13 @@ import math
 
 import numpy as np
 from numpy.typing import ArrayLike
+from virtualrobot_sdk.arguments import check_options, joint_vector, rigid_target
+from virtualrobot_sdk.compiled.rigid import orthonormalise
+from virtualrobot_sdk.errors import ArgumentError
+from virtualrobot_sdk.kinematics import Floats, InverseOptions, InverseResult, InverseStatus, SerialChain
 
-from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.kinematics.arguments import check_options, joint_vector, rigid_target
-from virtualrobot_kernel.kinematics.component import Floats, InverseOptions, InverseResult, InverseStatus
-from virtualrobot_kernel.numeric.chain import SerialChain, chain_frames, chain_jacobian, reach_bound
-from virtualrobot_kernel.numeric.inverse import SearchOutcome, SearchSpace, search, search_space
+from virtualrobot_plugins.chain.inverse import SearchOutcome, SearchSpace, search, search_space
+from virtualrobot_plugins.chain.serial import chain_frames, chain_jacobian, reach_bound
 
 _DEFAULTS = InverseOptions()
 _FREE_STARTS = 20
@@ -25,28 +26,29 @@ class ChainKinematics:
     the seed leads to, else the first that a random start leads to; its configurations have no names.
     """
 
-    def __init__(self, chain: SerialChain, joint_names: tuple[str, ...]) -> None:
-        """Keep the chain and the names of its k independent coordinates.
+    def __init__(self, chain: SerialChain) -> None:
+        """Keep the chain.
 
-        Raises KernelError when the chain has no joint, names and limits differ in number, or limits are swapped.
+        Raises ArgumentError when the chain has no joint, names and limits differ in number, or limits are swapped.
         """
+        joint_names = chain.joint_names
         k = len(joint_names)
         if k == 0 or len(chain.pre) == 0:
-            raise KernelError("a kinematic chain needs at least one joint that moves")
+            raise ArgumentError("a kinematic chain needs at least one joint that moves")
         if chain.lower.shape != (k,) or chain.upper.shape != (k,):
-            raise KernelError(
+            raise ArgumentError(
                 f"a chain of joints {', '.join(joint_names)} needs {k} lower and upper limits, "
                 f"not {chain.lower.size} and {chain.upper.size}"
             )
         if not (chain.lower <= chain.upper).all():
             i = int(np.flatnonzero(~(chain.lower <= chain.upper))[0])
-            raise KernelError(
+            raise ArgumentError(
                 f"joint {joint_names[i]!r} has lower limit {chain.lower[i]} above its upper limit {chain.upper[i]}",
                 joint=joint_names[i],
                 lower=chain.lower[i],
                 upper=chain.upper[i],
             )
-        for array in chain:
+        for array in chain[:9]:
             array.setflags(write=False)
         self._chain = chain
         self._joint_names = joint_names
@@ -87,10 +89,10 @@ class ChainKinematics:
     def inverse(self, base_t_tip: ArrayLike, options: InverseOptions = _DEFAULTS, /) -> InverseResult:
         """Return a posture that puts the tip at `base_t_tip` (4, 4), polished to 1e-10 (m, rad) where possible.
 
-        It counts as solved when it is within the tolerances of `options`. Raises KernelError when the target is no
+        It counts as solved when it is within the tolerances of `options`. Raises ArgumentError when the target is no
         finite rigid transform, or when an option makes no sense.
         """
-        target = rigid_target(base_t_tip)
+        target = rigid_target(base_t_tip, orthonormalise)
         if options is _DEFAULTS:
             seed = self._middle
         else:

@@ -13,12 +13,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numba import float64, int8, int64, uint64
+from virtualrobot_sdk.compiled.cache import array_of, compiled, inlined, output_of
+from virtualrobot_sdk.kinematics import REVOLUTE, Codes, Floats, Integers
 
-from virtualrobot_kernel.numeric.cache import array_of, compiled, inlined, output_of
-from virtualrobot_kernel.numeric.chain import JOINT_TYPES, SerialChain, fill_jacobian, place_frames, reach_bound
-from virtualrobot_kernel.numeric.damped import step_within_limits
-from virtualrobot_kernel.numeric.forest import REVOLUTE, Codes, Floats, Integers
-from virtualrobot_kernel.numeric.pose_error import pose_error
+from virtualrobot_plugins.chain.damped import step_within_limits
+from virtualrobot_plugins.chain.pose_error import pose_error
+from virtualrobot_plugins.chain.serial import JOINT_TYPES, SerialChain, fill_jacobian, place_frames, reach_bound
 
 # Measured on four arms of 6 and 7 axes, 1,000 poses each: these gave the fewest steps in the mean and at p99.
 _DAMPING = 0.05

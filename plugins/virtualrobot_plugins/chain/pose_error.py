@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from virtualrobot_kernel.numeric.cache import inlined
-from virtualrobot_kernel.numeric.forest import Floats
+from virtualrobot_sdk.compiled.cache import inlined
+from virtualrobot_sdk.kinematics import Floats
 
 
 @inlined

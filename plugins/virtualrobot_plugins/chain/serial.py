@@ -6,41 +6,11 @@ independent coordinates are numbered 0 .. k-1; several joints may follow one coo
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import float64, int8, int32
-
-from virtualrobot_kernel.numeric.cache import array_of, compiled, inlined, output_of
-from virtualrobot_kernel.numeric.forest import PRISMATIC, REVOLUTE, Codes, Floats, Integers
-from virtualrobot_kernel.numeric.rigid import copy, multiply, shift, turn
-
-
-class SerialChain(NamedTuple):
-    """The arrays of a chain of n scalar joints with k independent coordinates, in metres and radians.
-
-    Joint i has the value `multiplier[i] * q[q_index[i]] + offset[i]`.
-    """
-
-    pre: Floats
-    """(n, 4, 4) pose of each joint's frame at zero, in the frame before it; the first is in the base."""
-    axis: Floats
-    """(n, 3) unit axis in the joint's own frame."""
-    joint_type: Codes
-    """(n,) REVOLUTE or PRISMATIC."""
-    q_index: Integers
-    """(n,) coordinate that moves the joint."""
-    multiplier: Floats
-    """(n,) 1 except for a mimic joint."""
-    offset: Floats
-    """(n,) 0 except for a mimic joint."""
-    post: Floats
-    """(4, 4) pose of the tip in the frame of the last joint."""
-    lower: Floats
-    """(k,) lower limits; -inf without."""
-    upper: Floats
-    """(k,) upper limits; inf without."""
-
+from virtualrobot_sdk.compiled.cache import array_of, compiled, inlined, output_of
+from virtualrobot_sdk.compiled.rigid import copy, multiply, shift, turn
+from virtualrobot_sdk.kinematics import PRISMATIC, REVOLUTE, Codes, Floats, Integers, SerialChain
 
 JOINT_TYPES = (
     array_of(float64, 3),

@@ -1,23 +1,23 @@
 """Where compiled code is kept, and how it is compiled or loaded before the kernel's threads start.
 
 numba can compile a function in seconds or load it from a file in milliseconds. The files go to a directory of the
-user, so that an installation that nobody may write to works too, and each version of the sources has its own: numba
-compares only the file of the outermost function and would run stale code after an edit of a function that it calls.
+user, so that an installation that nobody may write to works too. Each version of a package's sources has its own:
+numba compares only the file of the outermost function and would run stale code after an edit of a function that it
+calls. So a compiled function may call inlined ones of its own package and of this one, and no others.
 """
 
 from __future__ import annotations
 
 import atexit
+import functools
 import hashlib
 import os
 import shutil
 import sys
 import tempfile
 from collections.abc import Callable
-from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
-from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from platformdirs import user_cache_dir
@@ -33,20 +33,19 @@ _PACKAGE = Path(__file__).parent
 _compiled_functions: list[CompiledFunction] = []
 
 
-def use_cache_directory() -> Path:
-    """Set NUMBA_CACHE_DIR to this version's own directory and return it.
+@functools.cache
+def cache_directory(package: Path) -> Path:
+    """Return the directory for compiled code of the package whose sources are in the folder `package`.
 
-    Its parent is the value of NUMBA_CACHE_DIR that the user set, else `numba` in the user's cache directory. Where
-    that can't be written, a temporary directory that ends with the process takes its place (each start compiles).
+    Its parent is what NUMBA_CACHE_DIR says, else `numba` in the user's cache directory. Where that can't be written,
+    a temporary directory that ends with the process takes its place (each start compiles).
     """
     # Two installations of the same sources don't share files: numba keeps them by the path of the source.
-    sources = hashlib.sha256(f"{sys.implementation.cache_tag} {_PACKAGE}".encode())
-    for source in sorted(_PACKAGE.glob("*.py")):
+    sources = hashlib.sha256(f"{sys.implementation.cache_tag} {package}".encode())
+    for source in sorted({*_PACKAGE.glob("*.py"), *package.glob("*.py")}):
         sources.update(source.read_bytes())
     name = f"virtualrobot-{version('numba')}-{sources.hexdigest()[:12]}"
-    parent = Path(os.environ.get("NUMBA_CACHE_DIR") or Path(user_cache_dir("virtualrobot")) / "numba")
-    # A child process inherits the variable with the name already in it.
-    directory = parent if parent.name == name else parent / name
+    directory = Path(os.environ.get("NUMBA_CACHE_DIR") or Path(user_cache_dir("virtualrobot")) / "numba") / name
     try:
         directory.mkdir(parents=True, exist_ok=True)
         writable = os.access(directory, os.W_OK)
@@ -55,9 +54,6 @@ def use_cache_directory() -> Path:
     if not writable:
         directory = Path(tempfile.mkdtemp(prefix="virtualrobot-numba-"))
         atexit.register(shutil.rmtree, directory, ignore_errors=True)
-    os.environ["NUMBA_CACHE_DIR"] = str(directory)
-    if "numba" in sys.modules:
-        sys.modules["numba"].config.reload_config()
     return directory
 
 
@@ -70,9 +66,12 @@ class CompiledFunction:
 
     def __init__(self, function: Callable[..., Any], signature: tuple[Type, ...]) -> None:
         """Keep `function` and the numba types of its arguments; `compile` makes the native code."""
-        from numba import njit
+        from numba import config, njit
 
+        self._directory = cache_directory(Path(function.__code__.co_filename).parent)
+        others, config.CACHE_DIR = config.CACHE_DIR, str(self._directory)  # read by the next line
         self.dispatcher: Any = njit(cache=True, **_OPTIONS)(function)
+        config.CACHE_DIR = others
         self.name = function.__name__.lstrip("_")
         self.__name__ = function.__name__
         self.__doc__ = function.__doc__
@@ -89,7 +88,7 @@ class CompiledFunction:
 
     def is_cached(self) -> bool:
         """Tell whether the cache directory has code of this function (perhaps for another processor)."""
-        return any(Path(os.environ["NUMBA_CACHE_DIR"]).glob(f"*/{self._module}.{self.__name__}-*.nbi"))
+        return any(self._directory.glob(f"*/{self._module}.{self.__name__}-*.nbi"))
 
     def compile(self) -> bool:
         """Compile or load; return True when it had to be compiled anew."""
@@ -128,13 +127,11 @@ def output_of(dtype: Type, dimensions: int) -> Type:
 
 
 def compile_all(progress: Callable[[int, int, str], None]) -> tuple[str, ...]:
-    """Compile or load every compiled function, and return the names of those that were compiled anew.
+    """Compile or load every compiled function imported so far, and return the names of those compiled anew.
 
     `progress(done, total, name)` is called before each function that is not in the cache, with the number of such
     functions; a warm start calls it never.
     """
-    for module in iter_modules([str(_PACKAGE)]):
-        import_module(f"{__package__}.{module.name}")
     missing = [function for function in _compiled_functions if not function.is_cached()]
     anew: list[str] = []
     done = 0

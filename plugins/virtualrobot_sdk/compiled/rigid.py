@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numba import float64
 
-from virtualrobot_kernel.numeric.cache import compiled, inlined, output_of
+from virtualrobot_sdk.compiled.cache import compiled, inlined, output_of
 
 Stack = np.ndarray[Any, np.dtype[np.float64]]
 

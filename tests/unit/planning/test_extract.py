@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.numeric.chain import chain_frames
 from virtualrobot_kernel.numeric.forest import PLANAR
+from virtualrobot_plugins.chain.serial import chain_frames
 
 from ..numeric.test_forest import world_poses
 from ..numeric.urdf_arrays import URDFS, read
-from .arms import extract
+from ..plugins.chain.arms import extract
 
 
 def test_tip_poses_are_those_of_the_forest_seen_from_the_base(rng: np.random.Generator) -> None:

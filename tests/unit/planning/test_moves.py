@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.planning.moves import JointTrajectory, PointToPoint, ToolStateMove, joints_of, plan_motion
-from virtualrobot_kernel.planning.robots import world_poses
+from virtualrobot_kernel.planning.robots import Arm, world_poses
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import CreateNodes
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind, NodeSpec, ToolData
 from virtualrobot_kernel.world.tick import advance
+from virtualrobot_sdk.kinematics import Kinematics
 
 from tests.unit.world.builders import after, arm, empty
 
@@ -22,6 +23,11 @@ def pictured(change: Change) -> Snapshot:
     return Snapshot(change.structure, change.state, world_poses(change.structure, change.state), 1, 0.0, TICK)
 
 
+def nobody(snapshot: Snapshot, arm: Arm) -> Kinematics:
+    """Solve no arm: these moves need none."""
+    raise AssertionError(f"nobody solves {arm.robot.name}")
+
+
 @pytest.fixture
 def cell() -> Change:
     vacuum = NodeSpec("cup", Kind.TOOL, "arm.hand", data=ToolData(states={"off": {}, "on": {}}))
@@ -29,7 +35,7 @@ def cell() -> Change:
 
 
 def test_a_tool_state_without_joints_is_there_with_the_next_tick(cell: Change) -> None:
-    started = after(cell, plan_motion(pictured(cell), [ToolStateMove("arm", "cup", "on")]))
+    started = after(cell, plan_motion(pictured(cell), [ToolStateMove("arm", "cup", "on")], nobody))
     cup = started.structure.node("cup").uid
     assert started.state.tool_states[cup] == "off"
     assert started.state.motions[0].robots == (started.structure.node("arm").uid,)
@@ -40,10 +46,11 @@ def test_a_tool_state_without_joints_is_there_with_the_next_tick(cell: Change) -
 
 def test_moves_of_different_joints_go_together_and_those_of_the_same_do_not(cell: Change) -> None:
     snapshot = pictured(cell)
-    together = plan_motion(snapshot, [PointToPoint("arm", {"a": 1.0}), ToolStateMove("arm", "arm_gripper", "closed")])
+    moves = [PointToPoint("arm", {"a": 1.0}), ToolStateMove("arm", "arm_gripper", "closed")]
+    together = plan_motion(snapshot, moves, nobody)
     assert together.joints == (("arm", "a"), ("arm", "f"))
     with pytest.raises(KernelError, match="two moves of one motion move the joint 'a' of 'arm'"):
-        plan_motion(snapshot, [PointToPoint("arm", {"a": 1.0}), PointToPoint("arm", "bent")])
+        plan_motion(snapshot, [PointToPoint("arm", {"a": 1.0}), PointToPoint("arm", "bent")], nobody)
 
 
 def test_joints_that_are_needed_are_known_before_planning(cell: Change) -> None:
@@ -72,9 +79,9 @@ def test_joints_that_are_needed_are_known_before_planning(cell: Change) -> None:
 )
 def test_impossible_wishes_are_refused(cell: Change, move: object, error: type, match: str) -> None:
     with pytest.raises(error, match=match):
-        plan_motion(pictured(cell), [move])  # pyright: ignore[reportArgumentType] each is a Move
+        plan_motion(pictured(cell), [move], nobody)  # pyright: ignore[reportArgumentType] each is a Move
 
 
 def test_nothing_to_move_is_refused(cell: Change) -> None:
     with pytest.raises(KernelError, match="at least one move"):
-        plan_motion(pictured(cell), [])
+        plan_motion(pictured(cell), [], nobody)

@@ -8,18 +8,21 @@ import subprocess
 import sys
 from pathlib import Path
 
-KERNEL = Path(__file__).parents[3] / "kernel"
+ROOT = Path(__file__).parents[3]
+PATHS = os.pathsep.join(str(ROOT / folder) for folder in ("kernel", "plugins"))
 REPORT = """
 import json, os
-from virtualrobot_kernel.numeric import cache
+from virtualrobot_kernel.numeric import forest
+from virtualrobot_plugins.chain import component
+from virtualrobot_sdk.compiled import cache
 calls = []
 anew = cache.compile_all(lambda done, total, name: calls.append((done, total, name)))
-print(json.dumps({"calls": calls, "anew": anew, "directory": os.environ["NUMBA_CACHE_DIR"]}))
+print(json.dumps({"calls": calls, "anew": anew, "directory": str(forest.forward_forest._directory)}))
 """
 DIRECTORY = """
-import json, os
-import virtualrobot_kernel.numeric
-print(json.dumps({"directory": os.environ["NUMBA_CACHE_DIR"]}))
+import json
+from virtualrobot_kernel.numeric.forest import forward_forest
+print(json.dumps({"directory": str(forward_forest._directory)}))
 """
 
 
@@ -28,7 +31,7 @@ def run(program: str, **environment: str) -> dict:
     inherited = {key: value for key, value in os.environ.items() if key != "NUMBA_CACHE_DIR"}
     done = subprocess.run(
         [sys.executable, "-c", program],
-        env={**inherited, "PYTHONPATH": str(KERNEL), **environment},
+        env={**inherited, "PYTHONPATH": PATHS, **environment},
         capture_output=True,
         text=True,
         check=True,
@@ -51,11 +54,6 @@ def test_without_a_setting_the_user_s_cache_directory_is_used(tmp_path: Path) ->
     directory = Path(run(DIRECTORY, XDG_CACHE_HOME=str(tmp_path), HOME=str(tmp_path))["directory"])
     assert directory.is_relative_to(tmp_path)
     assert directory.is_dir()
-
-
-def test_a_child_process_uses_the_directory_of_its_parent(tmp_path: Path) -> None:
-    parent = run(DIRECTORY, NUMBA_CACHE_DIR=str(tmp_path))["directory"]
-    assert run(DIRECTORY, NUMBA_CACHE_DIR=parent)["directory"] == parent
 
 
 def test_a_place_that_cannot_be_written_gives_way_to_a_temporary_one(tmp_path: Path) -> None:

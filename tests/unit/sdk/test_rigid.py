@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from virtualrobot_kernel.numeric.rigid import orthonormalise
+from virtualrobot_sdk.compiled.rigid import orthonormalise
 
 
 def test_orthonormalise_measures_and_repairs(rng: np.random.Generator) -> None:

@@ -1,8 +1,10 @@
+from google.protobuf import struct_pb2 as _struct_pb2
+from virtualrobot.v1 import nodes_pb2 as _nodes_pb2
 from google.protobuf.internal import containers as _containers
 from google.protobuf import descriptor as _descriptor
 from google.protobuf import message as _message
-from collections.abc import Iterable as _Iterable
-from typing import ClassVar as _ClassVar, Optional as _Optional
+from collections.abc import Iterable as _Iterable, Mapping as _Mapping
+from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
 
 DESCRIPTOR: _descriptor.FileDescriptor
 
@@ -47,12 +49,16 @@ class FindResponse(_message.Message):
     def __init__(self, sha256s: _Optional[_Iterable[str]] = ...) -> None: ...
 
 class ListReferencesRequest(_message.Message):
-    __slots__ = ("sha256", "uri")
+    __slots__ = ("sha256", "uri", "files", "settings")
     SHA256_FIELD_NUMBER: _ClassVar[int]
     URI_FIELD_NUMBER: _ClassVar[int]
+    FILES_FIELD_NUMBER: _ClassVar[int]
+    SETTINGS_FIELD_NUMBER: _ClassVar[int]
     sha256: str
     uri: str
-    def __init__(self, sha256: _Optional[str] = ..., uri: _Optional[str] = ...) -> None: ...
+    files: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.AssetFile]
+    settings: _struct_pb2.Struct
+    def __init__(self, sha256: _Optional[str] = ..., uri: _Optional[str] = ..., files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ..., settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ...) -> None: ...
 
 class ListReferencesResponse(_message.Message):
     __slots__ = ("uris",)

@@ -1,3 +1,4 @@
+from google.protobuf import struct_pb2 as _struct_pb2
 from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
 from google.protobuf.internal import containers as _containers
 from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
@@ -81,18 +82,46 @@ class Part(_message.Message):
     def __init__(self, mass_kilograms: _Optional[float] = ...) -> None: ...
 
 class Robot(_message.Message):
-    __slots__ = ("joint_names", "flange", "kinematics", "postures", "source")
+    __slots__ = ("joint_names", "flange", "kinematics", "postures", "source", "kinematics_settings", "groups", "allowed_collisions")
     JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
     FLANGE_FIELD_NUMBER: _ClassVar[int]
     KINEMATICS_FIELD_NUMBER: _ClassVar[int]
     POSTURES_FIELD_NUMBER: _ClassVar[int]
     SOURCE_FIELD_NUMBER: _ClassVar[int]
+    KINEMATICS_SETTINGS_FIELD_NUMBER: _ClassVar[int]
+    GROUPS_FIELD_NUMBER: _ClassVar[int]
+    ALLOWED_COLLISIONS_FIELD_NUMBER: _ClassVar[int]
     joint_names: _containers.RepeatedScalarFieldContainer[str]
     flange: str
     kinematics: str
     postures: _containers.RepeatedCompositeFieldContainer[NamedPosture]
     source: str
-    def __init__(self, joint_names: _Optional[_Iterable[str]] = ..., flange: _Optional[str] = ..., kinematics: _Optional[str] = ..., postures: _Optional[_Iterable[_Union[NamedPosture, _Mapping]]] = ..., source: _Optional[str] = ...) -> None: ...
+    kinematics_settings: _struct_pb2.Struct
+    groups: _containers.RepeatedCompositeFieldContainer[JointGroup]
+    allowed_collisions: _containers.RepeatedCompositeFieldContainer[LinkPair]
+    def __init__(self, joint_names: _Optional[_Iterable[str]] = ..., flange: _Optional[str] = ..., kinematics: _Optional[str] = ..., postures: _Optional[_Iterable[_Union[NamedPosture, _Mapping]]] = ..., source: _Optional[str] = ..., kinematics_settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., groups: _Optional[_Iterable[_Union[JointGroup, _Mapping]]] = ..., allowed_collisions: _Optional[_Iterable[_Union[LinkPair, _Mapping]]] = ...) -> None: ...
+
+class JointGroup(_message.Message):
+    __slots__ = ("name", "joint_names", "base_link", "tip_link")
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
+    BASE_LINK_FIELD_NUMBER: _ClassVar[int]
+    TIP_LINK_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    joint_names: _containers.RepeatedScalarFieldContainer[str]
+    base_link: str
+    tip_link: str
+    def __init__(self, name: _Optional[str] = ..., joint_names: _Optional[_Iterable[str]] = ..., base_link: _Optional[str] = ..., tip_link: _Optional[str] = ...) -> None: ...
+
+class LinkPair(_message.Message):
+    __slots__ = ("first", "second", "reason")
+    FIRST_FIELD_NUMBER: _ClassVar[int]
+    SECOND_FIELD_NUMBER: _ClassVar[int]
+    REASON_FIELD_NUMBER: _ClassVar[int]
+    first: str
+    second: str
+    reason: str
+    def __init__(self, first: _Optional[str] = ..., second: _Optional[str] = ..., reason: _Optional[str] = ...) -> None: ...
 
 class NamedPosture(_message.Message):
     __slots__ = ("name", "joint_positions")

@@ -1,4 +1,5 @@
 from google.protobuf import field_mask_pb2 as _field_mask_pb2
+from google.protobuf import struct_pb2 as _struct_pb2
 from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
 from virtualrobot.v1 import nodes_pb2 as _nodes_pb2
 from google.protobuf.internal import containers as _containers
@@ -26,7 +27,7 @@ class GetRobotRequest(_message.Message):
     def __init__(self, name: _Optional[str] = ...) -> None: ...
 
 class GetRobotResponse(_message.Message):
-    __slots__ = ("stamp", "uid", "joints", "links", "tools", "flange", "kinematics", "chain_joints", "postures")
+    __slots__ = ("stamp", "uid", "joints", "links", "tools", "flange", "kinematics", "chain_joints", "postures", "kinematics_settings", "kinematics_fault", "groups", "allowed_collisions")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     UID_FIELD_NUMBER: _ClassVar[int]
     JOINTS_FIELD_NUMBER: _ClassVar[int]
@@ -36,6 +37,10 @@ class GetRobotResponse(_message.Message):
     KINEMATICS_FIELD_NUMBER: _ClassVar[int]
     CHAIN_JOINTS_FIELD_NUMBER: _ClassVar[int]
     POSTURES_FIELD_NUMBER: _ClassVar[int]
+    KINEMATICS_SETTINGS_FIELD_NUMBER: _ClassVar[int]
+    KINEMATICS_FAULT_FIELD_NUMBER: _ClassVar[int]
+    GROUPS_FIELD_NUMBER: _ClassVar[int]
+    ALLOWED_COLLISIONS_FIELD_NUMBER: _ClassVar[int]
     stamp: _geometry_pb2.Stamp
     uid: int
     joints: _containers.RepeatedCompositeFieldContainer[JointDescription]
@@ -45,7 +50,11 @@ class GetRobotResponse(_message.Message):
     kinematics: str
     chain_joints: _containers.RepeatedScalarFieldContainer[str]
     postures: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.NamedPosture]
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., uid: _Optional[int] = ..., joints: _Optional[_Iterable[_Union[JointDescription, _Mapping]]] = ..., links: _Optional[_Iterable[str]] = ..., tools: _Optional[_Iterable[str]] = ..., flange: _Optional[str] = ..., kinematics: _Optional[str] = ..., chain_joints: _Optional[_Iterable[str]] = ..., postures: _Optional[_Iterable[_Union[_nodes_pb2.NamedPosture, _Mapping]]] = ...) -> None: ...
+    kinematics_settings: _struct_pb2.Struct
+    kinematics_fault: str
+    groups: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.JointGroup]
+    allowed_collisions: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.LinkPair]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., uid: _Optional[int] = ..., joints: _Optional[_Iterable[_Union[JointDescription, _Mapping]]] = ..., links: _Optional[_Iterable[str]] = ..., tools: _Optional[_Iterable[str]] = ..., flange: _Optional[str] = ..., kinematics: _Optional[str] = ..., chain_joints: _Optional[_Iterable[str]] = ..., postures: _Optional[_Iterable[_Union[_nodes_pb2.NamedPosture, _Mapping]]] = ..., kinematics_settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., kinematics_fault: _Optional[str] = ..., groups: _Optional[_Iterable[_Union[_nodes_pb2.JointGroup, _Mapping]]] = ..., allowed_collisions: _Optional[_Iterable[_Union[_nodes_pb2.LinkPair, _Mapping]]] = ...) -> None: ...
 
 class JointDescription(_message.Message):
     __slots__ = ("name", "type", "limits", "coordinate_count", "velocity_count")
@@ -191,3 +200,43 @@ class SolveInverseResponse(_message.Message):
     rotation_error_radians: float
     explanation: str
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., status: _Optional[_Union[InverseStatus, str]] = ..., joint_names: _Optional[_Iterable[str]] = ..., solutions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., configurations: _Optional[_Iterable[str]] = ..., position_error_meters: _Optional[float] = ..., rotation_error_radians: _Optional[float] = ..., explanation: _Optional[str] = ...) -> None: ...
+
+class SetKinematicsRequest(_message.Message):
+    __slots__ = ("robot", "kinematics", "settings")
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    KINEMATICS_FIELD_NUMBER: _ClassVar[int]
+    SETTINGS_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    kinematics: str
+    settings: _struct_pb2.Struct
+    def __init__(self, robot: _Optional[str] = ..., kinematics: _Optional[str] = ..., settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ...) -> None: ...
+
+class SetKinematicsResponse(_message.Message):
+    __slots__ = ("stamp", "check")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    CHECK_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    check: KinematicsCheck
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., check: _Optional[_Union[KinematicsCheck, _Mapping]] = ...) -> None: ...
+
+class KinematicsCheck(_message.Message):
+    __slots__ = ("postures", "forward_position_error_meters", "forward_rotation_error_radians", "inverse_position_error_meters", "inverse_rotation_error_radians", "jacobian_error", "forward_seconds", "jacobian_seconds", "inverse_seconds")
+    POSTURES_FIELD_NUMBER: _ClassVar[int]
+    FORWARD_POSITION_ERROR_METERS_FIELD_NUMBER: _ClassVar[int]
+    FORWARD_ROTATION_ERROR_RADIANS_FIELD_NUMBER: _ClassVar[int]
+    INVERSE_POSITION_ERROR_METERS_FIELD_NUMBER: _ClassVar[int]
+    INVERSE_ROTATION_ERROR_RADIANS_FIELD_NUMBER: _ClassVar[int]
+    JACOBIAN_ERROR_FIELD_NUMBER: _ClassVar[int]
+    FORWARD_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    JACOBIAN_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    INVERSE_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    postures: int
+    forward_position_error_meters: float
+    forward_rotation_error_radians: float
+    inverse_position_error_meters: float
+    inverse_rotation_error_radians: float
+    jacobian_error: float
+    forward_seconds: float
+    jacobian_seconds: float
+    inverse_seconds: float
+    def __init__(self, postures: _Optional[int] = ..., forward_position_error_meters: _Optional[float] = ..., forward_rotation_error_radians: _Optional[float] = ..., inverse_position_error_meters: _Optional[float] = ..., inverse_rotation_error_radians: _Optional[float] = ..., jacobian_error: _Optional[float] = ..., forward_seconds: _Optional[float] = ..., jacobian_seconds: _Optional[float] = ..., inverse_seconds: _Optional[float] = ...) -> None: ...

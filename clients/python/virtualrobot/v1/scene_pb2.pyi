@@ -1,15 +1,26 @@
 from google.protobuf import field_mask_pb2 as _field_mask_pb2
+from google.protobuf import struct_pb2 as _struct_pb2
 from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
 from virtualrobot.v1 import nodes_pb2 as _nodes_pb2
 from virtualrobot.v1 import robot_pb2 as _robot_pb2
 from virtualrobot.v1 import signal_pb2 as _signal_pb2
 from google.protobuf.internal import containers as _containers
+from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
 from google.protobuf import descriptor as _descriptor
 from google.protobuf import message as _message
 from collections.abc import Iterable as _Iterable, Mapping as _Mapping
 from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
 
 DESCRIPTOR: _descriptor.FileDescriptor
+
+class DenavitHartenbergConvention(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    DENAVIT_HARTENBERG_CONVENTION_UNSPECIFIED: _ClassVar[DenavitHartenbergConvention]
+    DENAVIT_HARTENBERG_CONVENTION_STANDARD: _ClassVar[DenavitHartenbergConvention]
+    DENAVIT_HARTENBERG_CONVENTION_MODIFIED: _ClassVar[DenavitHartenbergConvention]
+DENAVIT_HARTENBERG_CONVENTION_UNSPECIFIED: DenavitHartenbergConvention
+DENAVIT_HARTENBERG_CONVENTION_STANDARD: DenavitHartenbergConvention
+DENAVIT_HARTENBERG_CONVENTION_MODIFIED: DenavitHartenbergConvention
 
 class GetSceneRequest(_message.Message):
     __slots__ = ("names", "node_mask")
@@ -225,7 +236,7 @@ class SetSpeedFactor(_message.Message):
     def __init__(self, robot: _Optional[str] = ..., factor: _Optional[float] = ...) -> None: ...
 
 class ImportModelRequest(_message.Message):
-    __slots__ = ("uri", "files", "packages", "name", "parent", "parent_t_node", "base_joint", "as_part", "scale")
+    __slots__ = ("uri", "files", "packages", "name", "parent", "parent_t_node", "base_joint", "as_part", "scale", "settings", "srdf_uri", "denavit_hartenberg")
     class PackagesEntry(_message.Message):
         __slots__ = ("key", "value")
         KEY_FIELD_NUMBER: _ClassVar[int]
@@ -242,6 +253,9 @@ class ImportModelRequest(_message.Message):
     BASE_JOINT_FIELD_NUMBER: _ClassVar[int]
     AS_PART_FIELD_NUMBER: _ClassVar[int]
     SCALE_FIELD_NUMBER: _ClassVar[int]
+    SETTINGS_FIELD_NUMBER: _ClassVar[int]
+    SRDF_URI_FIELD_NUMBER: _ClassVar[int]
+    DENAVIT_HARTENBERG_FIELD_NUMBER: _ClassVar[int]
     uri: str
     files: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.AssetFile]
     packages: _containers.ScalarMap[str, str]
@@ -251,7 +265,40 @@ class ImportModelRequest(_message.Message):
     base_joint: _nodes_pb2.JointType
     as_part: bool
     scale: _geometry_pb2.Vector3
-    def __init__(self, uri: _Optional[str] = ..., files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ..., packages: _Optional[_Mapping[str, str]] = ..., name: _Optional[str] = ..., parent: _Optional[str] = ..., parent_t_node: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., base_joint: _Optional[_Union[_nodes_pb2.JointType, str]] = ..., as_part: bool = ..., scale: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ...) -> None: ...
+    settings: _struct_pb2.Struct
+    srdf_uri: str
+    denavit_hartenberg: DenavitHartenberg
+    def __init__(self, uri: _Optional[str] = ..., files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ..., packages: _Optional[_Mapping[str, str]] = ..., name: _Optional[str] = ..., parent: _Optional[str] = ..., parent_t_node: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., base_joint: _Optional[_Union[_nodes_pb2.JointType, str]] = ..., as_part: bool = ..., scale: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., srdf_uri: _Optional[str] = ..., denavit_hartenberg: _Optional[_Union[DenavitHartenberg, _Mapping]] = ...) -> None: ...
+
+class DenavitHartenberg(_message.Message):
+    __slots__ = ("convention", "rows", "base_t_first", "last_t_flange")
+    CONVENTION_FIELD_NUMBER: _ClassVar[int]
+    ROWS_FIELD_NUMBER: _ClassVar[int]
+    BASE_T_FIRST_FIELD_NUMBER: _ClassVar[int]
+    LAST_T_FLANGE_FIELD_NUMBER: _ClassVar[int]
+    convention: DenavitHartenbergConvention
+    rows: _containers.RepeatedCompositeFieldContainer[DenavitHartenbergRow]
+    base_t_first: _geometry_pb2.Pose
+    last_t_flange: _geometry_pb2.Pose
+    def __init__(self, convention: _Optional[_Union[DenavitHartenbergConvention, str]] = ..., rows: _Optional[_Iterable[_Union[DenavitHartenbergRow, _Mapping]]] = ..., base_t_first: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., last_t_flange: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ...) -> None: ...
+
+class DenavitHartenbergRow(_message.Message):
+    __slots__ = ("name", "type", "a_meters", "alpha_radians", "d_meters", "theta_radians", "limits")
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    TYPE_FIELD_NUMBER: _ClassVar[int]
+    A_METERS_FIELD_NUMBER: _ClassVar[int]
+    ALPHA_RADIANS_FIELD_NUMBER: _ClassVar[int]
+    D_METERS_FIELD_NUMBER: _ClassVar[int]
+    THETA_RADIANS_FIELD_NUMBER: _ClassVar[int]
+    LIMITS_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    type: _nodes_pb2.JointType
+    a_meters: float
+    alpha_radians: float
+    d_meters: float
+    theta_radians: float
+    limits: _nodes_pb2.JointLimits
+    def __init__(self, name: _Optional[str] = ..., type: _Optional[_Union[_nodes_pb2.JointType, str]] = ..., a_meters: _Optional[float] = ..., alpha_radians: _Optional[float] = ..., d_meters: _Optional[float] = ..., theta_radians: _Optional[float] = ..., limits: _Optional[_Union[_nodes_pb2.JointLimits, _Mapping]] = ...) -> None: ...
 
 class ImportModelResponse(_message.Message):
     __slots__ = ("stamp", "created", "mesh_count", "warnings")
@@ -264,6 +311,48 @@ class ImportModelResponse(_message.Message):
     mesh_count: int
     warnings: _containers.RepeatedScalarFieldContainer[str]
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., created: _Optional[_Iterable[_Union[CreatedNode, _Mapping]]] = ..., mesh_count: _Optional[int] = ..., warnings: _Optional[_Iterable[str]] = ...) -> None: ...
+
+class ExportModelRequest(_message.Message):
+    __slots__ = ("node", "format")
+    NODE_FIELD_NUMBER: _ClassVar[int]
+    FORMAT_FIELD_NUMBER: _ClassVar[int]
+    node: str
+    format: str
+    def __init__(self, node: _Optional[str] = ..., format: _Optional[str] = ...) -> None: ...
+
+class ExportModelResponse(_message.Message):
+    __slots__ = ("stamp", "files", "warnings")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    FILES_FIELD_NUMBER: _ClassVar[int]
+    WARNINGS_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    files: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.AssetFile]
+    warnings: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ..., warnings: _Optional[_Iterable[str]] = ...) -> None: ...
+
+class ListModelsRequest(_message.Message):
+    __slots__ = ()
+    def __init__(self) -> None: ...
+
+class ListModelsResponse(_message.Message):
+    __slots__ = ("models",)
+    MODELS_FIELD_NUMBER: _ClassVar[int]
+    models: _containers.RepeatedCompositeFieldContainer[KnownModel]
+    def __init__(self, models: _Optional[_Iterable[_Union[KnownModel, _Mapping]]] = ...) -> None: ...
+
+class KnownModel(_message.Message):
+    __slots__ = ("name", "description", "uri", "package", "installed")
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    DESCRIPTION_FIELD_NUMBER: _ClassVar[int]
+    URI_FIELD_NUMBER: _ClassVar[int]
+    PACKAGE_FIELD_NUMBER: _ClassVar[int]
+    INSTALLED_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    description: str
+    uri: str
+    package: str
+    installed: bool
+    def __init__(self, name: _Optional[str] = ..., description: _Optional[str] = ..., uri: _Optional[str] = ..., package: _Optional[str] = ..., installed: bool = ...) -> None: ...
 
 class LoadSceneRequest(_message.Message):
     __slots__ = ("text", "uri", "files", "packages", "add")

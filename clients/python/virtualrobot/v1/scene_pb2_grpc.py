@@ -55,6 +55,16 @@ class SceneServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_scene__pb2.ImportModelRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_scene__pb2.ImportModelResponse.FromString,
                 _registered_method=True)
+        self.ExportModel = channel.unary_unary(
+                '/virtualrobot.v1.SceneService/ExportModel',
+                request_serializer=virtualrobot_dot_v1_dot_scene__pb2.ExportModelRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_scene__pb2.ExportModelResponse.FromString,
+                _registered_method=True)
+        self.ListModels = channel.unary_unary(
+                '/virtualrobot.v1.SceneService/ListModels',
+                request_serializer=virtualrobot_dot_v1_dot_scene__pb2.ListModelsRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_scene__pb2.ListModelsResponse.FromString,
+                _registered_method=True)
         self.LoadScene = channel.unary_unary(
                 '/virtualrobot.v1.SceneService/LoadScene',
                 request_serializer=virtualrobot_dot_v1_dot_scene__pb2.LoadSceneRequest.SerializeToString,
@@ -93,7 +103,22 @@ class SceneServiceServicer(object):
         raise NotImplementedError('Method not implemented!')
 
     def ImportModel(self, request, context):
-        """Reads a model file (URDF, or a mesh) outside the world thread, then adds its nodes as one change.
+        """Reads a model file (URDF, a mesh, or what an importer reads) or a Denavit-Hartenberg table outside the world thread,
+        then adds its nodes as one change.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def ExportModel(self, request, context):
+        """Writes a robot as URDF, or whatever hangs below a node as glTF. The files are assets then, to be downloaded.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def ListModels(self, request, context):
+        """The robots that the kernel knows by name, for ImportModel as `model://NAME`.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
@@ -135,6 +160,16 @@ def add_SceneServiceServicer_to_server(servicer, server):
                     servicer.ImportModel,
                     request_deserializer=virtualrobot_dot_v1_dot_scene__pb2.ImportModelRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_scene__pb2.ImportModelResponse.SerializeToString,
+            ),
+            'ExportModel': grpc.unary_unary_rpc_method_handler(
+                    servicer.ExportModel,
+                    request_deserializer=virtualrobot_dot_v1_dot_scene__pb2.ExportModelRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_scene__pb2.ExportModelResponse.SerializeToString,
+            ),
+            'ListModels': grpc.unary_unary_rpc_method_handler(
+                    servicer.ListModels,
+                    request_deserializer=virtualrobot_dot_v1_dot_scene__pb2.ListModelsRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_scene__pb2.ListModelsResponse.SerializeToString,
             ),
             'LoadScene': grpc.unary_unary_rpc_method_handler(
                     servicer.LoadScene,
@@ -256,6 +291,60 @@ class SceneService(object):
             '/virtualrobot.v1.SceneService/ImportModel',
             virtualrobot_dot_v1_dot_scene__pb2.ImportModelRequest.SerializeToString,
             virtualrobot_dot_v1_dot_scene__pb2.ImportModelResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def ExportModel(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/virtualrobot.v1.SceneService/ExportModel',
+            virtualrobot_dot_v1_dot_scene__pb2.ExportModelRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_scene__pb2.ExportModelResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def ListModels(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/virtualrobot.v1.SceneService/ListModels',
+            virtualrobot_dot_v1_dot_scene__pb2.ListModelsRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_scene__pb2.ListModelsResponse.FromString,
             options,
             channel_credentials,
             insecure,

@@ -9,6 +9,7 @@ import numpy as np
 from virtualrobot.v1 import nodes_pb2
 
 from virtualrobot_kernel.api.convert.figures import figure, figure_message
+from virtualrobot_kernel.api.convert.robots import robot_data, robot_message
 from virtualrobot_kernel.api.convert.values import (
     by_name,
     finite,
@@ -19,8 +20,7 @@ from virtualrobot_kernel.api.convert.values import (
     vector,
     vector_message,
 )
-from virtualrobot_kernel.errors import KernelError, UnknownNameError
-from virtualrobot_kernel.planning.robots import COMPONENTS
+from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import (
@@ -83,22 +83,13 @@ def node_data(message: nodes_pb2.Node, what: str) -> NodeData:
     if kind == "part":
         return PartData(not_negative(message.part.mass_kilograms, f"{what}.part.mass_kilograms"))
     if kind == "robot":
-        return _robot(message.robot, what)
+        return robot_data(message.robot, what)
     if kind == "link":
         inertial = _inertial(message.link.inertial, what) if message.link.HasField("inertial") else None
         return LinkData(_joint(message.link.joint, what), inertial)
     if kind == "tool":
         return _tool(message.tool, what)
     return None
-
-
-def _robot(message: nodes_pb2.Robot, what: str) -> RobotData:
-    postures = {posture.name: by_name(posture.joint_positions) for posture in message.postures}
-    if len(postures) != len(message.postures) or "" in postures:
-        raise KernelError(f"the postures of {what!r} must have names that differ", robot=what)
-    if message.kinematics and message.kinematics not in COMPONENTS:
-        raise UnknownNameError("kinematics component", message.kinematics, COMPONENTS)
-    return RobotData(message.flange, message.kinematics or "chain", postures, message.source)
 
 
 def _joint(message: nodes_pb2.Joint, what: str) -> Joint:
@@ -198,19 +189,12 @@ def node_message(snapshot: Snapshot, node: Node) -> nodes_pb2.Node:
     if isinstance(node.data, PartData):
         message.part.mass_kilograms = node.data.mass
     elif isinstance(node.data, RobotData):
-        message.robot.CopyFrom(_robot_message(node.data, structure.robots[node.uid].joint_names))
+        message.robot.CopyFrom(robot_message(node.data, structure.robots[node.uid].joint_names))
     elif isinstance(node.data, LinkData):
         message.link.CopyFrom(_link_message(node.data))
     elif isinstance(node.data, ToolData):
         message.tool.CopyFrom(_tool_message(node.data))
     return message
-
-
-def _robot_message(data: RobotData, joint_names: tuple[str, ...]) -> nodes_pb2.Robot:
-    postures = [nodes_pb2.NamedPosture(name=name, joint_positions=joints) for name, joints in data.postures.items()]
-    return nodes_pb2.Robot(
-        joint_names=joint_names, flange=data.flange, kinematics=data.kinematics, postures=postures, source=data.source
-    )
 
 
 def _link_message(data: LinkData) -> nodes_pb2.Link:

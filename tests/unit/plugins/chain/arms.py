@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from virtualrobot_kernel.kinematics.chain import ChainKinematics
-from virtualrobot_kernel.kinematics.extract import extract_chain
-from virtualrobot_kernel.numeric.chain import SerialChain
+from virtualrobot_kernel.planning.extract import extract_chain
+from virtualrobot_plugins.chain.component import ChainKinematics
+from virtualrobot_sdk.kinematics import SerialChain
 
-from ..numeric.urdf_arrays import ARMS, URDFS, Forest, read
+from ...numeric.urdf_arrays import ARMS, URDFS, Forest, read
 
 
 def extract(forest: Forest, base: str, tip: str) -> tuple[SerialChain, np.ndarray]:
@@ -24,6 +24,7 @@ def extract(forest: Forest, base: str, tip: str) -> tuple[SerialChain, np.ndarra
         parent_t_node=forest.parent_t_node,
         lower=forest.lower,
         upper=forest.upper,
+        joint_names=forest.joints,
     )
 
 
@@ -34,6 +35,4 @@ def arm_chain(name: str) -> SerialChain:
 
 def arm(name: str) -> ChainKinematics:
     """Return an arm as a component."""
-    forest = read(URDFS[name])
-    chain, coordinates = extract(forest, *ARMS[name])
-    return ChainKinematics(chain, tuple(forest.joints[i] for i in coordinates))
+    return ChainKinematics(arm_chain(name))

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-from virtualrobot_kernel.numeric.chain import SerialChain
-from virtualrobot_kernel.numeric.forest import PRISMATIC, REVOLUTE
+from virtualrobot_sdk.kinematics import PRISMATIC, REVOLUTE, SerialChain
 
 
 def random_pose(rng: np.random.Generator, size: float = 0.3) -> np.ndarray:
@@ -34,6 +33,7 @@ def random_chain(rng: np.random.Generator, kinds: list[int], q_index: list[int] 
         post=random_pose(rng),
         lower=-half,
         upper=half,
+        joint_names=tuple(f"joint_{i + 1}" for i in range(k)),
     )
 
 

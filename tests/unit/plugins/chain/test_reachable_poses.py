@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from virtualrobot_kernel.kinematics.component import InverseStatus
+from virtualrobot_sdk.kinematics import InverseStatus
 
-from ..numeric.urdf_arrays import ARMS
+from ...numeric.urdf_arrays import ARMS
 from .arms import arm
 
 POSES = 1000

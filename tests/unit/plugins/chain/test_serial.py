@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from virtualrobot_kernel.numeric.chain import chain_frames, chain_jacobian, reach_bound
 from virtualrobot_kernel.numeric.forest import FIXED, forward_forest
+from virtualrobot_plugins.chain.serial import chain_frames, chain_jacobian, reach_bound
 
 from .chains import MIXED, P, R, random_chain
 

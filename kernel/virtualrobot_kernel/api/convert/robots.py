@@ -1,0 +1,96 @@
+"""What only robots have: messages to frozen data and back, settings of components included."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from google.protobuf.struct_pb2 import Struct, Value
+from virtualrobot.v1 import nodes_pb2
+
+from virtualrobot_kernel.api.convert.values import by_name, finite
+from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.world.structure import DEFAULT_KINEMATICS, JointGroup, LinkPair, RobotData
+
+
+def robot_data(message: nodes_pb2.Robot, what: str) -> RobotData:
+    """Return what a message says of the robot `what`; raise KernelError that names the field that is wrong."""
+    postures = {posture.name: by_name(posture.joint_positions) for posture in message.postures}
+    if len(postures) != len(message.postures) or "" in postures:
+        raise KernelError(f"the postures of {what!r} must have names that differ", robot=what)
+    groups = tuple(
+        JointGroup(group.name, tuple(group.joint_names), group.base_link, group.tip_link) for group in message.groups
+    )
+    if len({group.name for group in groups} - {""}) != len(groups):
+        raise KernelError(f"the groups of {what!r} must have names that differ", robot=what)
+    return RobotData(
+        message.flange,
+        message.kinematics or DEFAULT_KINEMATICS,
+        postures,
+        message.source,
+        settings(message.kinematics_settings, f"{what}.robot.kinematics_settings"),
+        groups,
+        tuple(LinkPair(pair.first, pair.second, pair.reason) for pair in message.allowed_collisions),
+    )
+
+
+def robot_message(data: RobotData, joint_names: tuple[str, ...]) -> nodes_pb2.Robot:
+    """Return a robot's data, with the names of its joints."""
+    return nodes_pb2.Robot(
+        joint_names=joint_names,
+        flange=data.flange,
+        kinematics=data.kinematics,
+        postures=posture_messages(data),
+        source=data.source,
+        kinematics_settings=settings_message(data),
+        groups=group_messages(data),
+        allowed_collisions=pair_messages(data),
+    )
+
+
+def posture_messages(data: RobotData) -> list[nodes_pb2.NamedPosture]:
+    """Return a robot's postures."""
+    return [nodes_pb2.NamedPosture(name=name, joint_positions=joints) for name, joints in data.postures.items()]
+
+
+def settings_message(data: RobotData) -> Struct | None:
+    """Return the settings of a robot's kinematics component; None when there are none."""
+    if not data.kinematics_settings:
+        return None
+    message = Struct()
+    message.update(data.kinematics_settings)
+    return message
+
+
+def group_messages(data: RobotData) -> list[nodes_pb2.JointGroup]:
+    """Return a robot's groups of joints."""
+    return [
+        nodes_pb2.JointGroup(
+            name=group.name, joint_names=group.joint_names, base_link=group.base_link, tip_link=group.tip_link
+        )
+        for group in data.groups
+    ]
+
+
+def pair_messages(data: RobotData) -> list[nodes_pb2.LinkPair]:
+    """Return the pairs of a robot's links that may touch."""
+    return [
+        nodes_pb2.LinkPair(first=pair.first, second=pair.second, reason=pair.reason)
+        for pair in data.allowed_collisions
+    ]
+
+
+def settings(message: Struct, what: str) -> dict[str, Any]:
+    """Return the plain values of a component's settings, names sorted; raise KernelError for a number not finite."""
+    # Sorted, since the order of a map's entries differs between processes.
+    return {name: _plain(message.fields[name], f"{what}.{name}") for name in sorted(message.fields)}
+
+
+def _plain(value: Value, what: str) -> Any:  # noqa: ANN401  whatever JSON can say
+    kind = value.WhichOneof("kind")
+    if kind == "struct_value":
+        return settings(value.struct_value, what)
+    if kind == "list_value":
+        return [_plain(entry, f"{what}[{place}]") for place, entry in enumerate(value.list_value.values)]
+    if kind == "number_value":
+        return finite(value.number_value, what)
+    return None if kind in (None, "null_value") else getattr(value, kind)

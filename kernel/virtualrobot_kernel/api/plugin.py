@@ -1,0 +1,105 @@
+"""PluginService: which plugins are installed, and how their components are."""
+
+from __future__ import annotations
+
+import asyncio
+
+from google.protobuf.struct_pb2 import Struct
+from virtualrobot.v1 import plugin_pb2, plugin_pb2_grpc
+from virtualrobot_sdk.registration import ComponentKind, Isolation
+from virtualrobot_sdk.worker.description import ComponentDescription
+
+from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.components.catalog import Plugin
+
+KINDS = {
+    ComponentKind.KINEMATICS: plugin_pb2.COMPONENT_KIND_KINEMATICS,
+    ComponentKind.IMPORTER: plugin_pb2.COMPONENT_KIND_IMPORTER,
+}
+ISOLATIONS = {
+    Isolation.IN_PROCESS: plugin_pb2.ISOLATION_IN_PROCESS,
+    Isolation.PROCESS: plugin_pb2.ISOLATION_PROCESS,
+}
+
+Uses = dict[tuple[ComponentKind, str], list[plugin_pb2.ComponentUse]]
+
+
+class PluginServicer(plugin_pb2_grpc.PluginServiceServicer):
+    """Serves PluginService."""
+
+    def __init__(self, rooms: Rooms) -> None:
+        """Serve from these rooms."""
+        self._rooms = rooms
+
+    async def ListPlugins(
+        self, request: plugin_pb2.ListPluginsRequest, context: object
+    ) -> plugin_pb2.ListPluginsResponse:
+        """Tell all plugins and how their components are."""
+        return plugin_pb2.ListPluginsResponse(plugins=self._plugins())
+
+    async def ReloadPlugins(
+        self, request: plugin_pb2.ReloadPluginsRequest, context: object
+    ) -> plugin_pb2.ReloadPluginsResponse:
+        """Look for plugins again, in a worker thread."""
+        await asyncio.get_running_loop().run_in_executor(self._rooms.workers, self._rooms.catalog.scan)
+        return plugin_pb2.ReloadPluginsResponse(plugins=self._plugins())
+
+    def _plugins(self) -> list[plugin_pb2.Plugin]:
+        uses = self._uses()
+        return [_plugin_message(plugin, uses) for plugin in self._rooms.catalog.plugins]
+
+    def _uses(self) -> Uses:
+        """Return who uses which component, robots by name."""
+        uses: Uses = {}
+        for use in self._rooms.solvers.uses(self._rooms.world.snapshot.structure):
+            uses.setdefault((ComponentKind.KINEMATICS, use.kinematics), []).append(
+                plugin_pb2.ComponentUse(
+                    robot=use.robot,
+                    fault=use.fault,
+                    calls=use.calls,
+                    mean_call_seconds=use.mean_call_seconds,
+                    process_id=use.process_id,
+                )
+            )
+        for running in self._rooms.importers.uses():
+            uses[(ComponentKind.IMPORTER, running.offer.about.name)] = [
+                plugin_pb2.ComponentUse(
+                    fault=running.fault.reason if running.fault else "",
+                    calls=running.calls,
+                    mean_call_seconds=running.mean_seconds,
+                    process_id=0 if running.fault else running.process_id,
+                )
+            ]
+        return uses
+
+
+def _plugin_message(plugin: Plugin, uses: Uses) -> plugin_pb2.Plugin:
+    return plugin_pb2.Plugin(
+        name=plugin.name,
+        package=plugin.package,
+        version=plugin.version,
+        api_version=plugin.api_version,
+        state=plugin_pb2.PLUGIN_STATE_FAILED if plugin.reason else plugin_pb2.PLUGIN_STATE_LOADED,
+        reason=plugin.reason,
+        components=[
+            _component_message(offer.about, uses.get((offer.about.kind, offer.about.name), []))
+            for offer in plugin.offers
+        ],
+    )
+
+
+def _component_message(about: ComponentDescription, uses: list[plugin_pb2.ComponentUse]) -> plugin_pb2.Component:
+    schema = None
+    if about.settings_schema:
+        schema = Struct()
+        schema.update(about.settings_schema)
+    return plugin_pb2.Component(
+        kind=KINDS[about.kind],
+        name=about.name,
+        description=about.description,
+        isolation=ISOLATIONS[about.isolation],
+        deadline_seconds=about.deadline_seconds,
+        settings_schema=schema,
+        endings=about.endings,
+        uses=uses,
+    )

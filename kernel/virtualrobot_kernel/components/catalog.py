@@ -1,0 +1,148 @@
+"""Which plugins are installed and what they offer; those that fail are kept with the reason.
+
+A plugin of another package than the kernel's is looked at in a worker process: it can raise, hang or crash there, and
+its code comes into this process only when it offers a component that says so.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from importlib.metadata import EntryPoint, entry_points
+
+from virtualrobot_sdk.errors import ComponentFault, PluginError
+from virtualrobot_sdk.hookspecs import ENTRY_POINT_GROUP
+from virtualrobot_sdk.loading import load
+from virtualrobot_sdk.registration import ComponentKind, Isolation, Registration
+from virtualrobot_sdk.worker import Worker
+from virtualrobot_sdk.worker.description import ComponentDescription, describe
+
+from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
+
+log = logging.getLogger(__name__)
+
+OWN_PACKAGE = "virtualrobot"
+"""The package whose plugins are trusted: the kernel's own."""
+
+LOOK_SECONDS = 20.0
+"""How long a plugin may take to be imported and to register."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Offer:
+    """A component that a plugin offers; `registration` is None when the plugin was not imported into this process."""
+
+    entry_point: EntryPoint
+    about: ComponentDescription
+    registration: Registration | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plugin:
+    """An entry point, and what it offers or why it offers nothing (`reason`)."""
+
+    name: str
+    package: str
+    version: str
+    api_version: str = ""
+    offers: tuple[Offer, ...] = ()
+    reason: str = ""
+
+
+class Catalog:
+    """The plugins found last; `scan` looks again. Readers get one consistent catalog or the next."""
+
+    def __init__(self) -> None:
+        """Find the plugins."""
+        self._plugins: tuple[Plugin, ...] = ()
+        self.scan()
+
+    @property
+    def plugins(self) -> tuple[Plugin, ...]:
+        """Return all plugins by name, the kernel's own first."""
+        return self._plugins
+
+    def scan(self) -> None:
+        """Look for plugins again; a plugin that is loaded into this process already stays as it was."""
+        points = sorted(
+            entry_points(group=ENTRY_POINT_GROUP), key=lambda point: (_package(point) != OWN_PACKAGE, point.name)
+        )
+        with ThreadPoolExecutor(max(1, len(points)), thread_name_prefix="plugins") as pool:
+            self._plugins = tuple(_without_clashes(pool.map(_looked_at, points)))
+        for plugin in self._plugins:
+            if plugin.reason:
+                log.warning("the plugin %r of %s offers nothing: %s", plugin.name, plugin.package, plugin.reason)
+
+    def offers(self, kind: ComponentKind) -> dict[str, Offer]:
+        """Return the components of a kind by name."""
+        return {
+            offer.about.name: offer for plugin in self._plugins for offer in plugin.offers if offer.about.kind is kind
+        }
+
+    def find(self, kind: ComponentKind, name: str) -> Offer:
+        """Return the component of a kind called `name`.
+
+        Raises UnknownNameError; or KernelError (PLUGIN_FAILED) with the reasons when plugins have failed that may have
+        offered it.
+        """
+        offers = self.offers(kind)
+        if name in offers:
+            return offers[name]
+        failed = [f"{plugin.name!r} failed: {plugin.reason}" for plugin in self._plugins if plugin.reason]
+        if failed:
+            valid = ", ".join(map(repr, offers))
+            raise KernelError(
+                f"there is no {kind.value} component named {name!r} (there are {valid}), and the plugin "
+                + "; ".join(failed),
+                reason=Reason.PLUGIN_FAILED,
+                name=name,
+            )
+        raise UnknownNameError(f"{kind.value} component", name, offers)
+
+
+def _package(point: EntryPoint) -> str:
+    return point.dist.name if point.dist else ""
+
+
+def _looked_at(point: EntryPoint) -> Plugin:
+    """Return what an entry point offers; whatever goes wrong becomes the reason why it offers nothing."""
+    found = Plugin(point.name, _package(point), point.dist.version if point.dist else "")
+    try:
+        if found.package == OWN_PACKAGE:
+            return _loaded(found, point)
+        with Worker(f"plugin {point.name}") as worker:
+            description = worker.describe(point, deadline_seconds=LOOK_SECONDS)
+        if any(component.isolation is Isolation.IN_PROCESS for component in description.components):
+            return _loaded(found, point)
+    except (PluginError, ComponentFault) as error:
+        return replace(found, reason=str(error))
+    offers = tuple(Offer(point, component) for component in description.components)
+    return replace(found, api_version=description.api_version, offers=offers)
+
+
+def _loaded(found: Plugin, point: EntryPoint) -> Plugin:
+    """Return what a plugin offers that is imported into this process."""
+    api_version, registrations = load(point)
+    components = describe(api_version, registrations).components
+    offers = tuple(Offer(point, about, one) for about, one in zip(components, registrations, strict=True))
+    return replace(found, api_version=api_version, offers=offers)
+
+
+def _without_clashes(plugins: Iterable[Plugin]) -> Iterator[Plugin]:
+    """Yield the plugins; one that offers what an earlier one offers, by name or ending, offers nothing."""
+    owners: dict[tuple[ComponentKind, str], str] = {}
+    for plugin in plugins:
+        offered = [offer.about for offer in plugin.offers]
+        claims = [(about.kind, name) for about in offered for name in (about.name, *about.endings)]
+        taken = next((claim for claim in claims if claim in owners), None)
+        if taken is not None:
+            kind, name = taken
+            reason = f"the {kind.value} component {name!r} is the plugin {owners[taken]!r}'s; choose another name"
+            if name.startswith("."):
+                reason = f"files {name!r} are read by the plugin {owners[taken]!r}"
+            plugin = replace(plugin, offers=(), reason=reason)
+        else:
+            owners.update(dict.fromkeys(claims, plugin.name))
+        yield plugin

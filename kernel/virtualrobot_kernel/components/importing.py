@@ -1,0 +1,97 @@
+"""Importers at work: which endings they read, and files of foreign formats translated into native ones."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping
+from typing import Any
+
+from virtualrobot_sdk.answers import nonsense
+from virtualrobot_sdk.errors import ComponentFault
+from virtualrobot_sdk.importers import NATIVE_FORMATS, Translation
+from virtualrobot_sdk.registration import ComponentKind
+
+from virtualrobot_kernel.components.catalog import Catalog, Offer
+from virtualrobot_kernel.components.running import Running, start
+from virtualrobot_kernel.errors import KernelError
+
+
+class Importers:
+    """Owns the importers that have been asked for; any thread may ask.
+
+    An importer without settings is kept for the next file. After a fault it is made anew for the next file, since one
+    file says nothing about another.
+    """
+
+    def __init__(self, catalog: Catalog) -> None:
+        """Take importers from this catalog."""
+        self._catalog = catalog
+        self._kept: dict[str, Running] = {}
+        self._lock = threading.Lock()
+
+    @property
+    def endings(self) -> tuple[str, ...]:
+        """Return the endings of the files that can be translated."""
+        return tuple(self._by_ending())
+
+    def translate(
+        self, data: bytes, uri: str, files: Mapping[str, bytes | None], settings: Mapping[str, Any]
+    ) -> Translation:
+        """Return the file `uri` in a native format; `settings` are the importer's, as its schema has them.
+
+        Raises:
+            FilesNeeded: names files to call again with (see `virtualrobot_sdk.importers`).
+            KernelError: with the importer's own words for a broken file; PLUGIN_FAILED when it raises, hangs, crashes
+                or returns nonsense; INVALID_ARGUMENT when no importer reads this ending.
+        """
+        ending = uri[uri.rfind(".") :].lower()
+        offers = self._by_ending()
+        if ending not in offers:
+            raise KernelError(f"{uri}: no importer reads {ending!r}; known: {', '.join(offers)}", file=uri)
+        offer = offers[ending]
+        if settings:
+            running = start(offer, settings)
+            try:
+                return _translated(running, data, uri, files)
+            finally:
+                running.close()
+        return _translated(self._running(offer), data, uri, files)
+
+    def uses(self) -> tuple[Running, ...]:
+        """Return the importers that have been asked for, those that failed last included."""
+        with self._lock:
+            return tuple(self._kept.values())
+
+    def close(self) -> None:
+        """End all importers."""
+        with self._lock:
+            for running in self._kept.values():
+                running.close()
+            self._kept.clear()
+
+    def _by_ending(self) -> dict[str, Offer]:
+        offers = self._catalog.offers(ComponentKind.IMPORTER).values()
+        return {ending: offer for offer in offers for ending in offer.about.endings}
+
+    def _running(self, offer: Offer) -> Running:
+        with self._lock:
+            running = self._kept.get(offer.about.name)
+            if running is None or running.fault is not None or running.offer is not offer:
+                if running is not None:
+                    running.close()
+                running = self._kept[offer.about.name] = start(offer, {})
+            return running
+
+
+def _translated(running: Running, data: bytes, uri: str, files: Mapping[str, bytes | None]) -> Translation:
+    """Return what an importer makes of a file, once it is seen to be a Translation."""
+    answer = running.call("translate", data, uri, dict(files))
+    try:
+        if not isinstance(answer, Translation):
+            raise nonsense(f"translate returned a {type(answer).__name__}; it must be a Translation")
+        if answer.format not in NATIVE_FORMATS or not isinstance(answer.data, bytes):
+            valid = ", ".join(NATIVE_FORMATS)
+            raise nonsense(f"translate returned {answer.format!r}; it must be bytes of one of {valid}")
+    except ComponentFault as fault:
+        raise running.failed(fault) from fault
+    return answer

@@ -1,0 +1,186 @@
+"""Components at work: in this process, or in a worker process with a deadline for each call."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+import traceback
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+from virtualrobot_sdk.errors import ArgumentError, ComponentFault, FaultKind, FilesNeeded
+from virtualrobot_sdk.settings import make_settings
+from virtualrobot_sdk.worker import Worker
+
+from virtualrobot_kernel.components.catalog import Offer
+from virtualrobot_kernel.errors import KernelError, Reason
+
+START_SECONDS = 20.0
+"""How long a component in a process of its own may take to be imported and made."""
+
+
+class Instance(Protocol):
+    """What answers the calls of one component."""
+
+    @property
+    def process_id(self) -> int:
+        """Return the number of its process; 0 for this one."""
+        ...
+
+    def call(self, method: str, *arguments: object) -> Any:  # noqa: ANN401  what a method returns is its own matter
+        """Return what the component's method returns.
+
+        Raises ArgumentError and FilesNeeded as the component does, and ComponentFault for whatever else goes wrong.
+        """
+        ...
+
+    def close(self) -> None:
+        """End the component."""
+        ...
+
+
+class Running:
+    """A component at work for somebody: counts its calls, and is not asked again after a fault."""
+
+    def __init__(self, offer: Offer, instance: Instance, user: str) -> None:
+        """Take an instance of what a plugin offers; `user` is whom it works for, in words for errors."""
+        self.offer = offer
+        self.fault: ComponentFault | None = None
+        self.calls = 0
+        self._seconds = 0.0
+        self._instance = instance
+        self._user = user
+        self._lock = threading.Lock()
+
+    @property
+    def process_id(self) -> int:
+        """Return the number of its process; 0 for this one."""
+        return self._instance.process_id
+
+    @property
+    def mean_seconds(self) -> float:
+        """Return the mean time of a call; 0 before the first."""
+        return self._seconds / self.calls if self.calls else 0.0
+
+    def call(self, method: str, *arguments: object) -> Any:  # noqa: ANN401  what a method returns is its own matter
+        """Return what the component's method returns.
+
+        Raises FilesNeeded; KernelError with the component's own words for what it refuses, and PLUGIN_FAILED for a
+        fault, now or earlier.
+        """
+        if self.fault is not None:
+            raise self.failed(self.fault)
+        started = time.perf_counter()
+        try:
+            answer = self._instance.call(method, *arguments)
+        except ArgumentError as error:
+            raise KernelError(str(error), **error.metadata) from error
+        except ComponentFault as fault:
+            raise self.failed(fault) from fault
+        finally:
+            with self._lock:
+                self.calls += 1
+                self._seconds += time.perf_counter() - started
+        return answer
+
+    def failed(self, fault: ComponentFault) -> KernelError:
+        """Keep a fault and return the error that tells of it."""
+        if self.fault is None:
+            self.fault = fault
+            self._instance.close()
+        return plugin_failed(self.offer, self._user, fault)
+
+    def close(self) -> None:
+        """End the component."""
+        self._instance.close()
+
+
+def plugin_failed(offer: Offer, user: str, fault: ComponentFault) -> KernelError:
+    """Return the error that tells of a component's fault."""
+    return KernelError(
+        f"the {offer.about.kind.value} component {offer.about.name!r}{user} failed: {fault.reason}",
+        reason=Reason.PLUGIN_FAILED,
+        component=offer.about.name,
+        fault=fault.kind.value,
+        details=fault.details,
+    )
+
+
+def start(offer: Offer, settings: Mapping[str, Any], *arguments: object, user: str = "") -> Running:
+    """Make a component: `factory(*arguments)`, with settings where it has any; `user` is whom it works for.
+
+    Raises KernelError with the component's own words for settings or arguments that it refuses; PLUGIN_FAILED when it
+    can't be made.
+    """
+    in_process = offer.registration is not None and offer.about.isolation.value == "in_process"
+    try:
+        instance = _InProcess(offer, settings, arguments) if in_process else _InWorker(offer, settings, arguments)
+    except ArgumentError as error:
+        raise KernelError(
+            f"{offer.about.kind.value} component {offer.about.name!r}: {error}", **error.metadata
+        ) from error
+    except ComponentFault as fault:
+        raise plugin_failed(offer, user, fault) from fault
+    return Running(offer, instance, user)
+
+
+class _InProcess:
+    """A component in this process."""
+
+    process_id = 0
+
+    def __init__(self, offer: Offer, settings: Mapping[str, Any], arguments: tuple[object, ...]) -> None:
+        assert offer.registration is not None
+        one = offer.registration
+        chosen = make_settings(one.config_type, settings)
+        given = arguments if one.config_type is None else (*arguments, chosen)
+        self._component = _contained(offer.about.name, one.factory, *given)
+
+    def call(self, method: str, *arguments: object) -> Any:  # noqa: ANN401
+        return _contained(method, getattr(self._component, method), *arguments)
+
+    def close(self) -> None:
+        pass
+
+
+def _contained(what: str, function: Any, *arguments: object) -> Any:  # noqa: ANN401
+    try:
+        return function(*arguments)
+    except (ArgumentError, FilesNeeded):
+        raise
+    except Exception as error:
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        where = f"{os.path.basename(place.filename)}:{place.lineno} in {place.name}"
+        reason = f"{what} raised {type(error).__name__}: {error} ({where})"
+        raise ComponentFault(FaultKind.RAISED, reason, traceback.format_exc()) from error
+
+
+class _InWorker:
+    """A component in a process of its own."""
+
+    def __init__(self, offer: Offer, settings: Mapping[str, Any], arguments: tuple[object, ...]) -> None:
+        self._deadline = offer.about.deadline_seconds
+        self._worker = Worker(f"{offer.about.kind.value} {offer.about.name}")
+        try:
+            self._worker.make(
+                offer.entry_point,
+                offer.about.kind,
+                offer.about.name,
+                settings,
+                *arguments,
+                deadline_seconds=START_SECONDS,
+            )
+        except BaseException:
+            self._worker.close()
+            raise
+
+    @property
+    def process_id(self) -> int:
+        return self._worker.process_id
+
+    def call(self, method: str, *arguments: object) -> Any:  # noqa: ANN401
+        return self._worker.call(method, *arguments, deadline_seconds=self._deadline)
+
+    def close(self) -> None:
+        self._worker.close()

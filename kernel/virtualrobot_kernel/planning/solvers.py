@@ -1,0 +1,238 @@
+"""The kinematics component of each robot: made and tried when first asked for, kept until robot or choice change."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from virtualrobot_sdk.answers import check_solution, checked_frames, checked_jacobian, checked_result
+from virtualrobot_sdk.errors import ComponentFault
+from virtualrobot_sdk.kinematics import Floats, InverseOptions, InverseResult, SerialChain
+from virtualrobot_sdk.registration import ComponentKind
+from virtualrobot_sdk.selfcheck import SelfCheck, self_check
+
+from virtualrobot_kernel.components.catalog import Catalog
+from virtualrobot_kernel.components.running import Running, start
+from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.planning.robots import Arm, tip_of
+from virtualrobot_kernel.world.commands import Command, CreateNodes, UpdateNode
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import Node, NodeSpec, RobotData, Structure
+
+CHECK_SEED = 20061
+"""What the postures of a self-check are drawn by: the same component on the same robot is always judged alike."""
+
+_DEFAULTS = InverseOptions()
+
+
+class Solver:
+    """A robot's kinematics component: every answer is checked before anybody relies on it."""
+
+    def __init__(self, running: Running, chain: SerialChain) -> None:
+        """Take a component that was made for `chain`."""
+        self.running = running
+        self._chain = chain
+
+    def forward(self, q: Floats, /) -> Floats:
+        """Return the poses (m, 4, 4) of the component's frames at q (k,), the last one the tip's."""
+        frames = self.running.call("forward", q)
+        try:
+            return checked_frames(frames)
+        except ComponentFault as fault:
+            raise self.running.failed(fault) from fault
+
+    def jacobian(self, q: Floats, /) -> Floats:
+        """Return the geometric Jacobian (6, k) at the tip, linear rows first, in the base frame."""
+        jacobian = self.running.call("jacobian", q)
+        try:
+            return checked_jacobian(jacobian, self._chain)
+        except ComponentFault as fault:
+            raise self.running.failed(fault) from fault
+
+    def inverse(self, base_t_tip: Floats, options: InverseOptions = _DEFAULTS, /) -> InverseResult:
+        """Return the postures that put the tip at `base_t_tip` (4, 4), or the reason why there is none."""
+        answer = self.running.call("inverse", base_t_tip, options)
+        try:
+            result = checked_result(answer, self._chain, options)
+            for solution in result.solutions:
+                check_solution(self.forward(solution)[-1], base_t_tip, options)
+        except ComponentFault as fault:
+            raise self.running.failed(fault) from fault
+        return result
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tried:
+    """A component that fits its robot, and the numbers that say so."""
+
+    robot: int
+    chain: SerialChain
+    kinematics: str
+    settings: Mapping[str, Any]
+    solver: Solver
+    check: SelfCheck
+
+    def close(self) -> None:
+        """End the component."""
+        self.solver.running.close()
+
+
+@dataclass(frozen=True, slots=True)
+class Use:
+    """A component at work for a robot."""
+
+    robot: str
+    kinematics: str
+    fault: str
+    calls: int
+    mean_call_seconds: float
+    process_id: int
+
+
+class Solvers:
+    """Owns the component of each robot; any thread may ask, and two that ask for the same robot wait for each other."""
+
+    def __init__(self, catalog: Catalog) -> None:
+        """Take components from this catalog."""
+        self._catalog = catalog
+        self._kept: dict[int, Tried | _Refused] = {}
+        self._locks: dict[int, threading.Lock] = {}
+        self._lock = threading.Lock()
+
+    def of(self, snapshot: Snapshot, arm: Arm) -> Solver:
+        """Return the component that solves an arm, made and tried now when it has to be.
+
+        Raises KernelError: WRONG_STATE when no joint moves the arm's flange; PLUGIN_FAILED when the component can't be
+        made, does not fit or has failed; what it says itself when it refuses robot or settings.
+        """
+        chain = arm.serial()
+        name, settings = chosen(arm.robot)
+        with self._lock_of(arm.robot.uid):
+            kept = self._kept.get(arm.robot.uid)
+            if kept is None or not _fits(kept, chain, name, settings):
+                self._forget(arm.robot.uid)
+                self._drop_all_but(snapshot.structure)
+                try:
+                    kept = self._tried(snapshot, arm, name, settings)
+                except KernelError as error:
+                    # Kept too: nobody wants to wait for the same failure again.
+                    kept = _Refused(chain, name, settings, error)
+                self._kept[arm.robot.uid] = kept
+        if isinstance(kept, _Refused):
+            error = kept.error
+            raise KernelError(str(error), reason=error.reason, **error.metadata)
+        return kept.solver
+
+    def try_out(self, snapshot: Snapshot, arm: Arm, kinematics: str, settings: Mapping[str, Any]) -> Tried:
+        """Return a new component, made for the arm and tried on it; the robot keeps its own until `adopt`.
+
+        Raises as `of` does.
+        """
+        return self._tried(snapshot, arm, kinematics, settings)
+
+    def adopt(self, tried: Tried) -> None:
+        """Let a component that was tried out solve its robot from now on."""
+        with self._lock_of(tried.robot):
+            self._forget(tried.robot)
+            self._kept[tried.robot] = tried
+
+    def check_choices(self, commands: Iterable[Command]) -> None:
+        """Raise KernelError when a robot that a command creates or changes names a component that there isn't."""
+        for command in commands:
+            changed = command.specs if isinstance(command, CreateNodes) else [command]
+            for one in changed:
+                data = one.data if isinstance(one, NodeSpec | UpdateNode) else None
+                if isinstance(data, RobotData):
+                    self._catalog.find(ComponentKind.KINEMATICS, data.kinematics)
+
+    def uses(self, structure: Structure) -> tuple[Use, ...]:
+        """Return which components work for which robots."""
+        self._drop_all_but(structure)
+        found = []
+        for uid, kept in sorted(self._kept.copy().items()):
+            node = structure.nodes[uid]
+            if isinstance(kept, _Refused):
+                found.append(Use(node.name, kept.kinematics, str(kept.error), 0, 0.0, 0))
+                continue
+            running = kept.solver.running
+            fault = running.fault.reason if running.fault else ""
+            process = 0 if fault else running.process_id
+            found.append(Use(node.name, kept.kinematics, fault, running.calls, running.mean_seconds, process))
+        return tuple(found)
+
+    def fault_of(self, node: Node) -> str:
+        """Return why a robot's component is not asked any more; empty while it is well or was never asked."""
+        kept = self._kept.get(node.uid)
+        if kept is None or (kept.kinematics, kept.settings) != chosen(node):
+            return ""
+        if isinstance(kept, _Refused):
+            return str(kept.error)
+        return kept.solver.running.fault.reason if kept.solver.running.fault else ""
+
+    def close(self) -> None:
+        """End all components."""
+        for uid in list(self._kept):
+            self._forget(uid)
+
+    def _tried(self, snapshot: Snapshot, arm: Arm, kinematics: str, settings: Mapping[str, Any]) -> Tried:
+        offer = self._catalog.find(ComponentKind.KINEMATICS, kinematics)
+        chain = arm.serial()
+        running = start(offer, settings, chain, user=f" of {arm.robot.name!r}")
+        solver = Solver(running, chain)
+        try:
+            check = self_check(solver, chain, tip_of(snapshot, arm), np.random.default_rng(CHECK_SEED))
+            if failures := check.failures():
+                raise KernelError(
+                    f"the kinematics component {kinematics!r} does not fit {arm.robot.name!r}: {'; '.join(failures)}",
+                    reason=Reason.PLUGIN_FAILED,
+                    component=kinematics,
+                    robot=arm.robot.name,
+                    fault="NONSENSE",
+                )
+        except BaseException:
+            running.close()
+            raise
+        return Tried(arm.robot.uid, chain, kinematics, settings, solver, check)
+
+    def _lock_of(self, robot: int) -> threading.Lock:
+        with self._lock:
+            return self._locks.setdefault(robot, threading.Lock())
+
+    def _forget(self, robot: int) -> None:
+        kept = self._kept.pop(robot, None)
+        if isinstance(kept, Tried):
+            kept.close()
+
+    def _drop_all_but(self, structure: Structure) -> None:
+        """End the components of robots that are gone."""
+        for uid in [uid for uid in self._kept.copy() if uid not in structure.robots]:
+            self._forget(uid)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Refused:
+    """A component that could not be made or did not fit, and why."""
+
+    chain: SerialChain
+    kinematics: str
+    settings: Mapping[str, Any]
+    error: KernelError
+
+
+def chosen(node: Node) -> tuple[str, Mapping[str, Any]]:
+    """Return name and settings of the component that a robot is to have."""
+    assert isinstance(node.data, RobotData)
+    return node.data.kinematics, node.data.kinematics_settings
+
+
+def _fits(kept: Tried | _Refused, chain: SerialChain, kinematics: str, settings: Mapping[str, Any]) -> bool:
+    if (kept.kinematics, kept.settings) != (kinematics, settings):
+        return False
+    if kept.chain is chain:
+        return True
+    return kept.chain.joint_names == chain.joint_names and all(
+        np.array_equal(a, b) for a, b in zip(kept.chain[:-1], chain[:-1], strict=True)
+    )

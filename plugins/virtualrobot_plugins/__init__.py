@@ -1,0 +1,14 @@
+"""The bundled plugins, written against `virtualrobot_sdk` like anybody's."""
+
+from virtualrobot_sdk.hookspecs import Register, hookimpl
+from virtualrobot_sdk.registration import Isolation
+
+from virtualrobot_plugins.chain.component import ChainKinematics
+
+api_version = "1.0"
+
+
+@hookimpl
+def virtualrobot_register_kinematics(register: Register) -> None:
+    """Offer the solvers; they are compiled and free of the GIL, so they may run in the kernel's process."""
+    register("chain", ChainKinematics, isolation=Isolation.IN_PROCESS)

@@ -1,0 +1,1 @@
+"""`chain`: kinematics of any serial chain, solved numerically, compiled (numba, without the GIL)."""

@@ -1,0 +1,37 @@
+"""What an importer is: it translates a file of its format into one of those that the kernel reads itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+NATIVE_FORMATS = (".glb", ".urdf", ".yaml")
+"""What an importer may translate to: triangles with their colours, one robot, or a scene (docs/scene-file.md)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Translation:
+    """A file in one of NATIVE_FORMATS, in meters and radians; relative names in it count from the original file."""
+
+    format: str
+    """`.glb`, `.urdf` or `.yaml`."""
+    data: bytes
+    warnings: tuple[str, ...] = ()
+    """What was odd about the original but did no harm, in words."""
+
+
+class Importer(Protocol):
+    """Reads files of one or several formats, told by their endings."""
+
+    def translate(self, data: bytes, uri: str, files: Mapping[str, bytes | None], /) -> Translation:
+        """Return the file `uri` with the content `data` in a format that the kernel reads.
+
+        `files` holds the files that it names, by name as written; None for one that was looked for and is nowhere.
+        A name in a file that is named itself counts from the original too.
+
+        Raises:
+            FilesNeeded: names files that are not in `files` yet; the call is repeated with them.
+            ArgumentError: the file is broken; the message says where (line, element, entity) and why.
+        """
+        ...

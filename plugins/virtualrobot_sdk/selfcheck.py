@@ -1,0 +1,144 @@
+"""Whether a kinematics component fits a robot: its answers against the robot's own tree, at random postures.
+
+Three laws: the tip is where the tree puts it; every solution of the inverse puts the tip at its target; the Jacobian is
+the derivative of the forward pass (by central differences).
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from virtualrobot_sdk.answers import checked_frames, checked_jacobian, checked_result, pose_distance
+from virtualrobot_sdk.kinematics import PRISMATIC, Floats, InverseOptions, Kinematics, SerialChain
+
+POSTURES = 8
+"""How many random postures are tried."""
+POSE_TOLERANCE = 1e-6
+"""How far a tip may be off, in meters and radians."""
+JACOBIAN_TOLERANCE = 1e-5
+"""How far an entry of the Jacobian may be off, in meters or radians per radian or meter, relative to the largest."""
+_STEP = 1e-6
+_INNER = 0.9
+"""The part of each joint's range, about its middle, that postures are drawn from."""
+
+
+@dataclass(frozen=True, slots=True)
+class SelfCheck:
+    """The largest deviations found, and the cost of the calls.
+
+    Attributes:
+        postures: how many random postures were tried.
+        solved: for how many of their poses the inverse gave a solution.
+        forward_position: distance of the component's tip from the tree's (m).
+        forward_rotation: angle between them (rad).
+        inverse_position: distance of the tip at a solution from the target (m).
+        inverse_rotation: angle between them (rad).
+        jacobian: largest difference of an entry from the finite difference, relative to the largest entry.
+        forward_seconds: mean time of a call.
+        jacobian_seconds: mean time of a call.
+        inverse_seconds: mean time of a call.
+    """
+
+    postures: int
+    solved: int
+    forward_position: float
+    forward_rotation: float
+    inverse_position: float
+    inverse_rotation: float
+    jacobian: float
+    forward_seconds: float
+    jacobian_seconds: float
+    inverse_seconds: float
+
+    def failures(self) -> tuple[str, ...]:
+        """Return what is beyond the tolerances, each with its number; empty when the component fits."""
+        said: list[str] = []
+        tolerances = f"{POSE_TOLERANCE:g} m and rad allowed"
+        if max(self.forward_position, self.forward_rotation) > POSE_TOLERANCE:
+            said.append(
+                f"forward puts the tip {self.forward_position:.3g} m and {self.forward_rotation:.3g} rad from where "
+                f"the robot's tree has it ({tolerances})"
+            )
+        if self.solved < self.postures:
+            said.append(
+                f"inverse found no solution for {self.postures - self.solved} of {self.postures} poses that the robot "
+                "reaches, started at the posture that reaches them"
+            )
+        if max(self.inverse_position, self.inverse_rotation) > POSE_TOLERANCE:
+            said.append(
+                f"a solution of inverse misses its target by {self.inverse_position:.3g} m and "
+                f"{self.inverse_rotation:.3g} rad ({tolerances})"
+            )
+        if self.jacobian > JACOBIAN_TOLERANCE:
+            said.append(
+                f"the Jacobian differs from finite differences by {self.jacobian:.3g} of its largest entry "
+                f"({JACOBIAN_TOLERANCE:g} allowed)"
+            )
+        return tuple(said)
+
+
+def random_posture(chain: SerialChain, rng: np.random.Generator) -> Floats:
+    """Return a posture (k,) well within limits; a joint without limits lies within half a turn or 1 m of zero."""
+    k = len(chain.joint_names)
+    sliding = np.array([(chain.joint_type[chain.q_index == i] == PRISMATIC).any() for i in range(k)])
+    reach = np.where(sliding, 1.0, np.pi)
+    lower = np.where(np.isfinite(chain.lower), chain.lower, np.minimum(chain.upper, reach) - 2.0 * reach)
+    upper = np.where(np.isfinite(chain.upper), chain.upper, lower + 2.0 * reach)
+    return (lower + upper) / 2.0 + _INNER * rng.uniform(-0.5, 0.5, k) * (upper - lower)
+
+
+def self_check(
+    kinematics: Kinematics,
+    chain: SerialChain,
+    tip_of: Callable[[Floats], Floats],
+    rng: np.random.Generator,
+    postures: int = POSTURES,
+) -> SelfCheck:
+    """Return how far a component is from the robot whose tip is at `tip_of(q)` (4, 4), in the chain's base frame.
+
+    Raises ComponentFault for answers of a wrong type or shape, and whatever the component raises.
+    """
+    forward, inverse, jacobian = (np.zeros(2) for _ in range(3))
+    seconds = np.zeros(3)
+    solved = 0
+    for _ in range(postures):
+        q = random_posture(chain, rng)
+        target = tip_of(q)
+        started = time.perf_counter()
+        frames = checked_frames(kinematics.forward(q))
+        after_forward = time.perf_counter()
+        rates = checked_jacobian(kinematics.jacobian(q), chain)
+        after_jacobian = time.perf_counter()
+        options = InverseOptions(seed=q)
+        result = checked_result(kinematics.inverse(target, options), chain, options)
+        seconds += np.diff([started, after_forward, after_jacobian, time.perf_counter()])
+        forward = np.maximum(forward, pose_distance(frames[-1], target))
+        expected = finite_differences(tip_of, q)
+        jacobian[0] = max(jacobian[0], np.abs(rates - expected).max() / max(1e-3, np.abs(expected).max()))
+        solved += len(result.solutions) > 0
+        for solution in result.solutions:
+            inverse = np.maximum(inverse, pose_distance(tip_of(solution), target))
+    return SelfCheck(
+        postures,
+        solved,
+        *forward.tolist(),
+        *inverse.tolist(),
+        float(jacobian[0]),
+        *(seconds / postures).tolist(),
+    )
+
+
+def finite_differences(tip_of: Callable[[Floats], Floats], q: Floats) -> Floats:
+    """Return the geometric Jacobian (6, k) of a tip at q by central differences, linear rows first."""
+    columns = []
+    rotation = tip_of(q)[:3, :3]
+    for step in _STEP * np.eye(len(q)):
+        ahead, behind = tip_of(q + step), tip_of(q - step)
+        spin = (ahead[:3, :3] - behind[:3, :3]) @ rotation.T / (2.0 * _STEP)
+        angular = [spin[2, 1] - spin[1, 2], spin[0, 2] - spin[2, 0], spin[1, 0] - spin[0, 1]]
+        columns.append(np.concatenate([(ahead[:3, 3] - behind[:3, 3]) / (2.0 * _STEP), np.array(angular) / 2.0]))
+    return np.array(columns).T
