@@ -1,0 +1,1 @@
+"""DXF drawings: 3D faces, meshes, polyface meshes and extruded outlines."""

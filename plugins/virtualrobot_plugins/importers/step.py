@@ -1,0 +1,116 @@
+"""The importer of `.step` and `.stp`, on cascadio, which is Open CASCADE's reader."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from virtualrobot_sdk.errors import ArgumentError
+from virtualrobot_sdk.importers import Translation
+
+from virtualrobot_plugins.importers.glb import MAX_TRIANGLES, pack_glb, unpack_glb
+from virtualrobot_plugins.importers.refusal import described, library, listed, refusal, short_name
+
+_MAGIC = b"ISO-10303-21"
+_DOCUMENT = re.compile(rb"DOCUMENT_FILE\s*\(\s*'((?:[^']|'')*)'")
+_TRIANGLES = 4  # glTF 2.0, 3.7.2.1: the mode of a primitive, and what it is without one
+
+
+@dataclass(frozen=True, slots=True)
+class StepSettings:
+    """Settings of the STEP importer.
+
+    Attributes:
+        linear_tolerance_meters: how far a triangle may be off its surface.
+        angular_tolerance_radians: how much the surface may turn from one triangle to the next.
+    """
+
+    linear_tolerance_meters: float = 2e-4
+    angular_tolerance_radians: float = 0.35
+
+
+class StepImporter:
+    """Reads STEP files (AP203, AP214, AP242): solids and surfaces as triangles, in any unit, with colours."""
+
+    def __init__(self, settings: StepSettings | None = None) -> None:
+        """Take the tolerances of the triangles.
+
+        Raises:
+            ArgumentError: when one is not above 0.
+        """
+        self._settings = settings or StepSettings()
+        for name in ("linear_tolerance_meters", "angular_tolerance_radians"):
+            value = getattr(self._settings, name)
+            if not math.isfinite(value) or value <= 0.0:
+                raise ArgumentError(f"the setting {name} is {value:g}; it must be above 0", setting=name)
+
+    def translate(self, data: bytes, uri: str, files: Mapping[str, bytes | None], /) -> Translation:
+        """Return the parts of a STEP file as GLB, in meters and with the axes of the file.
+
+        Raises:
+            ArgumentError: for a broken file, and for an assembly whose parts are in files of their own.
+        """
+        if _MAGIC not in data[:1024]:
+            raise refusal(uri, f"not a STEP file: it does not begin with {_MAGIC.decode()}")
+        if b"END-ISO-10303-21" not in data[-4096:]:
+            # Open CASCADE reads what there is and says nothing.
+            raise refusal(uri, "the file is cut off: it does not end with END-ISO-10303-21")
+        cascadio = library("cascadio", ".step", "step")
+        others = [name.decode("latin-1") for name in dict.fromkeys(_DOCUMENT.findall(data))]
+        try:
+            glb = cascadio.to_glb_bytes(
+                data,
+                cascadio.FileType.STEP,
+                tol_linear=self._settings.linear_tolerance_meters * 1000.0,  # Open CASCADE's own unit is mm
+                tol_angular=self._settings.angular_tolerance_radians,
+                use_parallel=False,
+            )
+        except (RuntimeError, ValueError) as error:
+            raise refusal(uri, f"broken STEP file ({described(error)})") from error
+        if not glb:
+            raise refusal(uri, "broken STEP file: Open CASCADE cannot read it")
+        tree, binary = unpack_glb(glb)
+        count = _keep_triangles(tree)
+        if count == 0:
+            elsewhere = f"; its parts are in other files, load those: {listed(others)}" if others else ""
+            raise refusal(uri, f"the file holds no solid and no surface{elsewhere}")
+        if count > MAX_TRIANGLES:
+            raise refusal(
+                uri, f"the file makes {count} triangles; at most {MAX_TRIANGLES} are read: raise the tolerances"
+            )
+        _show_as_meant(tree)
+        warnings = [f"{short_name(uri)}: left out, since they are in other files: {listed(others)}"] if others else []
+        return Translation(".glb", pack_glb(tree, binary), tuple(warnings))
+
+
+def _keep_triangles(tree: dict[str, Any]) -> int:
+    """Leave edges and points out of a glTF tree; return how many triangles it has."""
+    count = 0
+    for mesh in tree.get("meshes", []):
+        kept = [part for part in mesh["primitives"] if part.get("mode", _TRIANGLES) == _TRIANGLES]
+        for part in kept:
+            numbers = part.get("indices", part["attributes"]["POSITION"])
+            count += tree["accessors"][numbers]["count"] // 3
+        mesh["primitives"] = kept
+    empty = {index for index, mesh in enumerate(tree.get("meshes", [])) if not mesh["primitives"]}
+    for node in tree.get("nodes", []):
+        if node.get("mesh") in empty:
+            del node["mesh"]
+    return count
+
+
+def _show_as_meant(tree: dict[str, Any]) -> None:
+    """Turn the colours from linear light, as Open CASCADE writes them, to those that the file means (sRGB)."""
+    for material in tree.get("materials", []):
+        look = material.get("pbrMetallicRoughness", {})
+        if "baseColorFactor" in look:
+            red, green, blue, alpha = look["baseColorFactor"]
+            look["baseColorFactor"] = [*(_encoded(value) for value in (red, green, blue)), alpha]
+
+
+def _encoded(linear: float) -> float:
+    """Return an sRGB value for one in linear light (IEC 61966-2-1)."""
+    return 12.92 * linear if linear <= 0.0031308 else 1.055 * linear ** (1.0 / 2.4) - 0.055

@@ -1,0 +1,1 @@
+"""VRML97 worlds: shapes, transforms, prototypes and inlined files."""
