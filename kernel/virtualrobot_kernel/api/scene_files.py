@@ -17,7 +17,7 @@ from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.formats import scene_file
 from virtualrobot_kernel.formats.bundle import bundle
 from virtualrobot_kernel.formats.files import Files, located
-from virtualrobot_kernel.formats.mesh_library import MeshLibrary, find_mesh
+from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.models import ImportedModel, import_model
 from virtualrobot_kernel.world.commands import (
     ClearWorld,
@@ -176,7 +176,7 @@ def _found(meshes: MeshLibrary, figure: Figure, files: Files, referrer: str) -> 
         return figure
     held = mesh.sha256 and meshes.store.has(mesh.sha256) and all(meshes.store.has(sha) for _, sha in mesh.files)
     if not held:
-        mesh, _ = find_mesh(files, mesh.uri, referrer, mesh.scale, mesh.sha256)
+        mesh, _ = meshes.find(files, mesh.uri, referrer, mesh.scale, mesh.sha256)
     meshes.load(mesh)
     return replace(figure, geometry=mesh)
 

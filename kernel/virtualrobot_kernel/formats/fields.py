@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import Any, TypeAlias
 
+STRUCT = "google.protobuf.Struct"
+"""The message that holds plain values, as JSON has them; its text form is those values."""
+
 Field: TypeAlias = Any
 """A field's descriptor: protobuf has two classes for it, one in Python and one compiled, without a common base."""
 

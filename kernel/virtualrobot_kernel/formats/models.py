@@ -6,17 +6,20 @@ from collections.abc import Container
 from dataclasses import dataclass, replace
 
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.formats import model_table
 from virtualrobot_kernel.formats.files import Files
-from virtualrobot_kernel.formats.mesh_library import MeshLibrary, Scale, find_mesh
+from virtualrobot_kernel.formats.mesh_library import UNSCALED, MeshLibrary, Scale
 from virtualrobot_kernel.formats.meshes import MESH_FORMATS
-from virtualrobot_kernel.formats.references import ending
+from virtualrobot_kernel.formats.references import ending, needs_xacro
+from virtualrobot_kernel.formats.srdf import read_srdf, with_semantics
+from virtualrobot_kernel.formats.translate import Settings, Translated, translate
 from virtualrobot_kernel.formats.urdf import BASE_JOINTS, read_urdf
-from virtualrobot_kernel.formats.xml import malformed
+from virtualrobot_kernel.formats.xml import malformed, place_in
 from virtualrobot_kernel.world.figures import Figure, Mesh, Pose, identity
 from virtualrobot_kernel.world.structure import WORLD_NAME, JointType, Kind, NodeSpec, PartData
 
 MODEL_FORMATS = (".urdf", *MESH_FORMATS)
-"""Endings of the files that `import_model` reads."""
+"""Endings of the files that `import_model` reads without an importer."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,6 +28,21 @@ class ImportedModel:
 
     nodes: tuple[NodeSpec, ...]
     mesh_count: int
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class TranslatedScene:
+    """A model file that was translated to a scene: several robots and objects.
+
+    Attributes:
+        text: the scene, as a scene file has it.
+        uri: the original file, from which names in the text count.
+        warnings: what was odd.
+    """
+
+    text: str
+    uri: str
     warnings: tuple[str, ...] = ()
 
 
@@ -38,47 +56,59 @@ def import_model(
     parent_t_node: Pose | None = None,
     base_joint: JointType = JointType.FIXED,
     as_part: bool = False,
-    scale: Scale = (1.0, 1.0, 1.0),
+    scale: Scale = UNSCALED,
     taken: Container[str] = (),
     referrer: str = "",
-) -> ImportedModel:
+    settings: Settings | None = None,
+    srdf_uri: str = "",
+) -> ImportedModel | TranslatedScene:
     """Return the nodes of a model file; every mesh is parsed once, so that a broken one is refused here.
 
-    Takes from milliseconds to seconds: keep it off the world thread.
+    What the kernel does not read itself is translated by the importer for its ending; where that makes a scene of it,
+    the scene is returned. Takes from milliseconds to seconds: keep it off the world thread.
 
     Args:
-        uri: the main file: a path on the kernel's disk, `package://`, or a name among the uploaded files.
+        uri: the main file: a path on the kernel's disk, `package://`, a name among the uploaded files, or `model://NAME`
+            for a model of the kernel's table.
         files: where the model's files come from.
-        library: keeps the parsed meshes.
-        name: of the robot, object or part; empty means the file's own, with a number behind it when that is `taken`.
+        library: keeps the parsed meshes and has the importers.
+        name: of the robot, object or part; empty means the file's own (or that in the table), with a number behind it
+            when that is `taken`.
         parent: the node that it is fixed to.
         parent_t_node: where it goes, in the parent's frame.
-        base_joint: for URDF: how the root link hangs below the robot: FIXED, FLOATING or PLANAR.
-        as_part: for mesh files: a part instead of an object.
-        scale: for mesh files: factors for x, y, z; negative ones mirror.
+        base_joint: for robots: how the root link hangs below the robot: FIXED, FLOATING or PLANAR.
+        as_part: for meshes: a part instead of an object.
+        scale: for meshes: factors for x, y, z; negative ones mirror.
         taken: names that nodes of the world have.
         referrer: the file that names this one, such as a scene file.
+        settings: the importer's, plain values.
+        srdf_uri: for robots: an SRDF file with groups, postures and pairs of links that may touch.
 
     Raises:
         MalformedFileError: for an unknown format or a broken file, with file, line and element where known.
         MissingFileError: for a file that is nowhere, with each place that was tried.
-        KernelError: INVALID_ARGUMENT for another base joint or an impossible scale; TOO_LARGE, UNKNOWN_ASSET.
+        UnknownNameError: for a `model://NAME` that is not in the table.
+        KernelError: INVALID_ARGUMENT for another base joint, an impossible scale, settings or an SRDF file for what has
+            none; TOO_LARGE, UNKNOWN_ASSET; PLUGIN_FAILED for an importer's fault.
     """
-    kind = ending(uri)
-    if kind not in MODEL_FORMATS:
-        raise malformed(uri, None, f"no model format has the ending {kind!r}; known: {', '.join(MODEL_FORMATS)}")
     if base_joint not in BASE_JOINTS:
         valid = ", ".join(joint_type.value[0] for joint_type in BASE_JOINTS)
-        raise KernelError(
-            f"the base joint cannot be {base_joint.value[0]}; valid: {valid}",
-            reason=Reason.INVALID_ARGUMENT,
-            valid=valid,
-        )
+        raise _bad_argument(f"the base joint cannot be {base_joint.value[0]}; valid: {valid}", valid=valid)
+    if 0.0 in scale:
+        raise _bad_argument(f"the scale {scale} has a factor of 0", scale=scale)
+    known = model_table.named_by(uri)
+    if known and uri not in files.uploaded and known not in (files.resolver.packages if files.resolver else ()):
+        model = model_table.find(known)
+        uri, settings = model.uri, {**model.settings, **(settings or {})}
+    kind = ending(uri)
+    formats = tuple(dict.fromkeys((*MODEL_FORMATS, *library.importers.endings)))
+    if kind not in formats:
+        raise malformed(uri, None, f"no model format has the ending {kind!r}; known: {', '.join(formats)}")
 
     def choose_name(own: str) -> str:
         if name:
             return name
-        stem = own or uri.replace("\\", "/").rpartition("/")[2].rpartition(".")[0] or "model"
+        stem = known or own or uri.replace("\\", "/").rpartition("/")[2].rpartition(".")[0] or "model"
         number, chosen = 2, stem
         while chosen in taken:
             chosen, number = f"{stem}_{number}", number + 1
@@ -87,26 +117,65 @@ def import_model(
     warnings: list[str] = []
 
     def load(mesh_uri: str, named_by: str, mesh_scale: Scale, drawn: bool = True) -> Mesh:
-        mesh, odd = find_mesh(files, mesh_uri, named_by, mesh_scale)
+        mesh, odd = library.find(files, mesh_uri, named_by, mesh_scale)
         library.load(mesh)
         # What is missing costs the look only, and nobody looks at a collision mesh.
         warnings.extend(text for text in odd if drawn and text not in warnings)
         return mesh
 
+    translated = _translated(library, files, uri, referrer, settings or {})
+    if settings and translated is None:
+        raise _bad_argument(f"settings are an importer's, and {kind} is read without one", settings=settings)
+    result = translated.format if translated else kind
+    if translated and result == ".yaml":
+        return TranslatedScene(translated.data.decode(), translated.file.key, translated.warnings)
     pose = identity() if parent_t_node is None else parent_t_node
-    if kind == ".urdf":
-        model = read_urdf(files.read(uri, referrer), load, choose_name, base_joint)
-        first = replace(model.nodes[0], parent=parent, parent_t_node=pose)
-        return ImportedModel((first, *model.nodes[1:]), model.mesh_count, (*warnings, *model.warnings))
-    if 0.0 in scale:
-        raise KernelError(f"the scale {scale} has a factor of 0", reason=Reason.INVALID_ARGUMENT, scale=scale)
-    figure = Figure(load(uri, referrer, scale))
+    if result == ".urdf":
+        file = translated.as_file() if translated else files.read(uri, referrer)
+        try:
+            model = read_urdf(file, load, choose_name, base_joint)
+        except KernelError as error:
+            if translated is not None:
+                error.args = (f"{error} (the line is that of the URDF that {place_in(uri, None)} was translated to)",)
+            raise
+        robot = replace(model.nodes[0], parent=parent, parent_t_node=pose)
+        if srdf_uri:
+            semantics = read_srdf(files.read(srdf_uri, referrer), model.nodes)
+            robot = with_semantics(robot, semantics)
+            warnings.extend(semantics.warnings)
+        warnings[:0] = translated.warnings if translated else ()
+        return ImportedModel((robot, *model.nodes[1:]), model.mesh_count, (*warnings, *model.warnings))
+    if srdf_uri:
+        raise _bad_argument(f"{uri} is no robot: the SRDF file {srdf_uri!r} has nothing to describe", file=srdf_uri)
+    if translated is None:
+        mesh = load(uri, referrer, scale)
+    else:
+        mesh = library.adopt(translated, scale)
+        library.load(mesh)
+        warnings.extend(translated.warnings)
     node = NodeSpec(
         choose_name(""),
         Kind.PART if as_part else Kind.OBJECT,
         parent,
         pose,
-        figures=(figure,),
+        figures=(Figure(mesh),),
         data=PartData() if as_part else None,
     )
     return ImportedModel((node,), 1, tuple(warnings))
+
+
+def _translated(library: MeshLibrary, files: Files, uri: str, referrer: str, settings: Settings) -> Translated | None:
+    """Return the translation of a file, None where the kernel reads it as it is."""
+    kind, importers = ending(uri), library.importers
+    if kind in MESH_FORMATS:
+        return None
+    if kind == ".urdf":
+        file = files.read(uri, referrer)
+        if ".urdf" not in importers.endings or not needs_xacro(file.data, file.key):
+            return None
+        return translate(importers, file, files, settings)
+    return translate(importers, files.read(uri, referrer), files, settings)
+
+
+def _bad_argument(message: str, **metadata: object) -> KernelError:
+    return KernelError(message, reason=Reason.INVALID_ARGUMENT, **metadata)

@@ -5,15 +5,16 @@ from __future__ import annotations
 import json
 import re
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from posixpath import relpath
 from urllib.parse import unquote
 
-from virtualrobot.resolver import is_relative
+from virtualrobot.resolver import is_relative, join_uri
 
-from virtualrobot_kernel.errors import MalformedFileError
+from virtualrobot_kernel.errors import KernelError, MalformedFileError
 from virtualrobot_kernel.formats import scene_file
-from virtualrobot_kernel.formats.xml import malformed, parse_xml
+from virtualrobot_kernel.formats.translate import Importers, NoImporters, Settings, run
+from virtualrobot_kernel.formats.xml import malformed, parse_xml, xacro_in
 
 _GLB_MAGIC, _GLB_JSON = 0x46546C67, 0x4E4F534A  # Khronos glTF 2.0 specification, section 4.4
 
@@ -41,16 +42,57 @@ def counted_from(main: str, name: str) -> str:
     return relpath(other, path.rpartition("/")[0] or ("/" if path.startswith("/") else "."))
 
 
-def list_references(data: bytes, uri: str) -> list[str]:
+def list_references(
+    data: bytes,
+    uri: str,
+    importers: Importers | None = None,
+    known: Mapping[str, bytes] | None = None,
+    settings: Settings | None = None,
+) -> list[str]:
     """Return the names of the files that a file names, each once, in the order of the file.
 
     Names are as written, but for backslashes, which become slashes, and `%20` and the like in COLLADA and glTF, which
-    are worked out. A format that names no files gives an empty list. Raises MalformedFileError for broken files.
+    are worked out. A format that names no files gives an empty list.
+
+    A file that is translated names what its importer asks for, and what the translation names. What it asks for may
+    depend on what the files say that it asked for: give those in `known`, by name joined to `uri`, and ask again until
+    nothing new comes.
+
+    Raises MalformedFileError for broken files.
     """
-    read = _READERS.get(ending(uri))
+    kind = ending(uri)
+    reader = importers or NoImporters()
+    if kind in reader.endings and (kind not in _READERS or needs_xacro(data, uri)):
+        return _foreign(data, uri, reader, known or {}, settings or {})
+    read = _READERS.get(kind)
     if read is None:
         return []
     return list(dict.fromkeys(name for name in read(data, uri) if name))
+
+
+def needs_xacro(data: bytes, uri: str) -> bool:
+    """Return whether a file called URDF must be expanded first."""
+    # Most files have none of these bytes, and need not be parsed for this.
+    may = ending(uri) == ".urdf" and (b"<xacro:" in data or b"$(" in data or b"${" in data)
+    return may and xacro_in(parse_xml(data, uri)) is not None
+
+
+def _foreign(data: bytes, uri: str, importers: Importers, known: Mapping[str, bytes], settings: Settings) -> list[str]:
+    asked: dict[str, bool] = {}
+
+    def read(name: str) -> bytes | None:
+        found = next((known[key] for key in (join_uri(uri, name), name) if key in known), None)
+        asked[name] = found is not None
+        return found
+
+    try:
+        translation = run(importers, data, uri, read, settings)
+    except KernelError:
+        if all(asked.values()):
+            raise
+        return list(asked)  # what it lacks explains the error
+    inner = list_references(translation.data, f"{uri}{translation.format}")
+    return list(dict.fromkeys([*asked, *inner]))
 
 
 def _urdf(data: bytes, uri: str) -> Iterator[str]:

@@ -60,12 +60,14 @@ def format(scene: scene_pb2.SceneFile) -> str:
 
 
 def references(scene: scene_pb2.SceneFile) -> Iterator[str]:
-    """Yield the names of the files that a scene names: meshes, files of meshes, models."""
+    """Yield the names of the files that a scene names: meshes, models, what belongs to models."""
     for node in scene.nodes:
         for mesh in meshes(node):
             yield mesh.uri
     for model in scene.models:
         yield model.uri
+        if model.srdf_uri:
+            yield model.srdf_uri
 
 
 def meshes(node: nodes_pb2.Node) -> Iterator[nodes_pb2.Mesh]:

@@ -9,11 +9,12 @@ from dataclasses import dataclass, field
 from difflib import get_close_matches
 
 from google.protobuf.descriptor import FieldDescriptor
+from google.protobuf.json_format import ParseDict
 from google.protobuf.message import Message
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from virtualrobot_kernel.errors import MalformedFileError
-from virtualrobot_kernel.formats.fields import Field, is_map, is_repeated, map_value
+from virtualrobot_kernel.formats.fields import STRUCT, Field, is_map, is_repeated, map_value
 from virtualrobot_kernel.formats.xml import malformed
 
 _NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?")
@@ -38,6 +39,9 @@ class SceneReader:
 
     def fill(self, message: Message, node: Node, path: str) -> None:
         """Set the fields of `message` from a YAML mapping; `path` says where in the file the mapping is."""
+        if message.DESCRIPTOR.full_name == STRUCT:
+            ParseDict(self._plain_items(node, path), message)
+            return
         fields = message.DESCRIPTOR.fields_by_name
         taken_by: dict[str, str] = {}
         for key, value in self._items(node, path, f"the fields of {message.DESCRIPTOR.name}"):
@@ -106,6 +110,32 @@ class SceneReader:
             raise self._error(node, path, f"expected a list, got {_described(node)}")
         return node.value
 
+    def _plain_items(self, node: Node, path: str) -> dict[str, object]:
+        """Return names and values as they are written: no schema says what they must be."""
+        items = self._items(node, path, "names and values")
+        return {key: self._plain(value, f"{path}.{key}") for key, value in items}
+
+    def _plain(self, node: Node, path: str) -> object:
+        if isinstance(node, MappingNode):
+            return self._plain_items(node, path)
+        if isinstance(node, SequenceNode):
+            return [self._plain(item, f"{path}[{index}]") for index, item in enumerate(self._list(node, path))]
+        self._visit(node, path)
+        text = node.value
+        if node.style is not None:
+            return text
+        if self._is_null(node):
+            return None
+        if _NUMBER.fullmatch(text):
+            return self._finite(node, path)
+        return text == "true" if text in ("true", "false") else text
+
+    def _finite(self, node: ScalarNode, path: str) -> float:
+        value = float(node.value)
+        if value in (float("inf"), float("-inf")):
+            raise self._error(node, path, f"{node.value} is too large for a number")
+        return value
+
     def _scalar(self, descriptor: Field, node: Node, path: str) -> object:
         self._visit(node, path)
         kind = descriptor.cpp_type
@@ -125,10 +155,7 @@ class SceneReader:
         if kind == FieldDescriptor.CPPTYPE_ENUM:
             return self._enum(descriptor.enum_type, node, path)
         if kind == FieldDescriptor.CPPTYPE_DOUBLE and plain and _NUMBER.fullmatch(text):
-            value = float(text)
-            if value in (float("inf"), float("-inf")):
-                raise self._error(node, path, f"{text} is too large for a number")
-            return value
+            return self._finite(node, path)
         if kind in _INTEGER_RANGES and _INTEGER.fullmatch(text):
             least, most = _INTEGER_RANGES[kind]
             if not least <= int(text) <= most:

@@ -8,9 +8,10 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
+from google.protobuf.json_format import MessageToDict
 from google.protobuf.message import Message
 
-from virtualrobot_kernel.formats.fields import Field, is_map, is_repeated, map_value
+from virtualrobot_kernel.formats.fields import STRUCT, Field, is_map, is_repeated, map_value
 
 # What any YAML reader, of version 1.1 too, takes as text without quotes.
 _PLAIN = re.compile(r"[A-Za-z_/.][A-Za-z0-9_/.+-]*( [A-Za-z0-9_/.+-]+)*")
@@ -25,6 +26,8 @@ def to_plain(message: Message) -> dict[str, object]:
 
     `MessageToDict` leaves the entries of a map in an order that differs from run to run.
     """
+    if message.DESCRIPTOR.full_name == STRUCT:
+        return _sorted(MessageToDict(message))
     plain: dict[str, object] = {}
     for field, value in message.ListFields():
         if is_map(field):
@@ -46,8 +49,15 @@ def _plain_value(field: Field, value: Any) -> object:  # noqa: ANN401  a field's
     return base64.b64encode(value).decode() if isinstance(value, bytes) else value
 
 
+def _sorted(value: Any) -> Any:  # noqa: ANN401  plain values of any kind
+    """Return plain values with all names in the order of the alphabet."""
+    if isinstance(value, dict):
+        return {key: _sorted(value[key]) for key in sorted(value)}
+    return [_sorted(item) for item in value] if isinstance(value, list) else value
+
+
 def write_yaml(value: dict) -> str:
-    """Return a mapping of mappings, lists, text, numbers and truth values as YAML, keys in their order."""
+    """Return a mapping of mappings, lists, text, numbers, truth values and nulls as YAML, keys in their order."""
     return "".join(f"{line}\n" for line in _mapping(value, "")) or "{}\n"
 
 
@@ -92,6 +102,8 @@ def _inline(value: object) -> str:
 def _scalar(value: object) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
+    if value is None:
+        return "null"
     if isinstance(value, (int, float)):
         return repr(value)
     text = str(value)

@@ -10,7 +10,6 @@ from virtualrobot_kernel.formats.files import File, located
 from virtualrobot_kernel.formats.urdf_elements import (
     Palette,
     Place,
-    attribute,
     inertial,
     numbers,
     origin,
@@ -18,7 +17,16 @@ from virtualrobot_kernel.formats.urdf_elements import (
     text_attribute,
 )
 from virtualrobot_kernel.formats.urdf_joints import UrdfJoint, read_joints, tree_order
-from virtualrobot_kernel.formats.xml import Element, children, line_of, local_name, malformed, parse_xml, place_in
+from virtualrobot_kernel.formats.xml import (
+    Element,
+    children,
+    line_of,
+    local_name,
+    malformed,
+    parse_xml,
+    place_in,
+    xacro_in,
+)
 from virtualrobot_kernel.world.figures import Figure, Geometry, Material, Mesh, identity
 from virtualrobot_kernel.world.structure import Joint, JointType, Kind, LinkData, NodeSpec, RobotData
 
@@ -122,7 +130,7 @@ def read_urdf(
         raise malformed(file.key, line_of(root), "the robot has no link")
     joints = read_joints(file.key, root, reader.warnings)
     order = tree_order(file.key, {name: line_of(element) for name, element in links.items()}, joints)
-    robot = choose_name(attribute(Place(file.key, "robot"), root, "name").strip())
+    robot = choose_name(root.get("name", "").strip())
     base = Joint(_free_name("base", joints), base_joint, axis=(0.0, 0.0, 1.0))
     nodes = [NodeSpec(robot, Kind.ROBOT, data=RobotData(source=file.key))]
     for name, joint in order:
@@ -152,11 +160,12 @@ def _free_name(name: str, joints: Sequence[UrdfJoint]) -> str:
 
 
 def _refuse_xacro(uri: str, root: Element) -> None:
-    for element in root.iter("{*}*"):
-        if isinstance(element.tag, str) and element.tag.startswith("{") and "xacro" in element.tag:
-            raise malformed(
-                uri,
-                line_of(element),
-                f"<xacro:{local_name(element)}> is xacro, not URDF: expand the file first "
-                "(xacro model.xacro > model.urdf)",
-            )
+    found = xacro_in(root)
+    if found is not None:
+        element, what = found
+        raise malformed(
+            uri,
+            line_of(element),
+            f"{what} is xacro, and no importer for xacro is there: expand the file first "
+            "(xacro model.xacro > model.urdf)",
+        )

@@ -18,7 +18,6 @@ from virtualrobot_kernel.world.structure import Inertial
 
 Color = tuple[float, float, float, float]
 
-_OPTENV = re.compile(r"\$\(optenv\s+\S+\s*([^()]*)\)")
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 
 
@@ -36,34 +35,15 @@ class Place:
 
 def text_attribute(place: Place, element: Element, name: str) -> str:
     """Return an attribute that must be there and not be empty."""
-    text = attribute(place, element, name).strip()
+    text = element.get(name, "").strip()
     if not text:
         raise place.error(element, f"<{local_name(element)}> needs the attribute {name!r}")
     return text
 
 
-def attribute(place: Place, element: Element, name: str, default: str = "") -> str:
-    """Return an attribute as text.
-
-    `$(optenv NAME text)` is worked out to its text: the kernel's environment is not looked at, so that a model is the
-    same everywhere. Other `$(...)` and `${...}` are xacro and refused.
-    """
-    text = element.get(name)
-    if text is None:
-        return default
-    if "$" in text:
-        text = _OPTENV.sub(lambda match: match[1].strip(), text)
-        if "$(" in text or "${" in text:
-            raise place.error(
-                element,
-                f"{name}={element.get(name)!r} is xacro: expand the file first (xacro model.xacro > model.urdf)",
-            )
-    return text
-
-
 def numbers(place: Place, element: Element, name: str, count: int, default: tuple[float, ...] = ()) -> list[float]:
     """Return `count` finite numbers from an attribute; `default` when it is absent, an error when that is empty."""
-    text = attribute(place, element, name)
+    text = element.get(name, "")
     if element.get(name) is None or not text.strip():
         if not default:
             raise place.error(element, f"<{local_name(element)}> needs {_plural(count)} in {name!r}")

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from virtualrobot_kernel.formats.limits import joint_limits
-from virtualrobot_kernel.formats.urdf_elements import Place, attribute, number, numbers, origin, text_attribute
+from virtualrobot_kernel.formats.urdf_elements import Place, number, numbers, origin, text_attribute
 from virtualrobot_kernel.formats.xml import Element, children, line_of, malformed
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.structure import Joint, JointLimits, JointType, Mimic
@@ -109,7 +109,7 @@ def _mimic(place: Place, element: Element, joint_type: JointType) -> Mimic | Non
         return None
     if joint_type not in _ONE_COORDINATE:
         raise place.error(child, f"a {joint_type.value[0]} joint cannot follow another one")
-    name = attribute(place, child, "joint").strip()
+    name = child.get("joint", "").strip()
     if not name:
         raise place.error(child, "<mimic> needs the attribute 'joint'")
     return Mimic(name, number(place, child, "multiplier", 1.0), number(place, child, "offset", 0.0))

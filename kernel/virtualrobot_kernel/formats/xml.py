@@ -81,3 +81,22 @@ def local_name(element: Element) -> str:
 def children(element: Element, tag: str) -> Iterator[Element]:
     """Yield the child elements with this tag, in the order of the file."""
     return element.iterchildren(tag)
+
+
+def xacro_in(root: Element) -> tuple[Element, str] | None:
+    """Return the first element of a URDF document that is xacro or has xacro in an attribute, and what; None for none.
+
+    What simulators are told (`<gazebo>`, `<transmission>`) does not count: there `$(...)` is somebody else's.
+    """
+    stack = [root]
+    while stack:
+        element = stack.pop()
+        if not isinstance(element.tag, str):
+            continue
+        if element.prefix == "xacro" or (element.prefix and "xacro" in etree.QName(element).namespace):
+            return element, f"<xacro:{local_name(element)}>"
+        for name, value in element.attrib.items():
+            if "$(" in value or "${" in value:
+                return element, f"{name}={value!r}"
+        stack.extend(child for child in reversed(element) if child.tag not in ("gazebo", "transmission"))
+    return None

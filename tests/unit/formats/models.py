@@ -6,6 +6,7 @@ import re
 import struct
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pybullet_data
@@ -15,9 +16,12 @@ from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.models import ImportedModel, import_model
+from virtualrobot_kernel.formats.translate import Importers
 from virtualrobot_kernel.numeric.forest import forward_forest
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.structure import WORLD_NAME, WORLD_UID, JointType, Kind, Node, NodeSpec, Structure
+from virtualrobot_plugins.importers.xacro import Xacro, XacroSettings
+from virtualrobot_sdk.importers import Translation
 
 DATA = Path(pybullet_data.getDataPath())
 
@@ -33,6 +37,17 @@ ROBOTS = {
 }
 
 
+class XacroOnly:
+    """The bundled importer for xacro, called in this process."""
+
+    endings = (".xacro", ".urdf")
+
+    def translate(
+        self, data: bytes, uri: str, files: Mapping[str, bytes | None], settings: Mapping[str, Any]
+    ) -> Translation:
+        return Xacro(XacroSettings(**settings)).translate(data, uri, files)
+
+
 def disk(store: AssetStore | None = None) -> Files:
     """Return files that come from the disk."""
     return Files(store or AssetStore(), {}, Resolver())
@@ -44,17 +59,28 @@ def uploaded(contents: Mapping[str, bytes]) -> Files:
     return Files(store, {name: store.put(data) for name, data in contents.items()})
 
 
-def load(path: Path, base_joint: JointType = JointType.FIXED, name: str = "") -> tuple[ImportedModel, MeshLibrary]:
+def load(
+    path: Path, base_joint: JointType = JointType.FIXED, name: str = "", **options: object
+) -> tuple[ImportedModel, MeshLibrary]:
     """Import a model from the disk."""
     files = disk()
-    library = MeshLibrary(files.store)
-    return import_model(str(path), files, library, base_joint=base_joint, name=name), library
+    library = MeshLibrary(files.store, XacroOnly())
+    return imported(str(path), files, library, base_joint=base_joint, name=name, **options), library
 
 
-def read_text(text: str, meshes: Mapping[str, bytes] | None = None, **options: object) -> ImportedModel:
+def imported(uri: str, files: Files, library: MeshLibrary | None = None, **options: Any) -> ImportedModel:  # noqa: ANN401  those of `import_model`
+    """Import a model that is no scene."""
+    model = import_model(uri, files, library or MeshLibrary(files.store), **options)
+    assert isinstance(model, ImportedModel)
+    return model
+
+
+def read_text(
+    text: str, meshes: Mapping[str, bytes] | None = None, importers: Importers | None = None, **options: object
+) -> ImportedModel:
     """Import the text of a URDF file named model.urdf whose meshes are given by name."""
     files = uploaded({"model.urdf": text.encode(), **(meshes or {})})
-    return import_model("model.urdf", files, MeshLibrary(files.store), **options)  # pyright: ignore[reportArgumentType]
+    return imported("model.urdf", files, MeshLibrary(files.store, importers), **options)
 
 
 def refusal(text: str | bytes, name: str = "model.urdf") -> MalformedFileError:

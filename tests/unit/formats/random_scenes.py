@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 from google.protobuf.descriptor import FieldDescriptor
+from google.protobuf.json_format import ParseDict
 from google.protobuf.message import Message
 from virtualrobot.v1 import scene_pb2
-from virtualrobot_kernel.formats.fields import Field, is_map, is_repeated, map_value
+from virtualrobot_kernel.formats.fields import STRUCT, Field, is_map, is_repeated, map_value
 
 WORDS = [
     "on", "off", "yes", "No", "5", "1.0", "1e5", "0x10", "null", "~", "true", "", " ", "a b", " a", "a ", "- a", "a: b",
@@ -31,6 +32,9 @@ def random_scene(rng: np.random.Generator) -> scene_pb2.SceneFile:
 
 
 def _fill(message: Message, rng: np.random.Generator, depth: int) -> None:
+    if message.DESCRIPTOR.full_name == STRUCT:
+        ParseDict(_plain_items(rng, depth), message)
+        return
     for field in message.DESCRIPTOR.fields:
         if rng.random() < (0.3 if depth else 0.05):
             continue
@@ -39,6 +43,22 @@ def _fill(message: Message, rng: np.random.Generator, depth: int) -> None:
                 continue
             message.ClearField(message.WhichOneof(field.containing_oneof.name) or "")
         _set(message, field, rng, depth)
+
+
+def _plain_items(rng: np.random.Generator, depth: int) -> dict[str, object]:
+    return {str(rng.choice(WORDS)): _plain(rng, depth + 1) for _ in range(rng.integers(4))}
+
+
+def _plain(rng: np.random.Generator, depth: int) -> object:
+    kinds = [
+        lambda: None,
+        lambda: bool(rng.integers(2)),
+        lambda: float(rng.choice(NUMBERS)),
+        lambda: str(rng.choice(WORDS)),
+        lambda: [_plain(rng, depth + 1) for _ in range(rng.integers(4))],
+        lambda: _plain_items(rng, depth),
+    ]
+    return kinds[rng.integers(len(kinds) if depth < 6 else 4)]()
 
 
 def _set(message: Message, field: Field, rng: np.random.Generator, depth: int) -> None:

@@ -2,24 +2,39 @@
 
 import json
 from pathlib import Path, PurePosixPath
+from typing import Any
 
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, MalformedFileError, MissingFileError, Reason
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.bundle import bundle
-from virtualrobot_kernel.formats.mesh_library import MeshLibrary, find_mesh
-from virtualrobot_kernel.formats.models import import_model
+from virtualrobot_kernel.formats.files import Files
+from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.references import list_references
 from virtualrobot_kernel.world.figures import Mesh
 from virtualrobot_kernel.world.structure import Kind, PartData
 
-from tests.unit.formats.models import DATA, TETRAHEDRON, TETRAHEDRON_FACES, binary_stl, disk, uploaded, volume
+from tests.unit.formats.models import (
+    DATA,
+    TETRAHEDRON,
+    TETRAHEDRON_FACES,
+    binary_stl,
+    disk,
+    imported,
+    uploaded,
+    volume,
+)
 from tests.unit.formats.test_meshes import BUFFER, dae, gltf_tree, obj_text
 
 STL = binary_stl(TETRAHEDRON, TETRAHEDRON_FACES)
 PNG = (DATA / "tex256.png").read_bytes()
 TEXTURED = f"mtllib ../looks/t.mtl\nvt 0 0\nvt 1 0\nvt 0 1\n{obj_text()}\nusemtl wood\nf 1/1 2/2 3/3\n".encode()
+
+
+def find(files: Files, *what: Any, **options: Any) -> tuple[Mesh, tuple[str, ...]]:  # noqa: ANN401  those of `find`
+    """Find a mesh with a library of its own."""
+    return MeshLibrary(files.store).find(files, *what, **options)
 
 
 def textured(folder: str = "") -> dict[str, bytes]:
@@ -80,7 +95,7 @@ def test_references_of_broken_files_are_refused(name: str) -> None:
 @pytest.mark.parametrize("folder", ["", "package://p/", "/robots/"])
 def test_a_mesh_is_found_with_its_material_and_texture(folder: str) -> None:
     files = uploaded(textured(folder))
-    mesh, warnings = find_mesh(files, f"{folder}meshes/t.obj")
+    mesh, warnings = find(files, f"{folder}meshes/t.obj")
     assert warnings == ()
     assert [name for name, _ in mesh.files] == ["../looks/t.mtl", "../looks/images/wood.png"]
     parts = MeshLibrary(files.store).load(mesh)
@@ -90,41 +105,41 @@ def test_a_mesh_is_found_with_its_material_and_texture(folder: str) -> None:
 def test_a_missing_texture_is_a_warning_and_a_missing_buffer_an_error() -> None:
     contents = textured()
     del contents["looks/images/wood.png"]
-    mesh, (warning,) = find_mesh(uploaded(contents), "meshes/t.obj")
+    mesh, (warning,) = find(uploaded(contents), "meshes/t.obj")
     assert [name for name, _ in mesh.files] == ["../looks/t.mtl"]
     assert "'images/wood.png', named by looks/t.mtl, is not there" in warning and "drawn without it" in warning
     with pytest.raises(MissingFileError, match=r"'gone\.bin', named by a\.gltf"):
-        find_mesh(uploaded({"a.gltf": json.dumps(gltf_tree({"uri": "gone.bin"})).encode()}), "a.gltf")
+        find(uploaded({"a.gltf": json.dumps(gltf_tree({"uri": "gone.bin"})).encode()}), "a.gltf")
 
 
 def test_a_texture_with_a_path_of_another_machine_is_found_beside_the_file() -> None:
     material = b"newmtl wood\nmap_Kd C:\\Users\\me\\wood.png\n"
     contents = {"t.obj": TEXTURED.replace(b"../looks/", b""), "t.mtl": material, "wood.png": PNG}
     files = uploaded(contents)
-    mesh, warnings = find_mesh(files, "t.obj")
+    mesh, warnings = find(files, "t.obj")
     assert warnings == ()
     assert any(part.texture for part in MeshLibrary(files.store).load(mesh))
 
 
 def test_a_mesh_that_has_changed_is_refused() -> None:
     with pytest.raises(MalformedFileError, match=r"t\.stl has changed: its SHA-256 is"):
-        find_mesh(uploaded({"t.stl": STL}), "t.stl", sha256="0" * 64)
+        find(uploaded({"t.stl": STL}), "t.stl", sha256="0" * 64)
 
 
 def test_equal_meshes_are_parsed_once_and_scaled_ones_share_faces() -> None:
     files = uploaded({"t.stl": STL, "copy.STL": STL})
     library = MeshLibrary(files.store)
-    first = library.load(find_mesh(files, "t.stl")[0])
-    assert library.load(find_mesh(files, "copy.STL")[0]) is first
-    double = library.load(find_mesh(files, "t.stl", scale=(2.0, 2.0, 2.0))[0])
-    assert double is library.load(find_mesh(files, "copy.STL", scale=(2.0, 2.0, 2.0))[0])
+    first = library.load(find(files, "t.stl")[0])
+    assert library.load(find(files, "copy.STL")[0]) is first
+    double = library.load(find(files, "t.stl", scale=(2.0, 2.0, 2.0))[0])
+    assert double is library.load(find(files, "copy.STL", scale=(2.0, 2.0, 2.0))[0])
     assert double[0].faces is first[0].faces
     assert volume(double[0].vertices, double[0].faces) == pytest.approx(0.008, rel=1e-6)
 
 
 def test_what_was_not_asked_for_longest_is_forgotten() -> None:
     files = uploaded({"a.stl": STL, "b.stl": binary_stl(2.0 * TETRAHEDRON, TETRAHEDRON_FACES)})
-    a, b = (find_mesh(files, name)[0] for name in ("a.stl", "b.stl"))
+    a, b = (find(files, name)[0] for name in ("a.stl", "b.stl"))
     library = MeshLibrary(files.store, limit_bytes=1)
     first = library.load(a)
     assert library.load(a) is first
@@ -142,7 +157,7 @@ def test_a_mesh_whose_bytes_are_gone_is_refused() -> None:
 def test_a_mesh_file_gives_one_node(as_part: bool) -> None:
     files = uploaded({"parts/my box.stl": STL})
     pose = np.diag([1.0, -1.0, -1.0, 1.0])
-    model = import_model(
+    model = imported(
         "parts/my box.stl",
         files,
         MeshLibrary(files.store),
@@ -169,7 +184,7 @@ def test_files_that_a_client_names_by_their_whole_names_are_found_and_bundled(fo
     assert any(part.texture for part in MeshLibrary(store).load(mesh))
     places, paths = bundle([mesh])
     unpack(tmp_path, paths, store)
-    again, warnings = find_mesh(disk(), places[mesh], str(tmp_path / "scene.yaml"))
+    again, warnings = find(disk(), places[mesh], str(tmp_path / "scene.yaml"))
     assert warnings == () and [name for name, _ in again.files] == ["../looks/t.mtl", "../looks/images/wood.png"]
 
 
@@ -184,15 +199,15 @@ def test_a_bundle_is_found_again_whole(tmp_path: Path) -> None:
     contents = {**textured("package://p/"), "a.gltf": json.dumps(gltf_tree({"uri": "b/buffer.bin"})).encode()}
     files = uploaded({**contents, "b/buffer.bin": BUFFER, "t.stl": STL, "other/t.stl": STL})
     uris = ("package://p/meshes/t.obj", "a.gltf", "t.stl", "other/t.stl")
-    meshes = [find_mesh(files, uri)[0] for uri in uris]
-    meshes.append(find_mesh(files, "t.stl", scale=(1.0, -1.0, 1.0))[0])
+    meshes = [find(files, uri)[0] for uri in uris]
+    meshes.append(find(files, "t.stl", scale=(1.0, -1.0, 1.0))[0])
     places, paths = bundle(meshes)
     assert len(dict(paths)) == len(paths) == 6  # t.obj, t.mtl, wood.png, a.gltf, buffer.bin, and t.stl once
     assert all(place.startswith("assets/") for place in places.values())
     unpack(tmp_path, paths, files.store)
     again = disk()
     for mesh in meshes:
-        found, warnings = find_mesh(again, places[mesh], str(tmp_path / "scene.yaml"), mesh.scale, mesh.sha256)
+        found, warnings = find(again, places[mesh], str(tmp_path / "scene.yaml"), mesh.scale, mesh.sha256)
         assert warnings == () and found.sha256 == mesh.sha256 and found.files == mesh.files
         assert PurePosixPath(found.uri).name == PurePosixPath(mesh.uri).name
 

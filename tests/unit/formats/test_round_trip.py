@@ -10,7 +10,6 @@ from virtualrobot_kernel.api.scene_files import read_scene, write_scene
 from virtualrobot_kernel.formats import scene_file
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
-from virtualrobot_kernel.formats.models import import_model
 from virtualrobot_kernel.formats.scene_writer import to_plain
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.clock import Clock, Mode
@@ -21,7 +20,7 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import World
 from virtualrobot_kernel.world.structure import JointType
 
-from tests.unit.formats.models import DATA, ROBOTS, disk
+from tests.unit.formats.models import DATA, ROBOTS, XacroOnly, disk, imported
 
 
 class Bench:
@@ -29,7 +28,7 @@ class Bench:
 
     def __init__(self) -> None:
         """Begin empty, with time standing still."""
-        self.meshes = MeshLibrary(AssetStore())
+        self.meshes = MeshLibrary(AssetStore(), XacroOnly())
         self.world = World(world_poses, MemoryJournal(), Clock(Mode.STEPPED, 1.0, 4_000_000))
         self.world.start()
 
@@ -64,9 +63,9 @@ def filled(bench: Bench, rng: np.random.Generator) -> None:
     files = disk(bench.meshes.store)
     bases = {"panda": JointType.FIXED, "xarm6_gripper": JointType.FIXED, "a1": JointType.FLOATING}
     for name, base in {**bases, "husky": JointType.PLANAR, "r2d2": JointType.FIXED}.items():
-        model = import_model(str(ROBOTS[name]), files, bench.meshes, name=f"{name} no. 1", base_joint=base)
+        model = imported(str(ROBOTS[name]), files, bench.meshes, name=f"{name} no. 1", base_joint=base)
         bench.apply([CreateNodes(model.nodes)])
-    duck = import_model(str(DATA / "duck.obj"), files, bench.meshes, name="on", scale=(0.01, -0.01, 0.02))
+    duck = imported(str(DATA / "duck.obj"), files, bench.meshes, name="on", scale=(0.01, -0.01, 0.02))
     bench.apply([CreateNodes(duck.nodes)])
     structure = bench.world.snapshot.structure
     for robot in structure.robots.values():

@@ -211,12 +211,6 @@ def test_uploaded_meshes_are_found_by_the_name_in_the_file(key: str) -> None:
     assert isinstance(mesh, Mesh) and mesh.uri == key
 
 
-def test_optenv_gives_its_default_whatever_the_environment_says(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("PLACE", "9 9 9")
-    node = read_text(chain(1, 'type="fixed"><origin xyz="$(optenv PLACE 0.1 0.2 0.3)"/>')).nodes[2]
-    assert node.parent_t_node[:3, 3].tolist() == [0.1, 0.2, 0.3]
-
-
 @pytest.mark.parametrize(
     "start", ['<?xml version="0.0" ?>\n', '\n\n<?xml version="1.0" encoding="latin-1"?>', "\ufeff"]
 )

@@ -131,9 +131,9 @@ CASES = {
     "cut off": ('<robot name="r">\n<link name="a">', "model.urdf:2: not XML: "),
     "xacro": (
         '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">\n<xacro:property name="a" value="1"/></robot>',
-        "model.urdf:2: <xacro:property> is xacro, not URDF: expand the file first",
+        "model.urdf:2: <xacro:property> is xacro, and no importer for xacro is there: expand the file first",
     ),
-    "xacro expression": (joint('<origin xyz="${a} 0 0"/>'), "xyz='${a} 0 0' is xacro: expand the file first"),
+    "xacro expression": (joint('<origin xyz="${a} 0 0"/>'), "xyz='${a} 0 0' is xacro, and no importer"),
     "xacro argument": (joint('<origin xyz="$(arg a) 0 0"/>'), "xyz='$(arg a) 0 0' is xacro"),
 }
 

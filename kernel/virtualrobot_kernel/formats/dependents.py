@@ -1,0 +1,60 @@
+"""What a mesh file names: materials, textures and buffers, and what those name in turn."""
+
+from __future__ import annotations
+
+from virtualrobot.resolver import join_uri
+
+from virtualrobot_kernel.errors import MissingFileError
+from virtualrobot_kernel.formats.files import File, Files
+from virtualrobot_kernel.formats.references import counted_from, ending, list_references
+
+_LOOKS = (".mtl", ".png", ".jpg", ".jpeg", ".webp", ".bmp", ".gif", ".tga", ".tif", ".tiff", ".dds", ".ktx2", ".basis")
+"""Endings of files without which a mesh has its shape and only looks different."""
+
+
+def find_dependents(files: Files, main: File) -> tuple[dict[str, str], list[str]]:
+    """Return the SHA-256 of all that a mesh file names, by name as counted from it, and warnings.
+
+    On the kernel's disk only files of the mesh's own package are taken (`files.home_of`), and files that are named by
+    `package://` or `model://`: a mesh comes from anywhere, and could name any file of the machine as its material.
+
+    Raises:
+        MissingFileError: for a buffer that is nowhere. A material or texture costs the look only and is a warning.
+    """
+    found: dict[str, str] = {}
+    warnings: list[str] = []
+    _gather(files, main, main, found, warnings)
+    return found, warnings
+
+
+def _gather(files: Files, main: File, file: File, found: dict[str, str], warnings: list[str]) -> None:
+    """Read what `file` names, by name as counted from the main file, and what those files name."""
+    for name in list_references(file.data, file.key):
+        known_as = name if file is main else counted_from(main.key, join_uri(file.key, name))
+        if known_as in found:
+            continue
+        try:
+            dependent = _read(files, main, name, file.key)
+        except MissingFileError as error:
+            if ending(name) not in _LOOKS:
+                raise
+            warnings.append(f"{error}; drawn without it")
+            continue
+        found[known_as] = dependent.sha256
+        _gather(files, main, dependent, found, warnings)
+
+
+def _read(files: Files, main: File, name: str, referrer: str) -> File:
+    """Return the file by its name, or one of that name beside its referrer: exporters write their own disk's paths."""
+    homes = files.homes(main)
+    try:
+        return files.read(name, referrer, homes)
+    except MissingFileError:
+        beside = name.rpartition("/")[2]
+        if beside == name or not beside:
+            raise
+        try:
+            return files.read(beside, referrer, homes)
+        except MissingFileError:
+            pass  # the first error says more
+        raise

@@ -1,0 +1,152 @@
+"""Files of formats that the kernel does not read itself: importers translate them to one that it does.
+
+Importers are components of plugins and may run in processes of their own; they get bytes and give bytes. What a file
+names they ask for, and the kernel looks for it as for everything else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, NoReturn, Protocol
+
+from virtualrobot_sdk.errors import ArgumentError, FilesNeeded
+from virtualrobot_sdk.importers import Translation
+
+from virtualrobot_kernel.errors import KernelError, MalformedFileError, MissingFileError, Reason
+from virtualrobot_kernel.formats.files import File, Files, located
+from virtualrobot_kernel.formats.xml import place_in
+
+ROUNDS = 100
+"""How often an importer may ask for files: each round may name many."""
+
+_ANYWHERE = (".xacro", ".urdf", ".sdf", ".yaml", ".yml", ".stl", ".obj", ".dae", ".gltf", ".glb")
+"""Endings of models and meshes, which a model may name wherever they are; all else must be of its own package."""
+
+Settings = Mapping[str, Any]
+"""An importer's settings, plain values as JSON has them."""
+
+
+class Importers(Protocol):
+    """The importers of all plugins; any thread may call."""
+
+    @property
+    def endings(self) -> tuple[str, ...]:
+        """The endings of the files that are read, in small letters with their dot; `.urdf` is for xacro in URDF."""
+        ...
+
+    def translate(self, data: bytes, uri: str, files: Mapping[str, bytes | None], settings: Settings) -> Translation:
+        """Return the file in a native format, by the importer that reads the ending of `uri`.
+
+        Raises:
+            FilesNeeded: for files that are not in `files`, by name; the call is made again with them.
+            ArgumentError: for a file or settings that it refuses; KernelError for a fault of the importer.
+        """
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class NoImporters:
+    """Reads nothing: native formats alone."""
+
+    endings: tuple[str, ...] = ()
+
+    def translate(self, data: bytes, uri: str, files: Mapping[str, bytes | None], settings: Settings) -> Translation:
+        """Raise MalformedFileError."""
+        raise MalformedFileError(f"no importer reads {uri}", file=uri)
+
+
+@dataclass(frozen=True, slots=True)
+class Translated:
+    """A translation, and what went into it.
+
+    Attributes:
+        file: the original.
+        format: `.glb`, `.urdf` or `.yaml`.
+        data: the file in that format; relative names in it count from the original.
+        files: SHA-256 of the files that the original names and that were found, by name as asked for.
+        warnings: what was odd.
+        settings: with which the importer worked.
+    """
+
+    file: File
+    format: str
+    data: bytes
+    files: tuple[tuple[str, str], ...]
+    warnings: tuple[str, ...]
+    settings: Settings
+
+    def as_file(self) -> File:
+        """Return the translation under the original's name."""
+        return File(self.file.key, self.data, self.file.sha256)
+
+
+def translate(importers: Importers, file: File, files: Files, settings: Settings | None = None) -> Translated:
+    """Return a file translated to a native format; what it names is read through `files`.
+
+    Raises:
+        MalformedFileError: when the importer refuses the file; the message names it.
+        MissingFileError: when it cannot do without a file that is nowhere; the message says what was tried.
+        KernelError: PLUGIN_FAILED when the importer asks again for what it has, or without end.
+    """
+    found: dict[str, str] = {}
+    missing: dict[str, MissingFileError] = {}
+
+    def read(name: str) -> bytes | None:
+        homes = None if name.lower().endswith(_ANYWHERE) else files.homes(file)
+        try:
+            dependent = files.read(name, file.key, homes)
+        except MissingFileError as error:
+            missing[name] = error
+            return None
+        found[name] = dependent.sha256
+        return dependent.data
+
+    try:
+        translation = run(importers, file.data, file.key, read, settings or {})
+    except KernelError as error:
+        absent = missing.get(error.metadata.get("missing", ""))
+        if absent is None:
+            raise
+        raise located(absent, str(error)) from error
+    return Translated(
+        file, translation.format, translation.data, tuple(found.items()), translation.warnings, settings or {}
+    )
+
+
+def run(
+    importers: Importers, data: bytes, uri: str, read: Callable[[str], bytes | None], settings: Settings
+) -> Translation:
+    """Return what an importer makes of a file; `read` gives what it asks for, None for what is nowhere.
+
+    Raises MalformedFileError when it refuses the file, and KernelError (PLUGIN_FAILED) when it asks without end.
+    """
+    known: dict[str, bytes | None] = {}
+    for _ in range(ROUNDS):
+        try:
+            return importers.translate(data, uri, known, settings)
+        except FilesNeeded as needed:
+            new = [name for name in dict.fromkeys(needed.names) if name not in known]
+            if not new:
+                _failed(uri, f"asks again for {', '.join(map(repr, needed.names)) or 'nothing'}, which it has")
+            known.update((name, read(name)) for name in new)
+        except ArgumentError as error:
+            raise _refused(uri, str(error), error.metadata) from error
+        except KernelError as error:
+            if error.reason is not Reason.INVALID_ARGUMENT:
+                raise
+            raise _refused(uri, str(error), error.metadata) from error
+    _failed(uri, f"asks for more and more files: {len(known)} in {ROUNDS} rounds")
+
+
+def _refused(uri: str, message: str, metadata: Mapping[str, str]) -> MalformedFileError:
+    """Return an importer's refusal, with the name of the file before it where the importer does not begin with one."""
+    name = place_in(uri, None)
+    text = message if message.startswith(name) or "file" in metadata else f"{name}: {message}"
+    error = MalformedFileError(text, file=uri)
+    error.metadata.update(metadata)
+    return error
+
+
+def _failed(uri: str, what: str) -> NoReturn:
+    raise KernelError(f"{place_in(uri, None)}: the importer {what}", reason=Reason.PLUGIN_FAILED, file=uri)
