@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -43,11 +43,27 @@ def inverse(pose: Pose) -> Pose:
     return result
 
 
+def extended(change: Change, new: Mapping[int, Node], next_uid: int, poses: Mapping[int, Pose]) -> Change:
+    """Return the world with more nodes, which start as `rebuilt` says; what is there keeps its places."""
+    old, state = change.structure, change.state
+    if not index.appends(old, new):
+        return rebuilt(change, {**old.nodes, **new}, next_uid, poses)
+    structure = index.extended(old, new, next_uid)
+    joints = [joint for uid in new if uid in structure.robots for joint in structure.robots[uid].joints]
+    state = replace(
+        state,
+        q=np.concatenate([state.q, *map(neutral, joints)]),
+        v=np.concatenate([state.v, np.zeros(structure.v_count - old.v_count)]),
+        parent_t_node=np.concatenate([state.parent_t_node, [poses[uid] for uid in new]]),
+    )
+    return replace(change, structure=structure, state=state)
+
+
 def rebuilt(change: Change, nodes: Mapping[int, Node], next_uid: int, poses: Mapping[int, Pose]) -> Change:
     """Return the world with other nodes: rows, joints and motions find their places again.
 
-    `poses` holds `parent_t_node` (4, 4) of the new nodes by uid. New joints start at zero, or at the limit nearest to
-    it; new floating joints start unturned.
+    `poses` holds `parent_t_node` (4, 4) of the new nodes by uid. A joint of the same link and type stays where
+    it is, whatever its name. New joints start at zero, or at the limit nearest to it; new floating ones start unturned.
     """
     old, state = change.structure, change.state
     new = index.build(nodes, next_uid, old.revision)
@@ -55,21 +71,15 @@ def rebuilt(change: Change, nodes: Mapping[int, Node], next_uid: int, poses: Map
     for uid, row in new.rows.items():
         parent_t_node[row] = poses[uid] if uid in poses else state.parent_t_node[old.rows[uid]]
     q, v = np.zeros(new.q_count), np.zeros(new.v_count)
-    for robot in new.robots.values():
-        before = old.robots.get(robot.uid)
-        places = (
-            {j.name: (j.type, *start) for j, *start in zip(before.joints, before.q_start, before.v_start, strict=True)}
-            if before
-            else {}
-        )
-        for joint, at_q, at_v in zip(robot.joints, robot.q_start, robot.v_start, strict=True):
-            nq, nv = joint.type.coordinate_count, joint.type.velocity_count
-            kind, from_q, from_v = places.get(joint.name, (None, 0, 0))
-            if kind is joint.type:
-                q[at_q : at_q + nq] = state.q[from_q : from_q + nq]
-                v[at_v : at_v + nv] = state.v[from_v : from_v + nv]
-            else:
-                q[at_q : at_q + nq] = neutral(joint)
+    places = {link: (joint.type, at_q, at_v) for link, joint, at_q, at_v in _joints(old)}
+    for link, joint, at_q, at_v in _joints(new):
+        nq, nv = joint.type.coordinate_count, joint.type.velocity_count
+        kind, from_q, from_v = places.get(link, (None, 0, 0))
+        if kind is joint.type:
+            q[at_q : at_q + nq] = state.q[from_q : from_q + nq]
+            v[at_v : at_v + nv] = state.v[from_v : from_v + nv]
+        else:
+            q[at_q : at_q + nq] = neutral(joint)
     motions = tuple(relocated(new, motion) for motion in state.motions)
     alive = new.nodes.keys()
     return replace(
@@ -86,6 +96,12 @@ def rebuilt(change: Change, nodes: Mapping[int, Node], next_uid: int, poses: Map
             speed_factors={uid: factor for uid, factor in state.speed_factors.items() if uid in alive},
         ),
     )
+
+
+def _joints(structure: Structure) -> Iterator[tuple[int, Joint, int, int]]:
+    """Yield all joints with coordinates: the link that each moves (a uid), and where it begins in q and in v."""
+    for robot in structure.robots.values():
+        yield from zip(index.moved_links(structure, robot), robot.joints, robot.q_start, robot.v_start, strict=True)
 
 
 def neutral(joint: Joint) -> NDArray[np.float64]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -24,6 +24,9 @@ from virtualrobot_kernel.world.structure import (
     Structure,
 )
 
+FEW = 20
+"""Nodes are few when those that are there are so many times as many: then adding them costs less than building anew."""
+
 SINGLE = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
 
 
@@ -39,15 +42,15 @@ def build(nodes: Mapping[int, Node], next_uid: int, revision: int) -> Structure:
     joints of a robot share a name or follow one that is not there.
     """
     rows = {uid: row for row, uid in enumerate(nodes)}
-    uid_by_name = _names(nodes.values())
+    uid_by_name = _names(nodes.values(), {})
     children: dict[int, list[int]] = {}
     for node in nodes.values():
         if node.parent:
             children.setdefault(node.parent, []).append(node.uid)
     parent = np.array([rows.get(node.parent, -1) for node in nodes.values()], np.int32)
     order = _order(nodes, rows, children)
-    robots, counts = _robots(nodes, children)
-    tools = _tools(nodes)
+    robots, counts = _robots(nodes, children, (0, 0))
+    tools = _tools(nodes, nodes.values())
     return Structure(
         nodes=dict(nodes),
         next_uid=next_uid,
@@ -57,9 +60,56 @@ def build(nodes: Mapping[int, Node], next_uid: int, revision: int) -> Structure:
         children={uid: tuple(below) for uid, below in children.items()},
         robots=robots,
         tools=tools,
-        forest=_forest(nodes, rows, robots, parent, order),
+        forest=Forest(order, parent, *_joint_rows(nodes, robots)),
         q_count=counts[0],
         v_count=counts[1],
+    )
+
+
+def appends(structure: Structure, new: Mapping[int, Node]) -> bool:
+    """Return whether `extended` can add these nodes, cheaper than `build`: few, and no links of robots that are there.
+
+    A link more shifts the coordinates of all robots created after its own.
+    """
+    few = 0 < FEW * len(new) <= len(structure.nodes)
+    return few and not any(node.kind is Kind.LINK and node.parent in structure.nodes for node in new.values())
+
+
+def extended(structure: Structure, new: Mapping[int, Node], next_uid: int) -> Structure:
+    """Return what `build` would return for all nodes, those that are there and `new` ones; raise the same errors."""
+    rows = {**structure.rows, **{uid: row for row, uid in enumerate(new, len(structure.rows))}}
+    uid_by_name = _names(new.values(), structure.uid_by_name)
+    children, order = dict(structure.children), structure.forest.order
+    for uid, node in new.items():
+        order = np.insert(order, _end_of(node.parent, order, rows, children), rows[uid])
+        children[node.parent] = (*children.get(node.parent, ()), uid)
+    robots, (q_count, v_count) = _robots(new, children, (structure.q_count, structure.v_count))
+    nodes = {**structure.nodes, **new}
+    tools = dict(structure.tools)
+    for robot, mounted in _tools(nodes, new.values()).items():
+        tools[robot] = (*tools.get(robot, ()), *mounted)
+    forest = structure.forest
+    joint_type, axis, q_index, multiplier, offset = _joint_rows(new, robots)
+    return Structure(
+        nodes=nodes,
+        next_uid=next_uid,
+        revision=structure.revision,
+        uid_by_name=uid_by_name,
+        rows=rows,
+        children=children,
+        robots={**structure.robots, **robots},
+        tools=tools,
+        forest=Forest(
+            order=order,
+            parent=np.append(forest.parent, np.array([rows[node.parent] for node in new.values()], np.int32)),
+            joint_type=np.append(forest.joint_type, joint_type),
+            axis=np.append(forest.axis, axis, axis=0),
+            q_index=np.append(forest.q_index, q_index),
+            multiplier=np.append(forest.multiplier, multiplier),
+            offset=np.append(forest.offset, offset),
+        ),
+        q_count=q_count,
+        v_count=v_count,
     )
 
 
@@ -71,17 +121,20 @@ def reparented(structure: Structure, uid: int, parent: int) -> Structure:
             f"cannot attach {names[0]!r} to {names[1]!r}, which hangs below it", node=names[0], parent=names[1]
         )
     nodes = dict(structure.nodes)
-    node = nodes[uid] = replace(structure.nodes[uid], parent=parent)
+    nodes[uid] = replace(structure.nodes[uid], parent=parent)
     children = dict(structure.children)
     before = structure.nodes[uid].parent
     children[before] = tuple(child for child in children[before] if child != uid)
-    children[parent] = (*children.get(parent, ()), node.uid)
+    rows, below = structure.rows, tuple(structure.below(uid))
+    start = _place(rows[uid], structure.forest.order)
+    order = np.delete(structure.forest.order, slice(start, start + len(below)))
+    moved = structure.forest.order[start : start + len(below)]
+    order = np.insert(order, _end_of(parent, order, rows, children), moved)
+    children[parent] = (*children.get(parent, ()), uid)
     parents = structure.forest.parent.copy()
-    parents[structure.rows[uid]] = structure.rows[parent]
-    order = _order(nodes, structure.rows, children)
+    parents[rows[uid]] = rows[parent]
     forest = replace(structure.forest, parent=parents, order=order)
-    mounts = any(below.kind is Kind.TOOL for below in structure.below(uid))
-    tools = _tools(nodes) if mounts else structure.tools
+    tools = _tools(nodes, nodes.values()) if any(node.kind is Kind.TOOL for node in below) else structure.tools
     return replace(structure, nodes=nodes, children=children, forest=forest, tools=tools)
 
 
@@ -91,8 +144,23 @@ def replaced(structure: Structure, node: Node) -> Structure:
     return replace(structure, nodes=nodes)
 
 
-def _names(nodes: Iterable[Node]) -> dict[str, int]:
-    names: dict[str, int] = {}
+def moved_links(structure: Structure, robot: RobotIndex) -> tuple[int, ...]:
+    """Return the links (uids) that the robot's joints move, in the order of these joints."""
+    return tuple(uid for uid in robot.links if _has_coordinates(_link_data(structure.nodes[uid]).joint))
+
+
+def renamed(structure: Structure, node: Node) -> Structure:
+    """Return the structure with another name of a node that nothing else names: neither robot nor link."""
+    names = {name: uid for name, uid in structure.uid_by_name.items() if uid != node.uid}
+    return replace(replaced(structure, node), uid_by_name=_names([node], names))
+
+
+def _has_coordinates(joint: Joint) -> bool:
+    return joint.mimic is None and joint.type is not JointType.FIXED
+
+
+def _names(nodes: Iterable[Node], taken: Mapping[str, int]) -> dict[str, int]:
+    names = dict(taken)
     for node in nodes:
         if not node.name or node.name != node.name.strip() or not node.name.isprintable():
             raise KernelError(
@@ -124,18 +192,30 @@ def _order(
     return np.array(order, np.int32)
 
 
+def _end_of(uid: int, order: NDArray[np.int32], rows: Mapping[int, int], children: Mapping[int, Sequence[int]]) -> int:
+    """Return the place in `order` after a node and all below it."""
+    while below := children.get(uid):
+        uid = below[-1]
+    return _place(rows[uid], order) + 1
+
+
+def _place(row: int, order: NDArray[np.int32]) -> int:
+    return int((order == row).argmax())
+
+
 def _robots(
-    nodes: Mapping[int, Node], children: Mapping[int, Iterable[int]]
+    nodes: Mapping[int, Node], children: Mapping[int, Iterable[int]], counts: tuple[int, int]
 ) -> tuple[dict[int, RobotIndex], tuple[int, int]]:
+    """Return the robots among `nodes`, and how many coordinates and velocities there are with them."""
     links = _links_by_robot(nodes)
     robots: dict[int, RobotIndex] = {}
-    q = v = 0
+    q, v = counts
     for uid, node in nodes.items():
         if node.kind is not Kind.ROBOT:
             continue
         joints, q_start, v_start = [], [], []
         for joint in _checked_joints(node, [nodes[link] for link in links.get(uid, ())]):
-            if joint.mimic or joint.type is JointType.FIXED:
+            if not _has_coordinates(joint):
                 continue
             joints.append(joint)
             q_start.append(q)
@@ -176,16 +256,16 @@ def _flange(robot: Node, links: list[Node], children: Mapping[int, Iterable[int]
     return flange
 
 
-def _tools(nodes: Mapping[int, Node]) -> dict[int, tuple[int, ...]]:
-    """Return the tools (uids) mounted on each robot."""
+def _tools(nodes: Mapping[int, Node], among: Iterable[Node]) -> dict[int, tuple[int, ...]]:
+    """Return the tools (uids) among some nodes that are mounted on each robot."""
     tools: dict[int, tuple[int, ...]] = {}
-    for uid, node in nodes.items():
+    for node in among:
         if node.kind is Kind.TOOL:
             at = nodes.get(node.parent)
             while at is not None and at.kind is not Kind.ROBOT:
                 at = nodes.get(at.parent)
             if at is not None:
-                tools[at.uid] = (*tools.get(at.uid, ()), uid)
+                tools[at.uid] = (*tools.get(at.uid, ()), node.uid)
     return tools
 
 
@@ -258,14 +338,12 @@ def _mimic_source(robot: Node, joint: Joint, by_name: Mapping[str, Joint]) -> tu
     return at.name, multiplier, offset
 
 
-def _forest(
-    nodes: Mapping[int, Node],
-    rows: Mapping[int, int],
-    robots: Mapping[int, RobotIndex],
-    parent: NDArray[np.int32],
-    order: NDArray[np.int32],
-) -> Forest:
+def _joint_rows(
+    nodes: Mapping[int, Node], robots: Mapping[int, RobotIndex]
+) -> tuple[NDArray[np.int8], NDArray[np.float64], NDArray[np.int32], NDArray[np.float64], NDArray[np.float64]]:
+    """Return joint_type, axis, q_index, multiplier and offset of the forest, a row for each of `nodes`."""
     count = len(nodes)
+    rows = {uid: row for row, uid in enumerate(nodes)}
     joint_type = np.zeros(count, np.int8)
     axis = np.tile([1.0, 0.0, 0.0], (count, 1))
     q_index = np.full(count, -1, np.int32)
@@ -285,4 +363,4 @@ def _forest(
                 q_index[row] = start[source]
             else:
                 q_index[row] = start[joint.name]
-    return Forest(order, parent, joint_type, axis, q_index, multiplier, offset)
+    return joint_type, axis, q_index, multiplier, offset
