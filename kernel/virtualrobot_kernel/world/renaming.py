@@ -1,0 +1,65 @@
+"""What follows when a joint gets another name: whatever names it in the same robot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+from virtualrobot_kernel.world.structure import (
+    Joint,
+    JointType,
+    LinkData,
+    Node,
+    NodeData,
+    RobotData,
+    Structure,
+    ToolData,
+)
+
+
+def with_joint_renamed(structure: Structure, link: Node, joint: Joint, nodes: Mapping[int, Node]) -> dict[int, Node]:
+    """Return `nodes` with the new name wherever they named the joint of a link that becomes `joint`.
+
+    Joints that mimic it, the robot's postures and groups and the states of its tools name it; the component's settings
+    are its own affair. `structure` and `link` are as they were before.
+    """
+    assert isinstance(link.data, LinkData)
+    old, new = link.data.joint.name, joint.name
+    robot = structure.robot_of(link.uid)
+    result = dict(nodes)
+    if robot is None or old == new or link.data.joint.type is JointType.FIXED:  # nothing names fixed joints
+        return result
+    for uid in (robot.uid, *structure.robots[robot.uid].links, *structure.tools.get(robot.uid, ())):
+        data = _with_other_name(nodes[uid].data, old, new)
+        if data is not nodes[uid].data and uid != link.uid:
+            result[uid] = replace(nodes[uid], data=data)
+    return result
+
+
+def _with_other_name(data: NodeData, old: str, new: str) -> NodeData:
+    """Return the data itself when it does not name the joint."""
+    if isinstance(data, LinkData):
+        mimic = data.joint.mimic
+        if mimic is not None and mimic.joint == old:
+            return replace(data, joint=replace(data.joint, mimic=replace(mimic, joint=new)))
+    if isinstance(data, ToolData) and _named(old, data.states.values()):
+        return replace(data, states=_renamed(data.states, old, new))
+    if isinstance(data, RobotData) and _named(old, (*data.postures.values(), *(g.joint_names for g in data.groups))):
+        groups = (
+            replace(group, joint_names=tuple(new if name == old else name for name in group.joint_names))
+            for group in data.groups
+        )
+        return replace(data, postures=_renamed(data.postures, old, new), groups=tuple(groups))
+    return data
+
+
+def _named(name: str, places: Iterable[Iterable[str]]) -> bool:
+    return any(name in place for place in places)
+
+
+def _renamed(positions: Mapping[str, Mapping[str, float]], old: str, new: str) -> dict[str, dict[str, float]]:
+    """Return joint positions by posture or state with another name of a joint."""
+    return {
+        key: {new if name == old else name: value for name, value in joints.items()}
+        for key, joints in positions.items()
+    }
