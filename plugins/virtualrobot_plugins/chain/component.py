@@ -20,10 +20,10 @@ _FREE_STARTS = 20
 
 
 class ChainKinematics:
-    """Kinematics of one `SerialChain`; immutable, and free of the GIL while it computes.
+    """Any chain of revolute and prismatic joints, solved numerically: one solution, the one that the seed leads to.
 
-    Its frames are one for each joint, after the joint's own motion, and the tip. It finds one solution: the one that
-    the seed leads to, else the first that a random start leads to; its configurations have no names.
+    Where the seed leads to none, it is the first that a random start leads to; its configurations have no names. Its
+    frames are one for each joint, after the joint's own motion, and the tip. Immutable; computes without the GIL.
     """
 
     def __init__(self, chain: SerialChain) -> None:
