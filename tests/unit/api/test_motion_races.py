@@ -56,7 +56,8 @@ def world() -> Iterator[SteeredWorld]:
 def served(world: World) -> api.MotionServicer:
     """Return the servicer on this world, for the running loop."""
     publications = Publications(world, asyncio.get_running_loop())
-    rooms: Any = SimpleNamespace(world=world, publications=publications, workers=ThreadPoolExecutor(1))
+    solvers = SimpleNamespace(of=None)  # goals in joints need none
+    rooms: Any = SimpleNamespace(world=world, publications=publications, workers=ThreadPoolExecutor(1), solvers=solvers)
     return api.MotionServicer(rooms)
 
 
@@ -121,3 +122,26 @@ def test_the_grace_begins_when_the_last_watch_ends(world: SteeredWorld, monkeypa
         return await until(world, lambda motion: motion.cancellation) - left
 
     assert asyncio.run(run()) >= 0.29
+
+
+def test_a_watch_sleeps_between_its_messages_and_is_told_the_end_at_once(
+    world: SteeredWorld, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def run() -> tuple[list[object], list[motion_pb2.MotionPhase]]:
+        servicer = served(world)
+        id = (await servicer.StartMotion(start(1.0), CLIENT)).motion.id
+        watch: Any = servicer.WatchMotion(motion_pb2.WatchMotionRequest(id=id, max_rate_hertz=0.001), CLIENT)
+        told = [await anext(watch)]
+        next = asyncio.ensure_future(anext(watch))
+        await asyncio.sleep(0.0)
+        with monkeypatch.context() as watched:
+            wakings: list[object] = []
+            watched.setattr(asyncio.get_running_loop(), "call_soon_threadsafe", wakings.append)
+            for _ in range(50):
+                world.step(1).result()
+        world.step(5000).result()
+        told.append(await asyncio.wait_for(next, 30.0))
+        await watch.aclose()
+        return wakings, [message.motion.phase for message in told]
+
+    assert asyncio.run(run()) == ([], [motion_pb2.MOTION_PHASE_RUNNING, motion_pb2.MOTION_PHASE_SUCCEEDED])
