@@ -10,12 +10,14 @@ import numpy as np
 from virtualrobot.resolver import Resolver
 from virtualrobot.v1 import nodes_pb2, robot_pb2, scene_pb2
 
+from virtualrobot_kernel.api.convert.dh import denavit_hartenberg, refuse_file_fields
 from virtualrobot_kernel.api.convert.nodes import JOINT_TYPES, node_message, node_spec
 from virtualrobot_kernel.api.convert.states import robot_states, robots_named, signal_message
 from virtualrobot_kernel.api.convert.values import finite, masked, pose, vector
 from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.formats import scene_file
 from virtualrobot_kernel.formats.bundle import bundle
+from virtualrobot_kernel.formats.dh import read_table
 from virtualrobot_kernel.formats.files import Files, located
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.models import ImportedModel, import_model
@@ -32,7 +34,7 @@ from virtualrobot_kernel.world.commands import (
 )
 from virtualrobot_kernel.world.figures import Figure, Mesh
 from virtualrobot_kernel.world.state import Signal, Snapshot
-from virtualrobot_kernel.world.structure import WORLD_NAME, WORLD_UID, Kind, Node, NodeSpec, Structure
+from virtualrobot_kernel.world.structure import WORLD_NAME, WORLD_UID, JointType, Kind, Node, NodeSpec, Structure
 
 SAVED_STATE = frozenset({"name", "positions", "tool", "tool_center_point", "tool_states", "speed_factor"})
 """What a scene file keeps of a robot's state."""
@@ -187,8 +189,10 @@ def _model(
     base_joint = JOINT_TYPES.get(request.base_joint)
     if base_joint is None:
         raise KernelError(f"base_joint {request.base_joint} is not a JointType", field="base_joint")
+    if request.HasField("denavit_hartenberg"):
+        return _arm(request, base_joint, taken, referrer)
     if not request.uri:
-        raise KernelError("uri must name the model's main file", field="uri")
+        raise KernelError("uri must name the model's main file, or denavit_hartenberg hold a table", field="uri")
     return import_model(
         request.uri,
         files,
@@ -202,6 +206,26 @@ def _model(
         taken=frozenset(taken),
         referrer=referrer,
     )
+
+
+def _arm(
+    request: scene_pb2.ImportModelRequest, base_joint: JointType, taken: Iterable[str], referrer: str
+) -> ImportedModel:
+    """Return the nodes of a Denavit-Hartenberg table."""
+    names, name, number = set(taken), request.name or "arm", 2
+    while not request.name and name in names:
+        name, number = f"arm_{number}", number + 1
+    try:
+        refuse_file_fields(request)
+        table, joints = denavit_hartenberg(request.denavit_hartenberg)
+        parent_t_node = pose(request.parent_t_node, "parent_t_node")
+    except KernelError as error:
+        if referrer:
+            located(error, f"{referrer}: the model {name!r}")
+        raise
+    parent = request.parent or WORLD_NAME
+    nodes = read_table(table, joints, name=name, parent=parent, parent_t_node=parent_t_node, base_joint=base_joint)
+    return ImportedModel(nodes, 0)
 
 
 def _state_commands(robot: robot_pb2.RobotState) -> list[Command]:
