@@ -5,11 +5,12 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
+from google.protobuf.struct_pb2 import Struct
 from numpy.typing import ArrayLike
 
-from virtualrobot.errors import MissingFileError
+from virtualrobot.errors import InvalidArgumentError, MalformedFileError, MissingFileError, PluginFailedError
 from virtualrobot.figures import styled
 from virtualrobot.resolver import Resolver, UnresolvedUriError, join_uri
 from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
@@ -17,7 +18,11 @@ from virtualrobot.v1 import asset_pb2, nodes_pb2
 from virtualrobot.wire import vector_message
 
 _CHUNK_BYTES = 1024 * 1024
-_NAME_NOTHING = {".stl", ".png", ".jpg", ".jpeg", ".gif", ".bmp", ".tga", ".tif", ".tiff", ".bin", ".webp"}
+_NAME_NOTHING = (".stl", ".png", ".jpg", ".jpeg", ".gif", ".bmp", ".tga", ".tif", ".tiff", ".bin", ".webp")
+_NAME_ALL_AT_ONCE = (".obj", ".mtl", ".dae", ".gltf", ".glb")
+_SCENES = (".yaml", ".yml")
+_MODELS = (".urdf", ".xacro", ".sdf", ".srdf", ".xml", *_SCENES)
+_UNREADABLE = (MalformedFileError, MissingFileError, InvalidArgumentError, PluginFailedError)
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,15 +94,21 @@ class Assets:
         )
         return styled(nodes_pb2.Figure(mesh=mesh), color, pose, roles)
 
-    def upload_with_references(self, file: str | Path, packages: Mapping[str, str | Path] | None = None) -> Upload:
+    def upload_with_references(
+        self,
+        file: str | Path,
+        packages: Mapping[str, str | Path] | None = None,
+        settings: Struct | None = None,
+    ) -> Upload:
         """Give the kernel a file of this machine and all files that it names, and those that these name.
 
-        `file` is a path or a URI such as `package://pybullet_data/r2d2.urdf`; `packages` gives folders by package name.
-        What a file names but is not here is left out and told in `missing`.
+        `file` is a path or a URI such as `package://pybullet_data/r2d2.urdf`; `packages` gives folders by package name,
+        `settings` are those of the importer, since a file that is translated may name files by them. What a file names
+        but is not here is left out and told in `missing`.
 
         Raises:
             MissingFileError: when the file itself is not here.
-            MalformedFileError: when the kernel cannot read what a file names.
+            MalformedFileError: when the kernel cannot read the file.
         """
         resolver = Resolver(packages)
         try:
@@ -108,30 +119,48 @@ class Assets:
         main = str(file) if "://" in str(file) else path.as_posix()
         upload = Upload(main)
         paths = {main: path}
-        level = [main]
-        while level:
-            self._send_all(upload, {name: paths[name] for name in level})
-            level = [
-                name
-                for referrer in level
-                for name in self._references(upload, paths, referrer, resolver)
-                if name not in upload.files
-            ]
-            level = list(dict.fromkeys(level))
+        self._send_all(upload, paths)
+        asked = [main]
+        while asked:
+            named: dict[str, Path] = {}
+            again: dict[str, None] = {}
+            for referrer in asked:
+                here = self._references(upload, paths[referrer], referrer, resolver, settings)
+                new = {name: place for name, place in here.items() if name not in upload.files}
+                named |= new
+                again |= dict.fromkeys(name for name in new if _may_name_others(main, referrer, name))
+                # What is translated may name more when it has these: a xacro file includes others, then names meshes.
+                if new and _ending(referrer) not in _NAME_ALL_AT_ONCE:
+                    again[referrer] = None
+            self._send_all(upload, named)
+            paths |= named
+            asked = list(again)
         return upload
 
-    def _references(self, upload: Upload, paths: dict[str, Path], referrer: str, resolver: Resolver) -> Iterator[str]:
-        """Yield the names of the files that one file names; note where they are in `paths`."""
-        if paths[referrer].suffix.lower() in _NAME_NOTHING:
-            return
-        request = asset_pb2.ListReferencesRequest(sha256=upload.files[referrer], uri=referrer)
-        for uri in self._services.asset.ListReferences(request).uris:
+    def _references(
+        self, upload: Upload, path: Path, referrer: str, resolver: Resolver, settings: Struct | None
+    ) -> dict[str, Path]:
+        """Return where the files are that one file names, by their joined names; note those that are not here."""
+        request = asset_pb2.ListReferencesRequest(
+            sha256=upload.files[referrer],
+            uri=referrer,
+            files=[] if _ending(referrer) in _NAME_ALL_AT_ONCE else upload.messages(),
+            settings=settings if referrer == upload.uri else None,
+        )
+        try:
+            uris = self._services.asset.ListReferences(request, timeout=LONG_TIMEOUT_SECONDS).uris
+        except _UNREADABLE:
+            if referrer == upload.uri:
+                raise
+            # What reads the main file says what is wrong with this one, if it reads it at all.
+            return {}
+        here: dict[str, Path] = {}
+        for uri in uris:
             try:
-                paths.setdefault(join_uri(referrer, uri), resolver.resolve(uri, paths[referrer]))
+                here[join_uri(referrer, uri)] = resolver.resolve(uri, path)
             except UnresolvedUriError as error:
                 upload.missing[uri] = error
-                continue
-            yield join_uri(referrer, uri)
+        return here
 
     def _send_all(self, upload: Upload, paths: Mapping[str, Path]) -> None:
         """Upload files and note their SHA-256; ask once which of them the kernel has."""
@@ -148,6 +177,21 @@ class Assets:
                 yield asset_pb2.UploadRequest(chunk=chunk)
 
         self._services.asset.Upload(requests(), timeout=LONG_TIMEOUT_SECONDS)
+
+
+def _may_name_others(main: str, referrer: str, name: str) -> bool:
+    """Return whether to ask which files are named by `name`, which the file `referrer` has named.
+
+    The models of a scene file are read for themselves. A model that another one names is a part of that one (an
+    include, its parameters) and means nothing alone; what translates the whole tells what the part names.
+    """
+    if _ending(name) in _MODELS:
+        return referrer == main and _ending(main) in _SCENES
+    return _ending(name) not in _NAME_NOTHING
+
+
+def _ending(name: str) -> str:
+    return PurePosixPath(name).suffix.lower()
 
 
 def _chunks(source: bytes | Path) -> Iterator[bytes]:

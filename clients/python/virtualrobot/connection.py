@@ -11,11 +11,15 @@ from numpy.typing import ArrayLike
 from virtualrobot import motion
 from virtualrobot.assets import Assets
 from virtualrobot.clock import Clock
+from virtualrobot.denavit_hartenberg import Row, table_message
 from virtualrobot.editor import Direct
 from virtualrobot.errors import AuthenticationError, InvalidArgumentError, VersionError, WrongStateError
+from virtualrobot.models import KnownModel, known_models
+from virtualrobot.plugins import Plugins
 from virtualrobot.robot import Robot
 from virtualrobot.scene import Scene
-from virtualrobot.services import Services
+from virtualrobot.scene_files import model_request
+from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot.session import default_address, find_token, split_address, token_path
 from virtualrobot.signals import Signals
 from virtualrobot.transport import Channel, open_channel
@@ -34,6 +38,7 @@ class Client:
         clock: how time runs.
         view: the picture in the browser.
         assets: files to and from the kernel.
+        plugins: the kernel's plugins: `client.plugins.list()`.
         info: versions, limits and capabilities of the kernel, as it was when connected.
     """
 
@@ -48,6 +53,7 @@ class Client:
         self.clock = Clock(self._services)
         self.view = View(self._services, self.scene)
         self.assets = Assets(self._services)
+        self.plugins = Plugins(self._services)
 
     @property
     def services(self) -> Services:
@@ -73,16 +79,71 @@ class Client:
         parent: str = "",
         packages: Mapping[str, str | Path] | None = None,
         base: str = "fixed",
+        settings: Mapping[str, object] | None = None,
+        srdf: str | Path | None = None,
     ) -> Robot:
-        """Load a robot from a URDF file and return it; the arguments are those of `Scene.load`.
+        """Load a robot from a model file and return it; the arguments are those of `Scene.load`.
 
         Example:
             >>> robot = client.load_robot("package://pybullet_data/kuka_iiwa/model.urdf", name="iiwa")
+            >>> other = client.load_robot("arm.urdf.xacro", settings={"arguments": {"prefix": "left_"}})
         """
-        node = self.scene.load(file, name=name, pose=pose, parent=parent, packages=packages, base=base)
+        node = self.scene.load(
+            file, name=name, pose=pose, parent=parent, packages=packages, base=base, settings=settings, srdf=srdf
+        )
         if node.kind != "robot":
             raise WrongStateError(f"{file} is no robot: it was loaded as the {node.kind} {node.name!r}")
         return Robot(self._services, node.name)
+
+    def load_denavit_hartenberg(
+        self,
+        rows: Iterable[Row],
+        *,
+        convention: str,
+        name: str = "",
+        pose: ArrayLike | None = None,
+        parent: str = "",
+        base_t_first: ArrayLike | None = None,
+        last_t_flange: ArrayLike | None = None,
+    ) -> Robot:
+        """Make a serial arm of a Denavit-Hartenberg table and return it.
+
+        Args:
+            rows: the joints from base to tip, each the four numbers a (m), alpha (rad), d (m), theta (rad), or a
+                dictionary with those of them that are not 0 and, where wanted, `name`, `type` (`revolute`,
+                `continuous` or `prismatic`) and `limits`: (lower, upper), or a dictionary with those of `lower`,
+                `upper`, `velocity`, `acceleration`, `jerk` and `effort` that are known. A turning joint's position is
+                added to theta, a sliding one's to d. Without `type` a joint turns: between its limits where it has
+                some.
+            convention: `standard`: theta and d about and along z, then a and alpha along and about x (Paul 1981); or
+                `modified`: alpha and a first, then theta and d (Craig 1986).
+            name: the robot's name; empty means one that the kernel gives.
+            pose: `parent_t_node`, 4x4.
+            parent: the node that it is fixed to; empty means the world.
+            base_t_first: where the frame before the first row is in the robot's frame, 4x4.
+            last_t_flange: where the flange is in the frame of the last row, 4x4.
+
+        Raises:
+            InvalidArgumentError: when a row or the convention is not as above.
+
+        Example:
+            >>> rows = [(0.0, np.pi / 2, 0.4, 0.0), {"a": 0.5, "name": "elbow", "limits": (-2.0, 2.0)}]
+            >>> arm = client.load_denavit_hartenberg(rows, convention="standard", name="arm")
+        """
+        request = model_request(name, pose, parent, "fixed")
+        request.denavit_hartenberg.CopyFrom(table_message(rows, convention, base_t_first, last_t_flange))
+        response = self._services.scene.ImportModel(request, timeout=LONG_TIMEOUT_SECONDS)
+        return Robot(self._services, response.created[0].name)
+
+    def models(self) -> list[KnownModel]:
+        """Return the robots that the kernel knows by name.
+
+        Example:
+            >>> [model.name for model in client.models() if model.installed]
+            ['a1', 'iiwa', ...]
+            >>> client.load_robot("model://iiwa")
+        """
+        return known_models(self._services)
 
     def move_together(self, moves: Iterable[motion_pb2.Move], **options: Any) -> motion.Motion:  # noqa: ANN401 those of Robot
         """Move several robots so that they start and end together.

@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from virtualrobot.editor import Direct
 from virtualrobot.geometry import Matrix, poses_from_rows
+from virtualrobot.kinematics_check import KinematicsCheck
 from virtualrobot.mover import JointPositions, Mover
-from virtualrobot.robot_values import ForwardSolution, InverseSolution, JointLimits, RobotState
+from virtualrobot.robot_values import (
+    ForwardSolution,
+    InverseSolution,
+    JointGroup,
+    JointLimits,
+    LinkPair,
+    RobotState,
+)
+from virtualrobot.services import LONG_TIMEOUT_SECONDS
 from virtualrobot.tool import Tool
 from virtualrobot.v1 import robot_pb2, scene_pb2
-from virtualrobot.wire import array_of, pose_message, pose_of
+from virtualrobot.wire import array_of, pose_message, pose_of, settings_message, settings_of
 
 
 class Robot(Mover):
@@ -51,6 +61,19 @@ class Robot(Mover):
     def postures(self) -> dict[str, dict[str, float]]:
         """Postures with a name, for `move_to`."""
         return {posture.name: dict(posture.joint_positions) for posture in self.description.postures}
+
+    @property
+    def groups(self) -> dict[str, JointGroup]:
+        """Joints with a common name, by that name; from an SRDF file."""
+        return {
+            group.name: JointGroup(group.name, tuple(group.joint_names), group.base_link, group.tip_link)
+            for group in self.description.groups
+        }
+
+    @property
+    def allowed_collisions(self) -> list[LinkPair]:
+        """Pairs of links that may touch: adjacent ones, and those that the model says."""
+        return [LinkPair(pair.first, pair.second, pair.reason) for pair in self.description.allowed_collisions]
 
     @property
     def state(self) -> RobotState:
@@ -138,6 +161,50 @@ class Robot(Mover):
             robot=self.name, reference_t_tcp=pose_message(reference_t_tcp), reference=reference, seed=self._named(seed)
         )
         return InverseSolution.of(self._services.robot.SolveInverse(request))
+
+    @property
+    def kinematics(self) -> str:
+        """The name of the component that solves its kinematics; `set_kinematics` gives it another one."""
+        return self.description.kinematics
+
+    @property
+    def kinematics_settings(self) -> dict[str, Any]:
+        """The settings of that component; those that are not named have their defaults."""
+        return settings_of(self.description.kinematics_settings)
+
+    @property
+    def kinematics_fault(self) -> str:
+        """Why that component is not asked any more; empty while it is well."""
+        return self.description.kinematics_fault
+
+    def set_kinematics(
+        self, name: str, settings: Mapping[str, object] | None = None, **named: object
+    ) -> KinematicsCheck:
+        """Give it another kinematics component, or make its own anew; return how well that fits.
+
+        The component is tried on this robot first. A motion that runs goes on as it was planned.
+
+        Args:
+            name: the component, one of `client.plugins.components("kinematics")`.
+            settings: the component's settings; those that are not named get their defaults.
+            named: settings too, as keywords.
+
+        Raises:
+            PluginFailedError: when the component does not fit the robot; the message has the numbers.
+            UnknownNameError: when there is no such component.
+            InvalidArgumentError: when it has no such setting, or refuses its value.
+
+        Example:
+            >>> robot.set_kinematics("chain", max_restarts=20)
+            8 postures          position     rotation    a call
+            forward            1.1e-16 m  2.2e-16 rad  0.002 ms
+            ...
+        """
+        request = robot_pb2.SetKinematicsRequest(robot=self.name, kinematics=name)
+        request.settings.CopyFrom(settings_message({**(settings or {}), **named}))
+        # A process of its own has to start, which may compile.
+        response = self._services.robot.SetKinematics(request, timeout=LONG_TIMEOUT_SECONDS)
+        return KinematicsCheck.of(response.check)
 
     def __repr__(self) -> str:
         """Return a line for people."""

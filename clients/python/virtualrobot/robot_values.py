@@ -84,6 +84,32 @@ class RobotState:
 
 
 @dataclass(frozen=True, slots=True)
+class JointGroup:
+    """Joints with a common name, such as those of an arm or a hand, as a group of an SRDF file.
+
+    Attributes:
+        name: unique within the robot.
+        joint_names: the joints that can be moved, in the robot's order.
+        base_link: the link that the group's chain begins at; empty when it is no chain.
+        tip_link: the link that the group's chain ends at; empty when it is no chain.
+    """
+
+    name: str
+    joint_names: tuple[str, ...]
+    base_link: str
+    tip_link: str
+
+
+@dataclass(frozen=True, slots=True)
+class LinkPair:
+    """Two links of a robot that may touch, and why, such as `Adjacent` or `Never`."""
+
+    first: str
+    second: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
 class ForwardSolution:
     """Where things would be: `world_t_tcp`, 4x4, and `world_t_link`, 4x4 by link name."""
 

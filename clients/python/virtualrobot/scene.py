@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from google.protobuf.field_mask_pb2 import FieldMask
@@ -16,10 +17,14 @@ from virtualrobot.assets import Assets
 from virtualrobot.editor import Batch, Editor
 from virtualrobot.geometry import Matrix, poses_from_rows
 from virtualrobot.node import Node
+from virtualrobot.scene_files import Export
 from virtualrobot.services import Services
 from virtualrobot.tables import scene_tree
 from virtualrobot.v1 import nodes_pb2, scene_pb2
-from virtualrobot.wire import Stamp, array_of, stamp_of
+from virtualrobot.wire import Stamp, array_of, settings_message, stamp_of, vector_message
+
+if TYPE_CHECKING:
+    from virtualrobot.robot import Robot
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,14 +156,17 @@ class Scene(Editor[Node]):
         base: str = "fixed",
         as_part: bool = False,
         scale: float | Sequence[float] = 1.0,
+        settings: Mapping[str, object] | None = None,
+        srdf: str | Path | None = None,
     ) -> Node:
-        """Load a model (URDF, or a mesh) and return its node: a robot, an object or a part.
+        """Load a model (URDF, a mesh, or what an importer reads) and return its node: a robot, an object or a part.
 
         A file of this machine is sent with all that it names, so the kernel may run elsewhere; other names are looked
         for on the kernel's machine.
 
         Args:
-            file: a path, or a URI such as `package://pybullet_data/kuka_iiwa/model.urdf`.
+            file: a path, a URI such as `package://pybullet_data/kuka_iiwa/model.urdf`, or `model://` with a name of
+                `client.models()`.
             name: the node's name; empty means the one that the file gives, with a number if that is taken.
             pose: `parent_t_node`, 4x4.
             parent: the node that it is fixed to; empty means the world.
@@ -166,15 +174,37 @@ class Scene(Editor[Node]):
             base: for robots: `fixed`, or `floating` or `planar` for vehicles and legged robots.
             as_part: for meshes: whether robots handle it; else it belongs to the environment.
             scale: for meshes: one factor or three.
+            settings: those of the importer that reads the file; for xacro `{"arguments": {"prefix": "left_"}}`.
+            srdf: for robots: a file with groups, postures and pairs of links that may touch, found as `file` is.
 
         Raises:
             MissingFileError: when the file or one that it names is nowhere; the message lists the places tried.
             MalformedFileError: when the file says something impossible.
+            PluginFailedError: when the importer raised, hung or died.
         """
-        response = scene_files.load_model(
-            self._services, self._assets, file, name, pose, parent, packages or {}, base, as_part, scale
-        )
+        factors = (scale,) * 3 if isinstance(scale, int | float) else tuple(scale)
+        request = scene_files.model_request(name, pose, parent, base)
+        request.as_part = as_part
+        request.scale.CopyFrom(vector_message(factors, "a scale"))
+        if settings:
+            request.settings.CopyFrom(settings_message(settings))
+        response = scene_files.load_model(self._services, self._assets, request, file, srdf, packages or {})
         return self.node(response.created[0].name)
+
+    def export(self, node: str | Node | Robot, file: str | Path) -> Export:
+        """Write a robot as URDF (`.urdf`), or whatever hangs below a node as binary glTF (`.glb`), to this machine.
+
+        An empty `node` means the whole world. Meshes that the file names go beside it.
+
+        Raises:
+            InvalidArgumentError: when the ending is no such format, or a file cannot be written.
+
+        Example:
+            >>> client.scene.export("iiwa", "iiwa.urdf").warnings
+            ()
+        """
+        name = node if isinstance(node, str) else node.name
+        return scene_files.export_model(self._services, self._assets, name, Path(file))
 
     def load_scene(
         self, file: str | Path, *, add: bool = False, packages: Mapping[str, str | Path] | None = None

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
-from collections.abc import Mapping, Sequence
-from pathlib import Path, PurePosixPath
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
 from typing import NoReturn
 
 from numpy.typing import ArrayLike
 
 from virtualrobot.assets import Assets, Upload
-from virtualrobot.errors import InvalidArgumentError, MissingFileError, VirtualRobotError
+from virtualrobot.errors import InvalidArgumentError, MissingFileError
 from virtualrobot.resolver import Resolver, UnresolvedUriError
 from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot.v1 import nodes_pb2, scene_pb2
-from virtualrobot.wire import pose_message, vector_message
+from virtualrobot.wire import pose_message
+from virtualrobot.writing import write_beside, write_file
 
+_KNOWN_MODEL = re.compile(r"model://[^/]+")
 _BASES = {
     "fixed": nodes_pb2.JOINT_TYPE_FIXED,
     "floating": nodes_pb2.JOINT_TYPE_FLOATING,
@@ -24,42 +26,58 @@ _BASES = {
 }
 
 
+@dataclass(frozen=True, slots=True)
+class Export:
+    """What `Scene.export` wrote: `files`, the main one last, and `warnings`: what the format could not say."""
+
+    files: tuple[Path, ...]
+    warnings: tuple[str, ...]
+
+
+def model_request(name: str, pose: ArrayLike | None, parent: str, base: str) -> scene_pb2.ImportModelRequest:
+    """Return the request for a model that goes there; the arguments are those of `Scene.load`."""
+    if base not in _BASES:
+        raise InvalidArgumentError(f"base is {', '.join(_BASES)}, not {base!r}")
+    request = scene_pb2.ImportModelRequest(name=name, parent=parent, base_joint=_BASES[base])
+    if pose is not None:
+        request.parent_t_node.CopyFrom(pose_message(pose))
+    return request
+
+
 def load_model(
     services: Services,
     assets: Assets,
+    request: scene_pb2.ImportModelRequest,
     file: str | Path,
-    name: str,
-    pose: ArrayLike | None,
-    parent: str,
+    srdf: str | Path | None,
     packages: Mapping[str, str | Path],
-    base: str,
-    as_part: bool,
-    scale: float | Sequence[float],
 ) -> scene_pb2.ImportModelResponse:
-    """Import a model; the arguments are those of `Scene.load`."""
-    if base not in _BASES:
-        raise InvalidArgumentError(f"base is {', '.join(_BASES)}, not {base!r}")
-    factors = (scale,) * 3 if isinstance(scale, int | float) else tuple(scale)
-    request = scene_pb2.ImportModelRequest(
-        name=name, parent=parent, base_joint=_BASES[base], as_part=as_part, scale=vector_message(factors, "a scale")
-    )
-    if pose is not None:
-        request.parent_t_node.CopyFrom(pose_message(pose))
-    upload = Upload(str(file))
-    try:
-        Resolver(packages).resolve(str(file))
-    except UnresolvedUriError as error:
-        # Perhaps it is on the kernel's machine.
-        upload.missing[str(file)] = error
-        request.packages.update({package: str(folder) for package, folder in packages.items()})
-    else:
-        upload = assets.upload_with_references(file, packages)
+    """Import a model from a file of this machine, or one that the kernel knows."""
+    upload = _sent(assets, file, packages, request)
     request.uri = upload.uri
+    if srdf is not None:
+        beside = _sent(assets, srdf, packages, request)
+        request.srdf_uri = beside.uri
+        upload = Upload(upload.uri, beside.files | upload.files, beside.missing | upload.missing)
     request.files.extend(upload.messages())
     try:
         return services.scene.ImportModel(request, timeout=LONG_TIMEOUT_SECONDS)
     except MissingFileError as error:
         _say_where(error, upload)
+
+
+def _sent(
+    assets: Assets, file: str | Path, packages: Mapping[str, str | Path], request: scene_pb2.ImportModelRequest
+) -> Upload:
+    """Send a file with all that it names; leave one that is not here to the kernel, which may have it."""
+    uri = str(file)
+    try:
+        Resolver(packages).resolve(uri)
+    except UnresolvedUriError as error:
+        request.packages.update({package: str(folder) for package, folder in packages.items()})
+        # A model that the kernel knows by name is no file of this machine.
+        return Upload(uri, missing={} if _KNOWN_MODEL.fullmatch(uri) else {uri: error})
+    return assets.upload_with_references(file, packages, request.settings)
 
 
 def load_scene(
@@ -82,32 +100,20 @@ def save_scene(services: Services, assets: Assets, file: Path, bundle: bool) -> 
     """Save the world; the arguments are those of `Scene.save`."""
     request = scene_pb2.SaveSceneRequest(bundle=bundle)
     response = services.scene.SaveScene(request, timeout=LONG_TIMEOUT_SECONDS)
-    written = []
-    for asset in response.files:
-        relative = PurePosixPath(asset.uri)
-        if relative.is_absolute() or ".." in relative.parts:
-            raise VirtualRobotError(f"the kernel names a file outside the bundle: {asset.uri!r}")
-        written.append(_write(file.parent / relative, assets.download(asset.sha256)))
+    written = write_beside(file.parent, response.files, assets)
     # Last, so that a scene file never names assets that are not there yet.
-    written.append(_write(file, response.text.encode()))
-    return written
+    return [*written, write_file(file, response.text.encode())]
 
 
-def _write(path: Path, data: bytes) -> Path:
-    """Write a file as a whole or not at all; return its path."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-        with os.fdopen(descriptor, "wb") as file:
-            file.write(data)
-        # mkstemp makes files that only their owner can read; a saved scene is an ordinary file.
-        mask = os.umask(0)
-        os.umask(mask)
-        os.chmod(temporary, 0o666 & ~mask)
-        os.replace(temporary, path)
-    except OSError as error:
-        raise InvalidArgumentError(f"{path} cannot be written: {error.strerror or error}") from error
-    return path
+def export_model(services: Services, assets: Assets, node: str, file: Path) -> Export:
+    """Export what hangs below a node; the arguments are those of `Scene.export`."""
+    request = scene_pb2.ExportModelRequest(node=node, format=file.suffix.lower())
+    response = services.scene.ExportModel(request, timeout=LONG_TIMEOUT_SECONDS)
+    main, *others = response.files
+    written = write_beside(file.parent, others, assets)
+    # Last, so that the main file never names others that are not there yet.
+    written.append(write_file(file, assets.download(main.sha256)))
+    return Export(tuple(written), tuple(response.warnings))
 
 
 def _say_where(error: MissingFileError, upload: Upload) -> NoReturn:

@@ -10,6 +10,7 @@ from virtualrobot.v1 import (
     asset_pb2_grpc,
     kernel_pb2_grpc,
     motion_pb2_grpc,
+    plugin_pb2_grpc,
     robot_pb2_grpc,
     scene_pb2,
     scene_pb2_grpc,
@@ -33,6 +34,7 @@ class Services:
     motion: motion_pb2_grpc.MotionServiceStub
     signal: signal_pb2_grpc.SignalServiceStub
     view: view_pb2_grpc.ViewServiceStub
+    plugin: plugin_pb2_grpc.PluginServiceStub
 
     @staticmethod
     def on(channel: Channel, address: str) -> Services:
@@ -46,6 +48,7 @@ class Services:
             motion_pb2_grpc.MotionServiceStub(channel),
             signal_pb2_grpc.SignalServiceStub(channel),
             view_pb2_grpc.ViewServiceStub(channel),
+            plugin_pb2_grpc.PluginServiceStub(channel),
         )
 
     def apply(

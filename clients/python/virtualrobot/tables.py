@@ -41,6 +41,21 @@ def scene_tree(nodes: Sequence[nodes_pb2.Node], links: bool = True) -> str:
     return "\n".join(lines)
 
 
+def aligned(rows: Sequence[Sequence[str]], left: int = 1) -> list[str]:
+    """Return rows as lines with aligned columns: the first `left` columns (names) to the left, the others to the right.
+
+    All rows have as many cells.
+    """
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join(
+            cell.ljust(width) if place < left else cell.rjust(width)
+            for place, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in rows
+    ]
+
+
 def joint_rows(robot: robot_pb2.GetRobotResponse, state: RobotState, degrees: bool = False) -> list[list[str]]:
     """Return for each joint its name, position, velocity and limits as text, after a row of headings.
 

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from numbers import Real
+from pathlib import PurePath
 from typing import Any
 
 import numpy as np
+from google.protobuf.struct_pb2 import Struct, Value
 from numpy.typing import ArrayLike, NDArray
 
 from virtualrobot.errors import InvalidArgumentError
@@ -85,6 +89,54 @@ def array_of(message: geometry_pb2.NumericArray) -> NDArray[Any]:
 def joint_map(values: Mapping[str, float]) -> dict[str, float]:
     """Return joint values by name as plain floats."""
     return {str(name): float(value) for name, value in values.items()}
+
+
+def settings_message(settings: Mapping[str, object]) -> Struct:
+    """Return a component's settings as a message: numbers, text, true or false, lists and groups (by name) of these.
+
+    Arrays count as lists and paths as text. Raises InvalidArgumentError for anything else.
+    """
+    message = Struct()
+    message.update(_plain(settings, ""))
+    return message
+
+
+def settings_of(message: Struct) -> dict[str, Any]:
+    """Return a component's settings, or a JSON schema, as dictionaries and lists; whole numbers are int."""
+    return {name: _value_of(value) for name, value in message.fields.items()}
+
+
+def _plain(value: object, path: str) -> Any:  # noqa: ANN401 what a Struct takes
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if value is None or isinstance(value, bool | str):
+        return value
+    if isinstance(value, Real) and math.isfinite(value):
+        return float(value)
+    if isinstance(value, PurePath):
+        return str(value)
+    if isinstance(value, Mapping):
+        return {str(name): _plain(inner, f"{path}.{name}" if path else str(name)) for name, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(inner, f"{path}[{number}]") for number, inner in enumerate(value)]
+    raise InvalidArgumentError(
+        f"the setting {path!r} is {value!r}; it must be a finite number, text, true or false, a list or a dictionary"
+        if path
+        else f"settings are a dictionary, not {value!r}"
+    )
+
+
+def _value_of(value: Value) -> Any:  # noqa: ANN401 what the Struct holds
+    kind = value.WhichOneof("kind")
+    if kind == "struct_value":
+        return settings_of(value.struct_value)
+    if kind == "list_value":
+        return [_value_of(inner) for inner in value.list_value.values]
+    if kind in (None, "null_value"):
+        return None
+    plain = getattr(value, kind)
+    # A Struct has float64 only.
+    return int(plain) if kind == "number_value" and plain.is_integer() and abs(plain) < 2**53 else plain
 
 
 _COLORS = {

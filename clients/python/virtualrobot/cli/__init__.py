@@ -13,14 +13,19 @@ from virtualrobot.cli.options import Target, target_options
 _COMMANDS = {
     "serve": ("virtualrobot.cli.serve", "Start a kernel and keep it running."),
     "demo": ("virtualrobot.cli.demo", "Watch two robots palletize."),
-    "load": ("virtualrobot.cli.scene", "Load a model (URDF or mesh) or a scene file."),
+    "load": ("virtualrobot.cli.scene", "Load a model or a scene file."),
+    "models": ("virtualrobot.cli.scene", "Show the robots that the kernel knows by name."),
     "save": ("virtualrobot.cli.scene", "Save the world to a scene file."),
+    "export": ("virtualrobot.cli.scene", "Write a robot as URDF, or anything as glTF."),
     "ls": ("virtualrobot.cli.scene", "Draw the scene tree."),
     "state": ("virtualrobot.cli.state", "Show clock, robots, signals and motions."),
     "move": ("virtualrobot.cli.move", "Move a robot."),
     "stop": ("virtualrobot.cli.move", "Stop all robots, or some."),
     "signal": ("virtualrobot.cli.signals", "Show, set, create or wait for digital signals."),
     "step": ("virtualrobot.cli.state", "Let time go on by some ticks."),
+    "plugins": ("virtualrobot.cli.plugins", "Show plugins and their components."),
+    "kinematics": ("virtualrobot.cli.plugins", "Show or swap what solves a robot's kinematics."),
+    "grade": ("virtualrobot.cli.serve", "Test components of plugins."),
 }
 
 _FIRST_STEPS = """

@@ -1,12 +1,17 @@
-"""`virtualrobot load`, `save` and `ls`: the scene and its files."""
+"""`virtualrobot load`, `save`, `export`, `models` and `ls`: the scene and its files."""
 
 from __future__ import annotations
 
-from pathlib import Path
+from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from virtualrobot.cli.options import Numbers, Target, degrees_option, named_folders, pose_of_numbers, target_options
+from virtualrobot.cli.settings import settings_from, settings_option
+
+if TYPE_CHECKING:
+    from virtualrobot.connection import Client
 
 _SCENE_ENDINGS = (".yaml", ".yml")
 
@@ -27,6 +32,8 @@ _SCENE_ENDINGS = (".yaml", ".yml")
 @click.option(
     "--package", "packages", multiple=True, callback=named_folders, metavar="NAME=FOLDER", help="Where a package is."
 )
+@click.option("--srdf", metavar="FILE", help="For robots: a file with groups, postures and links that may touch.")
+@settings_option
 @click.option("--add", is_flag=True, help="For scene files: add to the world instead of replacing it.")
 @degrees_option
 @target_options
@@ -40,17 +47,22 @@ def load(
     scale: tuple[float, ...],
     base: str,
     packages: dict[str, Path],
+    srdf: str | None,
+    values: tuple[str, ...],
     add: bool,
     degrees: bool,
 ) -> None:
-    """Load a model (URDF, STL, OBJ, DAE, glTF) or a scene file (YAML).
+    """Load a model (URDF, xacro, a mesh or what an importer reads) or a scene file (YAML).
 
-    FILE is a path or a URI such as package://pybullet_data/kuka_iiwa/model.urdf. It is sent to the kernel with all that
-    it names.
+    FILE is a path, a URI such as package://pybullet_data/kuka_iiwa/model.urdf, or model:// with a name that
+    'virtualrobot models' shows. It is sent to the kernel with all that it names. --set gives the importer's settings,
+    such as arguments.prefix=left_ for xacro.
     """
     is_scene = file.lower().endswith(_SCENE_ENDINGS)
-    if is_scene and (name or at or parent):
-        raise click.UsageError("--name, --at and --parent are for models; a scene file says where everything is")
+    if is_scene and (name or at or parent or srdf or values):
+        raise click.UsageError(
+            "--name, --at, --parent, --srdf and --set are for models; a scene file says all that itself"
+        )
     if add and not is_scene:
         raise click.UsageError("--add is for scene files; a model is always added")
     with target.connect() as client:
@@ -67,6 +79,8 @@ def load(
             base=base,
             as_part=kind == "part",
             scale=scale[0] if len(scale) == 1 else scale,
+            settings=settings_from(values, _importer_schema(client, file)) if values else None,
+            srdf=srdf,
         )
         click.echo(f"loaded {node.kind} {node.name}")
 
@@ -84,9 +98,45 @@ def save(target: Target, file: Path, bundle: bool) -> None:
 
 
 @click.command()
+@click.argument("node")
+@click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
+@target_options
+def export(target: Target, node: str, file: Path) -> None:
+    """Write the robot NODE as URDF (FILE ends with .urdf), or all that hangs below NODE as glTF (.glb).
+
+    Meshes that the file names go beside it. The whole scene hangs below the node 'world'.
+    """
+    with target.connect() as client:
+        exported = client.scene.export(node, file)
+    for warning in exported.warnings:
+        click.echo(f"warning: {warning}", err=True)
+    beside = f" and {len(exported.files) - 1} files beside it" if len(exported.files) > 1 else ""
+    click.echo(f"exported {node} to {file}{beside}")
+
+
+@click.command()
+@target_options
+def models(target: Target) -> None:
+    """Show the robots that the kernel knows by name; 'virtualrobot load model://NAME' loads one."""
+    from virtualrobot.tables import aligned
+
+    with target.connect() as client:
+        known = client.models()
+    rows = [[m.name, m.description, m.package, "" if m.installed else "not installed"] for m in known]
+    click.echo("\n".join(aligned(rows, left=4)) if rows else "the kernel knows no models")
+
+
+@click.command()
 @click.option("--links", is_flag=True, help="Show the links of robots too.")
 @target_options
 def ls(target: Target, links: bool) -> None:
     """Draw the scene tree with the kind of each node."""
     with target.connect() as client:
         click.echo(client.scene.tree(links))
+
+
+def _importer_schema(client: Client, file: str) -> dict[str, Any]:
+    """Return the schema of the settings of what imports a file; {} when that is known by the kernel alone."""
+    ending = PurePosixPath(file).suffix.lower()
+    importers = client.plugins.components("importer")
+    return next((importer.settings_schema for importer in importers if ending in importer.endings), {})

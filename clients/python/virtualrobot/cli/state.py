@@ -59,7 +59,7 @@ def step(target: Target, ticks: int, realtime: bool) -> None:
 
 def describe(client: Client, robots: Sequence[str], degrees: bool) -> str:
     """Return clock, robots, signals and running motions as text."""
-    from virtualrobot.tables import joint_rows
+    from virtualrobot.tables import aligned, joint_rows
 
     clock = client.clock.read()
     lines = [
@@ -70,7 +70,7 @@ def describe(client: Client, robots: Sequence[str], degrees: bool) -> str:
         now = robot.state
         lines += ["", f"{robot.name}  speed factor {now.speed_factor:g}  {_tools(now.tool, now.tool_states)}".rstrip()]
         lines.append("  tcp  " + _place(now.world_t_tcp, degrees))
-        lines += _table(joint_rows(robot.description, now, degrees))
+        lines += [f"  {line}" for line in aligned(joint_rows(robot.description, now, degrees))]
     if not robots:
         lines += [""] * bool(client.signals)
         lines += [f"signal {signal.name}: {'on' if signal.value else 'off'}" for signal in client.signals.read()]
@@ -100,15 +100,3 @@ def _place(world_t_tcp: object, degrees: bool) -> str:
     unit = "deg" if degrees else "rad"
     x, y, z, roll, pitch, yaw = (f"{value:.4f}" for value in (*matrix[:3, 3], *angles))
     return f"{x} {y} {z} m   roll pitch yaw {roll} {pitch} {yaw} {unit}"
-
-
-def _table(rows: list[list[str]]) -> list[str]:
-    """Return rows with aligned columns: names to the left, numbers to the right."""
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    return [
-        "  "
-        + "  ".join(
-            [row[0].ljust(widths[0]), *(cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True))]
-        )
-        for row in rows
-    ]

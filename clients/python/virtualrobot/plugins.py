@@ -1,0 +1,159 @@
+"""The kernel's plugins: which components they offer, where these run and how they are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
+from virtualrobot.v1 import plugin_pb2
+from virtualrobot.wire import settings_of
+
+_KINDS = {plugin_pb2.COMPONENT_KIND_KINEMATICS: "kinematics", plugin_pb2.COMPONENT_KIND_IMPORTER: "importer"}
+_ISOLATIONS = {plugin_pb2.ISOLATION_IN_PROCESS: "in_process", plugin_pb2.ISOLATION_PROCESS: "process"}
+_STATES = {plugin_pb2.PLUGIN_STATE_LOADED: "loaded", plugin_pb2.PLUGIN_STATE_FAILED: "failed"}
+
+
+@dataclass(frozen=True, slots=True)
+class ComponentUse:
+    """A component at work.
+
+    Attributes:
+        robot: the robot that it works for; empty for an importer, which works for all.
+        fault: why it is not asked any more; empty while it is well.
+        calls: how many calls it has answered.
+        mean_call_seconds: the mean time of a call.
+        process_id: the number of its process on the kernel's machine; 0 when it runs in the kernel's own.
+    """
+
+    robot: str
+    fault: str
+    calls: int
+    mean_call_seconds: float
+    process_id: int
+
+
+@dataclass(frozen=True, slots=True)
+class Component:
+    """What a plugin offers.
+
+    Attributes:
+        kind: `kinematics` or `importer`.
+        name: unique among the components of its kind.
+        description: one line about it.
+        isolation: `in_process` (the kernel's own) or `process` (one of its own, with a deadline for each call).
+        deadline_seconds: the longest that a call may take in a process of its own.
+        settings_schema: the JSON schema of its settings; empty when it has none.
+        endings: for importers: the endings of the files that it reads, such as `.step`.
+        uses: who uses it now.
+    """
+
+    kind: str
+    name: str
+    description: str
+    isolation: str
+    deadline_seconds: float
+    settings_schema: dict[str, Any]
+    endings: tuple[str, ...]
+    uses: tuple[ComponentUse, ...]
+
+    @staticmethod
+    def of(message: plugin_pb2.Component) -> Component:
+        """Return the component that a message tells."""
+        return Component(
+            _KINDS.get(message.kind, "unknown"),
+            message.name,
+            message.description,
+            _ISOLATIONS.get(message.isolation, "unknown"),
+            message.deadline_seconds,
+            settings_of(message.settings_schema),
+            tuple(message.endings),
+            tuple(
+                ComponentUse(use.robot, use.fault, use.calls, use.mean_call_seconds, use.process_id)
+                for use in message.uses
+            ),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Plugin:
+    """What one entry point of a Python package offers.
+
+    Attributes:
+        name: the entry point's name.
+        package: the Python package that it comes with.
+        version: the package's version.
+        api_version: the version of the plugin interface that it was written for; empty when that is not known.
+        state: `loaded`, or `failed`: then it offers nothing.
+        reason: why it failed; empty while it is well.
+        components: what it offers.
+    """
+
+    name: str
+    package: str
+    version: str
+    api_version: str
+    state: str
+    reason: str
+    components: tuple[Component, ...]
+
+    @property
+    def ok(self) -> bool:
+        """Whether its components can be used."""
+        return self.state == "loaded"
+
+    @staticmethod
+    def of(message: plugin_pb2.Plugin) -> Plugin:
+        """Return the plugin that a message tells."""
+        return Plugin(
+            message.name,
+            message.package,
+            message.version,
+            message.api_version,
+            _STATES.get(message.state, "unknown"),
+            message.reason,
+            tuple(map(Component.of, message.components)),
+        )
+
+
+class Plugins:
+    """The plugins of one kernel; it can be iterated over. Each question is asked anew.
+
+    Example:
+        >>> [plugin.name for plugin in client.plugins if not plugin.ok]
+        []
+        >>> [component.name for component in client.plugins.components("kinematics")]
+        ['chain', 'dh']
+    """
+
+    def __init__(self, services: Services) -> None:
+        """Handle the plugins of one kernel."""
+        self._services = services
+
+    def list(self) -> tuple[Plugin, ...]:
+        """Return all plugins that are installed, by name, those that failed included."""
+        response = self._services.plugin.ListPlugins(plugin_pb2.ListPluginsRequest())
+        return tuple(map(Plugin.of, response.plugins))
+
+    def reload(self) -> tuple[Plugin, ...]:
+        """Look for plugins again, so that one installed since the kernel's start is found; return all.
+
+        Components at work go on.
+        """
+        response = self._services.plugin.ReloadPlugins(plugin_pb2.ReloadPluginsRequest(), timeout=LONG_TIMEOUT_SECONDS)
+        return tuple(map(Plugin.of, response.plugins))
+
+    def components(self, kind: str = "") -> tuple[Component, ...]:
+        """Return the components of all plugins, or those of one kind: `kinematics` or `importer`."""
+        return tuple(
+            component for plugin in self for component in plugin.components if not kind or component.kind == kind
+        )
+
+    def __iter__(self) -> Iterator[Plugin]:
+        """Yield the plugins by name."""
+        return iter(self.list())
+
+    def __repr__(self) -> str:
+        """Return a line for people."""
+        return f"<Plugins of the kernel at {self._services.address}>"
