@@ -57,7 +57,7 @@ class Kernel:
         self._importers = Importers(catalog)
         self._viewer: Viewer | None = None
         self._assets = AssetStore()
-        self._meshes = MeshLibrary(self._assets)
+        self._meshes = MeshLibrary(self._assets, self._importers)
         self._view = ViewStore()
         self.world = World(world_poses, MemoryJournal(), Clock(settings.mode, 1.0, settings.tick_nanoseconds))
         self._workers = ThreadPoolExecutor(WORKERS, thread_name_prefix="worker")

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator
+from functools import partial
 
 from virtualrobot.v1 import asset_pb2, asset_pb2_grpc
 
+from virtualrobot_kernel.api.convert.robots import settings
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.references import list_references
@@ -64,7 +66,10 @@ class AssetServicer(asset_pb2_grpc.AssetServiceServicer):
         self, request: asset_pb2.ListReferencesRequest, context: object
     ) -> asset_pb2.ListReferencesResponse:
         """Tell which other files a file names."""
-        data = self._rooms.assets.get(request.sha256)
-        run = asyncio.get_running_loop().run_in_executor
-        uris = await run(self._rooms.workers, list_references, data, request.uri)
+        store = self._rooms.assets
+        data = store.get(request.sha256)
+        known = {file.uri: store.get(file.sha256) for file in request.files}
+        wanted = settings(request.settings, "settings")
+        references = partial(list_references, data, request.uri, self._rooms.importers, known, wanted)
+        uris = await asyncio.get_running_loop().run_in_executor(self._rooms.workers, references)
         return asset_pb2.ListReferencesResponse(uris=uris)

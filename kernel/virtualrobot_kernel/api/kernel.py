@@ -54,7 +54,7 @@ class KernelServicer(kernel_pb2_grpc.KernelServiceServicer):
             version=VERSION,
             api_version="virtualrobot.v1",
             capabilities=[name for name in CAPABILITIES if name != "viewer" or url],
-            model_formats=MODEL_FORMATS,
+            model_formats=dict.fromkeys((*MODEL_FORMATS, *self._rooms.importers.endings)),
             kinematics=sorted(self._rooms.catalog.offers(ComponentKind.KINEMATICS)),
             max_message_bytes=MAX_MESSAGE_BYTES,
             max_asset_bytes=self._rooms.assets.limit_bytes,

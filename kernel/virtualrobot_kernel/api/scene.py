@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Sequence
+from functools import partial
 
 import numpy as np
 from virtualrobot.v1 import nodes_pb2, scene_pb2, scene_pb2_grpc
 
-from virtualrobot_kernel.api import scene_files
+from virtualrobot_kernel.api import model_files, scene_files
 from virtualrobot_kernel.api.author import author
 from virtualrobot_kernel.api.convert.commands import world_commands
 from virtualrobot_kernel.api.convert.nodes import node_message
@@ -16,6 +17,7 @@ from virtualrobot_kernel.api.convert.values import mask_fields, masked, poses_ar
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.formats.model_table import list_models
 from virtualrobot_kernel.world.commands import Command, CreateNodes, UpdateNode
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import Applied
@@ -76,9 +78,12 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
     ) -> scene_pb2.ImportModelResponse:
         """Read a model in a worker thread, then add it as one change."""
         run = asyncio.get_running_loop().run_in_executor
+        meshes = self._rooms.meshes
+        files = model_files.files_of(meshes, request.files, request.packages)
         while True:
             structure = self._rooms.world.snapshot.structure
-            model = await run(self._rooms.workers, scene_files.read_model, self._rooms.meshes, request, structure)
+            read = partial(model_files.read_model, meshes, request, files, structure.uid_by_name)
+            model = await run(self._rooms.workers, read)
             try:
                 applied = await self._submit([CreateNodes(model.nodes)], context)
                 break
@@ -93,6 +98,20 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
             mesh_count=model.mesh_count,
             warnings=model.warnings,
         )
+
+    async def ListModels(self, request: scene_pb2.ListModelsRequest, context: object) -> scene_pb2.ListModelsResponse:
+        """Tell the robots that are known by name."""
+        models = [
+            scene_pb2.KnownModel(
+                name=model.name,
+                description=model.description,
+                uri=model.uri,
+                package=model.package,
+                installed=model.installed,
+            )
+            for model in list_models()
+        ]
+        return scene_pb2.ListModelsResponse(models=models)
 
     async def LoadScene(self, request: scene_pb2.LoadSceneRequest, context: object) -> scene_pb2.LoadSceneResponse:
         """Read a scene file in a worker thread, then replace the world by it, as one change."""

@@ -1,26 +1,23 @@
-"""Models and scene files: between files and commands. Everything here may take long and runs in worker threads."""
+"""Scene files: between their text and commands. Everything here may take long and runs in worker threads."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from pathlib import Path
+from functools import partial
 
 import numpy as np
-from virtualrobot.resolver import Resolver
-from virtualrobot.v1 import nodes_pb2, robot_pb2, scene_pb2
+from virtualrobot.v1 import robot_pb2, scene_pb2
 
-from virtualrobot_kernel.api.convert.dh import denavit_hartenberg, refuse_file_fields
-from virtualrobot_kernel.api.convert.nodes import JOINT_TYPES, node_message, node_spec
+from virtualrobot_kernel.api.convert.nodes import node_message
 from virtualrobot_kernel.api.convert.states import robot_states, robots_named, signal_message
-from virtualrobot_kernel.api.convert.values import finite, masked, pose, vector
-from virtualrobot_kernel.errors import KernelError, UnknownNameError
+from virtualrobot_kernel.api.convert.values import finite, masked
+from virtualrobot_kernel.api.model_files import files_of, found_figures, read_model, spec_of
+from virtualrobot_kernel.errors import UnknownNameError
 from virtualrobot_kernel.formats import scene_file
 from virtualrobot_kernel.formats.bundle import bundle
-from virtualrobot_kernel.formats.dh import read_table
 from virtualrobot_kernel.formats.files import Files, located
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
-from virtualrobot_kernel.formats.models import ImportedModel, import_model
 from virtualrobot_kernel.world.commands import (
     ClearWorld,
     Command,
@@ -32,23 +29,12 @@ from virtualrobot_kernel.world.commands import (
     SetToolState,
     UpdateNode,
 )
-from virtualrobot_kernel.world.figures import Figure, Mesh
+from virtualrobot_kernel.world.figures import Mesh
 from virtualrobot_kernel.world.state import Signal, Snapshot
-from virtualrobot_kernel.world.structure import WORLD_NAME, WORLD_UID, JointType, Kind, Node, NodeSpec, Structure
+from virtualrobot_kernel.world.structure import WORLD_NAME, WORLD_UID, Kind, Node, NodeSpec, Structure
 
 SAVED_STATE = frozenset({"name", "positions", "tool", "tool_center_point", "tool_states", "speed_factor"})
 """What a scene file keeps of a robot's state."""
-
-
-def files_of(meshes: MeshLibrary, files: Iterable[nodes_pb2.AssetFile], packages: Mapping[str, str]) -> Files:
-    """Return where a request's files come from: what was uploaded, then the kernel's disk."""
-    folders = {name: Path(folder) for name, folder in packages.items()}
-    return Files(meshes.store, {file.uri: file.sha256 for file in files}, Resolver(folders))
-
-
-def read_model(meshes: MeshLibrary, request: scene_pb2.ImportModelRequest, structure: Structure) -> ImportedModel:
-    """Return the nodes of a model file."""
-    return _model(meshes, request, files_of(meshes, request.files, request.packages), structure.uid_by_name, "")
 
 
 def read_scene(
@@ -59,7 +45,7 @@ def read_scene(
     scene = scene_file.parse(request.text, uri)
     files = files_of(meshes, request.files, request.packages)
     taken = dict(structure.uid_by_name) if request.add else {WORLD_NAME: 1}
-    specs = [_spec(node, f"{uri}: nodes[{place}]") for place, node in enumerate(scene.nodes)]
+    specs = [spec_of(node, f"{uri}: nodes[{place}]") for place, node in enumerate(scene.nodes)]
     # Tools and sensors of a scene file hang on links that come with its models: they wait for them.
     first, mounted = _split(specs, taken) if scene.models else (specs, [])
     commands: list[Command] = [] if request.add else [ClearWorld()]
@@ -67,7 +53,7 @@ def read_scene(
     names = {*taken, *(spec.name for spec in specs)}
     warnings: list[str] = []
     for wanted in scene.models:
-        model = _model(meshes, wanted, files, names, request.uri)
+        model = read_model(meshes, wanted, files, names, request.uri)
         names.update(node.name for node in model.nodes)
         warnings.extend(model.warnings)
         commands.append(CreateNodes(model.nodes))
@@ -82,13 +68,6 @@ def read_scene(
     if scene.HasField("speed_factor"):
         commands.append(SetSpeedFactor("", finite(scene.speed_factor, "speed_factor")))
     return commands, warnings
-
-
-def _spec(message: nodes_pb2.Node, place: str) -> NodeSpec:
-    try:
-        return node_spec(message)
-    except KernelError as error:
-        raise located(error, place) from error
 
 
 def _split(specs: Iterable[NodeSpec], taken: Iterable[str]) -> tuple[list[NodeSpec], list[NodeSpec]]:
@@ -156,11 +135,7 @@ def with_assets(
     meshes: MeshLibrary, commands: Sequence[Command], files: Files | None = None, referrer: str = ""
 ) -> list[Command]:
     """Return the commands with every mesh found, parsed once and named by its content."""
-    sources = files or files_of(meshes, (), {})
-
-    def found(figures: tuple[Figure, ...]) -> tuple[Figure, ...]:
-        return tuple(_found(meshes, figure, sources, referrer) for figure in figures)
-
+    found = partial(found_figures, meshes, files=files or files_of(meshes, (), {}), referrer=referrer)
     result: list[Command] = []
     for command in commands:
         if isinstance(command, CreateNodes):
@@ -170,62 +145,6 @@ def with_assets(
         else:
             result.append(command)
     return result
-
-
-def _found(meshes: MeshLibrary, figure: Figure, files: Files, referrer: str) -> Figure:
-    mesh = figure.geometry
-    if not isinstance(mesh, Mesh):
-        return figure
-    held = mesh.sha256 and meshes.store.has(mesh.sha256) and all(meshes.store.has(sha) for _, sha in mesh.files)
-    if not held:
-        mesh, _ = meshes.find(files, mesh.uri, referrer, mesh.scale, mesh.sha256)
-    meshes.load(mesh)
-    return replace(figure, geometry=mesh)
-
-
-def _model(
-    meshes: MeshLibrary, request: scene_pb2.ImportModelRequest, files: Files, taken: Iterable[str], referrer: str
-) -> ImportedModel:
-    base_joint = JOINT_TYPES.get(request.base_joint)
-    if base_joint is None:
-        raise KernelError(f"base_joint {request.base_joint} is not a JointType", field="base_joint")
-    if request.HasField("denavit_hartenberg"):
-        return _arm(request, base_joint, taken, referrer)
-    if not request.uri:
-        raise KernelError("uri must name the model's main file, or denavit_hartenberg hold a table", field="uri")
-    return import_model(
-        request.uri,
-        files,
-        meshes,
-        name=request.name,
-        parent=request.parent or WORLD_NAME,
-        parent_t_node=pose(request.parent_t_node, "parent_t_node"),
-        base_joint=base_joint,
-        as_part=request.as_part,
-        scale=vector(request.scale, "scale") if request.HasField("scale") else (1.0, 1.0, 1.0),
-        taken=frozenset(taken),
-        referrer=referrer,
-    )
-
-
-def _arm(
-    request: scene_pb2.ImportModelRequest, base_joint: JointType, taken: Iterable[str], referrer: str
-) -> ImportedModel:
-    """Return the nodes of a Denavit-Hartenberg table."""
-    names, name, number = set(taken), request.name or "arm", 2
-    while not request.name and name in names:
-        name, number = f"arm_{number}", number + 1
-    try:
-        refuse_file_fields(request)
-        table, joints = denavit_hartenberg(request.denavit_hartenberg)
-        parent_t_node = pose(request.parent_t_node, "parent_t_node")
-    except KernelError as error:
-        if referrer:
-            located(error, f"{referrer}: the model {name!r}")
-        raise
-    parent = request.parent or WORLD_NAME
-    nodes = read_table(table, joints, name=name, parent=parent, parent_t_node=parent_t_node, base_joint=base_joint)
-    return ImportedModel(nodes, 0)
 
 
 def _state_commands(robot: robot_pb2.RobotState) -> list[Command]:

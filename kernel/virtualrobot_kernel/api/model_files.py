@@ -1,0 +1,134 @@
+"""Model files and tables asked for by message, as nodes. Everything here may take long and runs in worker threads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from virtualrobot.resolver import Resolver
+from virtualrobot.v1 import nodes_pb2, scene_pb2
+
+from virtualrobot_kernel.api.convert.dh import denavit_hartenberg, refuse_file_fields
+from virtualrobot_kernel.api.convert.nodes import JOINT_TYPES, node_spec
+from virtualrobot_kernel.api.convert.robots import settings
+from virtualrobot_kernel.api.convert.values import pose, vector
+from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.formats import scene_file
+from virtualrobot_kernel.formats.dh import read_table
+from virtualrobot_kernel.formats.files import Files, located
+from virtualrobot_kernel.formats.mesh_library import MeshLibrary
+from virtualrobot_kernel.formats.models import ImportedModel, TranslatedScene, import_model
+from virtualrobot_kernel.world.figures import Figure, Mesh
+from virtualrobot_kernel.world.structure import WORLD_NAME, Kind, NodeSpec, PartData, RobotData
+
+
+def files_of(meshes: MeshLibrary, files: Iterable[nodes_pb2.AssetFile], packages: Mapping[str, str]) -> Files:
+    """Return where a request's files come from: what was uploaded, then the kernel's disk."""
+    folders = {name: Path(folder) for name, folder in packages.items()}
+    return Files(meshes.store, {file.uri: file.sha256 for file in files}, Resolver(folders))
+
+
+def read_model(
+    meshes: MeshLibrary, request: scene_pb2.ImportModelRequest, files: Files, taken: Iterable[str], referrer: str = ""
+) -> ImportedModel:
+    """Return the nodes of a model; names in `taken` are not used, and `referrer` is the file that asks for it."""
+    base_joint = JOINT_TYPES.get(request.base_joint)
+    if base_joint is None:
+        raise KernelError(f"base_joint {request.base_joint} is not a JointType", field="base_joint")
+    names = frozenset(taken)
+    parent = request.parent or WORLD_NAME
+    parent_t_node = pose(request.parent_t_node, "parent_t_node")
+    if request.HasField("denavit_hartenberg"):
+        refuse_file_fields(request)
+        table, joints = denavit_hartenberg(request.denavit_hartenberg)
+        name = request.name or _free("robot", names)
+        nodes = read_table(table, joints, name=name, parent=parent, parent_t_node=parent_t_node, base_joint=base_joint)
+        return ImportedModel(nodes, 0)
+    if not request.uri:
+        raise KernelError("uri must name the model's main file, or denavit_hartenberg hold a table", field="uri")
+    model = import_model(
+        request.uri,
+        files,
+        meshes,
+        name=request.name,
+        parent=parent,
+        parent_t_node=parent_t_node,
+        base_joint=base_joint,
+        as_part=request.as_part,
+        scale=vector(request.scale, "scale") if request.HasField("scale") else (1.0, 1.0, 1.0),
+        settings=settings(request.settings, "settings"),
+        srdf_uri=request.srdf_uri,
+        taken=names,
+        referrer=referrer,
+    )
+    if isinstance(model, ImportedModel):
+        return model
+    return _scene_as_model(meshes, model, request, files, names)
+
+
+def spec_of(message: nodes_pb2.Node, place: str) -> NodeSpec:
+    """Return the node that a message at `place` in a file describes; errors name the place."""
+    try:
+        return node_spec(message)
+    except KernelError as error:
+        raise located(error, place) from error
+
+
+def found_figures(meshes: MeshLibrary, figures: tuple[Figure, ...], files: Files, referrer: str) -> tuple[Figure, ...]:
+    """Return figures with every mesh found, parsed once and named by its content."""
+    return tuple(_found(meshes, figure, files, referrer) for figure in figures)
+
+
+def _found(meshes: MeshLibrary, figure: Figure, files: Files, referrer: str) -> Figure:
+    mesh = figure.geometry
+    if not isinstance(mesh, Mesh):
+        return figure
+    held = mesh.sha256 and meshes.store.has(mesh.sha256) and all(meshes.store.has(sha) for _, sha in mesh.files)
+    if not held:
+        mesh, _ = meshes.find(files, mesh.uri, referrer, mesh.scale, mesh.sha256)
+    meshes.load(mesh)
+    return replace(figure, geometry=mesh)
+
+
+def _scene_as_model(
+    meshes: MeshLibrary,
+    model: TranslatedScene,
+    request: scene_pb2.ImportModelRequest,
+    files: Files,
+    taken: frozenset[str],
+) -> ImportedModel:
+    """Return the nodes of a scene that a model file was translated to, below the request's parent, under free names."""
+    scene = scene_file.parse(model.text, model.uri)
+    specs = [spec_of(node, f"{model.uri}: nodes[{place}]") for place, node in enumerate(scene.nodes)]
+    if not specs:
+        raise KernelError(f"{model.uri} holds no model", file=model.uri)
+    tops = [spec.name for spec in specs if spec.parent == WORLD_NAME]
+    renamed: dict[str, str] = {}
+    for name in tops:
+        wanted = request.name if request.name and len(tops) == 1 else name
+        renamed[name] = wanted if wanted == request.name else _free(wanted, {*taken, *renamed.values()})
+    nodes: list[NodeSpec] = []
+    for spec in specs:
+        top, dot, rest = spec.name.partition(".")
+        name = renamed.get(spec.name) or (f"{renamed[top]}{dot}{rest}" if top in renamed else spec.name)
+        renamed[spec.name] = name
+        if spec.parent == WORLD_NAME:
+            place = pose(request.parent_t_node, "parent_t_node") @ spec.parent_t_node
+            spec = replace(spec, parent=request.parent or WORLD_NAME, parent_t_node=place)
+            if request.as_part and spec.kind is Kind.OBJECT:
+                spec = replace(spec, kind=Kind.PART, data=PartData())
+        else:
+            spec = replace(spec, parent=renamed.get(spec.parent, spec.parent))
+        data = replace(spec.data, source=model.uri) if isinstance(spec.data, RobotData) else spec.data
+        nodes.append(replace(spec, name=name, data=data, figures=found_figures(meshes, spec.figures, files, model.uri)))
+    count = sum(isinstance(figure.geometry, Mesh) for node in nodes for figure in node.figures)
+    return ImportedModel(tuple(nodes), count, model.warnings)
+
+
+def _free(name: str, taken: Iterable[str]) -> str:
+    """Return `name`, with a number behind it while it is taken."""
+    number, chosen = 2, name
+    while chosen in taken:
+        chosen, number = f"{name}_{number}", number + 1
+    return chosen
