@@ -76,6 +76,9 @@ class Resolver:
     def resolve(self, uri: str, referrer: str | Path | None = None) -> Path:
         """Return the absolute path of the existing file that `uri` means when the file `referrer` names it.
 
+        A relative name counts from the folder of the referrer; when it has a folder in it, from the SEARCH_LEVELS
+        folders above that too.
+
         A package is looked for in this order: the folders told to the constructor (and then nowhere else), the
         environment (VIRTUALROBOT_PACKAGE_PATH, ROS_PACKAGE_PATH, AMENT_PREFIX_PATH), the parents of the referrer (a
         folder of that name, or one whose package.xml says so), an installed Python package of that name (such as
@@ -142,6 +145,9 @@ class Resolver:
                 else:
                     yield from (folder / path for folder in _folders_of(source))
                 yield from (folder / path for folder in self.search)
+                if source is not None and len(path.parts) > 1:
+                    # Some names count from the folder that a program of their author's was started in.
+                    yield from (folder / path for folder in source.parent.parents[:SEARCH_LEVELS])
 
     def _package_folders(self, name: str, source: Path | None) -> Iterator[Path]:
         """Yield the folders that the package `name` may be, the best first."""

@@ -96,14 +96,17 @@ def settings_message(settings: Mapping[str, object]) -> Struct:
 
     Arrays count as lists and paths as text. Raises InvalidArgumentError for anything else.
     """
+    if not isinstance(settings, Mapping):
+        raise InvalidArgumentError(f"settings are a dictionary, not {settings!r}")
     message = Struct()
     message.update(_plain(settings, ""))
     return message
 
 
 def settings_of(message: Struct) -> dict[str, Any]:
-    """Return a component's settings, or a JSON schema, as dictionaries and lists; whole numbers are int."""
-    return {name: _value_of(value) for name, value in message.fields.items()}
+    """Return a component's settings, or a JSON schema, as dictionaries (by name) and lists; whole numbers are int."""
+    # A message keeps no order.
+    return {name: _value_of(message.fields[name]) for name in sorted(message.fields)}
 
 
 def _plain(value: object, path: str) -> Any:  # noqa: ANN401 what a Struct takes
@@ -121,8 +124,6 @@ def _plain(value: object, path: str) -> Any:  # noqa: ANN401 what a Struct takes
         return [_plain(inner, f"{path}[{number}]") for number, inner in enumerate(value)]
     raise InvalidArgumentError(
         f"the setting {path!r} is {value!r}; it must be a finite number, text, true or false, a list or a dictionary"
-        if path
-        else f"settings are a dictionary, not {value!r}"
     )
 
 

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from importlib import metadata
+from pathlib import Path
 
 import click
 import numpy as np
@@ -13,7 +14,12 @@ import pytest
 from virtualrobot import cli
 from virtualrobot.cli.options import Numbers, pose_of_numbers
 
-COMMANDS = ("serve", "demo", "load", "save", "ls", "state", "move", "stop", "signal", "step")
+COMMANDS = (
+    *("serve", "demo", "load", "models", "save", "export", "ls", "state", "move", "stop", "signal", "step"),
+    *("plugins", "kinematics", "grade"),
+)
+HANDED_OVER = ("serve", "grade")
+"""Commands that are programs of the kernel's side, which have help of their own."""
 
 
 @pytest.fixture
@@ -37,7 +43,7 @@ def test_alone_it_shows_the_first_steps(run: Callable[..., tuple[int, str, str]]
         assert f"  {command} " in output
 
 
-@pytest.mark.parametrize("command", [name for name in COMMANDS if name != "serve"])  # its help is the kernel's
+@pytest.mark.parametrize("command", [name for name in COMMANDS if name not in HANDED_OVER])
 def test_every_command_has_help(run: Callable[..., tuple[int, str, str]], command: str) -> None:
     code, output, _ = run(command, "--help")
     assert code == 0
@@ -53,6 +59,9 @@ def test_every_command_has_help(run: Callable[..., tuple[int, str, str]], comman
         (("load", "x.stl", "--at", "1,2"), "has 2 numbers; 3 or 6 are wanted"),
         (("load", "x.stl", "--at", "a,b,c"), "is not numbers"),
         (("load", "x.urdf", "--package", "name"), "is not name=folder"),
+        (("load", "x.yaml", "--set", "arguments.prefix=a"), "a scene file says all that itself"),
+        (("load", "x.yaml", "--srdf", "x.srdf"), "a scene file says all that itself"),
+        (("export", "arm"), "Missing argument 'FILE'"),
         (("move", "arm"), "say where to, in one way"),
         (("move", "arm", "--to", "home", "--pose", "0,0,0"), "say where to, in one way"),
         (("move", "arm", "--to", "home", "--linear"), "--linear goes with --pose"),
@@ -95,24 +104,42 @@ def test_debug_shows_the_traceback() -> None:
         cli.main(["ls", "--debug", "--address", "127.0.0.1:1"])
 
 
-def test_serve_without_kernel_says_how_to_install_it(
-    run: Callable[..., tuple[int, str, str]], monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("command", HANDED_OVER)
+def test_without_kernel_it_is_told_how_to_install_it(
+    run: Callable[..., tuple[int, str, str]], monkeypatch: pytest.MonkeyPatch, command: str
 ) -> None:
     monkeypatch.setattr("virtualrobot.cli.serve.entry_points", lambda **_: metadata.EntryPoints())
-    code, _, errors = run("serve")
+    code, _, errors = run(command)
     assert code == 1
     assert "pip install '.[kernel]'" in errors
 
 
-def test_serve_with_half_a_kernel_says_how_to_install_it(
-    run: Callable[..., tuple[int, str, str]], monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("command", HANDED_OVER)
+def test_with_half_a_kernel_it_is_told_how_to_install_it(
+    run: Callable[..., tuple[int, str, str]], monkeypatch: pytest.MonkeyPatch, command: str
 ) -> None:
-    missing = metadata.EntryPoint("serve", "no_such_kernel_package.serve:main", "virtualrobot.kernel")
+    missing = metadata.EntryPoint(command, "no_such_kernel_package.serve:main", "virtualrobot.kernel")
     monkeypatch.setattr("virtualrobot.cli.serve.entry_points", lambda **_: metadata.EntryPoints([missing]))
-    code, _, errors = run("serve", "--port", "0")
+    code, _, errors = run(command, "--port", "0")
     assert code == 1
     assert "no_such_kernel_package is missing" in errors
     assert "pip install '.[kernel]'" in errors
+
+
+def test_grade_gets_all_arguments_and_gives_the_exit_code(
+    run: Callable[..., tuple[int, str, str]], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    (tmp_path / "test_kit_that_tells.py").write_text("def main(arguments):\n    print(*arguments)\n    return 3\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    found = metadata.EntryPoint("grade", "test_kit_that_tells:main", "virtualrobot.kernel")
+    monkeypatch.setattr("virtualrobot.cli.serve.entry_points", lambda **_: metadata.EntryPoints([found]))
+    assert run("grade", "my_arm:MyArm", "--set", "gain=1", "--help") == (3, "my_arm:MyArm --set gain=1 --help\n", "")
+    (tmp_path / "test_kit_that_tells.py").write_text("def main(arguments):\n    import no_module_of_the_component\n")
+    sys.modules.pop("test_kit_that_tells")
+    sys.path_importer_cache.clear()
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    code, _, errors = run("grade", "my_arm:MyArm")
+    assert (code, "no_module_of_the_component" in errors, "install" in errors) == (1, True, False)
 
 
 def test_numbers() -> None:

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 import virtualrobot
@@ -36,6 +40,41 @@ def test_colors() -> None:
     for bad in ("mauve", "ff0000", "#ff00", "#gggggg", (1, 2, 3), (1, 1), (np.nan, 0, 0)):
         with pytest.raises(virtualrobot.InvalidArgumentError, match="colour"):
             wire.color_message(bad)
+
+
+def test_settings_come_back(tmp_path: Path) -> None:
+    settings = {
+        "gain": 0.5,
+        "count": 3,
+        "method": "newton",
+        "on": True,
+        "none": None,
+        "weights": [1, 2.5, [True]],
+        "arguments": {"prefix": "left_", "inner": {}},
+    }
+    assert wire.settings_of(wire.settings_message(settings)) == settings
+    given = {"a": np.array([[1.0, 2.0]]), "b": np.float32(0.5), "c": np.bool_(True), "d": (1,), "e": tmp_path}
+    assert wire.settings_of(wire.settings_message(given)) == {
+        "a": [[1, 2]],
+        "b": 0.5,
+        "c": True,
+        "d": [1],
+        "e": str(tmp_path),
+    }
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"gain": np.nan}, "'gain' is nan"),
+        ({"a": {"b": [1, math.inf]}}, r"'a\.b\[1\]' is inf"),
+        ({"when": {1, 2}}, r"'when' is \{1, 2\}; it must be a finite number, text"),
+        ([1], r"settings are a dictionary, not \[1\]"),
+    ],
+)
+def test_settings_that_are_none_are_refused(settings: Any, message: str) -> None:  # noqa: ANN401 what it must not be
+    with pytest.raises(virtualrobot.InvalidArgumentError, match=message):
+        wire.settings_message(settings)
 
 
 def test_figures() -> None:

@@ -19,6 +19,10 @@ class ComponentKind(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     COMPONENT_KIND_UNSPECIFIED: _ClassVar[ComponentKind]
     COMPONENT_KIND_KINEMATICS: _ClassVar[ComponentKind]
     COMPONENT_KIND_IMPORTER: _ClassVar[ComponentKind]
+    COMPONENT_KIND_MOBILE_KINEMATICS: _ClassVar[ComponentKind]
+    COMPONENT_KIND_RAY_CASTER: _ClassVar[ComponentKind]
+    COMPONENT_KIND_SENSOR_MODEL: _ClassVar[ComponentKind]
+    COMPONENT_KIND_ROBOT_DRIVER: _ClassVar[ComponentKind]
 
 class Isolation(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
@@ -31,6 +35,10 @@ PLUGIN_STATE_FAILED: PluginState
 COMPONENT_KIND_UNSPECIFIED: ComponentKind
 COMPONENT_KIND_KINEMATICS: ComponentKind
 COMPONENT_KIND_IMPORTER: ComponentKind
+COMPONENT_KIND_MOBILE_KINEMATICS: ComponentKind
+COMPONENT_KIND_RAY_CASTER: ComponentKind
+COMPONENT_KIND_SENSOR_MODEL: ComponentKind
+COMPONENT_KIND_ROBOT_DRIVER: ComponentKind
 ISOLATION_UNSPECIFIED: Isolation
 ISOLATION_IN_PROCESS: Isolation
 ISOLATION_PROCESS: Isolation
