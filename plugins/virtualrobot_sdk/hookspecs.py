@@ -31,7 +31,7 @@ hookspec = pluggy.HookspecMarker(PROJECT)
 hookimpl = pluggy.HookimplMarker(PROJECT)
 """Marks a function of a plugin as one that the kernel calls."""
 
-KINEMATICS_DEADLINE_SECONDS = 1.0
+COMPONENT_DEADLINE_SECONDS = 1.0
 IMPORTER_DEADLINE_SECONDS = 60.0
 
 
@@ -45,7 +45,7 @@ class Register(Protocol):
         config_type: type | None = None,
         *,
         isolation: Isolation = Isolation.PROCESS,
-        deadline_seconds: float = KINEMATICS_DEADLINE_SECONDS,
+        deadline_seconds: float = COMPONENT_DEADLINE_SECONDS,
     ) -> None:
         """Register the component `name`.
 
@@ -93,6 +93,26 @@ def virtualrobot_register_kinematics(register: Register) -> None:
 
 
 @hookspec
+def virtualrobot_register_mobile_kinematics(register: Register) -> None:
+    """Register kinematics of crafts: `factory()` or `factory(settings)` returns a `mobile.MobileKinematics`."""
+
+
+@hookspec
+def virtualrobot_register_ray_casters(register: Register) -> None:
+    """Register ray casters: `factory()` or `factory(settings)` returns a `rays.RayCaster`."""
+
+
+@hookspec
+def virtualrobot_register_sensor_models(register: Register) -> None:
+    """Register sensor models: `factory()` or `factory(settings)` returns a `rays.SensorModel`."""
+
+
+@hookspec
+def virtualrobot_register_robot_drivers(register: Register) -> None:
+    """Register robot drivers: `factory()` or `factory(settings)` returns a `drivers.RobotDriver`."""
+
+
+@hookspec
 def virtualrobot_register_importers(register: RegisterImporter) -> None:
     """Register importers of files: `factory()` or `factory(settings)` returns an `importers.Importer`."""
 
@@ -113,8 +133,14 @@ class KindOfHook:
 
 HOOKS = {
     ComponentKind.KINEMATICS: KindOfHook(
-        virtualrobot_register_kinematics.__name__, KINEMATICS_DEADLINE_SECONDS, arguments=("chain",)
+        virtualrobot_register_kinematics.__name__, COMPONENT_DEADLINE_SECONDS, arguments=("chain",)
     ),
+    ComponentKind.MOBILE_KINEMATICS: KindOfHook(
+        virtualrobot_register_mobile_kinematics.__name__, COMPONENT_DEADLINE_SECONDS
+    ),
+    ComponentKind.RAY_CASTER: KindOfHook(virtualrobot_register_ray_casters.__name__, COMPONENT_DEADLINE_SECONDS),
+    ComponentKind.SENSOR_MODEL: KindOfHook(virtualrobot_register_sensor_models.__name__, COMPONENT_DEADLINE_SECONDS),
+    ComponentKind.ROBOT_DRIVER: KindOfHook(virtualrobot_register_robot_drivers.__name__, COMPONENT_DEADLINE_SECONDS),
     ComponentKind.IMPORTER: KindOfHook(
         virtualrobot_register_importers.__name__, IMPORTER_DEADLINE_SECONDS, has_endings=True
     ),

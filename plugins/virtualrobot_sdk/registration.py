@@ -12,6 +12,10 @@ class ComponentKind(Enum):
     """What a component is for."""
 
     KINEMATICS = "kinematics"
+    MOBILE_KINEMATICS = "mobile_kinematics"
+    RAY_CASTER = "ray_caster"
+    SENSOR_MODEL = "sensor_model"
+    ROBOT_DRIVER = "robot_driver"
     IMPORTER = "importer"
 
 

@@ -15,6 +15,10 @@ from virtualrobot_kernel.components.catalog import Plugin
 KINDS = {
     ComponentKind.KINEMATICS: plugin_pb2.COMPONENT_KIND_KINEMATICS,
     ComponentKind.IMPORTER: plugin_pb2.COMPONENT_KIND_IMPORTER,
+    ComponentKind.MOBILE_KINEMATICS: plugin_pb2.COMPONENT_KIND_MOBILE_KINEMATICS,
+    ComponentKind.RAY_CASTER: plugin_pb2.COMPONENT_KIND_RAY_CASTER,
+    ComponentKind.SENSOR_MODEL: plugin_pb2.COMPONENT_KIND_SENSOR_MODEL,
+    ComponentKind.ROBOT_DRIVER: plugin_pb2.COMPONENT_KIND_ROBOT_DRIVER,
 }
 ISOLATIONS = {
     Isolation.IN_PROCESS: plugin_pb2.ISOLATION_IN_PROCESS,
