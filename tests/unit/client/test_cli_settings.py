@@ -65,7 +65,7 @@ def test_words_that_are_no_settings_are_refused(words: list[str], message: str) 
 
 def test_each_setting_is_told_with_type_default_and_purpose() -> None:
     assert list(settings_lines(SCHEMA)) == [
-        "arguments: object [{}]",
+        "arguments: object",
         "gain: number [0.5]  Step of each iteration.",
         "group: object",
         "method: newton or secant [newton]",
