@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from virtualrobot_plugins.importers.refusal import refusal
 
 Color = tuple[float, float, float, float]

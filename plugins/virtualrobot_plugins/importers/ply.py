@@ -91,7 +91,7 @@ def _piece(mesh: Any, texture: bytes | None) -> Piece:  # noqa: ANN401  trimesh'
     normals = kept if kept is not None and np.shape(kept) == vertices.shape and np.isfinite(kept).all() else None
     visual = mesh.visual
     uv = getattr(visual, "uv", None)
-    if visual.kind == "texture" and texture is not None and np.shape(uv) == (len(vertices), 2):
+    if visual.kind == "texture" and texture is not None and uv is not None and np.shape(uv) == (len(vertices), 2):
         return Piece(vertices, faces, (1.0, 1.0, 1.0, 1.0), normals, uv=np.asarray(uv), texture=texture)
     if visual.kind == "face":
         colors = np.repeat(np.asarray(visual.face_colors, np.uint8), 3, axis=0)

@@ -101,9 +101,13 @@ def _is_ear(points: NDArray[np.float64], ring: list[int], before: int, here: int
         return False
     others = points[ring]
     # Corners that lie where the ear's own corners lie (polygons joined by a bridge) are no obstacle.
-    inside = (_cross(b - a, others - a) >= 0.0) & (_cross(c - b, others - b) >= 0.0) & (_cross(a - c, others - c) >= 0.0)
+    inside = _left_of(a, b, others) & _left_of(b, c, others) & _left_of(c, a, others)
     own = (others == a).all(axis=1) | (others == b).all(axis=1) | (others == c).all(axis=1)
     return not bool((inside & ~own).any())
+
+
+def _left_of(start: NDArray[np.float64], end: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    return _cross(end - start, points - start) >= 0.0
 
 
 def _cross(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -8,10 +8,13 @@ from types import ModuleType
 from virtualrobot_sdk.errors import ArgumentError
 
 
-def refusal(uri: str, message: str, line: int | None = None) -> ArgumentError:
-    """Return the error `file:line: message`; the metadata has the whole URI and the line."""
+def refusal(uri: str, message: str, line: int | None = None, **metadata: object) -> ArgumentError:
+    """Return the error `file:line: message`; the metadata has the whole URI and the line.
+
+    `missing`, where given, is the name of the file that was asked for and is nowhere.
+    """
     where = short_name(uri) if line is None else f"{short_name(uri)}:{line}"
-    return ArgumentError(f"{where}: {message}", file=uri, line="" if line is None else line)
+    return ArgumentError(f"{where}: {message}", file=uri, line="" if line is None else line, **metadata)
 
 
 def short_name(uri: str) -> str:

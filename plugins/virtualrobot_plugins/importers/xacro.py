@@ -104,7 +104,7 @@ class _Run:
             near = get_close_matches(name, given.declared, n=1)
             meant = f"; did you mean {near[0]!r}?" if near else f"; it has {', '.join(given.declared) or 'none'}"
             self.warn(f"the file has no argument {name!r}{meant}")
-        return document.toxml()
+        return document.toprettyxml(indent="  ")  # line by line as the command xacro prints it
 
     def warnings(self) -> tuple[str, ...]:
         """Return what the library warned of, each once."""

@@ -51,7 +51,7 @@ class _Context:
     depth: int = 0
 
 
-class _TooMuch(Exception):  # noqa: N818  it ends the walk
+class _TooMuch(Exception):
     """The drawing is larger than any that is read."""
 
 

@@ -93,7 +93,8 @@ class DxfImporter:
             raise refusal(uri, _nothing(drawn))
         warnings.extend(_left_out(drawn, uri))
         to_meters = np.diag((meters, meters, meters, 1.0))
-        return Translation(".glb", write_glb([placed(piece, to_meters) for piece in drawn.pieces], uri), tuple(warnings))
+        pieces = [placed(piece, to_meters) for piece in drawn.pieces]
+        return Translation(".glb", write_glb(pieces, uri), tuple(warnings))
 
     def _meters(self, document: Document, uri: str, warnings: list[str]) -> float:
         if self._unit:
@@ -104,9 +105,6 @@ class DxfImporter:
         told = "tells no unit ($INSUNITS)" if number == 0 else f"has the unknown unit $INSUNITS = {number}"
         warnings.append(f"{short_name(uri)}: the drawing {told}; its numbers are taken as millimeters")
         return UNITLESS_METERS
-
-
-    return np.diag(scale)
 
 
 def _load(data: bytes, uri: str) -> Document:

@@ -93,7 +93,7 @@ def _outline(entity: Entity) -> Surface | None:
     from ezdxf.path import make_path
 
     height = _thickness(entity)
-    if not height.any() or entity.dxftype() == "POLYLINE" and not entity.is_2d_polyline:
+    if not height.any() or (entity.dxftype() == "POLYLINE" and not entity.is_2d_polyline):
         return None
     path = make_path(entity)
     control = np.array([point.xyz for point in path.control_vertices()])

@@ -63,7 +63,7 @@ def elevation_grid(node: Bound) -> Piece | None:
     nx, nz = int(columns), int(rows)
     x, z = np.meshgrid(np.arange(nx), np.arange(nz))
     spacing = node.number("xSpacing", 1.0), node.number("zSpacing", 1.0)
-    points = np.column_stack([x.ravel() * spacing[0], heights[:, 0], z.ravel() * spacing[1]])
+    points = np.column_stack([x.ravel() * spacing[0], heights[:, 0], z.ravel() * spacing[1]]).astype(np.float64)
     numbers = np.arange(nx * nz).reshape(nz, nx)
     quads = np.stack([numbers[:-1, :-1], numbers[1:, :-1], numbers[1:, 1:], numbers[:-1, 1:]], axis=-1).reshape(-1, 4)
     corners = quads.reshape(-1)

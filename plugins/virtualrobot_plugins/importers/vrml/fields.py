@@ -31,9 +31,9 @@ class Bound:
         """Return the type of the node."""
         return self.node.kind
 
-    def error(self, message: str) -> ArgumentError:
+    def error(self, message: str, **metadata: object) -> ArgumentError:
         """Return an error about the node."""
-        return refusal(self.uri, f"{self.kind}: {message}", self.node.line)
+        return refusal(self.uri, f"{self.kind}: {message}", self.node.line, **metadata)
 
     def numbers(self, name: str, default: tuple[float, ...], width: int) -> NDArray[np.float64]:
         """Return a field as an array (width,) of finite numbers."""

@@ -181,11 +181,11 @@ class _Parser:
         assert opening is not None
         run = _NUMBERS.match(self._text, opening.start + 1)
         if run:
-            numbers = self._text[opening.start + 1 : run.end() - 1].replace(",", " ").split()
+            words = self._text[opening.start + 1 : run.end() - 1].replace(",", " ").split()
             self._place = run.end()
             self._next = self._read()
             try:
-                return np.array(numbers, np.float64)
+                return np.array(words, np.float64)
             except ValueError as error:
                 raise self._error(opening, f"{what}: {error}") from error
         self._skip()

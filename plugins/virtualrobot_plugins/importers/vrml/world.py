@@ -114,8 +114,8 @@ class World:
         if name is None:
             return
         data = self._files[name]
-        if not name or data is None:
-            raise node.error(f"the file {name!r} is nowhere")
+        if data is None:
+            raise node.error(f"the file {name!r} is nowhere", missing=name)
         if name in inlined:
             raise node.error(f"{name} inlines itself")
         if len(inlined) >= MAX_INLINE_DEPTH:
