@@ -60,7 +60,7 @@ class _Reader:
     def link_figures(self, name: str, link: Element) -> tuple[Figure, ...]:
         """Return the shapes of a link in the order of the file."""
         elements = link.iterchildren("visual", "collision")
-        figures = (self._figure(Place(self.uri, f"link {name!r}"), element) for element in elements)
+        figures = (self._figure(Place(self.uri, f"link {name!r}", self.warnings), element) for element in elements)
         return tuple(figure for figure in figures if figure is not None)
 
     def _figure(self, place: Place, element: Element) -> Figure | None:
@@ -147,7 +147,10 @@ def _link_node(
         robot if before is None else f"{robot}.{before.parent}",
         identity() if before is None else before.parent_t_joint,
         figures=reader.link_figures(name, link),
-        data=LinkData(base if before is None else before.joint, inertial(Place(reader.uri, f"link {name!r}"), link)),
+        data=LinkData(
+            base if before is None else before.joint,
+            inertial(Place(reader.uri, f"link {name!r}", reader.warnings), link),
+        ),
     )
 
 

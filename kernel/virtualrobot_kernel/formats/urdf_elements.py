@@ -23,10 +23,14 @@ _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where in the file we are: its name, and the element that is being read, for people."""
+    """Where in the file we are: its name, and the element that is being read, for people.
+
+    `warnings` collects what is passed over; None where nothing is.
+    """
 
     uri: str
     path: str
+    warnings: list[str] | None = None
 
     def error(self, element: Element, message: str) -> MalformedFileError:
         """Return the error `model.urdf:41: joint 'a': message`."""
@@ -42,7 +46,10 @@ def text_attribute(place: Place, element: Element, name: str) -> str:
 
 
 def numbers(place: Place, element: Element, name: str, count: int, default: tuple[float, ...] = ()) -> list[float]:
-    """Return `count` finite numbers from an attribute; `default` when it is absent, an error when that is empty."""
+    """Return `count` finite numbers from an attribute; `default` when it is absent, an error when that is empty.
+
+    Numbers after the third of three are passed over with a warning where the place takes one: some models have them.
+    """
     text = element.get(name, "")
     if element.get(name) is None or not text.strip():
         if not default:
@@ -55,6 +62,10 @@ def numbers(place: Place, element: Element, name: str, count: int, default: tupl
         if not _NUMBER.fullmatch(word) or not math.isfinite(float(word)):
             raise place.error(element, f"{name}={text!r}: {word!r} is no finite number")
         values.append(float(word))
+    if len(values) > count == 3 and place.warnings is not None:
+        passed_over = f"{name}={text!r} has {_plural(len(values))}; the first {count} are taken"
+        place.warnings.append(str(place.error(element, passed_over)))
+        return values[:count]
     if len(values) != count:
         raise place.error(element, f"{name}={text!r} has {_plural(len(values))}, expected {count}")
     return values
@@ -154,6 +165,8 @@ class Palette:
 
     uri: str
     colors: dict[str, Color] = field(default_factory=dict)
+    textured: set[str] = field(default_factory=set)
+    _told: set[str] = field(default_factory=set)
     warnings: list[str] = field(default_factory=list)
 
     def learn(self, element: Element) -> None:
@@ -162,6 +175,8 @@ class Palette:
         name = element.get("name", "")
         if name and color is not None:
             self.colors.setdefault(name, color)
+        if name and _has_texture(element):
+            self.textured.add(name)
 
     def color_of(self, place: Place, visual: Element) -> Color | None:
         """Return the colour that a <visual> asks for: its own first, then that of its material's name.
@@ -175,7 +190,7 @@ class Palette:
         name = element.get("name", "")
         if color is None:
             color = self.colors.get(name)
-        if element.find("texture") is not None and element.find("texture").get("filename"):
+        if _has_texture(element) or (color is None and name in self.textured):
             self._warn(place, element, "the texture of a URDF material is not drawn; the mesh keeps its own look")
         elif color is None and name:
             self._warn(place, element, f"material {name!r} is defined nowhere; the mesh keeps its own look")
@@ -192,7 +207,16 @@ class Palette:
         return red, green, blue, alpha
 
     def _warn(self, place: Place, element: Element, message: str) -> None:
-        self.warnings.append(str(place.error(element, message)))
+        """Note what is odd about a material; once for each name."""
+        name = element.get("name", "")
+        if name not in self._told:
+            self._told |= {name} if name else set()
+            self.warnings.append(str(place.error(element, message)))
+
+
+def _has_texture(element: Element) -> bool:
+    texture = element.find("texture")
+    return texture is not None and bool(texture.get("filename"))
 
 
 def _plural(count: int) -> str:

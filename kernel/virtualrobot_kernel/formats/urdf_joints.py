@@ -47,7 +47,7 @@ def read_joints(uri: str, robot: Element, warnings: list[str]) -> list[UrdfJoint
 
 def _read_joint(uri: str, element: Element, warnings: list[str]) -> UrdfJoint:
     name = text_attribute(Place(uri, "joint"), element, "name")
-    place = Place(uri, _path(name))
+    place = Place(uri, _path(name), warnings)
     kind = text_attribute(place, element, "type")
     if kind not in _TYPES:
         raise place.error(element, f"unknown joint type {kind!r}; known: {', '.join(_TYPES)}")
