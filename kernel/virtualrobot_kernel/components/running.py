@@ -177,7 +177,7 @@ class _InWorker:
 
     @property
     def process_id(self) -> int:
-        return self._worker.process_id
+        return self._worker.pid or 0
 
     def call(self, method: str, *arguments: object) -> Any:  # noqa: ANN401
         return self._worker.call(method, *arguments, deadline_seconds=self._deadline)

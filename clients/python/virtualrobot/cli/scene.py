@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -136,7 +136,7 @@ def ls(target: Target, links: bool) -> None:
 
 
 def _importer_schema(client: Client, file: str) -> dict[str, Any]:
-    """Return the schema of the settings of what imports a file; {} when that is known by the kernel alone."""
-    ending = PurePosixPath(file).suffix.lower()
+    """Return the schema of the settings of what imports a file; {} where nothing does."""
+    uri = next((model.uri for model in client.models() if file == f"model://{model.name}"), file).lower()
     importers = client.plugins.components("importer")
-    return next((importer.settings_schema for importer in importers if ending in importer.endings), {})
+    return next((one.settings_schema for one in importers if any(map(uri.endswith, one.endings))), {})
