@@ -17,6 +17,7 @@ from virtualrobot_kernel.api.convert.values import mask_fields, masked, poses_ar
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.formats.export.model import export_model
 from virtualrobot_kernel.formats.model_table import list_models
 from virtualrobot_kernel.world.commands import Command, CreateNodes, UpdateNode
 from virtualrobot_kernel.world.state import Snapshot
@@ -135,6 +136,21 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
             stamp=stamp(snapshot),
             text=text,
             files=[nodes_pb2.AssetFile(uri=path, sha256=sha256) for path, sha256 in files],
+        )
+
+    async def ExportModel(
+        self, request: scene_pb2.ExportModelRequest, context: object
+    ) -> scene_pb2.ExportModelResponse:
+        """Write a node as a model file in a worker thread."""
+        snapshot = self._rooms.world.snapshot
+        run = asyncio.get_running_loop().run_in_executor
+        written = await run(
+            self._rooms.workers, export_model, snapshot, self._rooms.meshes, request.node, request.format
+        )
+        return scene_pb2.ExportModelResponse(
+            stamp=stamp(snapshot),
+            files=[nodes_pb2.AssetFile(uri=path, sha256=sha256) for path, sha256 in written.files],
+            warnings=written.warnings,
         )
 
     async def _submit(

@@ -31,14 +31,19 @@ def bundle(meshes: Iterable[Mesh]) -> tuple[dict[Mesh, str], list[tuple[str, str
         length = 8
         while folders.setdefault(content[:length], content) != content:
             length += 1
-        relative = [(_inside(mesh.uri, name), sha256) for name, sha256 in mesh.files]
-        depth = max((name.split("/").count("..") for name, _ in relative), default=0)
-        folder = "/".join(["assets", content[:length], *["mesh"] * depth])
-        uris[mesh] = f"{folder}/{_file_name(mesh.uri)}"
-        paths[uris[mesh]] = mesh.sha256
-        for name, sha256 in relative:
-            paths[normpath(f"{folder}/{name}")] = sha256
+        files = laid_out(mesh, f"assets/{content[:length]}")
+        uris[mesh] = files[0][0]
+        paths.update(files)
     return uris, list(paths.items())
+
+
+def laid_out(mesh: Mesh, folder: str) -> list[tuple[str, str]]:
+    """Return the files of a mesh below `folder` as (path, SHA-256), the mesh first, so that names inside files hold."""
+    relative = [(_inside(mesh.uri, name), sha256) for name, sha256 in mesh.files]
+    depth = max((name.split("/").count("..") for name, _ in relative), default=0)
+    folder = "/".join([folder, *["mesh"] * depth])
+    main = f"{folder}/{_file_name(mesh.uri)}"
+    return [(main, mesh.sha256), *((normpath(f"{folder}/{name}"), sha256) for name, sha256 in relative)]
 
 
 def _file_name(uri: str) -> str:

@@ -1,0 +1,1 @@
+"""What is written for other programs: a part of the world as glTF, a robot as URDF."""
