@@ -11,7 +11,6 @@ J. Denavit and R. S. Hartenberg, A kinematic notation for lower-pair mechanisms 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, fields
 from typing import Annotated, Any, Literal, NamedTuple
 
@@ -129,11 +128,14 @@ def serial_arrays(table: Table) -> SerialArrays:
     return SerialArrays(pre, axis, np.array(kinds, np.int8), post, joint_t_row)
 
 
-def frames(table: Table, positions: Sequence[float]) -> Floats:
-    """Return the poses (n + 1, 4, 4) of the n rows' frames and of the flange in the base, at `positions` (n,)."""
+def frames(table: Table, positions: Floats) -> Floats:
+    """Return the poses (n + 1, 4, 4) of the n rows' frames and of the flange in the base, at `positions` (n,).
+
+    The product of the A_i as it stands; rad for turning joints and m for sliding ones.
+    """
     reached = pose(table.base_t_first)
     found = []
-    for row, position in zip(table.rows, positions, strict=True):
+    for row, position in zip(table.rows, positions.tolist(), strict=True):
         reached = reached @ transform(row, table.convention, position)
         found.append(reached)
     return np.array([*found, reached @ pose(table.last_t_flange)])

@@ -92,7 +92,7 @@ def _frames(name: str, table: Table, arrays: SerialArrays, length: float) -> lis
 
 
 def _touching(skeleton: Skeleton, links: Sequence[str]) -> list[LinkPair]:
-    """Return the pairs that no posture takes apart: neighbours, and links with next to no length between them."""
+    """Return the pairs that overlap as they are drawn: neighbours, and links with next to no length between them."""
     pairs = []
     for i, j in combinations(range(len(links)), 2):
         if j == i + 1:

@@ -36,18 +36,11 @@ class Skeleton:
         """Measure the table."""
         self.table, self.arrays, self.joints = table, arrays, joints
         self.count = len(joints)
-        finite = [self._stroke(joint, 0.0) for joint in joints]
-        lengths = sum(abs(row.a_meters) + abs(row.d_meters) for row in table.rows) + sum(finite)
+        lengths = sum(abs(row.a_meters) + abs(row.d_meters) for row in table.rows)
+        lengths += sum(sum(_stroke(joint, 0.0)) for joint in joints)
         ends = math.hypot(*arrays.pre[0][:3, 3]), math.hypot(*pose(table.last_t_flange)[:3, 3])
         self.reach = lengths or sum(ends) or DEFAULT_REACH
-        self.strokes = [self._stroke(joint, DEFAULT_STROKE * self.reach) for joint in joints]
-
-    @staticmethod
-    def _stroke(joint: Joint, unknown: float) -> float:
-        """Return how far a sliding joint comes out (m); 0 for others, `unknown` without an upper limit."""
-        if joint.type is not JointType.PRISMATIC:
-            return 0.0
-        return max(0.0, joint.limits.upper) if math.isfinite(joint.limits.upper) else unknown
+        self.strokes = [_stroke(joint, DEFAULT_STROKE * self.reach) for joint in joints]
 
     def radius(self, link: int) -> float:
         """Return the radius (m) of the joint before a link; the base has the first joint's, the flange the last's."""
@@ -61,7 +54,15 @@ class Skeleton:
     def _length(self, link: int) -> float:
         """Return the distance between the joints before and after a link, or from the last joint to the flange."""
         beyond = self.arrays.post if link == self.count else self.arrays.pre[link]
-        return math.hypot(*beyond[:3, 3]) + self.strokes[link - 1]
+        return math.hypot(*beyond[:3, 3])
+
+
+def _stroke(joint: Joint, unknown: float) -> tuple[float, float]:
+    """Return how far a sliding joint goes back and comes out (m), `unknown` without an upper limit; 0 for others."""
+    if joint.type is not JointType.PRISMATIC:
+        return 0.0, 0.0
+    back = max(0.0, -joint.limits.lower) if math.isfinite(joint.limits.lower) else 0.0
+    return back, max(0.0, joint.limits.upper) if math.isfinite(joint.limits.upper) else unknown
 
 
 def draw(skeleton: Skeleton) -> list[tuple[Figure, ...]]:
@@ -88,8 +89,9 @@ def _link(skeleton: Skeleton, link: int) -> Iterator[Figure]:
     if joint.type is not JointType.PRISMATIC:
         # Standard: the joint turns about z where the link begins. Modified: about z where row i's frame is, beyond d.
         yield _figure(Cylinder(radius, 2.2 * radius), np.array([0.0, 0.0, 0.0 if standard else -row.d_meters]), JOINT)
-    # A slider's rod still ends in its sleeve when it is all out.
-    low, high = -skeleton.strokes[link - 1], row.d_meters
+    # A slider's rod reaches from its sleeve, wherever that is along the stroke, to where the link goes on.
+    back, out = skeleton.strokes[link - 1]
+    low, high = min(-out, row.d_meters), max(back, row.d_meters)
     shift = 0.0 if standard else row.d_meters
     yield from _rod(np.array([0.0, 0.0, low - shift]), np.array([0.0, 0.0, high - shift]), 0.7 * radius)
     if standard:
