@@ -1,9 +1,9 @@
-"""Importers of files that the kernel does not read itself.
+"""The plugin `importers`: files that the kernel does not read itself.
 
-Each translates bytes to bytes and imports the library that it needs only when it is asked.
+Each importer translates bytes to bytes and imports the library that it needs only when it is asked.
 """
 
-from virtualrobot_sdk.hookspecs import RegisterImporter
+from virtualrobot_sdk.hookspecs import RegisterImporter, hookimpl
 
 from virtualrobot_plugins.importers.dxf.importer import DxfImporter, DxfSettings
 from virtualrobot_plugins.importers.ply import OffImporter, PlyImporter
@@ -11,13 +11,17 @@ from virtualrobot_plugins.importers.sdf.importer import SdfImporter
 from virtualrobot_plugins.importers.step import StepImporter, StepSettings
 from virtualrobot_plugins.importers.threemf import ThreeMfImporter
 from virtualrobot_plugins.importers.vrml.importer import VrmlImporter
+from virtualrobot_plugins.importers.xacro import Xacro, XacroSettings
+
+api_version = "1.0"
 
 HEAVY_SECONDS = 300.0
 """How long a STEP or DXF file of a whole plant may take."""
 
 
-def register_all(register: RegisterImporter) -> None:
-    """Register the importers of meshes, drawings and SDFormat."""
+@hookimpl
+def virtualrobot_register_importers(register: RegisterImporter) -> None:
+    """Offer the importers, each in a process of its own: a broken file can make a native library hang or crash."""
     register("dxf", DxfImporter, (".dxf",), DxfSettings, deadline_seconds=HEAVY_SECONDS)
     register("off", OffImporter, (".off",))
     register("ply", PlyImporter, (".ply",))
@@ -25,3 +29,5 @@ def register_all(register: RegisterImporter) -> None:
     register("step", StepImporter, (".step", ".stp"), StepSettings, deadline_seconds=HEAVY_SECONDS)
     register("threemf", ThreeMfImporter, (".3mf",))
     register("vrml", VrmlImporter, (".wrl", ".wrz"))
+    # `.urdf` for the files of that name that are xacro inside; plain URDF the kernel reads itself.
+    register("xacro", Xacro, (".xacro", ".urdf"), XacroSettings)
