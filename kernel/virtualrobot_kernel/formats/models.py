@@ -115,9 +115,13 @@ def import_model(
         return chosen
 
     warnings: list[str] = []
+    found: dict[tuple[str, str], tuple[Mesh, tuple[str, ...]]] = {}
 
     def load(mesh_uri: str, named_by: str, mesh_scale: Scale, drawn: bool = True) -> Mesh:
-        mesh, odd = library.find(files, mesh_uri, named_by, mesh_scale)
+        if (mesh_uri, named_by) not in found:
+            found[mesh_uri, named_by] = library.find(files, mesh_uri, named_by)
+        unscaled, odd = found[mesh_uri, named_by]
+        mesh = replace(unscaled, scale=mesh_scale)
         library.load(mesh)
         # What is missing costs the look only, and nobody looks at a collision mesh.
         warnings.extend(text for text in odd if drawn and text not in warnings)

@@ -20,6 +20,8 @@ from virtualrobot_sdk.errors import ArgumentError, FilesNeeded
 from virtualrobot_sdk.importers import Translation
 from xacro import substitution_args
 
+from virtualrobot_plugins.importers.uris import join_uri
+
 _OLD_WORDS = ("include", "property", "macro", "if", "unless")
 
 _ONE_AT_A_TIME = threading.Lock()
@@ -135,11 +137,7 @@ class _Run:
 
     def join(self, name: str) -> str:
         """Return a name joined to that of the file that is being read."""
-        name = name.replace("\\", "/")
-        if "://" in name or name.startswith("/") or name[1:3] == ":/":
-            return name
-        scheme, separator, path = self._file().replace("\\", "/").rpartition("://")
-        return scheme + separator + posixpath.normpath(posixpath.join(posixpath.dirname(path), name))
+        return join_uri(self._file(), name)
 
     def folder(self, _: object = None) -> str:
         """Return the folder of the file that is being read."""
