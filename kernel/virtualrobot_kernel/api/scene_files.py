@@ -13,7 +13,7 @@ from virtualrobot_kernel.api.convert.nodes import node_message
 from virtualrobot_kernel.api.convert.states import robot_states, robots_named, signal_message
 from virtualrobot_kernel.api.convert.values import finite, masked
 from virtualrobot_kernel.api.model_files import files_of, found_figures, read_model, spec_of
-from virtualrobot_kernel.errors import UnknownNameError
+from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.formats import scene_file
 from virtualrobot_kernel.formats.bundle import bundle
 from virtualrobot_kernel.formats.files import Files, located
@@ -52,8 +52,14 @@ def read_scene(
     commands.extend(with_assets(meshes, [CreateNodes(tuple(first))], files, request.uri) if first else [])
     names = {*taken, *(spec.name for spec in specs)}
     warnings: list[str] = []
-    for wanted in scene.models:
-        model = read_model(meshes, wanted, files, names, request.uri)
+    for place, wanted in enumerate(scene.models):
+        try:
+            model = read_model(meshes, wanted, files, names, request.uri)
+        except KernelError as error:
+            # What comes from a file names that itself.
+            if wanted.HasField("denavit_hartenberg"):
+                located(error, f"{uri}: models[{place}]")
+            raise
         names.update(node.name for node in model.nodes)
         warnings.extend(model.warnings)
         commands.append(CreateNodes(model.nodes))
