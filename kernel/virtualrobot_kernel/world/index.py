@@ -79,10 +79,13 @@ def extended(structure: Structure, new: Mapping[int, Node], next_uid: int) -> St
     """Return what `build` would return for all nodes, those that are there and `new` ones; raise the same errors."""
     rows = {**structure.rows, **{uid: row for row, uid in enumerate(new, len(structure.rows))}}
     uid_by_name = _names(new.values(), structure.uid_by_name)
-    children, order = dict(structure.children), structure.forest.order
+    order = structure.forest.order
+    growing = {node.parent: list(structure.children.get(node.parent, ())) for node in new.values()}
+    below = {**structure.children, **growing}
     for uid, node in new.items():
-        order = np.insert(order, _end_of(node.parent, order, rows, children), rows[uid])
-        children[node.parent] = (*children.get(node.parent, ()), uid)
+        order = np.insert(order, _end_of(node.parent, order, rows, below), rows[uid])
+        growing[node.parent].append(uid)
+    children = {**structure.children, **{uid: tuple(more) for uid, more in growing.items()}}
     robots, (q_count, v_count) = _robots(new, children, (structure.q_count, structure.v_count))
     nodes = {**structure.nodes, **new}
     tools = dict(structure.tools)
