@@ -98,9 +98,16 @@ def _scene_as_model(
     files: Files,
     taken: frozenset[str],
 ) -> ImportedModel:
-    """Return the nodes of a scene that a model file was translated to, below the request's parent, under free names."""
+    """Return the nodes of a scene that stands for a model file, below the request's parent, under free names.
+
+    Of its `models` only Denavit-Hartenberg tables are read.
+    """
     scene = scene_file.parse(model.text, model.uri)
     specs = [spec_of(node, f"{model.uri}: nodes[{place}]") for place, node in enumerate(scene.nodes)]
+    for table in scene.models:
+        if table.HasField("denavit_hartenberg"):
+            table.base_joint = request.base_joint or table.base_joint
+            specs.extend(read_model(meshes, table, files, (), model.uri).nodes)
     if not specs:
         raise KernelError(f"{model.uri} holds no model", file=model.uri)
     tops = [spec.name for spec in specs if spec.parent == WORLD_NAME]

@@ -67,7 +67,7 @@ def read_table(
     ]
     places = [np.eye(4), *arrays.pre, arrays.post]
     data = RobotData(
-        flange=f"{name}.{FLANGE}",
+        flange=FLANGE,
         kinematics="dh",
         kinematics_settings=plain(table),
         allowed_collisions=tuple(_touching(skeleton, links)),

@@ -33,7 +33,7 @@ class ImportedModel:
 
 @dataclass(frozen=True, slots=True)
 class TranslatedScene:
-    """A model file that was translated to a scene: several robots and objects.
+    """A model file that was translated to a scene, or is one: several robots and objects.
 
     Attributes:
         text: the scene, as a scene file has it.
@@ -65,7 +65,8 @@ def import_model(
     """Return the nodes of a model file; every mesh is parsed once, so that a broken one is refused here.
 
     What the kernel does not read itself is translated by the importer for its ending; where that makes a scene of it,
-    the scene is returned. Takes from milliseconds to seconds: keep it off the world thread.
+    the scene is returned, as it is for a known model that is one. Takes from milliseconds to seconds: keep it off the
+    world thread.
 
     Args:
         uri: the main file: a path on the kernel's disk, `package://`, a name among the uploaded files, or `model://NAME`
@@ -101,6 +102,9 @@ def import_model(
         model = model_table.find(known)
         uri, settings = model.uri, {**model.settings, **(settings or {})}
     kind = ending(uri)
+    if known and kind == ".yaml":
+        file = files.read(uri)
+        return TranslatedScene(file.data.decode(), file.key)
     formats = tuple(dict.fromkeys((*MODEL_FORMATS, *library.importers.endings)))
     if kind not in formats:
         raise malformed(uri, None, f"no model format has the ending {kind!r}; known: {', '.join(formats)}")

@@ -11,16 +11,29 @@ from typing import Any
 import numpy as np
 import pytest
 from google.protobuf import json_format
-from virtualrobot.v1 import scene_pb2
+from virtualrobot.v1 import nodes_pb2, scene_pb2
 from virtualrobot_kernel.api.convert.dh import denavit_hartenberg
+from virtualrobot_kernel.api.model_files import read_model
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.formats import model_table
 from virtualrobot_kernel.formats.dh import read_table
+from virtualrobot_kernel.formats.mesh_library import MeshLibrary
+from virtualrobot_kernel.formats.model_table import KnownModel
 from virtualrobot_kernel.world.figures import Box, Cylinder, Figure, Frame
-from virtualrobot_kernel.world.structure import Joint, JointLimits, JointType, Kind, LinkData, NodeSpec, RobotData
+from virtualrobot_kernel.world.structure import (
+    WORLD_NAME,
+    Joint,
+    JointLimits,
+    JointType,
+    Kind,
+    LinkData,
+    NodeSpec,
+    RobotData,
+)
 from virtualrobot_sdk.denavit_hartenberg import Row, Table, frames, pose
 from virtualrobot_sdk.settings import make_settings
 
-from tests.unit.formats.models import forward, structure_of
+from tests.unit.formats.models import disk, forward, structure_of
 
 CONVENTIONS = ["standard", "modified"]
 KINDS = ("revolute", "prismatic", "revolute", "revolute", "prismatic", "revolute")
@@ -85,7 +98,7 @@ def test_what_the_robot_is_made_of(rng: np.random.Generator) -> None:
     assert moved[7].type is JointType.FIXED
     assert [node.parent for node in rest[:8]] == ["arm", *(node.name for node in rest[:7])]
     assert isinstance(robot.data, RobotData)
-    assert (robot.data.kinematics, robot.data.flange) == ("dh", "arm.flange")
+    assert (robot.data.kinematics, robot.data.flange) == ("dh", "flange")
     assert make_settings(Table, robot.data.kinematics_settings) == table
     structure, _ = structure_of(read_table(table, joints, name="arm"))
     assert structure.robots[structure.uid_by_name["arm"]].flange == structure.uid_by_name["arm.flange"]
@@ -241,3 +254,26 @@ def test_bad_tables_are_refused_by_row_and_field(fields: dict[str, Any], message
         parsed(**fields)
     assert f"denavit_hartenberg.{message}" in str(refused.value)
     assert refused.value.reason is (Reason.NAME_TAKEN if ".name:" in message else Reason.INVALID_ARGUMENT)
+
+
+@pytest.mark.parametrize("name", ["", "left"])
+def test_a_known_model_may_be_a_scene_file_with_a_table(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    """`model://NAME` gives the robot under any name, below any node, on any base."""
+    known = KnownModel("paper", "six axes", "package://virtualrobot_kernel/models/ar_manipulator.yaml")
+    monkeypatch.setattr(model_table, "list_models", lambda: (known,))
+    files = disk()
+    request = scene_pb2.ImportModelRequest(
+        uri="model://paper", name=name, parent="table", base_joint=nodes_pb2.JOINT_TYPE_PLANAR
+    )
+    request.parent_t_node.position.x = 2.0
+    nodes = read_model(MeshLibrary(files.store), request, files, {"ar_manipulator"}).nodes
+    robot, base = nodes[:2]
+    assert robot.name == (name or "ar_manipulator_2")
+    assert (robot.parent, robot.parent_t_node[0, 3]) == ("table", 2.0)
+    assert isinstance(base.data, LinkData)
+    assert base.data.joint.type is JointType.PLANAR
+    assert isinstance(robot.data, RobotData)
+    assert robot.data.source.endswith("ar_manipulator.yaml")
+    structure, _ = structure_of((replace(robot, parent=WORLD_NAME), *nodes[1:]))
+    flange = structure.robots[structure.uid_by_name[robot.name]].flange
+    assert structure.nodes[flange].name == f"{robot.name}.flange"
