@@ -47,7 +47,8 @@ class Shifted(ChainKinematics):
 
 @hookimpl
 def virtualrobot_register_kinematics(register):
-    register("shifted", Shifted, Settings)
+    # The first call loads compiled code, which a busy machine may need more than the usual second for.
+    register("shifted", Shifted, Settings, deadline_seconds=30.0)
 '''
 BROKEN = 'raise ValueError("this plugin is broken on purpose")\n'
 
