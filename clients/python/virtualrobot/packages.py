@@ -18,6 +18,9 @@ SEARCH_DEPTH = 2
 SEARCH_FOLDERS = 2000
 """How many folders it looks at below each of those."""
 
+RELATIVE_LEVELS = 2
+"""How many folders above that of the file a relative name may count from."""
+
 ROS_FOLDER = Path("/opt/ros")
 """Where distributions of ROS are installed on Linux."""
 

@@ -14,6 +14,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from urllib.parse import unquote
 
 from virtualrobot.packages import (
+    RELATIVE_LEVELS,
     SEARCH_DEPTH,
     SEARCH_LEVELS,
     environment_folders,
@@ -76,7 +77,7 @@ class Resolver:
     def resolve(self, uri: str, referrer: str | Path | None = None) -> Path:
         """Return the absolute path of the existing file that `uri` means when the file `referrer` names it.
 
-        A relative name counts from the folder of the referrer; when it has a folder in it, from the SEARCH_LEVELS
+        A relative name counts from the folder of the referrer; when it has a folder in it, from the RELATIVE_LEVELS
         folders above that too.
 
         A package is looked for in this order: the folders told to the constructor (and then nowhere else), the
@@ -147,7 +148,7 @@ class Resolver:
                 yield from (folder / path for folder in self.search)
                 if source is not None and len(path.parts) > 1:
                     # Some names count from the folder that a program of their author's was started in.
-                    yield from (folder / path for folder in source.parent.parents[:SEARCH_LEVELS])
+                    yield from (folder / path for folder in source.parent.parents[:RELATIVE_LEVELS])
 
     def _package_folders(self, name: str, source: Path | None) -> Iterator[Path]:
         """Yield the folders that the package `name` may be, the best first."""

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from virtualrobot import packages
 from virtualrobot.resolver import Resolver, UnresolvedUriError, is_relative, join_uri
 
 
@@ -26,8 +27,9 @@ def declare(folder: Path, name: str) -> None:
 
 
 @pytest.fixture(autouse=True)
-def no_environment(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Start from an environment that names no packages."""
+def no_environment(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Start from an environment that names no packages, and a machine without ROS."""
+    monkeypatch.setattr(packages, "ROS_FOLDER", tmp_path / "no ros")
     for variable in ("VIRTUALROBOT_PACKAGE_PATH", "ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"):
         monkeypatch.delenv(variable, raising=False)
 
@@ -109,6 +111,65 @@ def test_parents_by_name_by_package_xml_and_by_what_exists(tmp_path: Path) -> No
 def test_a_named_folder_goes_before_a_guess(tmp_path: Path) -> None:
     make(tmp_path, "work/models/a.urdf", "work/models/x.stl", "work/arm/x.stl")
     assert Resolver().resolve("package://arm/x.stl", tmp_path / "work/models/a.urdf") == tmp_path / "work/arm/x.stl"
+
+
+def test_a_package_of_another_name_is_the_near_folder_with_the_most_of_its_name(tmp_path: Path) -> None:
+    make(
+        tmp_path, "kuka/kr10/urdf/a.urdf", "kuka/kuka_kr6/m/x.stl", "kuka/kuka_kr16/m/x.stl", "far/kr6/support/m/x.stl"
+    )
+    found = Resolver().resolve("package://kuka_kr6_support/m/x.stl", tmp_path / "kuka/kr10/urdf/a.urdf")
+    assert found == tmp_path / "kuka/kuka_kr6/m/x.stl"
+    # A file that only one folder has needs no name.
+    make(tmp_path, "kuka/odd/m/only.stl")
+    urdf = tmp_path / "kuka/kr10/urdf/a.urdf"
+    assert Resolver().resolve("package://zzz/m/only.stl", urdf) == tmp_path / "kuka/odd/m/only.stl"
+
+
+def test_which_of_several_folders_is_meant_is_not_guessed(tmp_path: Path) -> None:
+    make(tmp_path, "robots/a/urdf/a.urdf", "robots/b/m/x.stl", "robots/c/m/x.stl")
+    with pytest.raises(UnresolvedUriError) as refused:
+        Resolver().resolve("package://zzz/m/x.stl", tmp_path / "robots/a/urdf/a.urdf")
+    assert "several folders near it have such a file and none has the package's name" in str(refused.value)
+    assert str(tmp_path / "robots/b/m/x.stl") in str(refused.value)
+    told = Resolver({"zzz": tmp_path / "robots/c"})
+    assert told.resolve("package://zzz/m/x.stl", tmp_path / "robots/a/urdf/a.urdf") == tmp_path / "robots/c/m/x.stl"
+
+
+def test_a_package_that_is_known_is_not_looked_for_in_others(tmp_path: Path) -> None:
+    make(tmp_path, "arm/urdf/a.urdf", "arm_copy/m/x.stl")
+    with pytest.raises(UnresolvedUriError, match="VIRTUALROBOT_PACKAGE_PATH"):
+        Resolver().resolve("package://arm/m/x.stl", tmp_path / "arm/urdf/a.urdf")
+
+
+def test_the_search_has_bounds_and_the_error_names_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    make(tmp_path, "w/x/y/z/urdf/a.urdf", "w/x/b1/b2/deep/m/x.stl", "w/high/m/y.stl", "w/x/y/z/in/m/z.stl")
+    urdf = tmp_path / "w/x/y/z/urdf/a.urdf"
+    for name in ("x", "w"):  # one folder too deep, and found only one level above the last
+        with pytest.raises(UnresolvedUriError, match="2 levels below those 3 levels above the file have 'm/"):
+            Resolver().resolve(f"package://deep/m/{name}.stl", urdf)
+    assert Resolver().resolve("package://deep/m/z.stl", urdf) == tmp_path / "w/x/y/z/in/m/z.stl"
+    monkeypatch.setattr(packages, "SEARCH_FOLDERS", 1)
+    with pytest.raises(UnresolvedUriError):
+        Resolver().resolve("package://deep/m/z.stl", urdf)
+
+
+def test_ros_distributions_of_the_machine_are_found_without_their_environment(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make(tmp_path, "ros/humble/share/arm/m/x.stl", "ros/jazzy/share/arm/m/x.stl", "w/a.urdf")
+    monkeypatch.setattr(packages, "ROS_FOLDER", tmp_path / "ros")
+    monkeypatch.setattr(sys, "platform", "linux")
+    assert Resolver().resolve("package://arm/m/x.stl", tmp_path / "w/a.urdf") == (
+        tmp_path / "ros/jazzy/share/arm/m/x.stl"
+    )
+
+
+def test_a_relative_name_may_count_from_a_folder_above(tmp_path: Path) -> None:
+    make(tmp_path, "data/car/a.urdf", "data/wheels/x.stl", "data/y.stl")
+    urdf = tmp_path / "data/car/a.urdf"
+    assert Resolver().resolve("wheels/x.stl", urdf) == tmp_path / "data/wheels/x.stl"
+    with pytest.raises(UnresolvedUriError):  # a name without a folder is too common
+        Resolver().resolve("y.stl", urdf)
 
 
 def test_links_to_a_model_find_files_on_both_sides(tmp_path: Path) -> None:

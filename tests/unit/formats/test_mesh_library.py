@@ -121,6 +121,18 @@ def test_a_texture_with_a_path_of_another_machine_is_found_beside_the_file() -> 
     assert any(part.texture for part in MeshLibrary(files.store).load(mesh))
 
 
+def test_an_obj_cannot_take_any_file_of_the_disk_for_its_material(tmp_path: Path) -> None:
+    (tmp_path / "models/arm/meshes").mkdir(parents=True)
+    (tmp_path / "models/arm/package.xml").write_text("<package><name>arm</name></package>")
+    for name in ("../../../passwords", str(tmp_path / "passwords")):
+        obj = tmp_path / "models/arm/meshes/t.obj"
+        obj.write_bytes(TEXTURED.replace(b"../looks/t.mtl", name.encode() + b".mtl"))
+        (tmp_path / "passwords.mtl").write_bytes(b"newmtl wood\nKd 1 0 0\n")
+        files = disk()
+        mesh, (warning,) = find(files, str(obj))
+        assert mesh.files == () and "outside of the model's folder" in warning
+
+
 def test_a_mesh_that_has_changed_is_refused() -> None:
     with pytest.raises(MalformedFileError, match=r"t\.stl has changed: its SHA-256 is"):
         find(uploaded({"t.stl": STL}), "t.stl", sha256="0" * 64)

@@ -203,6 +203,21 @@ def test_meshes_scaled_and_mirrored() -> None:
     assert model.mesh_count == 1
 
 
+def test_numbers_after_the_third_are_passed_over_with_a_warning() -> None:
+    model = read_text(chain(1, 'type="fixed"><origin xyz="1 2 3 4"/>'))
+    assert model.nodes[2].parent_t_node[:3, 3].tolist() == [1.0, 2.0, 3.0]
+    (warning,) = model.warnings
+    assert "xyz='1 2 3 4' has 4 numbers; the first 3 are taken" in warning
+
+
+def test_a_material_of_a_texture_alone_is_told_of_once() -> None:
+    look = '<material name="{0}"/><geometry><sphere radius="1"/></geometry>'
+    shapes = "".join(f"<visual>{look.format(name)}</visual>" for name in ("wood", "wood", "steel", "steel"))
+    wood = '<material name="wood"><texture filename="w.png"/></material>'
+    first, second = read_text(f'<robot name="r">{wood}<link name="a">{shapes}</link></robot>').warnings
+    assert "the texture of a URDF material is not drawn" in first and "'steel' is defined nowhere" in second
+
+
 @pytest.mark.parametrize("key", ["package://robot_description/meshes/t.stl", "meshes/t.stl", "file:///robots/t.stl"])
 def test_uploaded_meshes_are_found_by_the_name_in_the_file(key: str) -> None:
     shape = f'<visual><geometry><mesh filename="{key}"/></geometry></visual>'
