@@ -86,14 +86,15 @@ def _link(skeleton: Skeleton, link: int) -> Iterator[Figure]:
     """Yield joint, offset d and length a of one link, then the way to the flange or the sleeve of the next slider."""
     row, joint, radius = skeleton.table.rows[link - 1], skeleton.joints[link - 1], skeleton.radius(link)
     standard = skeleton.table.convention == "standard"
+    # A standard joint turns about z where the link begins, a modified one beyond d, where its row's frame is.
+    start = 0.0 if standard else -row.d_meters
     if joint.type is not JointType.PRISMATIC:
-        # Standard: the joint turns about z where the link begins. Modified: about z where row i's frame is, beyond d.
-        yield _figure(Cylinder(radius, 2.2 * radius), np.array([0.0, 0.0, 0.0 if standard else -row.d_meters]), JOINT)
+        lift = _lift(skeleton) if link == 1 else 0.0
+        yield _figure(Cylinder(radius, 2.2 * radius), np.array([0.0, 0.0, start + lift]), JOINT)
     # A slider's rod reaches from its sleeve, wherever that is along the stroke, to where the link goes on.
     back, out = skeleton.strokes[link - 1]
-    low, high = min(-out, row.d_meters), max(back, row.d_meters)
-    shift = 0.0 if standard else row.d_meters
-    yield from _rod(np.array([0.0, 0.0, low - shift]), np.array([0.0, 0.0, high - shift]), 0.7 * radius)
+    low, high = start + min(-out, row.d_meters), start + max(back, row.d_meters)
+    yield from _rod(np.array([0.0, 0.0, low]), np.array([0.0, 0.0, high]), 0.7 * radius)
     if standard:
         half = row.theta_radians / 2.0
         at_offset = pose((0.0, 0.0, row.d_meters, 0.0, 0.0, math.sin(half), math.cos(half)))
@@ -105,6 +106,14 @@ def _link(skeleton: Skeleton, link: int) -> Iterator[Figure]:
     else:
         end = skeleton.arrays.joint_t_row[-1]
         yield from _rod(end[:3, 3], skeleton.arrays.post[:3, 3], 0.7 * radius)
+
+
+def _lift(skeleton: Skeleton) -> float:
+    """Return how far (m) the first joint's cylinder is drawn higher, so that one that stands upright is on the floor."""
+    first = skeleton.arrays.pre[0]
+    d = skeleton.table.rows[0].d_meters if skeleton.table.convention == "modified" else 0.0
+    upright, height = first[2, 2] > 0.99, first[2, 3] - d * first[2, 2]
+    return max(0.0, 1.1 * skeleton.radius(1) - height) if upright and height >= 0.0 else 0.0
 
 
 def _sleeve(skeleton: Skeleton, link: int) -> Iterator[Figure]:

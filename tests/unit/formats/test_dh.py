@@ -175,6 +175,20 @@ def test_figures_are_seen_and_collide_and_grow_with_the_arm(rng: np.random.Gener
         assert sizes(a).min() > 0.0
 
 
+@pytest.mark.parametrize("convention", CONVENTIONS)
+def test_an_upright_arm_stands_on_the_ground(convention: str) -> None:
+    table = Table(convention, (Row("revolute", 0.1, 0.0, 0.4), Row("revolute", 0.3)))  # pyright: ignore[reportArgumentType]
+    base, first = links(read_table(table, joints_of(table), name="arm"))[:2]
+    lowest = [
+        (link.parent_t_node @ figure.node_t_figure)[2, 3] - sizes(figure)[-1] / 2
+        for link in (base, first)
+        for figure in link.figures
+        if isinstance(figure.geometry, Cylinder)
+    ]
+    assert len(lowest) >= 2
+    assert min(lowest) > -1e-12
+
+
 def test_a_table_without_lengths_is_seen_too() -> None:
     """Three axes that meet: a wrist."""
     table = Table("standard", (Row("revolute", 0.0, np.pi / 2), Row("revolute", 0.0, -np.pi / 2), Row()))
