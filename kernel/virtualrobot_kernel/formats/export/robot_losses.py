@@ -24,7 +24,6 @@ def losses(
     robot: Node,
     nodes: Sequence[Node],
     left_out: Sequence[Node],
-    hidden: list[str],
     figures: Mapping[int, Sequence[Figure]],
     tool_states: Mapping[int, str],
 ) -> list[str]:
@@ -34,7 +33,6 @@ def losses(
         robot: the robot.
         nodes: its links, adapters and tools, which are written.
         left_out: what hangs on those and is not written.
-        hidden: names of written nodes that are hidden.
         figures: those that the written nodes show now, by uid.
         tool_states: the state of the tool that a node belongs to, by uid.
     """
@@ -47,6 +45,7 @@ def losses(
             found.append(f"the tool {node.name!r} is written as a fixed link{f' in its state {state!r}' * bool(state)}")
     if left_out:
         found.append(f"left out, because they are no part of the robot: {listed([node.name for node in left_out])}")
+    hidden = [node.name for node in nodes if node.hidden]
     if hidden:
         found.append(f"URDF hides nothing: {listed(hidden)} will be seen")
     marks = [

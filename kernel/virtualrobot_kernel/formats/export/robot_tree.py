@@ -58,13 +58,12 @@ def robot_tree(snapshot: Snapshot, robot: Node) -> RobotTree:
     nodes, left_out = _written(structure, robot)
     if not nodes and not robot.figures:
         raise KernelError(f"the robot {robot.name!r} has no link: there is nothing to write", robot=robot.name)
-    hidden, states = inherited_visibility(structure, snapshot.state.tool_states)
+    _, states = inherited_visibility(structure, snapshot.state.tool_states)
     figures = {
         node.uid: tuple(figure for figure in node.figures if figure.tool_state in ("", states[node.uid]))
         for node in (robot, *nodes)
     }
-    hidden_names = [node.name for node in nodes if hidden[node.uid]]
-    warnings = losses(robot, nodes, left_out, hidden_names, figures, states)
+    warnings = losses(robot, nodes, left_out, figures, states)
     names = _link_names(robot, nodes)
     joint_of, moving = joint_names(nodes)
     links: list[TreeLink] = []

@@ -171,7 +171,7 @@ def test_colours_of_vertices_come_along(rng: np.random.Generator) -> None:
     colors = rng.integers(0, 256, (4, 4), dtype=np.uint8)
     colors[0, 3], colors[1] = 100, [188, 10, 255, 255]
     body = trimesh.Trimesh(np.eye(4)[:, :3], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], process=False)
-    body.visual.vertex_colors = colors  # pyright: ignore[reportAttributeAccessIssue]
+    body.visual.vertex_colors = colors  # pyright: ignore
     library = MeshLibrary(AssetStore())
     mesh = Mesh("a.glb", library.store.put(body.export(file_type="glb")))  # pyright: ignore[reportArgumentType]
     plain, painted = Figure(mesh), Figure(mesh, material=Material((1.0, 0.0, 0.0, 1.0)))
@@ -310,7 +310,7 @@ validator.validateBytes(bytes, {maxIssues: 0}).then(report => console.log(JSON.s
 def test_the_validator_of_khronos_finds_nothing(tmp_path: Path, rng: np.random.Generator) -> None:
     nodes, library = [], MeshLibrary(AssetStore())
     for file in (ROBOTS["r2d2"], ROBOTS["xarm6"], DATA / "duck.obj"):
-        nodes.extend(import_model(str(file), disk(library.store), library).nodes)  # pyright: ignore[reportAttributeAccessIssue]
+        nodes.extend(import_model(str(file), disk(library.store), library).nodes)  # pyright: ignore
     marks = (Figure(Points(rng.normal(size=(5, 3)).tobytes())), Figure(Frame()), Figure(Capsule(0.1, 0.3)))
     nodes.append(one(*marks, Figure(Cone(0.1, 0.3), material=Material((1.0, 0.5, 0.0, 0.5)))))
     exported = export_model(snapshot_of(nodes), library, "", ".glb")
