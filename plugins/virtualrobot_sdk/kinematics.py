@@ -81,7 +81,7 @@ class InverseResult:
 
     status: InverseStatus
     solutions: Floats
-    """(m, k) all solutions that the component knows, in its fixed order (rad, m); m is 0 if not SOLVED."""
+    """(m, k) all solutions that the component knows, nearest to the seed first (rad, m); m is 0 if not SOLVED."""
     configurations: tuple[str, ...] = ()
     """The name of each solution's configuration; empty strings where the component has no names."""
     position_error: float = 0.0

@@ -59,33 +59,22 @@ class Arm:
 
 def world_poses(structure: Structure, state: State) -> NDArray[np.float64]:
     """Return world_t_node (N, 4, 4) of every node: the one forward pass."""
-    result = np.empty_like(state.parent_t_node)
-    _forward(structure, state.parent_t_node, structure.forest.order, state.q, result)
-    result.setflags(write=False)
-    return result
-
-
-def _forward(
-    structure: Structure,
-    parent_t_node: NDArray[np.float64],
-    rows: NDArray[np.int32],
-    q: NDArray[np.float64],
-    world_t_node: NDArray[np.float64],
-) -> None:
-    """Write the poses of these rows, parents before children; other rows of `world_t_node` are only read."""
     forest = structure.forest
+    result = np.empty_like(state.parent_t_node)
     forward_forest(
-        rows,
+        forest.order,
         forest.parent,
         forest.joint_type,
         forest.axis,
         forest.q_index,
         forest.multiplier,
         forest.offset,
-        parent_t_node,
-        q,
-        world_t_node,
+        state.parent_t_node,
+        state.q,
+        result,
     )
+    result.setflags(write=False)
+    return result
 
 
 _arms: OrderedDict[tuple[RobotIndex, int, bytes], Arm] = OrderedDict()
@@ -148,19 +137,29 @@ def _built(structure: Structure, state: State, robot: Node, index: RobotIndex, b
 
 
 def tip_of(snapshot: Snapshot, arm: Arm) -> Callable[[NDArray[np.float64]], Pose]:
-    """Return what gives base_t_flange (4, 4) of an arm at q (k,): the tree's forward pass, of its rows only."""
-    structure, state = snapshot.structure, snapshot.state
-    base, flange = structure.rows[arm.base], structure.rows[arm.flange]
-    poses = np.empty_like(state.parent_t_node)
+    """Return what gives base_t_flange (4, 4) of an arm at q (k,): the tree's forward pass, of the arm's rows only."""
+    forest, rows = snapshot.structure.forest, arm.path
+    coordinate = {int(place): i for i, place in enumerate(arm.q_index)}
+    fixed = (
+        np.arange(1, len(rows) + 1, dtype=np.int32),
+        np.arange(-1, len(rows), dtype=np.int32),
+        *(_below(np.zeros_like(column[:1]), column[rows]) for column in (forest.joint_type, forest.axis)),
+        np.array([0, *(coordinate.get(int(place), 0) for place in forest.q_index[rows])], np.int32),
+        *(_below(np.zeros_like(column[:1]), column[rows]) for column in (forest.multiplier, forest.offset)),
+        _below(np.eye(4)[None], snapshot.state.parent_t_node[rows]),
+    )
 
     def tip(q: NDArray[np.float64]) -> Pose:
-        everything = state.q.copy()
-        everything[arm.q_index] = q
-        poses[base] = np.eye(4)
-        _forward(structure, state.parent_t_node, arm.path, everything, poses)
-        return poses[flange].copy()
+        poses = np.empty((len(rows) + 1, 4, 4))
+        poses[0] = np.eye(4)
+        forward_forest(*fixed, np.ascontiguousarray(q), poses)
+        return poses[-1]
 
     return tip
+
+
+def _below(first: NDArray, rest: NDArray) -> NDArray:
+    return np.ascontiguousarray(np.concatenate([first, rest]))
 
 
 def tcp_frame(snapshot: Snapshot, robot: Node) -> Pose:

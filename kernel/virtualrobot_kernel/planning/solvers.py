@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,14 +27,18 @@ CHECK_SEED = 20061
 
 _DEFAULTS = InverseOptions()
 
+Tip = Callable[[Floats], Floats]
+"""base_t_tip (4, 4) of a robot at q (k,)."""
+
 
 class Solver:
     """A robot's kinematics component: every answer is checked before anybody relies on it."""
 
-    def __init__(self, running: Running, chain: SerialChain) -> None:
-        """Take a component that was made for `chain`."""
+    def __init__(self, running: Running, chain: SerialChain, tip: Tip) -> None:
+        """Take a component that was made for `chain`; the robot's own tree has the chain's tip at `tip(q)`."""
         self.running = running
         self._chain = chain
+        self._tip = tip
 
     def forward(self, q: Floats, /) -> Floats:
         """Return the poses (m, 4, 4) of the component's frames at q (k,), the last one the tip's."""
@@ -58,7 +62,7 @@ class Solver:
         try:
             result = checked_result(answer, self._chain, options)
             for solution in result.solutions:
-                check_solution(self.forward(solution)[-1], base_t_tip, options)
+                check_solution(self._tip(solution), base_t_tip, options)
         except ComponentFault as fault:
             raise self.running.failed(fault) from fault
         return result
@@ -181,9 +185,10 @@ class Solvers:
         offer = self._catalog.find(ComponentKind.KINEMATICS, kinematics)
         chain = arm.serial()
         running = start(offer, settings, chain, user=f" of {arm.robot.name!r}")
-        solver = Solver(running, chain)
+        tip = tip_of(snapshot, arm)
+        solver = Solver(running, chain, tip)
         try:
-            check = self_check(solver, chain, tip_of(snapshot, arm), np.random.default_rng(CHECK_SEED))
+            check = self_check(solver, chain, tip, np.random.default_rng(CHECK_SEED))
             if failures := check.failures():
                 raise KernelError(
                     f"the kinematics component {kinematics!r} does not fit {arm.robot.name!r}: {'; '.join(failures)}",
