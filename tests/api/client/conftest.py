@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pybullet_data
 import pytest
 import virtualrobot
+from virtualrobot import cli
 from virtualrobot.v1 import scene_pb2
 
 from tests.api.conftest import EMPTY_SCENE, KernelProcess, StartKernel
@@ -15,6 +16,7 @@ from tests.api.conftest import EMPTY_SCENE, KernelProcess, StartKernel
 IIWA = "package://pybullet_data/kuka_iiwa/model.urdf"
 PANDA = "package://pybullet_data/franka_panda/panda.urdf"
 MODELS = Path(pybullet_data.getDataPath())
+Run = Callable[..., str]
 
 
 @pytest.fixture(scope="package")
@@ -40,3 +42,29 @@ def client(client_kernel: KernelProcess) -> Iterator[virtualrobot.Client]:
 def iiwa(client: virtualrobot.Client) -> virtualrobot.Robot:
     """Return an arm with seven joints."""
     return client.load_robot(IIWA, name="iiwa")
+
+
+@pytest.fixture
+def environment(client_kernel: KernelProcess, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let commands find the kernel of these tests."""
+    monkeypatch.setenv("VIRTUALROBOT_ADDRESS", client_kernel.address)
+    monkeypatch.setenv("VIRTUALROBOT_TOKEN", client_kernel.token)
+
+
+@pytest.fixture
+def run(client: virtualrobot.Client, environment: None, capsys: pytest.CaptureFixture[str]) -> Run:
+    """Return a function that runs a command and gives its output; a refusal (`code=1`) gives its one line.
+
+    With `warns` the command succeeds with so many lines of warnings, which come after its output.
+    """
+
+    def run(*arguments: str, code: int = 0, warns: int = 0) -> str:
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as ended:
+            cli.main(arguments)
+        captured = capsys.readouterr()
+        lines = 1 if code == 1 else warns
+        assert (ended.value.code, captured.err.count("\n")) == (code, lines), captured.err
+        return captured.err if code else captured.out + captured.err
+
+    return run

@@ -7,7 +7,6 @@ import re
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -16,32 +15,8 @@ import virtualrobot
 from virtualrobot import Client, Phase, Robot, cli
 from virtualrobot.kernel_process import KernelProcess as ChildKernel
 
-from tests.api.client.conftest import IIWA, MODELS
+from tests.api.client.conftest import IIWA, MODELS, Run
 from tests.api.conftest import KernelProcess
-
-Run = Callable[..., str]
-
-
-@pytest.fixture
-def environment(client_kernel: KernelProcess, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let commands find the kernel of these tests."""
-    monkeypatch.setenv("VIRTUALROBOT_ADDRESS", client_kernel.address)
-    monkeypatch.setenv("VIRTUALROBOT_TOKEN", client_kernel.token)
-
-
-@pytest.fixture
-def run(client: Client, environment: None, capsys: pytest.CaptureFixture[str]) -> Run:
-    """Return a function that runs a command and gives its output; a refusal (`code=1`) gives its one line."""
-
-    def run(*arguments: str, code: int = 0) -> str:
-        capsys.readouterr()
-        with pytest.raises(SystemExit) as ended:
-            cli.main(arguments)
-        captured = capsys.readouterr()
-        assert (ended.value.code, captured.err.count("\n")) == (code, 1 if code == 1 else 0), captured.err
-        return captured.err if code else captured.out
-
-    return run
 
 
 def test_first_steps(run: Run, client: Client) -> None:
