@@ -21,7 +21,7 @@ from virtualrobot_sdk.errors import PluginError
 from virtualrobot_sdk.hookspecs import API_VERSION, HOOKS, PROJECT, KindOfHook
 from virtualrobot_sdk.registration import ComponentKind, Isolation, Registration
 from virtualrobot_sdk.settings import schema
-from virtualrobot_sdk.worker.blame import describe_error
+from virtualrobot_sdk.worker.blame import describe_error, package_of
 
 _NAME = re.compile(r"[a-z][a-z0-9_-]*")
 _ENDING = re.compile(r"(\.[a-z0-9_-]+)+")
@@ -36,7 +36,7 @@ def load(entry_point: EntryPoint) -> tuple[str, tuple[Registration, ...]]:
         PluginError: it cannot be imported, was written for another API, has a hook that does not exist or takes other
             arguments, registers something wrong or nothing at all, or raises; the message says what would be right.
     """
-    package = entry_point.value.partition(":")[0].partition(".")[0].strip()
+    package = package_of(entry_point.value)
     try:
         plugin = entry_point.load()
     except _TROUBLE as error:
@@ -162,7 +162,7 @@ def _add(
     ):
         raise PluginError(f"the deadline of {name!r} is {deadline_seconds!r}; it must be a positive number of seconds")
     described = factory.func if isinstance(factory, functools.partial) else factory
-    description = (inspect.getdoc(described) or "").strip().partition("\n")[0]
+    description = (described.__doc__ or "").strip().partition("\n")[0].strip()
     found.append(
         Registration(kind, name, factory, config_type, isolation, float(deadline_seconds), description, endings)
     )
@@ -196,14 +196,13 @@ def _check_config_type(name: str, config_type: object) -> None:
 
 
 def _check_endings(name: str, endings: object) -> None:
-    wrong = (
-        endings
-        if isinstance(endings, str) or not isinstance(endings, Sequence) or not endings
-        else next((e for e in endings if not isinstance(e, str) or not _ENDING.fullmatch(e)), None)
-    )
-    if wrong is not None:
+    if isinstance(endings, str) or not isinstance(endings, Sequence) or not endings:
+        wrong = [endings]
+    else:
+        wrong = [e for e in endings if not isinstance(e, str) or not _ENDING.fullmatch(e)]
+    if wrong:
         right = "they are a list in small letters, each with its dot: ('.stp', '.step')"
-        raise PluginError(f"the endings of {name!r} have {wrong!r}; {right}")
+        raise PluginError(f"the endings of {name!r} have {wrong[0]!r}; {right}")
 
 
 def _hooks() -> str:

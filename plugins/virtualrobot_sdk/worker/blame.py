@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import re
 import traceback
 from pathlib import Path
 from types import TracebackType
 
 _LONGEST = 400
 _OURS = ("virtualrobot_sdk", "pluggy", "importlib", "runpy")
+
+
+def package_of(path: str) -> str:
+    """Return the top-level package of `package.module:attribute`."""
+    return re.split(r"[.:\[]", path, maxsplit=1)[0].strip()
 
 
 def describe_error(error: BaseException, package: str) -> str:

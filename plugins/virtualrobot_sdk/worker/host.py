@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import sys
 from collections.abc import Callable, Mapping
 from importlib.metadata import EntryPoint
 from typing import Any
@@ -10,7 +11,7 @@ from typing import Any
 from virtualrobot_sdk.errors import ArgumentError, ComponentFault, FaultKind, FilesNeeded, PluginError
 from virtualrobot_sdk.registration import ComponentKind, Registration
 from virtualrobot_sdk.worker.answers import Outcome, pack
-from virtualrobot_sdk.worker.blame import describe_error, traceback_of
+from virtualrobot_sdk.worker.blame import describe_error, package_of, traceback_of
 
 
 class Host:
@@ -48,13 +49,13 @@ class Host:
             names = ", ".join(r.name for r in registrations if r.kind is kind) or "none"
             raise PluginError(f"plugin {name!r} has no {kind.value} {component!r}; it has {names}")
         made = make_settings(found.config_type, settings)
-        self._package = _top(getattr(found.factory, "__module__", None) or value)
+        self._package = package_of(value)
         self._component = None
         self._component = found.factory(*arguments) if found.config_type is None else found.factory(*arguments, made)
 
     def make_from(self, path: str, arguments: tuple[object, ...]) -> None:
         """Make the component with the factory at `module:attribute`."""
-        self._package = _top(path)
+        self._package = package_of(path)
         self._component = None
         self._component = _factory(path)(*arguments)
 
@@ -92,10 +93,13 @@ def pack_error(error: BaseException, package: str) -> bytes:
     """Return the answer for what a component or its plugin raised."""
     match error:
         case ArgumentError():
-            return pack(Outcome.REFUSED, str(error), getattr(error, "metadata", {}))
+            return pack(Outcome.REFUSED, str(error), {str(k): str(v) for k, v in error.metadata.items()})
         case FilesNeeded():
             return pack(Outcome.FILES_NEEDED, tuple(map(str, error.names)))
         case PluginError():
+            if error.__cause__ is not None:
+                # The author finds in the log what one sentence does not hold.
+                sys.stderr.write(traceback_of(error.__cause__))
             return pack(Outcome.PLUGIN_ERROR, str(error))
         case ComponentFault():
             return pack(Outcome.FAULT, error.kind, error.reason, error.details)
@@ -111,11 +115,7 @@ def _factory(path: str) -> Callable[..., object]:
         for part in attribute.split("."):
             found = getattr(found, part)
     except (Exception, SystemExit) as error:
-        raise PluginError(f"{path!r} cannot be imported: {describe_error(error, _top(path))}") from error
+        raise PluginError(f"{path!r} cannot be imported: {describe_error(error, package_of(path))}") from error
     if not callable(found):
         raise PluginError(f"{path!r} is {found!r}; a factory is something to call")
     return found
-
-
-def _top(path: str) -> str:
-    return path.partition(":")[0].partition(".")[0].strip()

@@ -154,8 +154,8 @@ class Worker:
         process, guard = self._started()
         fault: ComponentFault | None = None
         frame = None
-        guard.begin(asked, seconds)
         try:
+            guard.begin(asked, seconds)
             if content:
                 write_frame(process.requests, number, content)
             frame = read_frame(process.answers)

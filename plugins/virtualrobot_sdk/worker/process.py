@@ -42,7 +42,7 @@ class Process:
         """Start the process; `name` stands before what it prints."""
         self.name = name
         self._popen = subprocess.Popen(
-            [sys.executable, "-c", _BOOT, "\n".join(sys.path)],
+            [sys.executable, "-c", _BOOT, "\n".join(map(str, sys.path))],
             bufsize=0,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -50,7 +50,7 @@ class Process:
             env={**_ONE_THREAD, **os.environ},
             pipesize=_PIPE_BYTES,
             # A group of its own: so what it starts itself can be ended with it.
-            **({} if sys.platform == "win32" else {"process_group": 0}),
+            process_group=None if sys.platform == "win32" else 0,
         )
         self.pid = self._popen.pid
         self.requests, self.answers, self._errors = map(
@@ -104,7 +104,8 @@ class Process:
         self.kill()
         self._reader.join(_REAP_SECONDS)
         if code < 0:
-            return f"ended with {signal.Signals(-code).name}"
+            names = {s.value: s.name for s in signal.Signals}
+            return f"ended with {names.get(-code, f'signal {-code}')}"
         return f"ended with exit code {code}"
 
     def last_lines(self) -> str:

@@ -1,0 +1,524 @@
+"""The worker process: results, refusals and every kind of fault, each with a real process."""
+
+from __future__ import annotations
+
+import io
+import logging
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from importlib.metadata import EntryPoint
+from pathlib import Path
+
+import numpy as np
+import psutil
+import pytest
+from virtualrobot_sdk.errors import ArgumentError, ComponentFault, FaultKind, FilesNeeded, PluginError
+from virtualrobot_sdk.hookspecs import ENTRY_POINT_GROUP
+from virtualrobot_sdk.kinematics import InverseResult, InverseStatus, SerialChain
+from virtualrobot_sdk.registration import ComponentKind, Isolation
+from virtualrobot_sdk.worker import Worker
+from virtualrobot_sdk.worker import frames as wire
+
+CASES = "tests.unit.sdk.worker_cases:Cases"
+PATIENCE = 30.0
+"""A deadline that no test waits for."""
+MIB = 1 << 20
+
+
+@pytest.fixture
+def worker() -> Iterator[Worker]:
+    with Worker("arm", memory_limit_bytes=100 * MIB) as it:
+        it.make_from(CASES)
+        yield it
+
+
+def call(worker: Worker, method: str, *arguments: object) -> object:
+    return worker.call(method, *arguments, deadline_seconds=PATIENCE)
+
+
+def fault_of(worker: Worker, method: str, *arguments: object, seconds: float = PATIENCE) -> ComponentFault:
+    with pytest.raises(ComponentFault) as raised:
+        worker.call(method, *arguments, deadline_seconds=seconds)
+    return raised.value
+
+
+def wait_until(condition: Callable[[], bool]) -> None:
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def is_gone(pid: int | None) -> bool:
+    try:
+        return psutil.Process(pid).status() == psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return True
+
+
+class TestAnswers:
+    def test_a_method_is_called_and_an_attribute_read(self, worker: Worker) -> None:
+        assert call(worker, "add", 2, 3.5) == 5.5
+        assert call(worker, "greeting") == "hello"
+
+    def test_arrays_and_values_of_the_sdk_travel_both_ways(self, worker: Worker, rng: np.random.Generator) -> None:
+        q = rng.normal(size=7)
+        np.testing.assert_array_equal(call(worker, "poses", q), np.tile(np.eye(4), (8, 1, 1)) * q.sum())
+        answer = call(worker, "solution")
+        assert isinstance(answer, InverseResult)
+        assert answer.status is InverseStatus.SOLVED
+        assert answer.configurations == ("elbow up", "elbow down")
+        chain = SerialChain(
+            *(rng.normal(size=s) for s in ((2, 4, 4), (2, 3))),
+            *(np.ones(2, dtype=t) for t in (np.int8, np.int32)),
+            *(rng.normal(size=s) for s in (2, 2, (4, 4), 2, 2)),
+            ("a", "b"),
+        )
+        back = call(worker, "echo", chain)
+        assert isinstance(back, SerialChain)
+        assert back.joint_names == chain.joint_names
+        np.testing.assert_array_equal(back.pre, chain.pre)
+
+    def test_an_array_of_50_megabytes_comes_back_whole(self, rng: np.random.Generator) -> None:
+        array = rng.integers(0, 255, size=50_000_000, dtype=np.uint8)
+        with Worker("large") as worker:
+            worker.make_from(CASES)
+            back = call(worker, "echo", array)
+        assert isinstance(back, np.ndarray)
+        assert np.array_equal(back, array)
+        assert back.flags.writeable
+
+    def test_calls_of_many_threads_each_get_their_own_answer(self, worker: Worker) -> None:
+        with ThreadPoolExecutor(8) as pool:
+            answers = list(pool.map(lambda i: call(worker, "echo", i), range(400)))
+        assert answers == list(range(400))
+
+    def test_arguments_of_a_factory_reach_it(self) -> None:
+        with Worker("arguments") as worker:
+            worker.make_from(CASES, 1, "two")
+            assert call(worker, "arguments") == (1, "two")
+
+    def test_an_argument_that_cannot_travel_is_the_callers_error_and_harms_nothing(self, worker: Worker) -> None:
+        with pytest.raises((pickle.PicklingError, AttributeError, TypeError)):
+            call(worker, "echo", lambda: 1)
+        assert call(worker, "add", 1, 1) == 2
+
+    def test_nothing_is_imported_but_what_is_asked_for(self) -> None:
+        with Worker("lean") as worker:
+            worker.make_from("builtins:dict")
+            assert worker.call("get", 1, deadline_seconds=PATIENCE) is None
+            worker.make_from(CASES)
+            loaded = call(worker, "modules")
+        assert isinstance(loaded, list)
+        assert not {"psutil", "msgspec", "pluggy", "logging", "numba", "grpc", "virtualrobot_kernel"} & set(loaded)
+
+    def test_linear_algebra_of_a_worker_runs_in_one_thread(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
+        monkeypatch.setenv("OMP_NUM_THREADS", "3")
+        with Worker("blas") as worker:
+            worker.make_from(CASES)
+            assert call(worker, "environment", "OPENBLAS_NUM_THREADS") == "1"
+            assert call(worker, "environment", "OMP_NUM_THREADS") == "3"  # What the user says wins.
+
+
+class TestRefusals:
+    def test_an_argument_error_arrives_as_it_was(self, worker: Worker) -> None:
+        with pytest.raises(ArgumentError, match="gain is -1; it must be positive") as raised:
+            call(worker, "refuse")
+        assert raised.value.metadata == {"gain": "-1"}
+        with pytest.raises(ArgumentError, match="no") as raised:
+            call(worker, "refuse_oddly")
+        assert raised.value.metadata == {"way": "out"}
+        assert call(worker, "add", 1, 1) == 2
+
+    def test_files_needed_and_plugin_errors_arrive_as_they_were(self, worker: Worker) -> None:
+        with pytest.raises(FilesNeeded) as raised:
+            call(worker, "need")
+        assert raised.value.names == ("meshes/a.stl", "b.stl")
+        with pytest.raises(PluginError, match="write it otherwise"):
+            call(worker, "plugin_error")
+
+
+class TestFaultsThatLeaveTheProcessWell:
+    def test_what_raises_is_named_with_the_line_of_its_author(self, worker: Worker) -> None:
+        fault = fault_of(worker, "fail")
+        assert fault.kind is FaultKind.RAISED
+        assert fault.reason.startswith("ValueError: the matrix is singular (worker_cases.py:")
+        assert fault.reason.endswith(" in _deeper)")
+        assert "in fail" in fault.details and "host.py" not in fault.details
+        assert call(worker, "add", 1, 1) == 2
+
+    def test_the_line_is_the_authors_also_when_a_library_raises(self, worker: Worker) -> None:
+        assert " in fail_in_numpy)" in fault_of(worker, "fail_in_numpy").reason
+
+    def test_to_exit_is_not_the_components_right(self, worker: Worker) -> None:
+        assert fault_of(worker, "leave").reason.startswith("SystemExit: licence missing (worker_cases.py:")
+        assert call(worker, "add", 1, 1) == 2
+
+    def test_a_method_that_is_missing_is_named(self, worker: Worker) -> None:
+        assert "'Cases' object has no attribute 'jacobian'" in fault_of(worker, "jacobian").reason
+
+    def test_a_result_that_cannot_travel_is_nonsense(self, worker: Worker) -> None:
+        fault = fault_of(worker, "unpicklable")
+        assert fault.kind is FaultKind.NONSENSE
+        assert fault.reason.startswith("unpicklable gave a function that cannot travel")
+        assert call(worker, "add", 1, 1) == 2
+
+    def test_a_type_of_the_plugins_is_not_imported_by_the_parent(self, tmp_path: Path, worker: Worker) -> None:
+        (tmp_path / "strange_types.py").write_text(
+            "class Strange: pass\nclass C:\n    def f(self): return [Strange()]\n", encoding="utf-8"
+        )
+        sys.path.insert(0, str(tmp_path))
+        try:
+            with Worker("strange") as other:
+                other.make_from("strange_types:C")
+                fault = fault_of(other, "f")
+                assert "strange_types.Strange" in fault.reason and "NumPy" in fault.reason
+        finally:
+            sys.path.remove(str(tmp_path))
+        assert "strange_types" not in sys.modules
+        fault = fault_of(worker, "own_type")
+        assert fault.kind is FaultKind.NONSENSE and "worker_cases.Own" in fault.reason
+        assert call(worker, "add", 1, 1) == 2
+
+    def test_before_a_component_is_made_there_is_nothing_to_call(self) -> None:
+        with Worker("empty") as worker, pytest.raises(PluginError, match="forward was asked for before"):
+            call(worker, "forward")
+
+
+class TestFaultsThatEndTheProcess:
+    @pytest.mark.parametrize("method", ["hang", "hang_in_native_code"])
+    def test_what_hangs_is_killed_and_says_where_it_was(self, worker: Worker, method: str) -> None:
+        pid = worker.pid
+        fault = fault_of(worker, method, seconds=0.3)
+        assert fault.kind is FaultKind.HUNG
+        assert fault.reason == f"{method} gave no answer within 0.3 s"
+        assert f"in {method}" in fault.details
+        assert is_gone(pid)
+        again = fault_of(worker, "add", 1, 1)
+        assert (again.kind, again.reason) == (fault.kind, fault.reason)
+        assert worker.fault is not None and worker.pid is None
+
+    def test_a_process_that_is_stopped_hangs_also_while_it_is_written_to(self, worker: Worker) -> None:
+        assert worker.pid is not None
+        os.kill(worker.pid, signal.SIGSTOP)
+        assert fault_of(worker, "echo", np.zeros(2_000_000), seconds=0.3).kind is FaultKind.HUNG
+
+    def test_a_segmentation_fault_is_named_with_its_line(self, worker: Worker) -> None:
+        fault = fault_of(worker, "crash")
+        assert fault.kind is FaultKind.DIED
+        assert fault.reason == "its process ended with SIGSEGV in crash"
+        assert "worker_cases.py" in fault.details and "in crash" in fault.details
+        assert fault_of(worker, "add", 1, 1).reason == fault.reason
+
+    def test_an_end_in_the_middle_is_named_with_its_code_and_last_words(self, worker: Worker) -> None:
+        fault = fault_of(worker, "die", 3)
+        assert fault.reason == "its process ended with exit code 3 in die"
+        assert fault.details == "these are my last words"
+
+    def test_a_signal_is_named(self, worker: Worker) -> None:
+        assert fault_of(worker, "kill_itself").reason == "its process ended with SIGKILL in kill_itself"
+
+    def test_a_process_that_dies_between_calls_is_met_by_the_next(self, worker: Worker) -> None:
+        pid = worker.pid
+        call(worker, "die_later")
+        wait_until(lambda: is_gone(pid))
+        assert fault_of(worker, "add", 1, 1).reason == "its process ended with SIGSEGV in add"
+
+    def test_memory_that_grows_from_call_to_call_has_an_end(self, worker: Worker) -> None:
+        with pytest.raises(ComponentFault) as raised:
+            for _ in range(40):
+                call(worker, "leak", 20)
+                time.sleep(0.05)
+        assert raised.value.kind is FaultKind.GREW
+        assert raised.value.reason.endswith("it may grow by 100 MiB")
+        assert fault_of(worker, "add", 1, 1).kind is FaultKind.GREW
+
+    def test_memory_that_grows_within_a_call_has_an_end(self, worker: Worker) -> None:
+        assert fault_of(worker, "leak_and_hang", 200).kind is FaultKind.GREW
+
+    def test_memory_that_was_there_when_the_component_was_made_does_not_count(self, worker: Worker) -> None:
+        call(worker, "leak", 60)
+        worker.make_from(CASES, b"x" * (80 * MIB))
+        # Long enough for the guard to look several times: it ends because of the time, not of the memory.
+        assert fault_of(worker, "leak_and_hang", 60, seconds=0.5).kind is FaultKind.HUNG
+
+    @pytest.mark.parametrize(
+        "what", [b"x" * 40, (1 << 40).to_bytes(8, "little") + bytes(8), (3).to_bytes(8, "little") + bytes(8) + b"abc"]
+    )
+    def test_what_is_no_answer_is_nonsense(self, worker: Worker, what: bytes) -> None:
+        fault = fault_of(worker, "scribble", what)
+        assert fault.kind is FaultKind.NONSENSE
+        assert "no answer that can be read" in fault.reason
+        assert fault_of(worker, "add", 1, 1).reason == fault.reason
+
+    def test_an_answer_to_another_call_is_never_delivered(self, worker: Worker) -> None:
+        content = pickle.dumps(("result", 42))
+        forged = len(content).to_bytes(8, "little") + (1).to_bytes(8, "little") + content
+        fault = fault_of(worker, "scribble", forged)
+        assert fault.kind is FaultKind.NONSENSE
+
+    def test_no_process_can_be_started(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(sys, "executable", "/nowhere/python")
+        with Worker("nowhere") as worker, pytest.raises(ComponentFault, match="cannot be started") as raised:
+            worker.make_from(CASES)
+        assert raised.value.kind is FaultKind.DIED
+
+
+class TestPrinting:
+    def test_what_is_printed_reaches_the_log_and_breaks_nothing(
+        self, worker: Worker, caplog: pytest.LogCaptureFixture
+    ) -> None:
+        assert call(worker, "talk") == "done"
+        assert call(worker, "listen") == b""
+        worker.close()
+        lines = "\n".join(r.getMessage() for r in caplog.records if r.name == "virtualrobot_sdk.worker").splitlines()
+        for said in (
+            "printed by Python",
+            "written to descriptor 1",
+            "put by C",
+            "echoed by a process",
+            "an error line",
+        ):
+            assert f"arm: {said}" in lines
+
+    def test_a_flood_neither_blocks_nor_is_lost(self, worker: Worker, caplog: pytest.LogCaptureFixture) -> None:
+        with caplog.at_level(logging.WARNING, "virtualrobot_sdk.worker"):
+            assert call(worker, "flood", 20_000) == 20_000
+            worker.close()
+        lines = "\n".join(r.getMessage() for r in caplog.records).splitlines()
+        assert lines == [f"arm: {i} " + "x" * 1000 for i in range(20_000)]
+
+
+class TestProcesses:
+    def test_a_forked_copy_does_not_answer(self, worker: Worker) -> None:
+        assert call(worker, "fork") == 1
+        assert call(worker, "add", 1, 1) == 2
+
+    def test_what_it_started_ends_with_it(self, worker: Worker) -> None:
+        pid = call(worker, "start_a_child")
+        assert isinstance(pid, int)
+        fault_of(worker, "crash")
+        wait_until(lambda: is_gone(pid))
+
+    def test_ctrl_c_does_not_end_it(self, worker: Worker) -> None:
+        assert worker.pid is not None
+        os.kill(worker.pid, signal.SIGINT)
+        assert call(worker, "add", 1, 1) == 2
+
+    def test_closing_leaves_no_process_and_no_thread(self) -> None:
+        before = set(threading.enumerate())
+        worker = Worker("closed")
+        worker.make_from(CASES)
+        pid = worker.pid
+        worker.close()
+        worker.close()
+        assert set(threading.enumerate()) == before
+        assert is_gone(pid)
+        assert "was closed" in fault_of(worker, "add", 1, 1).reason
+
+    def test_closing_ends_a_call_that_hangs(self) -> None:
+        before = set(threading.enumerate())
+        worker = Worker("hanging")
+        worker.make_from(CASES)
+        pid = worker.pid
+        faults: list[ComponentFault] = []
+        caller = threading.Thread(target=lambda: faults.append(fault_of(worker, "hang")))
+        caller.start()
+        wait_until(lambda: worker._asking.locked())
+        worker.close()
+        caller.join()
+        assert [f.reason for f in faults] == ["worker 'hanging' was closed"]
+        assert is_gone(pid)
+        assert set(threading.enumerate()) == before
+
+    def test_a_worker_that_was_never_asked_starts_nothing(self) -> None:
+        with Worker("idle") as worker:
+            assert worker.pid is None
+
+    @pytest.mark.parametrize("hangs", [False, True])
+    def test_it_ends_with_its_parent(self, hangs: bool, tmp_path: Path) -> None:
+        marker = tmp_path / "hanging"
+        work = f"w.call('hang_from', {str(marker)!r}, deadline_seconds=1000)" if hangs else "signal.pause()"
+        with _parent(work) as parent:
+            pid = _first_number(parent)
+            wait_until(lambda: marker.exists() or not hangs)
+            assert not is_gone(pid)
+            parent.kill()
+        wait_until(lambda: is_gone(pid))
+
+    def test_native_code_that_hangs_is_ended_by_its_fuse_when_the_parent_is_gone(self, tmp_path: Path) -> None:
+        shorter = (
+            "from tests.unit.sdk.worker_cases import Cases\n"
+            "from virtualrobot_sdk.worker import child\n"
+            "child.FUSE_SECONDS = 0.5\n"
+        )
+        (tmp_path / "short_fuse.py").write_text(shorter, encoding="utf-8")
+        with _parent("w.call('hang_in_native_code', deadline_seconds=0.5)", "short_fuse:Cases", tmp_path) as parent:
+            pid = _first_number(parent)
+            parent.kill()
+        wait_until(lambda: is_gone(pid))
+
+    def test_a_parent_that_forgets_to_close_leaves_nothing(self) -> None:
+        with _parent("") as parent:
+            pid = _first_number(parent)
+            assert parent.wait() == 0
+        assert is_gone(pid)
+
+    def test_ctrl_c_in_a_call_ends_the_process_and_the_worker(self, tmp_path: Path) -> None:
+        marker = tmp_path / "hanging"
+        work = (
+            "try:\n"
+            f"    w.call('hang_from', {str(marker)!r}, deadline_seconds=1000)\n"
+            "except KeyboardInterrupt:\n"
+            "    print(w.fault)\n"
+        )
+        with _parent(work) as parent:
+            pid = _first_number(parent)
+            wait_until(marker.exists)
+            parent.send_signal(signal.SIGINT)
+            assert parent.stdout is not None
+            assert parent.stdout.read().strip() == "hang_from was interrupted"
+        assert is_gone(pid)
+
+
+def _parent(work: str, path: str = CASES, folder: Path = Path()) -> subprocess.Popen[str]:
+    """Start a program that has a worker, prints the number of its process and does `work`."""
+    program = f"""
+import signal, sys
+sys.path[:] = {[*sys.path, str(folder)]!r}
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from virtualrobot_sdk.worker import Worker
+w = Worker("of another parent")
+w.make_from({path!r})
+print(w.pid, flush=True)
+{work}
+"""
+    return subprocess.Popen([sys.executable, "-W", "error", "-c", program], stdout=subprocess.PIPE, text=True)
+
+
+def _first_number(parent: subprocess.Popen[str]) -> int:
+    assert parent.stdout is not None
+    return int(parent.stdout.readline())
+
+
+PLUGIN = '''
+from dataclasses import dataclass
+from typing import Annotated
+import msgspec
+from virtualrobot_sdk.hookspecs import hookimpl
+from virtualrobot_sdk.registration import Isolation
+
+api_version = "1.0"
+
+@dataclass(frozen=True)
+class Settings:
+    gain: Annotated[float, msgspec.Meta(gt=0)] = 1.0
+
+class Arm:
+    """An arm that multiplies."""
+    def __init__(self, chain, settings):
+        self.chain, self.settings = chain, settings
+    def forward(self, q):
+        return q * self.settings.gain
+
+def read():
+    """Reads nothing."""
+    return 1
+
+@hookimpl
+def virtualrobot_register_kinematics(register):
+    register("arm", Arm, Settings, isolation=Isolation.IN_PROCESS, deadline_seconds=0.5)
+
+@hookimpl
+def virtualrobot_register_importers(register):
+    register("step", read, (".stp", ".step"))
+'''
+
+
+class TestPlugins:
+    @pytest.fixture
+    def entry_point(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], EntryPoint]:
+        monkeypatch.syspath_prepend(tmp_path)
+
+        def write(text: str) -> EntryPoint:
+            (tmp_path / "foreign_plugin.py").write_text(text, encoding="utf-8")
+            return EntryPoint("foreign", "foreign_plugin", ENTRY_POINT_GROUP)
+
+        return write
+
+    def test_a_plugin_is_described_without_being_imported_here(self, entry_point: Callable[[str], EntryPoint]) -> None:
+        with Worker("foreign") as worker:
+            found = worker.describe(entry_point(PLUGIN))
+        assert "foreign_plugin" not in sys.modules
+        assert found.api_version == "1.0"
+        arm, step = found.components
+        assert (arm.kind, arm.name, arm.description) == (ComponentKind.KINEMATICS, "arm", "An arm that multiplies.")
+        assert (arm.isolation, arm.deadline_seconds, arm.endings) == (Isolation.IN_PROCESS, 0.5, ())
+        assert arm.settings_schema["properties"]["gain"] == {"type": "number", "exclusiveMinimum": 0, "default": 1.0}
+        assert (step.kind, step.name, step.description) == (ComponentKind.IMPORTER, "step", "Reads nothing.")
+        assert (step.isolation, step.deadline_seconds, step.endings) == (Isolation.PROCESS, 60.0, (".stp", ".step"))
+        assert step.settings_schema == {}
+
+    def test_a_component_is_made_with_its_settings(self, entry_point: Callable[[str], EntryPoint]) -> None:
+        plugin = entry_point(PLUGIN)
+        with Worker("foreign") as worker:
+            worker.make(plugin, ComponentKind.KINEMATICS, "arm", {"gain": 2}, "the chain")
+            assert call(worker, "forward", 3.0) == 6.0
+            assert call(worker, "chain") == "the chain"
+            with pytest.raises(ArgumentError, match="setting 'gain' is -1; it must be a number > 0"):
+                worker.make(plugin, ComponentKind.KINEMATICS, "arm", {"gain": -1}, "the chain")
+            with pytest.raises(PluginError, match="has no kinematics 'leg'; it has arm"):
+                worker.make(plugin, ComponentKind.KINEMATICS, "leg", {})
+
+    def test_an_import_that_raises_is_a_plugin_error_with_its_line(
+        self, entry_point: Callable[[str], EntryPoint], caplog: pytest.LogCaptureFixture
+    ) -> None:
+        with Worker("foreign") as worker:
+            with pytest.raises(PluginError, match=r"KeyError: 'x' \(foreign_plugin.py:2\)"):
+                worker.describe(entry_point("\n{}['x']\n"))
+            assert worker.fault is None
+        assert "Traceback" in caplog.text
+
+    def test_an_import_that_hangs_or_crashes_is_a_fault(self, entry_point: Callable[[str], EntryPoint]) -> None:
+        with Worker("foreign") as worker, pytest.raises(ComponentFault) as raised:
+            worker.describe(entry_point("import time; time.sleep(1000)"), deadline_seconds=0.3)
+        assert raised.value.kind is FaultKind.HUNG
+        assert raised.value.reason == "importing foreign_plugin gave no answer within 0.3 s"
+        with Worker("foreign") as worker, pytest.raises(ComponentFault) as raised:
+            worker.describe(entry_point("import ctypes; ctypes.string_at(0)"))
+        assert raised.value.kind is FaultKind.DIED
+        assert raised.value.reason == "its process ended with SIGSEGV in importing foreign_plugin"
+
+    def test_a_factory_that_cannot_be_found_is_a_plugin_error(self) -> None:
+        with Worker("factories") as worker:
+            for path, said in {
+                "tests.unit.sdk.worker_cases": "write module:attribute",
+                "no_such_module:x": "No module named 'no_such_module'",
+                "tests.unit.sdk.worker_cases:Nothing": "has no attribute 'Nothing'",
+                "tests.unit.sdk.worker_cases:NOT_A_FACTORY": "is 3; a factory is something to call",
+            }.items():
+                with pytest.raises(PluginError, match=said):
+                    worker.make_from(path)
+            with pytest.raises(
+                ComponentFault, match=r"RuntimeError: no such arm \(worker_cases.py:\d+ in make_wrongly"
+            ):
+                worker.make_from("tests.unit.sdk.worker_cases:make_wrongly")
+
+
+def test_frames_are_read_whole_whatever_pieces_they_come_in(rng: np.random.Generator) -> None:
+    for size in (0, 1, 65_519, 65_520, 65_521, 1_000_000):
+        content = rng.bytes(size)
+        out, into = os.pipe()
+        with io.FileIO(out, "rb") as reading, io.FileIO(into, "wb") as writing:
+            writer = threading.Thread(target=wire.write_frame, args=(writing, 7, content))
+            writer.start()
+            assert wire.read_frame(reading) == (7, content)
+            writer.join()
