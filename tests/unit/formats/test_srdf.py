@@ -142,6 +142,8 @@ def test_refused_with_file_line_and_the_nearest_right_name(lines: tuple[str, ...
 def test_metadata_tells_the_bad_name_and_the_nearest() -> None:
     error = refusal('<group name="a"><joint name="panda_jont3"/></group>')
     assert (error.metadata["name"], error.metadata["nearest"]) == ("panda_jont3", "panda_joint3")
+    docs = Path(__file__).parents[3] / "docs/models.md"
+    assert str(error).partition(":2: ")[2] in docs.read_text()
 
 
 def test_what_is_not_kept_is_a_warning() -> None:

@@ -1,0 +1,138 @@
+"""The table of known models: each that is installed can be imported by name alone."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+from virtualrobot.resolver import Resolver
+from virtualrobot.v1 import scene_pb2
+from virtualrobot_kernel.api.model_files import read_model
+from virtualrobot_kernel.errors import MissingFileError, UnknownNameError
+from virtualrobot_kernel.formats import model_table
+from virtualrobot_kernel.formats.assets import AssetStore
+from virtualrobot_kernel.formats.files import Files
+from virtualrobot_kernel.formats.mesh_library import MeshLibrary
+from virtualrobot_kernel.formats.model_table import KnownModel, find, list_models, named_by
+from virtualrobot_kernel.formats.models import import_model
+from virtualrobot_kernel.world.structure import JointType, Kind, LinkData
+from virtualrobot_plugins.importers.sdf.importer import SdfImporter
+from virtualrobot_sdk.importers import Translation
+
+from tests.unit.formats.models import XacroOnly, disk, imported, uploaded
+
+ROOT = Path(__file__).resolve().parents[3]
+STORE = AssetStore()
+
+
+class WithSdf(XacroOnly):
+    """The bundled importers that the table needs, called in this process."""
+
+    endings = (*XacroOnly.endings, ".sdf")
+
+    def translate(
+        self, data: bytes, uri: str, files: Mapping[str, bytes | None], settings: Mapping[str, Any]
+    ) -> Translation:
+        if uri.endswith(".sdf"):
+            return SdfImporter().translate(data, uri, files)
+        return super().translate(data, uri, files, settings)
+
+
+LIBRARY = MeshLibrary(STORE, WithSdf())
+
+
+@pytest.mark.parametrize("model", [model for model in list_models() if model.installed], ids=lambda model: model.name)
+def test_every_installed_model_is_imported_by_its_name(model: KnownModel) -> None:
+    request = scene_pb2.ImportModelRequest(uri=f"model://{model.name}")
+    found = read_model(LIBRARY, request, Files(STORE, {}, Resolver()), ())
+    robot, *links = found.nodes
+    assert robot.kind is Kind.ROBOT and links and all(node.kind is Kind.LINK for node in links)
+    if model.name == "wsg50":
+        text = Resolver().resolve(model.uri).read_text()
+        assert found.mesh_count == len(re.findall("<mesh>", text)) > 0
+    else:
+        assert robot.name == model.name
+    # What the description says: the axes that can be moved by themselves.
+    said = re.search(r"\b(\d+) axes", model.description)
+    if said and "gripper" not in model.description and "fingers" not in model.description:
+        joints = [node.data.joint for node in links if isinstance(node.data, LinkData)]
+        assert sum(j.type is not JointType.FIXED and j.mimic is None for j in joints) == int(said[1])
+
+
+def test_the_table_has_what_the_project_promises() -> None:
+    names = {model.name for model in list_models()}
+    assert names >= {
+        *("iiwa", "panda", "xarm6", "a1", "laikago", "husky", "r2d2", "racecar", "wsg50", "puma560", "irb140"),
+        *(
+            "kr3",
+            "kr5",
+            "kr6_r700",
+            "kr6_r900",
+            "kr10",
+            "kr16",
+            "kr120",
+            "kr150",
+            "kr210",
+            "iiwa14",
+            "ridgeback",
+            "al5d",
+        ),
+        *("px100", "px150", "rx150", "rx200", "vx250", "vx300", "vx300s", "wx200", "wx250", "wx250s"),
+    }
+    assert [model.name for model in list_models()] == sorted(names)
+    assert all(re.fullmatch(r"[a-z0-9_]+", name) for name in names)
+    assert all(model.installed for model in list_models())  # the tests' own environment has both packages
+    assert all(model.description and model.license for model in list_models())
+    assert [model.name for model in list_models() if not model.package] == ["puma560"]
+
+
+def test_a_name_that_is_not_in_the_table_is_refused_with_the_nearest() -> None:
+    with pytest.raises(UnknownNameError, match="there is no model named 'pumma560'; did you mean 'puma560'"):
+        import_model("model://pumma560", disk(), LIBRARY)
+
+
+def test_a_model_whose_package_is_not_installed_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    table = (KnownModel("far", "x", "package://not_installed_anywhere/far.urdf", "far-data"),)
+    monkeypatch.setattr(model_table, "list_models", lambda: table)
+    assert not table[0].installed
+    with pytest.raises(MissingFileError, match="'far' comes with the Python package far-data: pip install far-data"):
+        import_model("model://far", disk(), LIBRARY)
+
+
+def test_a_folder_that_is_told_for_the_name_and_an_uploaded_file_win(tmp_path: Path) -> None:
+    told = Files(STORE, {}, Resolver({"iiwa": tmp_path}))
+    with pytest.raises(Exception, match="no model format has the ending ''"):
+        import_model("model://iiwa", told, LIBRARY)
+    (tmp_path / "a.urdf").write_text('<robot name="mine"><link name="a"/></robot>')
+    assert imported("model://iiwa/a.urdf", told, LIBRARY).nodes[0].name == "mine"
+    files = uploaded({"model://iiwa": b""})
+    with pytest.raises(Exception, match="no model format has the ending ''"):
+        import_model("model://iiwa", files, MeshLibrary(files.store))
+
+
+@pytest.mark.parametrize(
+    ("uri", "name"),
+    [("model://iiwa", "iiwa"), ("model://iiwa/a.stl", ""), ("package://iiwa", ""), ("iiwa", ""), ("model://", "")],
+)
+def test_only_a_name_alone_is_one_of_the_table(uri: str, name: str) -> None:
+    assert named_by(uri) == name
+
+
+def test_a_known_model_is_named_after_the_table_with_a_number_when_taken() -> None:
+    model = imported("model://puma560", disk(STORE), LIBRARY, taken={"puma560"})
+    assert model.nodes[0].name == "puma560_2"
+    assert imported("model://puma560", disk(STORE), LIBRARY, name="arm").nodes[0].name == "arm"
+
+
+def test_the_docs_list_the_table() -> None:
+    text = (ROOT / "docs/models.md").read_text().partition("## Known robots")[2].partition("\n## ")[0]
+    rows = dict(re.findall(r"^\| `([a-z0-9_]+)` \| (.+?) \|", text, re.MULTILINE))
+    assert rows == {model.name: model.description for model in list_models()}
+
+
+def test_find_gives_the_uri() -> None:
+    assert find("iiwa").uri == "package://pybullet_data/kuka_iiwa/model.urdf"
+    assert find("iiwa").package == "pybullet"
