@@ -34,8 +34,11 @@ Tip = Callable[[Floats], Floats]
 class Solver:
     """A robot's kinematics component: every answer is checked before anybody relies on it."""
 
-    def __init__(self, running: Running, chain: SerialChain, tip: Tip) -> None:
-        """Take a component that was made for `chain`; the robot's own tree has the chain's tip at `tip(q)`."""
+    def __init__(self, running: Running, chain: SerialChain, tip: Tip | None) -> None:
+        """Take a component that was made for `chain`; the robot's own tree has the chain's tip at `tip(q)`.
+
+        Without `tip` solutions are not compared with the tree: while it is tried, by how much it misses is to be told.
+        """
         self.running = running
         self._chain = chain
         self._tip = tip
@@ -61,8 +64,9 @@ class Solver:
         answer = self.running.call("inverse", base_t_tip, options)
         try:
             result = checked_result(answer, self._chain, options)
-            for solution in result.solutions:
-                check_solution(self._tip(solution), base_t_tip, options)
+            if self._tip is not None:
+                for solution in result.solutions:
+                    check_solution(self._tip(solution), base_t_tip, options)
         except ComponentFault as fault:
             raise self.running.failed(fault) from fault
         return result
@@ -186,9 +190,8 @@ class Solvers:
         chain = arm.serial()
         running = start(offer, settings, chain, user=f" of {arm.robot.name!r}")
         tip = tip_of(snapshot, arm)
-        solver = Solver(running, chain, tip)
         try:
-            check = self_check(solver, chain, tip, np.random.default_rng(CHECK_SEED))
+            check = self_check(Solver(running, chain, None), chain, tip, np.random.default_rng(CHECK_SEED))
             if failures := check.failures():
                 raise KernelError(
                     f"the kinematics component {kinematics!r} does not fit {arm.robot.name!r}: {'; '.join(failures)}",
@@ -200,7 +203,7 @@ class Solvers:
         except BaseException:
             running.close()
             raise
-        return Tried(arm.robot.uid, chain, kinematics, settings, solver, check)
+        return Tried(arm.robot.uid, chain, kinematics, settings, Solver(running, chain, tip), check)
 
     def _lock_of(self, robot: int) -> threading.Lock:
         with self._lock:
