@@ -221,3 +221,15 @@ def test_a_table_can_be_jogged_from_its_posture(stubs: Stubs) -> None:
     assert (
         ended(stubs, start(stubs, joints("ar_manipulator", joint_1=0.5)).id).phase == motion_pb2.MOTION_PHASE_SUCCEEDED
     )
+
+
+def test_a_table_goes_on_as_urdf(stepped: Stubs, rng: np.random.Generator) -> None:
+    """Exported and read again by name, joint by joint, the arm has its tip where the paper's closed form has it."""
+    load_scene(stepped, PAPER)
+    files = stepped.scene.ExportModel(scene_pb2.ExportModelRequest(node="ar_manipulator", format=".urdf")).files
+    again = scene_pb2.ImportModelRequest(uri=files[0].uri, files=files, name="copy")
+    stepped.scene.ImportModel(again)
+    q = rng.uniform(0.0, 1.5, 6)
+    reached, positions = forward(stepped, "copy", q)
+    assert list(positions) == [f"joint_{i}" for i in range(1, 7)]
+    np.testing.assert_allclose(reached, closed_form(q, LENGTHS), atol=1e-9)
