@@ -96,8 +96,8 @@ class Motion:
             KernelGoneError: when the kernel ended.
         """
         end = None if timeout is None else time.monotonic() + timeout
-        self.keep_watching()
         try:
+            self.keep_watching()
             with self._changed:
                 while self._error is None and not Phase(self._message.phase).ended:
                     left = None if end is None else end - time.monotonic()

@@ -162,7 +162,7 @@ class Scene(Editor[Node]):
         """Load a model (URDF, a mesh, or what an importer reads) and return its node: a robot, an object or a part.
 
         A file of this machine is sent with all that it names, so the kernel may run elsewhere; other names are looked
-        for on the kernel's machine.
+        for on the kernel's machine. What is odd about a file but does no harm is logged (`logging`, level INFO).
 
         Args:
             file: a path, a URI such as `package://pybullet_data/kuka_iiwa/model.urdf`, or `model://` with a name of

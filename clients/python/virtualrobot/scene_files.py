@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
@@ -17,6 +18,8 @@ from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot.v1 import nodes_pb2, scene_pb2
 from virtualrobot.wire import pose_message
 from virtualrobot.writing import write_beside, write_file
+
+log = logging.getLogger(__name__)
 
 _KNOWN_MODEL = re.compile(r"model://[^/]+")
 _BASES = {
@@ -61,9 +64,11 @@ def load_model(
         upload = Upload(upload.uri, beside.files | upload.files, beside.missing | upload.missing)
     request.files.extend(upload.messages())
     try:
-        return services.scene.ImportModel(request, timeout=LONG_TIMEOUT_SECONDS)
+        response = services.scene.ImportModel(request, timeout=LONG_TIMEOUT_SECONDS)
     except MissingFileError as error:
         _say_where(error, upload)
+    _log(response.warnings)
+    return response
 
 
 def _sent(
@@ -91,9 +96,11 @@ def load_scene(
         raise InvalidArgumentError(f"{file} is no scene file: it is not text in UTF-8: {error}") from error
     request = scene_pb2.LoadSceneRequest(text=text, uri=upload.uri, files=upload.messages(), add=add)
     try:
-        return services.scene.LoadScene(request, timeout=LONG_TIMEOUT_SECONDS)
+        response = services.scene.LoadScene(request, timeout=LONG_TIMEOUT_SECONDS)
     except MissingFileError as error:
         _say_where(error, upload)
+    _log(response.warnings)
+    return response
 
 
 def save_scene(services: Services, assets: Assets, file: Path, bundle: bool) -> list[Path]:
@@ -114,6 +121,12 @@ def export_model(services: Services, assets: Assets, node: str, file: Path) -> E
     # Last, so that the main file never names others that are not there yet.
     written.append(write_file(file, assets.download(main.sha256)))
     return Export(tuple(written), tuple(response.warnings))
+
+
+def _log(warnings: Iterable[str]) -> None:
+    """Tell those who listen what was odd about a file but did no harm."""
+    for warning in warnings:
+        log.info("%s", warning)
 
 
 def _say_where(error: MissingFileError, upload: Upload) -> NoReturn:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import _thread
+import sys
 import threading
+import time
+from types import FunctionType
 
 import numpy as np
 import pytest
@@ -106,11 +109,20 @@ def test_waiting_has_a_limit(iiwa: Robot) -> None:
     motion.cancel()
 
 
+def main_thread_is_in(function: FunctionType) -> bool:
+    frame = sys._current_frames().get(threading.main_thread().ident or 0)
+    while frame is not None and frame.f_code is not function.__code__:
+        frame = frame.f_back
+    return frame is not None
+
+
 def test_ctrl_c_cancels_what_is_waited_for(iiwa: Robot) -> None:
     motion = slow(iiwa)
 
     def interrupt() -> None:
         begun(motion)
+        while not main_thread_is_in(virtualrobot.Motion.wait):  # else Ctrl-C would come before the wait
+            time.sleep(0.001)
         _thread.interrupt_main()
 
     thread = threading.Thread(target=interrupt)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -65,7 +68,7 @@ def load(
         )
     if add and not is_scene:
         raise click.UsageError("--add is for scene files; a model is always added")
-    with target.connect() as client:
+    with target.connect() as client, _warnings_shown():
         if is_scene:
             names = client.scene.load_scene(file, add=add, packages=packages)
             click.echo(f"loaded {file}: {len(names)} nodes")
@@ -133,6 +136,25 @@ def ls(target: Target, links: bool) -> None:
     """Draw the scene tree with the kind of each node."""
     with target.connect() as client:
         click.echo(client.scene.tree(links))
+
+
+@contextmanager
+def _warnings_shown() -> Iterator[None]:
+    """Show what the library logs about files."""
+
+    class Shown(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            click.echo(f"warning: {record.getMessage()}", err=True)
+
+    log, handler = logging.getLogger("virtualrobot.scene_files"), Shown(logging.INFO)
+    level = log.level
+    log.addHandler(handler)
+    log.setLevel(logging.INFO)
+    try:
+        yield
+    finally:
+        log.removeHandler(handler)
+        log.setLevel(level)
 
 
 def _importer_schema(client: Client, file: str) -> dict[str, Any]:
