@@ -30,8 +30,10 @@ _ONE_THREAD = dict.fromkeys(
 _BOOT = "import sys; sys.path[:] = sys.argv.pop().split('\\n'); from virtualrobot_sdk.worker.child import main; main()"
 _PIPE_BYTES = 1 << 20
 _LINES_KEPT = 60
-_LAST_WORDS_SECONDS = 0.3
+_LAST_WORDS_SECONDS = 1.0
 """How long a process that hangs has to say where."""
+_REST_OF_IT_SECONDS = 0.05
+"""How long the rest of what it says may be on its way."""
 _REAP_SECONDS = 5.0
 
 
@@ -59,14 +61,20 @@ class Process:
         self._killing = threading.Lock()
         self._gone = False
         self._last_lines: deque[str] = deque(maxlen=_LINES_KEPT)
+        self._lines = 0
         self._reader = threading.Thread(target=self._read_errors, name=f"worker-errors-{name}", daemon=True)
         self._reader.start()
 
     def ask_where(self) -> None:
-        """Let it print what each of its threads is doing, where the system can; takes less than a second."""
-        if sys.platform != "win32" and self._popen.poll() is None:
-            self._popen.send_signal(signal.SIGUSR1)
-            time.sleep(_LAST_WORDS_SECONDS)
+        """Let it print what each of its threads is doing, where the system can; takes about a second at most."""
+        if sys.platform == "win32" or self._popen.poll() is not None:
+            return
+        before = self._lines
+        self._popen.send_signal(signal.SIGUSR1)
+        end = time.monotonic() + _LAST_WORDS_SECONDS
+        while self._lines == before and time.monotonic() < end:
+            time.sleep(_REST_OF_IT_SECONDS)
+        time.sleep(_REST_OF_IT_SECONDS)
 
     def kill(self) -> None:
         """End it now, with all that it started."""
@@ -126,6 +134,7 @@ class Process:
         lines = text.decode("utf-8", errors="backslashreplace").splitlines()
         if lines:
             self._last_lines.extend(lines)
+            self._lines += len(lines)
             log.warning("%s", "\n".join(f"{self.name}: {line}" for line in lines))
 
 

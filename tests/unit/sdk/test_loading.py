@@ -50,7 +50,7 @@ VERSION = 'api_version = "1.0"\n'
 KINEMATICS = "@hookimpl\ndef virtualrobot_register_kinematics(register):\n    "
 IMPORTERS = "@hookimpl\ndef virtualrobot_register_importers(register):\n    "
 
-Plugin = Callable[[str], tuple[str, tuple[Registration, ...]]]
+Plugin = Callable[..., tuple[str, tuple[Registration, ...]]]
 
 
 @pytest.fixture
