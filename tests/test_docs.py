@@ -22,6 +22,7 @@ from virtualrobot.v1 import (
     kernel_pb2,
     motion_pb2,
     nodes_pb2,
+    plugin_pb2,
     robot_pb2,
     scene_pb2,
     signal_pb2,
@@ -30,6 +31,7 @@ from virtualrobot.v1 import (
 from virtualrobot_kernel.api.status import CODES
 from virtualrobot_kernel.formats.models import MODEL_FORMATS
 from virtualrobot_kernel.serve import _parser
+from virtualrobot_sdk.testing.grade import command as grade
 
 ROOT = Path(__file__).resolve().parent.parent
 REFERENCE = ROOT / "docs" / "reference"
@@ -42,6 +44,7 @@ MODULES = (
     kernel_pb2,
     motion_pb2,
     nodes_pb2,
+    plugin_pb2,
     robot_pb2,
     scene_pb2,
     signal_pb2,
@@ -220,6 +223,8 @@ def test_command_line_tells_each_option(name: str) -> None:
     assert command is not None
     if name == "serve":
         options = {option for action in _parser()._actions for option in action.option_strings} - {"-h", "--help"}
+    elif name == "grade":
+        options = long_options(grade)
     else:
         assert long_options(command) >= TARGET
         options = long_options(command) - TARGET
