@@ -98,9 +98,14 @@ class Bench:
         self.chain = chain
         self._worker = self._started()
 
+    @property
+    def has_ended(self) -> bool:
+        """Whether a fault has ended the process."""
+        return self._worker.fault is not None
+
     def renew(self) -> None:
         """Make the component anew when a fault has ended its process."""
-        if self._worker.fault is not None:
+        if self.has_ended:
             self._worker.close()
             self._worker = self._started()
 

@@ -9,7 +9,7 @@ from enum import Enum
 
 import numpy as np
 
-from virtualrobot_sdk.errors import ArgumentError, ComponentFault, FaultKind, PluginError
+from virtualrobot_sdk.errors import ArgumentError, ComponentFault, PluginError
 from virtualrobot_sdk.kinematics import SerialChain
 from virtualrobot_sdk.testing import laws, manners
 from virtualrobot_sdk.testing.bench import Bench, Subject
@@ -104,7 +104,7 @@ class Examination:
         except ArgumentError as error:
             return Finding(name, chain, State.FAILED, f"it refuses what is right: {error}")
         except ComponentFault as fault:
-            if fault.kind in (FaultKind.HUNG, FaultKind.DIED, FaultKind.GREW):
+            if bench.has_ended:
                 self._ended[name] = f"on {chain}: {fault}"
             return Finding(name, chain, State.FAILED, str(fault))
         except PluginError as error:

@@ -36,8 +36,9 @@ def refusals(bench: Bench, rng: np.random.Generator) -> Measured:
         except ArgumentError:
             continue
         except ComponentFault as fault:
-            bench.renew()
             accepted.append(f"{method} of {what}: {fault}")
+            if bench.has_ended:
+                break
             continue
         accepted.append(f"{method} of {what} was answered")
     if accepted:

@@ -19,7 +19,7 @@ from virtualrobot_sdk.hookspecs import ENTRY_POINT_GROUP
 from virtualrobot_sdk.kinematics import Floats, InverseOptions, InverseResult, Kinematics, SerialChain
 from virtualrobot_sdk.registration import ComponentKind
 from virtualrobot_sdk.settings import make_settings
-from virtualrobot_sdk.worker.blame import describe_error, traceback_of
+from virtualrobot_sdk.worker.blame import describe_error, package_of, traceback_of
 
 
 class Probe:
@@ -34,7 +34,7 @@ class Probe:
             settings: plain values.
             chain: what the component is made for.
         """
-        self._package = value.partition(":")[0].partition(".")[0]
+        self._package = package_of(value)
         self._component: Kinematics = self._contained("making it", _make, value, name, settings, chain)
 
     def forward(self, q: object) -> Floats:
@@ -75,11 +75,11 @@ class Probe:
             answer = method(arguments)
             kept = answer.copy()
             method(others)
-            if not np.array_equal(answer, kept):
+            if answer.tobytes() != kept.tobytes():
                 found.append(f"an answer of {_name(method)} changes with the next call")
             if answer.flags.writeable:
                 answer[...] = np.nan
-            if not np.array_equal(method(arguments), kept):
+            if method(arguments).tobytes() != kept.tobytes():
                 found.append(f"who writes to an answer of {_name(method)} changes the next one")
         return found
 
@@ -142,7 +142,10 @@ class Attribute:
 
     def __init__(self, path: str) -> None:
         """Import `module:attribute`."""
-        self._value = EntryPoint("", path, "").load()
+        try:
+            self._value = EntryPoint("", path, "").load()
+        except (Exception, SystemExit) as error:
+            raise PluginError(f"{path!r} cannot be imported: {describe_error(error, package_of(path))}") from error
 
     def value(self) -> object:
         """Return it."""

@@ -1,0 +1,1 @@
+"""Plugins for the tests, good and wrong ones; `install` puts them where a process finds them."""

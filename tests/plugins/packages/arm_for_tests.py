@@ -1,0 +1,32 @@
+"""What the plugins of the tests have in common: the bundled chain's kinematics, right until they go wrong."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from virtualrobot_plugins.chain.component import ChainKinematics
+from virtualrobot_sdk.kinematics import InverseOptions, SerialChain
+
+DEFAULTS = InverseOptions()
+
+
+@dataclass(frozen=True)
+class Settings:
+    """When a component goes wrong."""
+
+    trigger: str = ""
+    """A file: it goes wrong as soon as that is there; empty: at once."""
+
+
+class Arm(ChainKinematics):
+    """Any chain, right until it goes wrong."""
+
+    def __init__(self, chain: SerialChain, settings: Settings) -> None:
+        """Keep the chain and the trigger."""
+        super().__init__(chain)
+        self._trigger = settings.trigger
+
+    def is_wrong(self) -> bool:
+        """Return whether it goes wrong now."""
+        return not self._trigger or Path(self._trigger).exists()

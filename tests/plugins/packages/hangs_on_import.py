@@ -1,0 +1,5 @@
+"""A plugin that hangs when it is imported."""
+
+import time
+
+time.sleep(3600.0)
