@@ -11,7 +11,7 @@ from virtualrobot.resolver import Resolver
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
-from virtualrobot_kernel.formats.models import import_model
+from virtualrobot_kernel.formats.models import ImportedModel, import_model
 from virtualrobot_kernel.planning.moves import PointToPoint, plan_motion
 from virtualrobot_kernel.planning.robots import Arm, world_poses
 from virtualrobot_kernel.world.clock import Clock, Mode
@@ -50,6 +50,7 @@ def world_of(arms: int) -> World:
     world.start()
     for place in range(arms):
         model = import_model(IIWA, files, library, name=f"arm{place}")
+        assert isinstance(model, ImportedModel)
         world.submit([CreateNodes(model.nodes)]).result()
     goal = {f"lbr_iiwa_joint_{joint}": 1.5 for joint in range(1, 8)}
     for place in range(arms):

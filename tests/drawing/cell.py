@@ -10,7 +10,7 @@ from virtualrobot.resolver import Resolver
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
-from virtualrobot_kernel.formats.models import import_model
+from virtualrobot_kernel.formats.models import ImportedModel, import_model
 from virtualrobot_kernel.formats.submesh import Submesh
 from virtualrobot_kernel.numeric.forest import forward_forest
 from virtualrobot_kernel.world import index
@@ -91,6 +91,7 @@ class Cell:
             parent_t_node=pose,
             taken=self.snapshot.structure.uid_by_name,
         )
+        assert isinstance(model, ImportedModel)
         self.do(CreateNodes(model.nodes))
 
     def meshes(self, mesh: Mesh) -> tuple[Submesh, ...]:

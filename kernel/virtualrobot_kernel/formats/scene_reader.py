@@ -122,7 +122,7 @@ class SceneReader:
             return [self._plain(item, f"{path}[{index}]") for index, item in enumerate(self._list(node, path))]
         self._visit(node, path)
         text = node.value
-        if node.style is not None:
+        if not isinstance(node, ScalarNode) or node.style is not None:
             return text
         if self._is_null(node):
             return None
