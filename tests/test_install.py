@@ -68,7 +68,11 @@ def test_every_module_of_the_client_imports(client: Path) -> None:
 def test_every_file_of_the_packages_is_installed(client: Path) -> None:
     """Not only modules: types, robot models and licence-bearing notes beside them."""
     (site,) = client.rglob("site-packages")
-    packages = [ROOT / "clients" / "python" / "virtualrobot", ROOT / "kernel" / "virtualrobot_kernel"]
+    packages = [
+        ROOT / "clients" / "python" / "virtualrobot",
+        ROOT / "kernel" / "virtualrobot_kernel",
+        *(ROOT / "plugins" / name for name in ("virtualrobot_sdk", "virtualrobot_plugins")),
+    ]
     files = [(package, file) for package in packages for file in package.rglob("*") if file.is_file()]
     expected = {file.relative_to(package.parent) for package, file in files if "__pycache__" not in file.parts}
     assert Path("virtualrobot/v1/robot_pb2.pyi") in expected
@@ -81,8 +85,9 @@ def test_the_command_line_helps(client: Path) -> None:
     assert "serve" in result.stdout
 
 
-def test_serve_says_how_to_install_the_kernel(client: Path) -> None:
-    result = run(client, "virtualrobot", "serve")
+@pytest.mark.parametrize("command", [["serve"], ["grade", "chain"]], ids=lambda command: command[0])
+def test_it_is_told_how_to_install_the_kernel(client: Path, command: list[str]) -> None:
+    result = run(client, "virtualrobot", *command)
     assert result.returncode != 0
     assert "pip install '.[kernel]'" in result.stderr
     assert len(result.stderr.strip().splitlines()) == 1, result.stderr
