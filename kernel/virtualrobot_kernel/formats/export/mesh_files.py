@@ -1,8 +1,7 @@
 """The mesh files beside a URDF file: each shape once, under a name of its own, with what it names beside it.
 
-STL, OBJ and COLLADA files stay as they are. Everything else that the kernel reads becomes OBJ with MTL and PNG, which
-keeps colours and textures; primitives that URDF lacks become binary STL. These three are what ROS, PyBullet, MuJoCo
-and Pinocchio all read.
+STL, OBJ and COLLADA files, which readers of URDF know, stay as they are. Everything else that the kernel reads becomes
+OBJ with MTL and PNG, which keeps colours and textures; primitives that URDF lacks become binary STL.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ from virtualrobot_kernel.formats.bundle import laid_out
 from virtualrobot_kernel.formats.export.names import legal, unique
 from virtualrobot_kernel.formats.export.obj import write_obj
 from virtualrobot_kernel.formats.export.stl import write_stl
-from virtualrobot_kernel.formats.export.triangles import triangles
+from virtualrobot_kernel.formats.export.triangles import same_content, triangles
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.references import ending
 from virtualrobot_kernel.world.figures import Capsule, Cone, Mesh
@@ -36,9 +35,10 @@ class MeshFiles:
 
     def path(self, geometry: Mesh | Cone | Capsule) -> str:
         """Return the path of a shape's file, counted from the URDF file; a mesh's scale is not in it."""
-        key = replace(geometry, scale=(1.0, 1.0, 1.0)) if isinstance(geometry, Mesh) else geometry
+        shape = replace(geometry, scale=(1.0, 1.0, 1.0)) if isinstance(geometry, Mesh) else geometry
+        key = same_content(shape) if isinstance(shape, Mesh) else shape
         if key not in self._paths:
-            self._paths[key] = self._write(key)
+            self._paths[key] = self._write(shape)
         return self._paths[key]
 
     def _write(self, geometry: Mesh | Cone | Capsule) -> str:

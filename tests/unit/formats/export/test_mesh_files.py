@@ -42,6 +42,7 @@ def test_equal_meshes_are_one_file_and_others_have_names_that_differ() -> None:
     first, other = library.store.put(STL), library.store.put(STL + b" ")
     assert files.path(Mesh("a/Link 1.STL", first)) == "meshes/Link_1.stl"
     assert files.path(Mesh("a/Link 1.STL", first, (2.0, 1.0, 1.0))) == "meshes/Link_1.stl", "the scale is not in it"
+    assert files.path(Mesh("elsewhere/other.stl", first)) == "meshes/Link_1.stl", "the same bytes"
     assert files.path(Mesh("b/link_1.stl", other)) == "meshes/link_1_2.stl", "some disks take cases for the same"
     assert files.path(Mesh("c/link_1.stl", other, files=(("a.png", first),))) == "meshes/link_1_3/link_1.stl"
     assert [files.path(Cone(0.1, 0.2)), files.path(Cone(0.1, 0.2)), files.path(Cone(0.1, 0.3))] == [
