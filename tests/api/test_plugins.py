@@ -16,6 +16,7 @@ import psutil
 import pytest
 import virtualrobot
 from virtualrobot import Client, InvalidArgumentError, PluginFailedError, Robot, pose
+from virtualrobot.plugins import ComponentUse
 from virtualrobot.v1 import scene_pb2
 
 from tests.api.asking import IIWA
@@ -91,7 +92,7 @@ def processes(kernel: KernelProcess) -> list[psutil.Process]:
     return psutil.Process(kernel.process.pid).children(recursive=True)
 
 
-def use_of(client: Client, component: str) -> virtualrobot.ComponentUse:
+def use_of(client: Client, component: str) -> ComponentUse:
     """Return how the only user of a component does."""
     (found,) = [one for one in client.plugins.components("kinematics") if one.name == component]
     (use,) = found.uses
