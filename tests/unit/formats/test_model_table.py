@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import pytest
 from virtualrobot.resolver import Resolver
@@ -19,29 +17,14 @@ from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.model_table import KnownModel, find, list_models, named_by
 from virtualrobot_kernel.formats.models import import_model
 from virtualrobot_kernel.world.structure import JointType, Kind, LinkData
-from virtualrobot_plugins.importers.sdf.importer import SdfImporter
-from virtualrobot_sdk.importers import Translation
 
-from tests.unit.formats.models import XacroOnly, disk, imported, uploaded
+from tests.unit.formats.models import XacroAndSdf, disk, imported, uploaded
 
 ROOT = Path(__file__).resolve().parents[3]
 STORE = AssetStore()
 
 
-class WithSdf(XacroOnly):
-    """The bundled importers that the table needs, called in this process."""
-
-    endings = (*XacroOnly.endings, ".sdf")
-
-    def translate(
-        self, data: bytes, uri: str, files: Mapping[str, bytes | None], settings: Mapping[str, Any]
-    ) -> Translation:
-        if uri.endswith(".sdf"):
-            return SdfImporter().translate(data, uri, files)
-        return super().translate(data, uri, files, settings)
-
-
-LIBRARY = MeshLibrary(STORE, WithSdf())
+LIBRARY = MeshLibrary(STORE, XacroAndSdf())
 
 
 @pytest.mark.parametrize("model", [model for model in list_models() if model.installed], ids=lambda model: model.name)
