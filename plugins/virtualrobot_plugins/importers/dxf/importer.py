@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias
@@ -17,6 +18,9 @@ from virtualrobot_plugins.importers.refusal import counted, described, library, 
 
 Document: TypeAlias = Any
 """One of ezdxf's documents: ezdxf is imported only when it is used."""
+
+_BINARY = b"AutoCAD Binary DXF"
+_END = re.compile(rb"^[ \t]*EOF[ \t]*\r?$", re.MULTILINE)
 
 UNITS = {
     1: ("inches", 0.0254),
@@ -83,17 +87,18 @@ class DxfImporter:
         document = _load(data, uri)
         meters = self._meters(document, uri, warnings)
         try:
-            drawn = draw(document)
+            with np.errstate(all="ignore"):  # numbers out of range are told by what they yield
+                drawn = draw(document)
+                to_meters = np.diag((meters, meters, meters, 1.0))
+                pieces = [placed(piece, to_meters) for piece in drawn.pieces]
         except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
             # ezdxf checks little of what it loads, so broken values come to light where they are used.
             raise refusal(uri, f"broken DXF file ({described(error)})") from error
         if drawn.refused:
             raise refusal(uri, drawn.refused)
-        if not any(len(piece.faces) for piece in drawn.pieces):
+        if not any(len(piece.faces) for piece in pieces):
             raise refusal(uri, _nothing(drawn))
         warnings.extend(_left_out(drawn, uri))
-        to_meters = np.diag((meters, meters, meters, 1.0))
-        pieces = [placed(piece, to_meters) for piece in drawn.pieces]
         return Translation(".glb", write_glb(pieces, uri), tuple(warnings))
 
     def _meters(self, document: Document, uri: str, warnings: list[str]) -> float:
@@ -115,8 +120,12 @@ def _load(data: bytes, uri: str) -> Document:
 
     if not data.strip():
         raise refusal(uri, "the file is empty")
+    binary = data.startswith(_BINARY)
+    if not (b"\0EOF\0" in data if binary else _END.search(data)):
+        # ezdxf would give what comes before the cut, which is everything but what is drawn.
+        raise refusal(uri, "not a DXF file, or cut off: it does not end with EOF")
     try:
-        if data.startswith(b"AutoCAD Binary DXF"):
+        if binary:
             return Drawing.load(binary_tags_loader(data, errors="surrogateescape"))
         document, _ = recover.read(io.BytesIO(data))
     except Exception as error:  # ezdxf raises whatever a broken file makes it run into
@@ -140,7 +149,7 @@ def _left_out(drawn: Drawn, uri: str) -> list[str]:
     if drawn.flat or drawn.unknown:
         texts.append(f"{name}: left out, since they have no surface: {counted({**drawn.flat, **drawn.unknown})}")
     if drawn.hidden:
-        texts.append(f"{name}: left out, since their layers are off or frozen: {drawn.hidden} entities")
+        texts.append(f"{name}: left out, since their layers are off or frozen, or they are invisible: {drawn.hidden} entities")
     if drawn.missing_blocks:
         texts.append(f"{name}: blocks that are not in the file: {listed(sorted(drawn.missing_blocks))}")
     return texts
