@@ -136,8 +136,8 @@ def test_trimesh_shows_a_mesh_where_its_file_and_poses_say(rng: np.random.Genera
     assert loaded.bounds == pytest.approx(np.array([expected.min(axis=0), expected.max(axis=0)]), abs=1e-6)
     nearest = trimesh.proximity.ProximityQuery(loaded).vertex(expected[rng.integers(len(expected), size=200)])[0]
     assert nearest.max() < 1e-6
-    # Mirrored, but still inside out nowhere.
-    assert loaded.volume == pytest.approx(1.5 * abs(trimesh.load_mesh(io.BytesIO(data), "stl").volume), rel=1e-4)
+    # Mirrored, but inside out nowhere. The file has gaps, through which its volume depends on the origin a little.
+    assert loaded.volume == pytest.approx(1.5 * trimesh.load_mesh(io.BytesIO(data), "stl").volume, rel=0.02)
 
 
 def test_colours_are_linear_light() -> None:

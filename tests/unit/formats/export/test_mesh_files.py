@@ -111,8 +111,10 @@ def test_other_formats_become_obj(tmp_path: Path) -> None:
 
 def test_obj_keeps_colours_textures_and_normals(rng: np.random.Generator) -> None:
     texture, uv = png((10, 200, 30)), rng.uniform(size=(24, 2)).astype(np.float32)
+    normals = box().normals
+    assert normals is not None
     parts = (
-        part(box(), color=(0.25, 0.5, 0.75, 0.5)),
+        Submesh(box().vertices, box().faces, -normals, color=(0.25, 0.5, 0.75, 0.5)),
         part(box(), uv=uv, texture=texture),
         part(box(), uv=uv, texture=texture),
         Submesh(box().vertices, box().faces),
@@ -130,8 +132,9 @@ def test_obj_keeps_colours_textures_and_normals(rng: np.random.Generator) -> Non
     assert np.abs(first.uv[first.faces] - uv[box().faces]).max() < 1e-6
     for one in read:
         assert np.array_equal(one.vertices[one.faces], box().vertices[box().faces])
-    assert first.normals is not None and box().normals is not None
-    assert np.abs(first.normals[first.faces] - parts[1].normals[box().faces]).max() < 1e-5  # pyright: ignore
+    for one, before in ((plain, parts[0]), (first, parts[1]), (second, parts[2])):
+        assert one.normals is not None and before.normals is not None
+        assert np.abs(one.normals[one.faces] - before.normals[before.faces]).max() < 1e-5
 
 
 def test_obj_keeps_colours_of_vertices(rng: np.random.Generator) -> None:
