@@ -32,6 +32,7 @@ class Importer(Protocol):
 
         Raises:
             FilesNeeded: names files that are not in `files` yet; the call is repeated with them.
-            ArgumentError: the file is broken; the message says where (line, element, entity) and why.
+            ArgumentError: the file is broken; the message says where (line, element, entity) and why. When a file that
+                is None in `files` is the cause, its name is told as `missing`: ArgumentError(message, missing=name).
         """
         ...

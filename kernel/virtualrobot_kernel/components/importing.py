@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import threading
+from collections import OrderedDict
 from collections.abc import Mapping
 from typing import Any
 
@@ -15,18 +17,21 @@ from virtualrobot_kernel.components.catalog import Catalog, Offer
 from virtualrobot_kernel.components.running import Running, start
 from virtualrobot_kernel.errors import KernelError
 
+KEPT_WITH_SETTINGS = 4
+"""How many importers with settings of their own are kept; those without are all kept."""
+
 
 class Importers:
     """Owns the importers that have been asked for; any thread may ask.
 
-    An importer without settings is kept for the next file. After a fault it is made anew for the next file, since one
-    file says nothing about another.
+    An importer is kept for the next file with the same settings. After a fault it is made anew for the next file,
+    since one file says nothing about another.
     """
 
     def __init__(self, catalog: Catalog) -> None:
         """Take importers from this catalog."""
         self._catalog = catalog
-        self._kept: dict[str, Running] = {}
+        self._kept: OrderedDict[tuple[str, str], Running] = OrderedDict()
         self._lock = threading.Lock()
 
     @property
@@ -48,14 +53,7 @@ class Importers:
         offers = self._by_ending()
         if ending not in offers:
             raise KernelError(f"{uri}: no importer reads {ending!r}; known: {', '.join(offers)}", file=uri)
-        offer = offers[ending]
-        if settings:
-            running = start(offer, settings)
-            try:
-                return _translated(running, data, uri, files)
-            finally:
-                running.close()
-        return _translated(self._running(offer), data, uri, files)
+        return _translated(self._running(offers[ending], settings), data, uri, files)
 
     def uses(self) -> tuple[Running, ...]:
         """Return the importers that have been asked for, those that failed last included."""
@@ -73,13 +71,18 @@ class Importers:
         offers = self._catalog.offers(ComponentKind.IMPORTER).values()
         return {ending: offer for offer in offers for ending in offer.about.endings}
 
-    def _running(self, offer: Offer) -> Running:
+    def _running(self, offer: Offer, settings: Mapping[str, Any]) -> Running:
+        key = offer.about.name, json.dumps(settings, sort_keys=True)
         with self._lock:
-            running = self._kept.get(offer.about.name)
+            running = self._kept.get(key)
             if running is None or running.fault is not None or running.offer is not offer:
                 if running is not None:
                     running.close()
-                running = self._kept[offer.about.name] = start(offer, {})
+                running = self._kept[key] = start(offer, settings)
+            self._kept.move_to_end(key)
+            with_settings = [kept for kept in self._kept if kept[1] != "{}"]
+            for old in with_settings[:-KEPT_WITH_SETTINGS]:
+                self._kept.pop(old).close()
             return running
 
 
