@@ -56,8 +56,8 @@ def values(module: ModuleType) -> dict[str, list[str]]:
         if inspect.isclass(one) and one.__module__ == module.__name__:
             if dataclasses.is_dataclass(one):
                 found[name] = [field.name for field in dataclasses.fields(one)]
-            elif hasattr(one, "_fields"):
-                found[name] = list(one._fields)
+            elif issubclass(one, tuple):
+                found[name] = list(one.__annotations__)
     return found
 
 
@@ -98,7 +98,7 @@ def test_every_protocol_of_the_sdk_is_among_them() -> None:
     assert found == {interface.__name__ for interface in INTERFACES}
 
 
-@pytest.mark.parametrize("module", sorted({*INTERFACES.values()}, key=lambda m: m.__name__), ids=lambda m: m.__name__)
+@pytest.mark.parametrize("module", sorted({*INTERFACES.values()}, key=lambda m: m.__name__), ids=str)
 def test_every_field_of_a_value_is_told(module: ModuleType) -> None:
     for name, fields in values(module).items():
         table = re.search(rf"^\| `{name}` \|(.*)\|\n((?:\|.*\n)*)", TEXT, re.MULTILINE)
