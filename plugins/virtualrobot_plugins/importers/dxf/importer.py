@@ -149,7 +149,9 @@ def _left_out(drawn: Drawn, uri: str) -> list[str]:
     if drawn.flat or drawn.unknown:
         texts.append(f"{name}: left out, since they have no surface: {counted({**drawn.flat, **drawn.unknown})}")
     if drawn.hidden:
-        texts.append(f"{name}: left out, since their layers are off or frozen, or they are invisible: {drawn.hidden} entities")
+        texts.append(
+            f"{name}: left out, since they are invisible or their layer is off or frozen: {drawn.hidden} entities"
+        )
     if drawn.missing_blocks:
         texts.append(f"{name}: blocks that are not in the file: {listed(sorted(drawn.missing_blocks))}")
     return texts
