@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 from virtualrobot_sdk.testing.component_contract import ComponentContract
 from virtualrobot_sdk.testing.laws import LawBroken
-from virtualrobot_sdk.testing.trial import Trial, examine, locate
+from virtualrobot_sdk.testing.subject import locate
+from virtualrobot_sdk.testing.trial import Trial, examine
 
 
 def broken(contract: type[ComponentContract], component: str, law: str, seed: int, facts: Any = None) -> str:  # noqa: ANN401

@@ -11,7 +11,8 @@ import pytest
 from virtualrobot_sdk.errors import ArgumentError, ComponentFault, PluginError
 from virtualrobot_sdk.registration import ComponentKind
 from virtualrobot_sdk.testing.laws import LawBroken
-from virtualrobot_sdk.testing.trial import Law, NotTried, Trial, examine, locate
+from virtualrobot_sdk.testing.subject import locate
+from virtualrobot_sdk.testing.trial import Law, NotTried, Trial, examine
 
 
 class ComponentContract:

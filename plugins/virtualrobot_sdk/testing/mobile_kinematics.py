@@ -1,4 +1,4 @@
-"""The contract suite for mobile kinematics: steps that add up, poses that stay rigid, crafts that move alike anywhere."""
+"""The contract suite for mobile kinematics: steps that add up, rigid poses, crafts that move alike anywhere."""
 
 from __future__ import annotations
 

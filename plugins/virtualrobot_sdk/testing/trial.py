@@ -7,17 +7,16 @@ numbers, or NotTried where it does not apply to this component.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Iterable, Mapping
-from importlib.metadata import EntryPoint, entry_points
+from collections.abc import Callable, Iterable
 from typing import Any, Generic, TypeVar
 
 import numpy as np
 
 from virtualrobot_sdk.errors import ArgumentError, ComponentFault, FilesNeeded, PluginError
-from virtualrobot_sdk.hookspecs import ENTRY_POINT_GROUP, HOOKS
 from virtualrobot_sdk.registration import ComponentKind
-from virtualrobot_sdk.testing.bench import LOADING_SECONDS, LOOK_SECONDS, Subject
+from virtualrobot_sdk.testing.bench import LOOK_SECONDS
 from virtualrobot_sdk.testing.laws import LawBroken, Measured
+from virtualrobot_sdk.testing.subject import LOADING_SECONDS, Subject
 from virtualrobot_sdk.worker import Worker
 
 Facts = TypeVar("Facts")
@@ -27,43 +26,6 @@ _STAGE = "virtualrobot_sdk.testing.stage:Stage"
 
 class NotTried(Exception):
     """A law cannot be tried on this component; the message says why."""
-
-
-def locate(kind: ComponentKind, component: str, settings: Mapping[str, Any]) -> Subject:
-    """Return the component of this kind and name.
-
-    Args:
-        kind: what it is for.
-        component: `my_lidar` (of an installed plugin), `my_package/my_lidar` (the plugin's module and the component's
-            name) or `my_package.lidar:MyLidar` (something that makes the component, without settings).
-        settings: plain values.
-
-    Raises:
-        PluginError: no plugin has it, or its plugin fails.
-        ComponentFault: its plugin hangs or crashes when it is imported.
-    """
-    deadline = HOOKS[kind].deadline_seconds
-    module, slash, name = component.rpartition("/")
-    if ":" in component and not slash:
-        if settings:
-            raise PluginError(f"{component!r} takes no settings; name its plugin: MODULE/COMPONENT")
-        return Subject(component, component, "", {}, deadline)
-    points = [EntryPoint(module, module, ENTRY_POINT_GROUP)] if slash else entry_points(group=ENTRY_POINT_GROUP)
-    known, failed = [], []
-    for point in points:
-        try:
-            with Worker(point.name) as worker:
-                offered = worker.describe(point, deadline_seconds=LOADING_SECONDS).components
-        except (PluginError, ComponentFault) as error:
-            failed.append(f"; plugin {point.name!r} failed: {error}")
-            continue
-        for one in offered:
-            if one.kind is kind and one.name == name:
-                return Subject(component, point.value, name, dict(settings), one.deadline_seconds)
-        known += [one.name for one in offered if one.kind is kind]
-    where = f"{module!r} registers no" if slash else "no plugin has"
-    there = f"there are {', '.join(known)}" if known else "there is none"
-    raise PluginError(f"{where} {kind.value} {name!r}; {there}{''.join(failed)}")
 
 
 class Trial(Generic[Facts]):
