@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from virtualrobot_sdk.registration import ComponentKind
 from virtualrobot_sdk.testing.robot_drivers import LAWS, DriverFacts, RobotDriverContract
-from virtualrobot_sdk.testing.trial import NotTried, Trial, examine, locate
+from virtualrobot_sdk.testing.subject import locate
+from virtualrobot_sdk.testing.trial import NotTried, Trial, examine
 
 from tests.contract.breaking import broken
 from tests.contract.components.robot_drivers import JOINTS

@@ -310,8 +310,8 @@ def _sent(trial: DriverTrial, start: Floats, target: Floats, part: float = 1.0) 
     if off.max() > trial.facts.tolerance:
         joint = trial.facts.joint_names[int(off.argmax())]
         raise LawBroken(
-            f"written {numbers(target)}, it is at {numbers(found)} {trial.facts.settle_seconds:g} s later: {joint!r} is "
-            f"{off.max():.3g} off; it may be {trial.facts.tolerance:g} (`tolerance` of DriverFacts)"
+            f"written {numbers(target)}, it is at {numbers(found)} {trial.facts.settle_seconds:g} s later: {joint!r} "
+            f"is {off.max():.3g} off; it may be {trial.facts.tolerance:g} (`tolerance` of DriverFacts)"
         )
     return float(off.max())
 
