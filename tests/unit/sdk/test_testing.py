@@ -13,12 +13,13 @@ from virtualrobot_sdk.errors import ComponentFault
 from virtualrobot_sdk.kinematics import PRISMATIC, REVOLUTE, Floats
 from virtualrobot_sdk.reference import chain_frames, joint_motion, tip_pose
 from virtualrobot_sdk.selfcheck import finite_differences, random_posture
-from virtualrobot_sdk.testing.bench import Bench, Subject
+from virtualrobot_sdk.testing.bench import Bench
 from virtualrobot_sdk.testing.branches import all_solutions, geometric_jacobian, is_redundant, same, turned_within
 from virtualrobot_sdk.testing.chains import PUMA560, chain_of, kit_chains, puma560, scara, ur5
 from virtualrobot_sdk.testing.examination import LAWS
 from virtualrobot_sdk.testing.laws import EXISTING, RETURNED, LawBroken, branches, complete
 from virtualrobot_sdk.testing.probe import Probe
+from virtualrobot_sdk.testing.subject import Subject
 
 CASES = "tests.unit.sdk.kit_cases"
 
