@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import inspect
 import re
+import sys
 from pathlib import Path
 from types import ModuleType
 
@@ -124,9 +125,26 @@ def test_the_laws_are_told_in_order() -> None:
     assert [name for name in rows(section("The test kit")) if name in attributes] == attributes
 
 
-def test_the_classes_of_the_kit_are_told() -> None:
-    assert [name for name in testing.__all__ if name.endswith("Contract") and f"`{name}`" not in TEXT] == []
-    assert "chain_of" in TEXT
+@pytest.mark.parametrize("name", [name for name in testing.__all__ if name.endswith("Contract")])
+def test_the_classes_of_the_kit_are_told(name: str) -> None:
+    assert f"`{name}`" in section("The test kit")
+    contract = getattr(testing, name)
+    if contract is KinematicsContract:
+        return
+    laws, facts = rows(section("The test kit"))[name].split("|")
+    assert re.findall(r"`(\w+)`", laws) == list(contract.laws)
+    module = sys.modules[contract.__module__]
+    (own,) = [one for name, one in vars(module).items() if name.endswith("Facts") and dataclasses.is_dataclass(one)]
+    assert re.findall(r"`(\w+)`", facts) == [
+        getattr(own, "__name__", ""),
+        *(field.name for field in dataclasses.fields(own)),
+    ]
+
+
+def test_every_suite_of_the_kit_is_at_hand() -> None:
+    files = (SDK / "testing").glob("*.py")
+    suites = {name for file in files for name in re.findall(r"^class (\w+Contract)\b", file.read_text(), re.MULTILINE)}
+    assert suites - {"ComponentContract"} <= set(testing.__all__)
 
 
 def test_the_modules_that_are_named_are_there() -> None:

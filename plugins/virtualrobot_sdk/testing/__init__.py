@@ -14,12 +14,14 @@ if TYPE_CHECKING:
     from virtualrobot_sdk.testing.contract import KinematicsContract
     from virtualrobot_sdk.testing.mobile_kinematics import MobileKinematicsContract
     from virtualrobot_sdk.testing.ray_casters import RayCasterContract
+    from virtualrobot_sdk.testing.robot_drivers import RobotDriverContract
     from virtualrobot_sdk.testing.sensor_models import SensorModelContract
 
 __all__ = [
     "KinematicsContract",
     "MobileKinematicsContract",
     "RayCasterContract",
+    "RobotDriverContract",
     "SensorModelContract",
     "chain_of",
     "kit_chains",
@@ -29,6 +31,7 @@ _MODULES = {
     "KinematicsContract": "contract",
     "MobileKinematicsContract": "mobile_kinematics",
     "RayCasterContract": "ray_casters",
+    "RobotDriverContract": "robot_drivers",
     "SensorModelContract": "sensor_models",
 }
 
