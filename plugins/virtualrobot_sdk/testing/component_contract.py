@@ -10,7 +10,7 @@ import pytest
 
 from virtualrobot_sdk.errors import ArgumentError, ComponentFault, PluginError
 from virtualrobot_sdk.registration import ComponentKind
-from virtualrobot_sdk.testing.laws import LawBroken
+from virtualrobot_sdk.testing.laws import LawBroken, Measured
 from virtualrobot_sdk.testing.subject import locate
 from virtualrobot_sdk.testing.trial import Law, NotTried, Trial, examine
 
@@ -62,12 +62,17 @@ class ComponentContract:
         """Try a law."""
         __tracebackhide__ = True
         print(f"seed: {self._drawn} (repeat with `seed = {self._drawn}` in the class)")
+        outcome = self._outcome(law)
+        if isinstance(outcome, LawBroken):
+            pytest.fail(f"{law}: {outcome}", pytrace=False)
+        if isinstance(outcome, NotTried):
+            pytest.skip(f"not tried: {outcome}")
+        print(f"tried: {outcome.tried}, worst: {dict(outcome.worst)} {outcome.note}")
+
+    def _outcome(self, law: str) -> Measured | LawBroken | NotTried:
         try:
-            measured = examine(self.laws[law], self.trial, self._drawn)
-        except LawBroken as broken:
-            pytest.fail(f"{law}: {broken}", pytrace=False)
-        except NotTried as reason:
-            pytest.skip(f"not tried: {reason}")
-        print(f"tried: {measured.tried}, worst: {dict(measured.worst)} {measured.note}")
+            return examine(self.laws[law], self.trial, self._drawn)
+        except (LawBroken, NotTried) as outcome:
+            return outcome
 
     _drawn: ClassVar[int]
