@@ -56,6 +56,23 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return install(tmp_path_factory.mktemp("site"), "good", *WRONG, *NOT_LOADED)
 
 
+@pytest.fixture(scope="module", autouse=True)
+def strict_kernel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[subprocess.Popen[str]]:
+    """Return a kernel that must not start; it waits long for a plugin that hangs, so it begins before all tests."""
+    site = install(tmp_path_factory.mktemp("strict"), "good", "raises_on_import", "hangs_on_import")
+    command = [sys.executable, "-m", "virtualrobot_kernel.serve", "--port", "0", "--headless", "--no-token"]
+    process = subprocess.Popen(
+        [*command, "--strict-plugins"],
+        env={**os.environ, **environment(site)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    with process:
+        yield process
+        process.kill()
+
+
 @pytest.fixture(scope="module")
 def plugin_kernel(start_kernel: StartKernel, site: Path) -> Iterator[KernelProcess]:
     """Return a kernel with all these plugins; at its end no process of it may be left."""
@@ -269,19 +286,10 @@ def test_edited_code_is_taken_up(client: Client, arm: Robot, site: Path) -> None
     arm.set_kinematics("good")
 
 
-def test_strict_plugins_refuses_to_start(tmp_path: Path) -> None:
-    """Also when one hangs on import; without the option the others are there all the same."""
-    site = install(tmp_path / "site", "good", "raises_on_import", "hangs_on_import")
-    command = [sys.executable, "-m", "virtualrobot_kernel.serve", "--port", "0", "--headless", "--no-token"]
-    done = subprocess.run(
-        [*command, "--strict-plugins"],
-        env={**os.environ, **environment(site)},
-        capture_output=True,
-        text=True,
-        timeout=100,
-    )
-    assert done.returncode == 1
-    assert "listening" not in done.stdout
-    said = done.stderr.splitlines()[-1]
-    assert "'raises_on_import' of raises_on_import: 'raises_on_import' cannot be imported: RuntimeError" in said
-    assert re.search(r"'hangs_on_import' of hangs_on_import: importing \w+ gave no answer within \d+ s", said)
+def test_strict_plugins_refuses_to_start(strict_kernel: subprocess.Popen[str]) -> None:
+    printed, said = strict_kernel.communicate(timeout=100)
+    assert strict_kernel.returncode == 1
+    assert "listening" not in printed
+    (line,) = [line for line in said.splitlines() if line.startswith("virtualrobot serve: ")]
+    assert "'raises_on_import' of raises_on_import: 'raises_on_import' cannot be imported: RuntimeError" in line
+    assert re.search(r"'hangs_on_import' of hangs_on_import: importing \w+ gave no answer within \d+ s", line)

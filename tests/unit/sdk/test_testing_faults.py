@@ -59,7 +59,7 @@ def found(name: str, law: str, seed: int, **settings: object) -> Finding:
 @pytest.mark.parametrize("name", FAULTS)
 def test_the_fault_is_found(name: str, seed: int) -> None:
     law, said = FAULTS[name]
-    finding = found(name, law, seed, **({"bytes_a_call": 400} if name == "leaks" else {}))
+    finding = found(name, law, seed, **({"bytes_a_call": 60} if name == "leaks" else {}))
     assert finding.state is State.FAILED
     assert re.search(said, finding.said), finding.said
 
