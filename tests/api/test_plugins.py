@@ -53,7 +53,7 @@ REACHED = pose(0.5, 0.1, 0.5, roll=np.pi)
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder that plugins are installed in."""
-    return install(tmp_path_factory.mktemp("site"), "good", *WRONG, *NOT_LOADED)
+    return install(tmp_path_factory.mktemp("site"), "good", "in_process", *WRONG, *NOT_LOADED)
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -135,6 +135,7 @@ def test_a_component_that_is_wrong_at_once_is_refused(
     with pytest.raises(PluginFailedError, match=REFUSED[name]) as refused:
         arm.set_kinematics(name)
     assert refused.value.metadata["component"] == name
+    assert refused.value.code == "FAILED_PRECONDITION"
     assert arm.kinematics == "chain"
     assert arm.kinematics_fault == ""
     np.testing.assert_array_equal(arm.solve_inverse(REACHED).solutions, before)
@@ -189,6 +190,43 @@ def test_a_fault_at_work_is_named_and_contained(
     assert arm.kinematics_fault == ""
     again = arm.solve_inverse(REACHED, seed=[0.0] * 7)
     np.testing.assert_allclose(again.solutions, solved.solutions, atol=1e-9)
+
+
+def test_a_fault_costs_one_robot_and_not_all_that_have_the_component(
+    plugin_kernel: KernelProcess, arm: Robot, other: Robot, tmp_path: Path
+) -> None:
+    trigger = tmp_path / "now"
+    arm.set_kinematics("crashes", trigger=str(trigger))
+    other.set_kinematics("crashes", trigger=str(tmp_path / "never"))
+    assert len(processes(plugin_kernel)) == 2
+    trigger.touch()
+    with pytest.raises(PluginFailedError, match="SIGSEGV"):
+        arm.solve_inverse(REACHED)
+    assert other.solve_inverse(pose(2.0) @ REACHED).solved
+    assert (other.kinematics_fault, len(processes(plugin_kernel))) == ("", 1)
+
+
+def test_a_fault_in_the_kernels_own_process_is_contained(
+    plugin_kernel: KernelProcess, client: Client, arm: Robot, tmp_path: Path
+) -> None:
+    trigger = tmp_path / "now"
+    arm.set_kinematics("in_process", trigger=str(trigger))
+    assert arm.solve_inverse(REACHED).solved
+    assert (use_of(client, "in_process").process_id, processes(plugin_kernel)) == (0, [])
+    trigger.touch()
+    for _ in range(2):
+        with pytest.raises(PluginFailedError, match=r"ZeroDivisionError: .*\(__init__\.py:\d+ in inverse\)"):
+            arm.solve_inverse(REACHED)
+    assert "ZeroDivisionError" in arm.kinematics_fault
+    trigger.unlink()
+    arm.set_kinematics("in_process", trigger=str(trigger))
+    assert arm.solve_inverse(REACHED).solved
+
+
+def test_a_component_of_a_plugin_that_failed_is_told_with_the_reason(client: Client, arm: Robot) -> None:
+    with pytest.raises(PluginFailedError, match=r"'raises_on_import' .*the licence of this plugin has expired"):
+        arm.set_kinematics("raises_on_import")
+    assert arm.kinematics == "chain"
 
 
 def test_others_are_answered_while_a_component_hangs(
