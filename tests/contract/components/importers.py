@@ -57,7 +57,7 @@ class Tri:
             numbers = [float(word) for word in words]
         except ValueError as error:
             raise ArgumentError(f"{where}: {error}") from error
-        if len(numbers) != 3 or not max(map(abs, numbers)) < 1e6:
+        if len(numbers) != 3 or not all(abs(value) < 1e6 for value in numbers):
             raise ArgumentError(f"{where}: {numbers}; three numbers below 1e6 are needed")
         return numbers
 
