@@ -48,7 +48,8 @@ def solids(trial: RayTrial, rng: np.random.Generator) -> Measured:
         world_t_element = random_pose(rng, 2.0)
         normals = normals @ world_t_element[:3, :3].T
         offsets = offsets + normals @ world_t_element[:3, 3]
-        origins, directions = random_rays(rng, RAYS)
+        scene = RayScene((shape,), world_t_element[None])
+        origins, directions = random_rays(rng, RAYS, scene)
         origins[::3] = world_t_element[:3, 3] + rng.uniform(-0.1, 0.1, (len(origins[::3]), 3))  # from inside
         speed, ahead = directions @ normals.T, offsets - origins @ normals.T
         times = ahead / np.where(np.abs(speed) < 1e-12, 1e-12, speed)
@@ -58,7 +59,7 @@ def solids(trial: RayTrial, rng: np.random.Generator) -> Measured:
         expected = np.where(inside, last, np.where((first <= last) & (first >= 0.0), first, np.inf))
         face = np.where(inside, leaving.argmin(axis=1), entry.argmax(axis=1))
         sure = (np.abs(first - last) > 1e-3) & (np.abs(first) > 1e-3) & (np.abs(last) > 1e-3)
-        found = cast(trial, RayScene((shape,), world_t_element[None]), origins, directions)
+        found = cast(trial, scene, origins, directions)
         toward = np.where(inside[:, None], -normals[face], normals[face])
         normal = np.where(np.isfinite(expected)[:, None], toward, 0.0)
         element = np.where(np.isfinite(expected), 0, NO_ELEMENT).astype(np.int32)
@@ -121,7 +122,8 @@ def scenes(trial: RayTrial, rng: np.random.Generator) -> Measured:
     """Random scenes of several elements, some of one shape, answer as when every ray is tried on every triangle."""
     worst = 0.0
     for elements in (1, 3, 8, 20)[:SCENES]:
-        worst = max(worst, as_reference(trial, random_scene(rng, elements), *random_rays(rng, RAYS)))
+        scene = random_scene(rng, elements)
+        worst = max(worst, as_reference(trial, scene, *random_rays(rng, RAYS, scene)))
     return Measured(SCENES * RAYS, {"m": worst})
 
 
@@ -129,7 +131,7 @@ def ranges(trial: RayTrial, rng: np.random.Generator) -> Measured:
     """Nothing farther than the range counts, and what is nearer still does."""
     scene = random_scene(rng, 8)
     for max_range in rng.uniform(0.5, 6.0, 3):
-        as_reference(trial, scene, *random_rays(rng, RAYS), float(max_range))
+        as_reference(trial, scene, *random_rays(rng, RAYS, scene), float(max_range))
     return Measured(3 * RAYS)
 
 
@@ -139,7 +141,7 @@ def changes(trial: RayTrial, rng: np.random.Generator) -> Measured:
     moved = RayScene(first.shapes, first.world_t_element[::-1].copy())
     scaled = tuple(make_shape(1.5 * shape.vertices, shape.triangles) for shape in first.shapes)
     changed = RayScene(scaled, first.world_t_element)
-    rays = random_rays(rng, 100)
+    rays = random_rays(rng, 100, first)
     for scene in (first, moved, changed, other, first, changed):
         as_reference(trial, scene, *rays)
     return Measured(600)
@@ -155,16 +157,16 @@ def degenerate(trial: RayTrial, rng: np.random.Generator) -> Measured:
         vertices = np.concatenate([shape.vertices, [(a + b) / 2]])
         extra = [[0, 0, 0], [1, 1, 2], [shape.triangles[0, 0], start, shape.triangles[0, 1]]]
         spoilt.append(make_shape(vertices, np.concatenate([extra, shape.triangles])))
-    worst = as_reference(trial, RayScene(tuple(spoilt), scene.world_t_element), *random_rays(rng, RAYS))
+    worst = as_reference(trial, RayScene(tuple(spoilt), scene.world_t_element), *random_rays(rng, RAYS, scene))
     return Measured(RAYS, {"m": worst})
 
 
 def nothing(trial: RayTrial, rng: np.random.Generator) -> Measured:
     """A scene without elements, a shape without triangles and no rays at all are answered like others."""
-    rays = random_rays(rng, 20)
     none = np.zeros((0, 3))
     empty = make_shape(none.astype(np.float32), np.zeros((0, 3), np.int32))
     scene = random_scene(rng, 2)
+    rays = random_rays(rng, 20, scene)
     mixed = RayScene((empty, *scene.shapes), np.concatenate([np.eye(4)[None], scene.world_t_element]))
     for given in (RayScene((), np.zeros((0, 4, 4))), RayScene((empty,), np.eye(4)[None]), mixed):
         as_reference(trial, given, *rays)
@@ -174,7 +176,8 @@ def nothing(trial: RayTrial, rng: np.random.Generator) -> Measured:
 
 def refusals(trial: RayTrial, rng: np.random.Generator) -> Measured:
     """What makes no sense is refused by an ArgumentError, and the next cast is answered rightly."""
-    scene, rays = random_scene(rng, 3), random_rays(rng, 20)
+    scene = random_scene(rng, 3)
+    rays = random_rays(rng, 20, scene)
     tried = must_refuse(trial, nonsense(scene, *rays))
     as_reference(trial, scene, *rays)
     return Measured(tried)
@@ -182,7 +185,8 @@ def refusals(trial: RayTrial, rng: np.random.Generator) -> Measured:
 
 def determinism(trial: RayTrial, rng: np.random.Generator) -> Measured:
     """The same cast gives the same bits: twice in a row, after another one, and in another process."""
-    scene, rays = random_scene(rng, 6), random_rays(rng, RAYS)
+    scene = random_scene(rng, 6)
+    rays = random_rays(rng, RAYS, scene)
     first = cast(trial, scene, *rays)
     cast(trial, random_scene(rng, 6), *rays)
     with trial.twin() as twin:
@@ -199,8 +203,8 @@ def cost(trial: RayTrial, rng: np.random.Generator) -> Measured:
     found = {}
     for divisions in (1, 4):
         shape = sphere(1.0, divisions)
-        scene, rays = RayScene((shape,), np.eye(4)[None]), random_rays(rng, _COST_RAYS)
-        seconds = np.median(trial.seconds(3, "cast", scene, *rays, np.inf))
+        scene = RayScene((shape,), np.eye(4)[None])
+        seconds = np.median(trial.seconds(3, "cast", scene, *random_rays(rng, _COST_RAYS, scene), np.inf))
         found[f"us a ray on {len(shape.triangles)} triangles"] = float(1e6 * seconds / _COST_RAYS)
     return Measured(2 * _COST_RAYS, found)
 
