@@ -166,7 +166,7 @@ def _apply(trial: SensorTrial, hits: TrueHits, rng: np.random.Generator) -> Read
     checked(said.valid, "valid", np.bool_, shape)
     wrong = {
         "a distance of NaN": np.isnan(said.distance),
-        "a valid distance that is not finite or below 0": said.valid
+        "a valid distance that is negative or not finite": said.valid
         & ~((said.distance >= 0) & (said.distance < np.inf)),
         "an intensity that is not from 0 to 1": ~((said.intensity >= 0.0) & (said.intensity <= 1.0)),
     }
