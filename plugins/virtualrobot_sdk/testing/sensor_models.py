@@ -45,7 +45,7 @@ SensorTrial = Trial[SensorFacts]
 
 
 def readings(trial: SensorTrial, rng: np.random.Generator) -> Measured:
-    """Readings have their types and shapes; what is valid is finite, no distance is NaN or negative, intensities are from 0 to 1."""
+    """Types and shapes are right; valid distances are finite, none is NaN or negative, intensities are from 0 to 1."""
     for count in (RAYS, 1, 7):
         _apply(trial, _random_hits(trial, rng, count), rng)
     _apply(trial, _at(np.full(RAYS, 1e9)), rng)
