@@ -91,7 +91,7 @@ def bodies_of(snapshot: Snapshot, robot: Node) -> Bodies:
             body_of[node.uid] = above
             body_t[node.uid] = above_t @ (poses[row] if kind is JointType.FIXED else moved)
         inertial = _inertial(node, warnings)
-        if inertial is None or not inertial.mass:
+        if inertial is None:
             continue
         body = body_of[node.uid]
         body_t_inertial = body_t[node.uid] @ inertial.link_t_inertial
