@@ -170,10 +170,13 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         """Tell which efforts a movement takes, in a worker thread."""
         snapshot = self._rooms.world.snapshot
         node = snapshot.structure.node(request.robot, Kind.ROBOT)
-        movement = {
-            name: array(getattr(request, name), (None, None), name) if request.HasField(name) else None
+        given = {
+            name: getattr(request, name)
             for name in ("positions", "velocities", "accelerations")
+            if request.HasField(name)
         }
+        # Of any shape here: which one is right is the robot's matter.
+        movement = {name: array(values, [None] * len(values.shape), name) for name, values in given.items()}
         solve = partial(solve_inverse_dynamics, snapshot, node, tuple(request.joint_names), **movement)
         found = await asyncio.get_running_loop().run_in_executor(self._rooms.workers, solve)
         return robot_pb2.SolveInverseDynamicsResponse(

@@ -106,7 +106,7 @@ class Reference:
 
 
 def robot_and_reference(name: str, world_t_base: Pose) -> tuple[tuple[NodeSpec, ...], Reference]:
-    """Return a robot's nodes as our reader makes them, called as the file, and what pinocchio makes of the same file."""
+    """Return a robot's nodes as our reader makes them, called `arm`, and what pinocchio makes of the same file."""
     model, _ = load(FILES[name], name="arm", parent_t_node=world_t_base)
     theirs = pinocchio.buildModelFromUrdf(str(FILES[name]))
     structure, _ = structure_of(model.nodes)
