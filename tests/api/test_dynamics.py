@@ -115,6 +115,30 @@ def test_masses_of_a_table_are_told_in_its_rows_frames(stepped: Stubs) -> None:
     assert "denavit_hartenberg.rows[0].inertial.mass_kilograms must be 0 or above" in refusal(call).message
 
 
+def test_the_paper_s_cosine_trajectory_against_pinocchio(stepped: Stubs) -> None:
+    """The example of docs/dynamics.md; pinocchio reads the arm from its export as URDF."""
+    load(stepped, "model://ar_manipulator", "arm")
+    exported = stepped.scene.ExportModel(scene_pb2.ExportModelRequest(node="arm", format=".urdf"))
+    (urdf,) = [file.data for file in exported.files if file.name.endswith(".urdf")]
+    model = pinocchio.buildModelFromXML(urdf.decode())
+    data = model.createData()
+    times, rate, half = np.linspace(0.0, 2.0, 201), np.pi / 2, np.radians(30.0)
+    columns = (
+        half * (1 - np.cos(rate * times)),
+        half * rate * np.sin(rate * times),
+        half * rate**2 * np.cos(rate * times),
+    )
+    q, v, a = (np.outer(column, np.ones(6)) for column in columns)
+    told = stepped.robot.SolveInverseDynamics(
+        REQUEST(robot="arm", positions=array(q), velocities=array(v), accelerations=array(a))
+    )
+    theirs = [pinocchio.rnea(model, data, *sample) for sample in zip(q, v, a, strict=True)]
+    np.testing.assert_allclose(values(told.efforts), theirs, rtol=1e-9, atol=1e-9)
+    # By hand: the upper arm of 0.5 kg lies level, its middle at 0.1 m, and 0.9 kg hang from its end at 0.2 m.
+    assert values(told.gravity_efforts)[0, 1] == pytest.approx((0.5 * 0.1 + 0.9 * 0.2) * 9.81, rel=1e-12)
+    assert not told.HasField("first_violation")
+
+
 def test_what_is_wrong_is_named(stepped: Stubs) -> None:
     load(stepped, IIWA, "arm")
 
