@@ -34,8 +34,8 @@ def torques() -> tuple[list[str], NDArray[np.float64]]:
     times = np.linspace(0.0, SECONDS, SAMPLES)
     with KernelProcess(headless=True) as kernel, virtualrobot.connect(kernel.address) as client:
         arm = client.load_robot("model://ar_manipulator", name="arm")
-        values = [np.repeat(column[:, None], len(arm.joint_names), axis=1) for column in cosine(times)]
-        found = arm.solve_inverse_dynamics(*values)
+        q, v, a = (np.repeat(column[:, None], len(arm.joint_names), axis=1) for column in cosine(times))
+        found = arm.solve_inverse_dynamics(q, v, a)
     return list(found.joint_names), found.efforts
 
 

@@ -14,6 +14,7 @@ from virtualrobot.v1 import geometry_pb2, nodes_pb2, robot_pb2, scene_pb2
 from tests.api.asking import IIWA, MODELS, apply, create, load, refusal
 from tests.api.conftest import Stubs
 from tests.api.reading import array, pose, random_matrix, values
+from tests.api.test_export import content
 
 REQUEST = robot_pb2.SolveInverseDynamicsRequest
 LAST = "arm.lbr_iiwa_link_7"
@@ -118,9 +119,8 @@ def test_masses_of_a_table_are_told_in_its_rows_frames(stepped: Stubs) -> None:
 def test_the_paper_s_cosine_trajectory_against_pinocchio(stepped: Stubs) -> None:
     """The example of docs/dynamics.md; pinocchio reads the arm from its export as URDF."""
     load(stepped, "model://ar_manipulator", "arm")
-    exported = stepped.scene.ExportModel(scene_pb2.ExportModelRequest(node="arm", format=".urdf"))
-    (urdf,) = [file.data for file in exported.files if file.name.endswith(".urdf")]
-    model = pinocchio.buildModelFromXML(urdf.decode())
+    main = stepped.scene.ExportModel(scene_pb2.ExportModelRequest(node="arm", format=".urdf")).files[0]
+    model = pinocchio.buildModelFromXML(content(stepped, main).decode())
     data = model.createData()
     times, rate, half = np.linspace(0.0, 2.0, 201), np.pi / 2, np.radians(30.0)
     columns = (

@@ -16,7 +16,8 @@ def test_values_by_name_and_in_order_are_the_same(iiwa: Robot, rng: np.random.Ge
     assert found.efforts.shape == found.gravity_efforts.shape == (10, 7)
     assert found.base_wrenches.shape == (10, 6)
     by_name = [dict(zip(iiwa.joint_names, values.T, strict=True)) for values in (q, v, a)]
-    np.testing.assert_array_equal(iiwa.solve_inverse_dynamics(*by_name).efforts, found.efforts)
+    again = iiwa.solve_inverse_dynamics(by_name[0], by_name[1], by_name[2])
+    np.testing.assert_array_equal(again.efforts, found.efforts)
     one = iiwa.solve_inverse_dynamics(q[0], v[0], a[0])
     np.testing.assert_array_equal(one.efforts, found.efforts[:1])
     np.testing.assert_array_equal(iiwa.solve_inverse_dynamics(q).efforts, found.gravity_efforts)
