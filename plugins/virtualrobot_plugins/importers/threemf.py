@@ -33,7 +33,10 @@ MAX_DEPTH = 32
 MAX_INSTANCES = 100_000
 
 _MODEL = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"
-_UNPACKING_ERRORS = (zipfile.BadZipFile, zlib.error, struct.error, EOFError, OSError, RuntimeError, ValueError)
+_UNPACKING_ERRORS = (
+    *(zipfile.BadZipFile, zlib.error, struct.error),
+    *(EOFError, IndexError, OSError, OverflowError, RuntimeError, ValueError),
+)
 """What zipfile runs into in broken archives (NotImplementedError is a RuntimeError)."""
 _NO_COLOR = (200, 200, 200, 255)
 

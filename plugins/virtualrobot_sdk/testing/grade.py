@@ -12,11 +12,13 @@ import numpy as np
 
 from virtualrobot_sdk.errors import ComponentFault, PluginError
 from virtualrobot_sdk.kinematics import SerialChain
-from virtualrobot_sdk.testing.bench import find, own_chains
+from virtualrobot_sdk.registration import ComponentKind
+from virtualrobot_sdk.testing.bench import own_chains
 from virtualrobot_sdk.testing.chains import kit_chains
 from virtualrobot_sdk.testing.examination import LAWS, Examination, Finding, State
 from virtualrobot_sdk.testing.laws import EXISTING, RETURNED, branches
 from virtualrobot_sdk.testing.report import Cost, Report, Row, Solutions, text
+from virtualrobot_sdk.testing.subject import locate
 
 
 def grade(
@@ -38,7 +40,8 @@ def grade(
     Raises PluginError when there is no such component, and PluginError or ComponentFault when its plugin fails.
     """
     seed = secrets.randbits(32) if seed is None else seed
-    examination = Examination(find(component, settings), kit_chains() if chains is None else chains, seed)
+    subject = locate(ComponentKind.KINEMATICS, component, settings or {})
+    examination = Examination(subject, kit_chains() if chains is None else chains, seed)
     try:
         return _graded(examination)
     finally:
@@ -86,7 +89,8 @@ def _row(law: str, findings: Sequence[Finding]) -> Row:
         for unit, value in one.worst.items():
             worst[unit] = max(value, worst.get(unit, 0.0))
     said = {finding.chain: finding.said for finding in findings if finding.state is State.FAILED}
-    return Row(law, State.FAILED if said else State.OK, sum(one.tried for one in measured), worst, said)
+    state = State.FAILED if said else State.OK if measured else State.NOT_TRIED
+    return Row(law, state, sum(one.tried for one in measured), worst, said)
 
 
 def _cost(method: str, inside: np.ndarray, through: np.ndarray) -> Cost:

@@ -19,17 +19,16 @@ from virtualrobot_kernel.world.figures import Capsule, Cone, Mesh
 
 COPIED = (".stl", ".obj", ".dae")
 
-FOLDER = "meshes"
-
 
 class MeshFiles:
     """Collects the files that go beside one URDF file."""
 
-    def __init__(self, library: MeshLibrary) -> None:
-        """Take triangles from `library`, and put what is written in its store."""
+    def __init__(self, library: MeshLibrary, folder: str) -> None:
+        """Take triangles from `library`, put what is written in its store, and name it as in `folder`."""
         self.written: dict[str, str] = {}
         self.warnings: list[str] = []
         self._library = library
+        self._folder = folder
         self._paths: dict[Mesh | Cone | Capsule, str] = {}
         self._stems: set[str] = set()
 
@@ -52,15 +51,15 @@ class MeshFiles:
             main, *_ = [self._put(name, data) for name, data in write_obj(self._library.load(geometry), stem).items()]
             return main
         if not geometry.files:
-            path = f"{FOLDER}/{stem}{kind}"
+            path = f"{self._folder}/{stem}{kind}"
             self.written[path] = geometry.sha256
             return path
-        files = laid_out(geometry, f"{FOLDER}/{stem}")
+        files = laid_out(geometry, f"{self._folder}/{stem}")
         self.written.update(files)
         return files[0][0]
 
     def _put(self, name: str, data: bytes) -> str:
-        path = f"{FOLDER}/{name}"
+        path = f"{self._folder}/{name}"
         self.written[path] = self._library.store.put(data)
         return path
 

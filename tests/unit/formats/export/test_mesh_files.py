@@ -38,7 +38,7 @@ def part(shape: Submesh, **look: object) -> Submesh:
 
 def test_equal_meshes_are_one_file_and_others_have_names_that_differ() -> None:
     library = MeshLibrary(AssetStore())
-    files = MeshFiles(library)
+    files = MeshFiles(library, "meshes")
     first, other = library.store.put(STL), library.store.put(STL + b" ")
     assert files.path(Mesh("a/Link 1.STL", first)) == "meshes/Link_1.stl"
     assert files.path(Mesh("a/Link 1.STL", first, (2.0, 1.0, 1.0))) == "meshes/Link_1.stl", "the scale is not in it"
@@ -73,7 +73,7 @@ def test_dependents_are_found_where_the_mesh_looks_for_them(tmp_path: Path) -> N
     (source / "looks/a.mtl").write_text("newmtl m\nKd 1 1 1\nmap_Kd images/a.png\n")
     (source / "looks/images/a.png").write_bytes(texture)
     mesh, _ = library.find(disk(library.store), str(source / "meshes/a.obj"))
-    files = MeshFiles(library)
+    files = MeshFiles(library, "meshes")
     path = files.path(mesh)
     for name, sha256 in files.written.items():
         (tmp_path / "copy" / name).parent.mkdir(parents=True, exist_ok=True)
@@ -99,7 +99,7 @@ def test_other_formats_become_obj(tmp_path: Path) -> None:
     body = trimesh.creation.box((0.1, 0.2, 0.3))
     body.visual = TextureVisuals(material=PBRMaterial(baseColorFactor=[255, 0, 51, 255]))
     mesh = Mesh("part.glb", library.store.put(body.export(file_type="glb")), (2.0, 2.0, 2.0))  # pyright: ignore
-    files = MeshFiles(library)
+    files = MeshFiles(library, "meshes")
     assert files.path(mesh) == "meshes/part.obj"
     assert list(files.written) == ["meshes/part.obj", "meshes/part.mtl"]
     assert len(files.warnings) == 1 and "part.glb" in files.warnings[0]

@@ -117,7 +117,7 @@ def test_a_robot_made_by_hand_with_all_joints_and_shapes(tmp_path: Path, rng: np
     library = MeshLibrary(AssetStore())
     file, exported = written(snapshot_of(nodes), library, "r", ".urdf", tmp_path)
     assert exported.warnings == ()
-    assert [path for path, _ in exported.files] == ["r.urdf", "meshes/cone.stl", "meshes/capsule.stl"]
+    assert [path for path, _ in exported.files] == ["r.urdf", "meshes/r/cone.stl", "meshes/r/capsule.stl"]
     back = read_back(file, library)
     before, after = links_of(tuple(nodes)), links_of(back.nodes)
     assert set(before) == set(after)
@@ -156,7 +156,7 @@ def test_the_scale_of_a_mesh_stays_in_the_urdf(tmp_path: Path) -> None:
     scales = [(2.0, -1.0, 0.1), (1.0, 1.0, 1.0)]
     nodes = made(link("a", "r", None, None, *(Figure(Mesh("tetra.stl", sha256, scale)) for scale in scales)))
     file, exported = written(snapshot_of(nodes), library, "r", ".urdf", tmp_path)
-    assert [path for path, _ in exported.files] == ["r.urdf", "meshes/tetra.stl"]
+    assert [path for path, _ in exported.files] == ["r.urdf", "meshes/r/tetra.stl"]
     after = links_of(read_back(file, library).nodes)["a"]
     meshes = [figure.geometry for figure in after.figures if figure.visual]
     assert [mesh.scale for mesh in meshes if isinstance(mesh, Mesh)] == scales

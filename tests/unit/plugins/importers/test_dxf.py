@@ -4,11 +4,11 @@ import io
 import math
 import re
 
-import ezdxf
 import numpy as np
 import pytest
 from ezdxf.document import Drawing
-from ezdxf.entities import DXFGraphic
+from ezdxf.entities.dxfgfx import DXFGraphic
+from ezdxf.filemanagement import new
 from ezdxf.math import Vec3
 from virtualrobot_plugins.importers.dxf.importer import UNITS, DxfImporter, DxfSettings
 
@@ -19,7 +19,7 @@ ACIS = ["700 0 1 0", "@9 something @8 ACIS 7.0 @24 Mon Jan 01 00:00:00 2001", "1
 
 
 def drawing(units: int = METERS) -> Drawing:
-    document = ezdxf.new("R2010")
+    document = new("R2010")
     document.units = units
     return document
 
@@ -251,7 +251,7 @@ def test_what_is_off_frozen_or_has_no_surface_is_told() -> None:
     assert translation.warnings == (
         "plan.dxf: left out, since ACIS bodies cannot be read: 3DSOLID",
         "plan.dxf: left out, since they have no surface: LINE, TEXT",
-        "plan.dxf: left out, since their layers are off or frozen, or they are invisible: 3 entities",
+        "plan.dxf: left out, since they are invisible or their layer is off or frozen: 3 entities",
     )
 
 
@@ -289,5 +289,6 @@ def test_binary_drawings_and_mended_ones() -> None:
     start = text.index("ENDSEC", text.index("ENTITIES"))
     mended = text[:start].rstrip()[:-1] + text[start + len("ENDSEC") + 1 :]  # the end of a section is missing
     assert volume(meshes(DxfImporter(), mended, "x.dxf")) == pytest.approx(1.0)
-    assert "cut off" in refusal(DxfImporter(), text[: text.rindex("EOF")], "x.dxf")
+    assert volume(meshes(DxfImporter(), text[: text.rindex("EOF")], "x.dxf")) == pytest.approx(1.0)
+    assert "cut off" in refusal(DxfImporter(), text[:start], "x.dxf")
     assert "cut off" in refusal(DxfImporter(), binary.getvalue()[:-20], "x.dxf")

@@ -8,7 +8,8 @@ from virtualrobot_plugins.importers.polygons import newell_normal, triangulate, 
 
 def star(rng: np.random.Generator, corners: int) -> np.ndarray:
     """Return a polygon around the origin, counter-clockwise, with bays as deep as they come, somewhere in space."""
-    angles = np.sort(rng.uniform(0.0, 2.0 * np.pi, corners)) + 1e-3 * np.arange(corners)
+    # No two corners more than half a turn apart, or edges would cross.
+    angles = 2.0 * np.pi * (np.arange(corners) + rng.uniform(-0.2, 0.2, corners)) / corners
     radii = rng.uniform(0.05, 2.0, corners)
     flat = np.column_stack([radii * np.cos(angles), radii * np.sin(angles), np.zeros(corners)])
     turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))

@@ -165,7 +165,7 @@ def test_texture_coordinates(rng: np.random.Generator) -> None:
         VrmlImporter().translate((HEAD + text).encode(), "x.wrl", {})
     assert needed.value.names == ("http://x/y.png",)
     (piece,) = parts(VrmlImporter().translate((HEAD + text).encode(), "x.wrl", files))
-    assert piece.texture is not None
+    assert piece.texture is not None and piece.uv is not None
     square = piece.uv[piece.faces][:2].reshape(-1, 2)
     assert square == pytest.approx(piece.vertices[piece.faces][:2].reshape(-1, 3)[:, :2])
     # Without coordinates: along the longest side of the bounding box, 2 m here (6.23); and the transform of 6.49.
