@@ -71,7 +71,8 @@ def solve_inverse_dynamics(
 
     Raises:
         KernelError: arrays of different shape or that hold numbers that are not finite, too many samples (TOO_LARGE),
-            a joint named twice, or a robot without joints of one coordinate (WRONG_STATE).
+            a joint named twice, efforts beyond all numbers, or a robot without joints of one coordinate
+            (WRONG_STATE).
         UnknownNameError: a joint that the robot has not, or that has several coordinates.
         LimitError: a position outside its joint's limits.
     """
@@ -91,6 +92,12 @@ def solve_inverse_dynamics(
     gravity = snapshot.world_t(robot.uid)[:3, :3].T @ GRAVITY
     efforts, wrenches = run(bodies, gravity, q, v, a)
     at_rest, _ = run(bodies, gravity, q, np.zeros_like(v), np.zeros_like(a))
+    if not (np.isfinite(efforts).all() and np.isfinite(wrenches).all()):
+        raise KernelError(
+            f"velocities, accelerations or masses of {robot.name!r} are so great that its efforts are no finite "
+            "numbers",
+            robot=robot.name,
+        )
     efforts, at_rest = efforts[:, columns], at_rest[:, columns]
     violation = first_violation(joints, efforts)
     names = tuple(joint.name for joint in joints)

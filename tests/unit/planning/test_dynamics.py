@@ -253,6 +253,7 @@ def test_what_makes_no_sense_is_refused() -> None:
         ({"positions": np.zeros((3, 3))}, r"positions must have the shape \(n, 2\).*not \(3, 3\)"),
         ({"positions": np.zeros((0, 2))}, r"positions must have the shape \(n, 2\)"),
         ({"positions": here, "velocities": here[:2]}, "velocities has 2 samples and positions 3"),
+        ({"velocities": here + 1e200}, "so great that its efforts are no finite numbers"),
         ({"joint_names": ("j0", "j0")}, "the joint 'j0' of 'arm' is named twice"),
     ]
     for arguments, message in cases:
