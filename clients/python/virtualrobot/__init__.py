@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from virtualrobot.connection import Client as Client
     from virtualrobot.connection import connect as connect
+    from virtualrobot.dynamics import inertial as inertial
     from virtualrobot.errors import *  # noqa: F403 every exception class; the names are listed below
     from virtualrobot.figures import box as box
     from virtualrobot.figures import capsule as capsule
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 
 _MODULES = {
     "connection": ("Client", "connect"),
+    "dynamics": ("inertial",),
     "errors": (
         "AssetError", "AuthenticationError", "CallTimeoutError", "ClientClosedError", "InvalidArgumentError",
         "KernelFaultError", "KernelGoneError", "LimitError", "MalformedFileError", "MissingFileError",

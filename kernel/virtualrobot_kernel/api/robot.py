@@ -22,6 +22,7 @@ from virtualrobot_kernel.api.convert.robots import (
 )
 from virtualrobot_kernel.api.convert.states import robot_states, robots_named
 from virtualrobot_kernel.api.convert.values import (
+    array,
     array_message,
     mask_fields,
     masked,
@@ -32,6 +33,7 @@ from virtualrobot_kernel.api.convert.values import (
 )
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.planning.dynamics import EffortViolation, solve_inverse_dynamics
 from virtualrobot_kernel.planning.robots import arm_of, forward_links, solve_inverse
 from virtualrobot_kernel.world.commands import SetKinematics
 from virtualrobot_kernel.world.state import Snapshot
@@ -162,6 +164,40 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         )
         applied, check = await asyncio.get_running_loop().run_in_executor(rooms.workers, swap)
         return robot_pb2.SetKinematicsResponse(stamp=stamp(applied.snapshot), check=_check_message(check))
+
+    async def SolveInverseDynamics(
+        self, request: robot_pb2.SolveInverseDynamicsRequest, context: object
+    ) -> robot_pb2.SolveInverseDynamicsResponse:
+        """Tell which efforts a movement takes, in a worker thread."""
+        snapshot = self._rooms.world.snapshot
+        node = snapshot.structure.node(request.robot, Kind.ROBOT)
+        given = {
+            name: getattr(request, name)
+            for name in ("positions", "velocities", "accelerations")
+            if request.HasField(name)
+        }
+        # Of any shape here: which one is right is the robot's matter.
+        movement = {name: array(values, [None] * len(values.shape), name) for name, values in given.items()}
+        solve = partial(solve_inverse_dynamics, snapshot, node, tuple(request.joint_names), **movement)
+        found = await asyncio.get_running_loop().run_in_executor(self._rooms.workers, solve)
+        return robot_pb2.SolveInverseDynamicsResponse(
+            stamp=stamp(snapshot),
+            joint_names=found.joint_names,
+            efforts=array_message(found.efforts),
+            gravity_efforts=array_message(found.gravity_efforts),
+            base_wrenches=array_message(found.base_wrenches),
+            first_violation=_violation_message(found.first_violation),
+            payload_kilograms=found.payload,
+            warnings=found.warnings,
+        )
+
+
+def _violation_message(violation: EffortViolation | None) -> robot_pb2.EffortViolation | None:
+    if violation is None:
+        return None
+    return robot_pb2.EffortViolation(
+        joint=violation.joint, sample=violation.sample, effort=violation.effort, limit=violation.limit
+    )
 
 
 def _check_message(check: SelfCheck) -> robot_pb2.KinematicsCheck:

@@ -240,3 +240,49 @@ class KinematicsCheck(_message.Message):
     jacobian_seconds: float
     inverse_seconds: float
     def __init__(self, postures: _Optional[int] = ..., forward_position_error_meters: _Optional[float] = ..., forward_rotation_error_radians: _Optional[float] = ..., inverse_position_error_meters: _Optional[float] = ..., inverse_rotation_error_radians: _Optional[float] = ..., jacobian_error: _Optional[float] = ..., forward_seconds: _Optional[float] = ..., jacobian_seconds: _Optional[float] = ..., inverse_seconds: _Optional[float] = ...) -> None: ...
+
+class SolveInverseDynamicsRequest(_message.Message):
+    __slots__ = ("robot", "joint_names", "positions", "velocities", "accelerations")
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
+    POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    VELOCITIES_FIELD_NUMBER: _ClassVar[int]
+    ACCELERATIONS_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    joint_names: _containers.RepeatedScalarFieldContainer[str]
+    positions: _geometry_pb2.NumericArray
+    velocities: _geometry_pb2.NumericArray
+    accelerations: _geometry_pb2.NumericArray
+    def __init__(self, robot: _Optional[str] = ..., joint_names: _Optional[_Iterable[str]] = ..., positions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., velocities: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., accelerations: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
+
+class SolveInverseDynamicsResponse(_message.Message):
+    __slots__ = ("stamp", "joint_names", "efforts", "gravity_efforts", "base_wrenches", "first_violation", "payload_kilograms", "warnings")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
+    EFFORTS_FIELD_NUMBER: _ClassVar[int]
+    GRAVITY_EFFORTS_FIELD_NUMBER: _ClassVar[int]
+    BASE_WRENCHES_FIELD_NUMBER: _ClassVar[int]
+    FIRST_VIOLATION_FIELD_NUMBER: _ClassVar[int]
+    PAYLOAD_KILOGRAMS_FIELD_NUMBER: _ClassVar[int]
+    WARNINGS_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    joint_names: _containers.RepeatedScalarFieldContainer[str]
+    efforts: _geometry_pb2.NumericArray
+    gravity_efforts: _geometry_pb2.NumericArray
+    base_wrenches: _geometry_pb2.NumericArray
+    first_violation: EffortViolation
+    payload_kilograms: float
+    warnings: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., joint_names: _Optional[_Iterable[str]] = ..., efforts: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., gravity_efforts: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., base_wrenches: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., first_violation: _Optional[_Union[EffortViolation, _Mapping]] = ..., payload_kilograms: _Optional[float] = ..., warnings: _Optional[_Iterable[str]] = ...) -> None: ...
+
+class EffortViolation(_message.Message):
+    __slots__ = ("joint", "sample", "effort", "limit")
+    JOINT_FIELD_NUMBER: _ClassVar[int]
+    SAMPLE_FIELD_NUMBER: _ClassVar[int]
+    EFFORT_FIELD_NUMBER: _ClassVar[int]
+    LIMIT_FIELD_NUMBER: _ClassVar[int]
+    joint: str
+    sample: int
+    effort: float
+    limit: float
+    def __init__(self, joint: _Optional[str] = ..., sample: _Optional[int] = ..., effort: _Optional[float] = ..., limit: _Optional[float] = ...) -> None: ...
