@@ -46,7 +46,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # What plugin authors import knows neither kernel nor client, and plugins know only it.
     SDK: ("virtualrobot_sdk", "numpy", "pluggy", "msgspec", "psutil"),
     f"{SDK}/compiled": ("virtualrobot_sdk", "numpy", "numba", "platformdirs"),
-    f"{SDK}/testing": ("virtualrobot_sdk", "numpy", "pytest", "click"),
+    f"{SDK}/testing": ("virtualrobot_sdk", "numpy", "click", "psutil", "pytest"),
     PLUGINS: ("virtualrobot_plugins", "virtualrobot_sdk", "numpy"),
     f"{PLUGINS}/chain": ("virtualrobot_plugins.chain", "virtualrobot_sdk", "numpy", "numba"),
     # EAIK has the closed forms; what they give is polished by the numeric solver.

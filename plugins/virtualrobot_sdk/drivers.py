@@ -1,15 +1,19 @@
 """What a robot driver is: the connection to one real robot (or a stand-in of it), with the same states for all.
 
-    UNCONFIGURED --configure--> INACTIVE --activate--> ACTIVE --deactivate--> INACTIVE; ERROR from anywhere
+    UNCONFIGURED --configure--> INACTIVE --activate--> ACTIVE --deactivate--> INACTIVE --cleanup--> UNCONFIGURED
 
-After a fault a driver starts again from the measured state and never from the old target. The states follow those of
-ros2_control's hardware components (hardware_interface_types_userdoc.rst).
+ERROR comes from anywhere, and `configure` or `cleanup` lead out of it. A call that is not allowed in a state, or has a
+wrong argument, is refused by an ArgumentError and changes nothing; `TRANSITIONS` says which are allowed. Anything else
+that a call raises means that the driver is in ERROR. After that it starts again from the measured state and never from
+the old target. The states follow those of ros2_control's hardware components (hardware_interface_types_userdoc.rst).
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
+from types import MappingProxyType
 from typing import Protocol
 
 from virtualrobot_sdk.kinematics import Floats
@@ -28,6 +32,35 @@ class DriverState(Enum):
     """The robot stands still or the connection is gone; `configure` begins anew."""
 
 
+TRANSITIONS: Mapping[DriverState, Mapping[str, DriverState]] = MappingProxyType(
+    {
+        DriverState.UNCONFIGURED: {
+            "configure": DriverState.INACTIVE,
+            "stop": DriverState.UNCONFIGURED,
+            "cleanup": DriverState.UNCONFIGURED,
+        },
+        DriverState.INACTIVE: {
+            "activate": DriverState.ACTIVE,
+            "read": DriverState.INACTIVE,
+            "stop": DriverState.INACTIVE,
+            "cleanup": DriverState.UNCONFIGURED,
+        },
+        DriverState.ACTIVE: {
+            "read": DriverState.ACTIVE,
+            "write": DriverState.ACTIVE,
+            "stop": DriverState.INACTIVE,
+            "deactivate": DriverState.INACTIVE,
+        },
+        DriverState.ERROR: {
+            "configure": DriverState.INACTIVE,
+            "stop": DriverState.ERROR,
+            "cleanup": DriverState.UNCONFIGURED,
+        },
+    }
+)
+"""What each call leads to from each state, where it is allowed; any other is refused."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Measured:
     """What a robot's controller says of its k joints, in the order that `configure` was given."""
@@ -37,14 +70,11 @@ class Measured:
     velocities: Floats
     """(k,) in rad/s and m/s."""
     seconds: float
-    """The controller's own time (s), which grows from one reading to the next."""
+    """The controller's own time (s): it never falls, and grows with each of the controller's cycles."""
 
 
 class RobotDriver(Protocol):
-    """The connection to one robot. One thread calls it; a call returns within its deadline.
-
-    Every method may raise: the driver is in ERROR then.
-    """
+    """The connection to one robot, in UNCONFIGURED when it is made. One thread calls it, each call with a deadline."""
 
     @property
     def state(self) -> DriverState:
@@ -52,14 +82,14 @@ class RobotDriver(Protocol):
         ...
 
     def configure(self, joint_names: tuple[str, ...], /) -> None:
-        """Connect to the robot with these k joints: UNCONFIGURED or ERROR -> INACTIVE.
+        """Connect to the robot with these k joints, in this order in all arrays: UNCONFIGURED or ERROR -> INACTIVE.
 
-        Raises ArgumentError when the robot has other joints, and in another state.
+        Raises ArgumentError when the robot has other joints.
         """
         ...
 
     def activate(self) -> None:
-        """Let the robot follow, from where it is: INACTIVE -> ACTIVE."""
+        """Let the robot follow, and hold it where it is until something is written: INACTIVE -> ACTIVE."""
         ...
 
     def read(self) -> Measured:
@@ -67,7 +97,10 @@ class RobotDriver(Protocol):
         ...
 
     def write(self, positions: Floats, velocities: Floats, /) -> None:
-        """Tell the robot where to be at the next tick, (k,) each in rad, m and their rates; ACTIVE."""
+        """Tell the robot where to be at the next tick, (k,) each in rad, m and their rates; ACTIVE.
+
+        Raises ArgumentError for another shape, for values that are not finite and where the robot cannot be.
+        """
         ...
 
     def stop(self) -> None:
@@ -76,4 +109,8 @@ class RobotDriver(Protocol):
 
     def deactivate(self) -> None:
         """Let the robot no longer follow, at rest: ACTIVE -> INACTIVE."""
+        ...
+
+    def cleanup(self) -> None:
+        """Give the connection back: INACTIVE or ERROR -> UNCONFIGURED; harmless in UNCONFIGURED."""
         ...

@@ -22,7 +22,10 @@ class Translation:
 
 
 class Importer(Protocol):
-    """Reads files of one or several formats, told by their endings."""
+    """Reads files of one or several formats, told by their endings.
+
+    It gets all that it reads as arguments: no file of the disk and no network is touched. Equal calls give equal bytes.
+    """
 
     def translate(self, data: bytes, uri: str, files: Mapping[str, bytes | None], /) -> Translation:
         """Return the file `uri` with the content `data` in a format that the kernel reads.
@@ -32,6 +35,7 @@ class Importer(Protocol):
 
         Raises:
             FilesNeeded: names files that are not in `files` yet; the call is repeated with them.
-            ArgumentError: the file is broken; the message says where (line, element, entity) and why.
+            ArgumentError: the file is broken; the message says where (line, element, entity) and why. When a file that
+                is None in `files` is the cause, its name is told as `missing`: ArgumentError(message, missing=name).
         """
         ...

@@ -8,6 +8,7 @@ The rules for those who write pages:
   `$ ` is what the command prints. `...` stands for anything, and spaces don't count.
 - A block with `<!-- file: NAME -->` on the line above it is written to that file in the folder.
 - A block that cannot run here has `<!-- not run: reason -->` on the line above it.
+- What `pip install` of the page's own packages installs goes to a folder of the page's own, without asking an index.
 """
 
 from __future__ import annotations
@@ -72,16 +73,29 @@ RUNNABLE = [page for page in PAGES if any(blocks(page.read_text("utf-8")))]
 
 @pytest.mark.parametrize("page", RUNNABLE, ids=lambda page: page.relative_to(ROOT).as_posix())
 def test_blocks_run(page: Path, start_kernel: StartKernel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    kernel = start_kernel()
+    own = installing_into(tmp_path / ".installed")
+    kernel = start_kernel(environment=own)
     clock = kernel_pb2.SetClockRequest(mode=kernel_pb2.CLOCK_MODE_REALTIME, speed_factor=SPEED)
     kernel.stubs().kernel.SetClock(clock)
     monkeypatch.chdir(tmp_path)
+    for name, value in own.items():
+        monkeypatch.setenv(name, value)
     monkeypatch.setenv("VIRTUALROBOT_ADDRESS", kernel.address)
     monkeypatch.setenv("PATH", str(Path(sys.executable).parent), prepend=os.pathsep)
     try:
         run_page(page)
     finally:
         kernel.end()
+
+
+def installing_into(folder: Path) -> dict[str, str]:
+    """Return an environment in which pip installs into `folder`, and in which processes find what is there."""
+    folder.mkdir()
+    # Python reads the .pth files of editable installations only where it is told that packages are.
+    (folder / "sitecustomize.py").write_text(f"import site\nsite.addsitedir({str(folder)!r})\n", "utf-8")
+    pip = {"PIP_TARGET": str(folder), "PIP_NO_DEPS": "1", "PIP_NO_INDEX": "1", "PIP_DISABLE_PIP_VERSION_CHECK": "1"}
+    paths = [str(folder), *filter(None, [os.environ.get("PYTHONPATH")])]
+    return {**pip, "PYTHONPATH": os.pathsep.join(paths)}
 
 
 def run_page(page: Path) -> None:

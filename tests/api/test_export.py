@@ -162,7 +162,7 @@ def test_a_robot_made_by_api_with_cones_tool_and_part(stepped: Stubs, tmp_path: 
     positions = drawn(stepped, "r", rng)
     put(stepped, "r", positions)
     answer = export(stepped, "r", ".urdf")
-    assert [file.uri for file in answer.files] == ["r.urdf", "meshes/cone.stl"]
+    assert [file.uri for file in answer.files] == ["r.urdf", "meshes/r/cone.stl"]
     assert "'gun'" in answer.warnings[0] and "'held'" in answer.warnings[1] and len(answer.warnings) == 2
     model = pinocchio.buildModelFromUrdf(str(saved(stepped, answer, tmp_path)))
     data = model.createData()
@@ -175,7 +175,7 @@ def test_a_robot_made_by_api_with_cones_tool_and_part(stepped: Stubs, tmp_path: 
     for name, world_t_node in {**expected, "gun": world["gun"], "gun_tip": world["gun"] @ tip}.items():
         frame = data.oMf[model.getFrameId(name, pinocchio.FrameType.BODY)]
         assert np.abs(frame.homogeneous - world_t_node).max() < 1e-9, name
-    volume = trimesh.load_mesh(tmp_path / "meshes/cone.stl").volume
+    volume = trimesh.load_mesh(tmp_path / "meshes/r/cone.stl").volume
     assert 0.98 * np.pi * 0.01 * 0.1 < volume <= np.pi * 0.01 * 0.1
 
 

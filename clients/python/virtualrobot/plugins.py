@@ -6,13 +6,20 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from google.protobuf.internal.enum_type_wrapper import EnumTypeWrapper
+
 from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot.v1 import plugin_pb2
 from virtualrobot.wire import settings_of
 
-_KINDS = {plugin_pb2.COMPONENT_KIND_KINEMATICS: "kinematics", plugin_pb2.COMPONENT_KIND_IMPORTER: "importer"}
-_ISOLATIONS = {plugin_pb2.ISOLATION_IN_PROCESS: "in_process", plugin_pb2.ISOLATION_PROCESS: "process"}
-_STATES = {plugin_pb2.PLUGIN_STATE_LOADED: "loaded", plugin_pb2.PLUGIN_STATE_FAILED: "failed"}
+
+def _words(enum: EnumTypeWrapper, prefix: str) -> dict[int, str]:
+    return {number: name.removeprefix(prefix).lower() for name, number in enum.items() if number}
+
+
+_KINDS = _words(plugin_pb2.ComponentKind, "COMPONENT_KIND_")
+_ISOLATIONS = _words(plugin_pb2.Isolation, "ISOLATION_")
+_STATES = _words(plugin_pb2.PluginState, "PLUGIN_STATE_")
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +46,7 @@ class Component:
     """What a plugin offers.
 
     Attributes:
-        kind: `kinematics` or `importer`.
+        kind: `kinematics`, `importer`, `mobile_kinematics`, `ray_caster`, `sensor_model` or `robot_driver`.
         name: unique among the components of its kind.
         description: one line about it.
         isolation: `in_process` (the kernel's own) or `process` (one of its own, with a deadline for each call).
@@ -145,7 +152,7 @@ class Plugins:
         return tuple(map(Plugin.of, response.plugins))
 
     def components(self, kind: str = "") -> tuple[Component, ...]:
-        """Return the components of all plugins, or those of one kind: `kinematics` or `importer`."""
+        """Return the components of all plugins, or those of one kind, such as `kinematics`."""
         return tuple(
             component for plugin in self for component in plugin.components if not kind or component.kind == kind
         )

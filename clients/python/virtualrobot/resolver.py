@@ -78,7 +78,7 @@ class Resolver:
         """Return the absolute path of the existing file that `uri` means when the file `referrer` names it.
 
         A relative name counts from the folder of the referrer; when it has a folder in it, from the RELATIVE_LEVELS
-        folders above that too.
+        folders above that too. So does an absolute path that is nowhere: some models write their own folder as `/`.
 
         A package is looked for in this order: the folders told to the constructor (and then nowhere else), the
         environment (VIRTUALROBOT_PACKAGE_PATH, ROS_PACKAGE_PATH, AMENT_PREFIX_PATH), the parents of the referrer (a
@@ -140,6 +140,10 @@ class Resolver:
             path = Path(spelling).expanduser() if spelling.startswith("~") else Path(spelling)
             if path.is_absolute():
                 yield path
+                if source is not None and path.anchor == "/":
+                    # Some models write the folder of the model as `/`.
+                    inner = path.relative_to("/")
+                    yield from (folder / inner for folder in source.parents[: RELATIVE_LEVELS + 1])
             elif spelling and not PureWindowsPath(spelling).drive:  # a drive of Windows is nowhere on other systems
                 if source is None:
                     yield Path.cwd() / path

@@ -195,7 +195,7 @@ class Robot(Mover):
             InvalidArgumentError: when it has no such setting, or refuses its value.
 
         Example:
-            >>> robot.set_kinematics("chain", max_restarts=20)
+            >>> robot.set_kinematics("my_arm", branch="elbow up")
             8 postures          position     rotation    a call
             forward            1.1e-16 m  2.2e-16 rad  0.002 ms
             ...

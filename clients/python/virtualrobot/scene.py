@@ -197,7 +197,8 @@ class Scene(Editor[Node]):
         An empty `node` means the whole world. Meshes that the file names go beside it.
 
         Raises:
-            InvalidArgumentError: when the ending is no such format, or a file cannot be written.
+            InvalidArgumentError: when the ending is no such format, a file cannot be written, or one beside it is there
+                already and belongs to another export.
 
         Example:
             >>> client.scene.export("iiwa", "iiwa.urdf").warnings

@@ -117,7 +117,8 @@ def export_model(services: Services, assets: Assets, node: str, file: Path) -> E
     request = scene_pb2.ExportModelRequest(node=node, format=file.suffix.lower())
     response = services.scene.ExportModel(request, timeout=LONG_TIMEOUT_SECONDS)
     main, *others = response.files
-    written = write_beside(file.parent, others, assets)
+    # Meshes of two robots may have the same names; those of this one may be there from its last export.
+    written = write_beside(file.parent, others, assets, replace=file.exists())
     # Last, so that the main file never names others that are not there yet.
     written.append(write_file(file, assets.download(main.sha256)))
     return Export(tuple(written), tuple(response.warnings))

@@ -66,14 +66,14 @@ class PluginServicer(plugin_pb2_grpc.PluginServiceServicer):
                 )
             )
         for running in self._rooms.importers.uses():
-            uses[(ComponentKind.IMPORTER, running.offer.about.name)] = [
+            uses.setdefault((ComponentKind.IMPORTER, running.offer.about.name), []).append(
                 plugin_pb2.ComponentUse(
                     fault=running.fault.reason if running.fault else "",
                     calls=running.calls,
                     mean_call_seconds=running.mean_seconds,
                     process_id=0 if running.fault else running.process_id,
                 )
-            ]
+            )
         return uses
 
 

@@ -139,9 +139,10 @@ def _without_clashes(plugins: Iterable[Plugin]) -> Iterator[Plugin]:
         taken = next((claim for claim in claims if claim in owners), None)
         if taken is not None:
             kind, name = taken
-            reason = f"the {kind.value} component {name!r} is the plugin {owners[taken]!r}'s; choose another name"
+            by = f"by the plugin {owners[taken]!r} already"
+            reason = f"the {kind.value} component {name!r} is offered {by}; choose another name"
             if name.startswith("."):
-                reason = f"files {name!r} are read by the plugin {owners[taken]!r}"
+                reason = f"files {name!r} are read {by}"
             plugin = replace(plugin, offers=(), reason=reason)
         else:
             owners.update(dict.fromkeys(claims, plugin.name))

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import threading
-from collections.abc import Mapping
+from collections import Counter, OrderedDict
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 from virtualrobot_sdk.answers import nonsense
@@ -15,18 +18,22 @@ from virtualrobot_kernel.components.catalog import Catalog, Offer
 from virtualrobot_kernel.components.running import Running, start
 from virtualrobot_kernel.errors import KernelError
 
+KEPT_WITH_SETTINGS = 4
+"""How many importers with settings of their own are kept; those without are all kept."""
+
 
 class Importers:
     """Owns the importers that have been asked for; any thread may ask.
 
-    An importer without settings is kept for the next file. After a fault it is made anew for the next file, since one
-    file says nothing about another.
+    An importer is kept for the next file with the same settings. After a fault it is made anew for the next file,
+    since one file says nothing about another.
     """
 
     def __init__(self, catalog: Catalog) -> None:
         """Take importers from this catalog."""
         self._catalog = catalog
-        self._kept: dict[str, Running] = {}
+        self._kept: OrderedDict[tuple[str, str], Running] = OrderedDict()
+        self._lenders: Counter[Running] = Counter()
         self._lock = threading.Lock()
 
     @property
@@ -48,14 +55,8 @@ class Importers:
         offers = self._by_ending()
         if ending not in offers:
             raise KernelError(f"{uri}: no importer reads {ending!r}; known: {', '.join(offers)}", file=uri)
-        offer = offers[ending]
-        if settings:
-            running = start(offer, settings)
-            try:
-                return _translated(running, data, uri, files)
-            finally:
-                running.close()
-        return _translated(self._running(offer), data, uri, files)
+        with self._lent(offers[ending], settings) as running:
+            return _translated(running, data, uri, files)
 
     def uses(self) -> tuple[Running, ...]:
         """Return the importers that have been asked for, those that failed last included."""
@@ -73,14 +74,45 @@ class Importers:
         offers = self._catalog.offers(ComponentKind.IMPORTER).values()
         return {ending: offer for offer in offers for ending in offer.about.endings}
 
-    def _running(self, offer: Offer) -> Running:
+    @contextmanager
+    def _lent(self, offer: Offer, settings: Mapping[str, Any]) -> Iterator[Running]:
+        """Lend an importer; as long as anybody has it, it is not closed to make room for others."""
+        key = offer.about.name, json.dumps(settings, sort_keys=True)
         with self._lock:
-            running = self._kept.get(offer.about.name)
-            if running is None or running.fault is not None or running.offer is not offer:
-                if running is not None:
-                    running.close()
-                running = self._kept[offer.about.name] = start(offer, {})
-            return running
+            running = self._usable(key, offer)
+        if running is None:
+            made = start(offer, settings)  # takes its time, so nobody waits for the lock meanwhile
+            with self._lock:
+                running = self._usable(key, offer)
+                if running is None:
+                    if key in self._kept:
+                        self._kept[key].close()
+                    running = self._kept[key] = made
+                    self._lenders[made] += 1
+            if running is not made:
+                made.close()
+        try:
+            yield running
+        finally:
+            with self._lock:
+                self._lenders[running] -= 1
+                self._make_room()
+
+    def _usable(self, key: tuple[str, str], offer: Offer) -> Running | None:
+        """Return a kept importer that is well and of this offer, lent from now on."""
+        running = self._kept.get(key)
+        if running is None or running.fault is not None or running.offer is not offer:
+            return None
+        self._kept.move_to_end(key)
+        self._lenders[running] += 1
+        return running
+
+    def _make_room(self) -> None:
+        with_settings = [key for key in self._kept if key[1] != "{}"]
+        idle = [key for key in with_settings if not self._lenders[self._kept[key]]]
+        for key in idle[: max(0, len(with_settings) - KEPT_WITH_SETTINGS)]:
+            self._kept.pop(key).close()
+        self._lenders = +self._lenders  # forgets those that nobody has
 
 
 def _translated(running: Running, data: bytes, uri: str, files: Mapping[str, bytes | None]) -> Translation:

@@ -66,4 +66,4 @@ def encode(
     document["accessors"] = binary.accessors
     document["bufferViews"] = binary.views
     document["buffers"] = [{"byteLength": len(binary.data)}]
-    return container(document, bytes(binary.data))
+    return container(document, binary.data)

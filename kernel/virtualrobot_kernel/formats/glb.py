@@ -64,18 +64,28 @@ class Buffers:
         return len(self.accessors) - 1
 
 
-def container(document: dict[str, Any], binary: bytes) -> bytes:
+def container(document: dict[str, Any], binary: bytes | bytearray) -> bytes:
     """Return header, JSON chunk and binary chunk, each padded to 4 bytes."""
-    text = json.dumps(document, separators=(",", ":")).encode()
+    text = ",".join(f"{_json(name)}:{_items(value)}" for name, value in document.items()).join("{}").encode()
     text += b" " * (-len(text) % 4)
-    binary += b"\0" * (-len(binary) % 4)
-    length = 12 + 8 + len(text) + 8 + len(binary)
+    padding = b"\0" * (-len(binary) % 4)
+    length = 12 + 8 + len(text) + 8 + len(binary) + len(padding)
     return b"".join(
         [
             struct.pack("<4sII", b"glTF", 2, length),
             struct.pack("<I4s", len(text), b"JSON"),
             text,
-            struct.pack("<I4s", len(binary), b"BIN\0"),
+            struct.pack("<I4s", len(binary) + len(padding), b"BIN\0"),
             binary,
+            padding,
         ]
     )
+
+
+def _items(value: Any) -> str:  # noqa: ANN401  whatever JSON holds
+    """Return JSON, long lists item by item: a call of the encoder holds up all other threads while it runs."""
+    return ",".join(map(_json, value)).join("[]") if isinstance(value, list) else _json(value)
+
+
+def _json(value: Any) -> str:  # noqa: ANN401  whatever JSON holds
+    return json.dumps(value, separators=(",", ":"))

@@ -136,6 +136,9 @@ def import_model(
         raise _bad_argument(f"settings are an importer's, and {kind} is read without one", settings=settings)
     result = translated.format if translated else kind
     if translated and result == ".yaml":
+        if srdf_uri or base_joint is not JointType.FIXED:
+            what = f"the SRDF file {srdf_uri!r}" if srdf_uri else "a base joint"
+            raise _bad_argument(f"{place_in(uri, None)} becomes a scene of its own, so {what} is not for it", file=uri)
         return TranslatedScene(translated.data.decode(), translated.file.key, translated.warnings)
     pose = identity() if parent_t_node is None else parent_t_node
     if result == ".urdf":

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 from virtualrobot_sdk.arguments import check_options, joint_vector, rigid_target
+from virtualrobot_sdk.compiled.cache import make_ready
 from virtualrobot_sdk.compiled.rigid import orthonormalise
 from virtualrobot_sdk.errors import ArgumentError
 from virtualrobot_sdk.kinematics import Floats, InverseOptions, InverseResult, InverseStatus, SerialChain
@@ -49,6 +50,7 @@ class ChainKinematics:
                 lower=chain.lower[i],
                 upper=chain.upper[i],
             )
+        make_ready()
         for array in chain[:9]:
             array.setflags(write=False)
         self._chain = chain

@@ -33,12 +33,17 @@ def library(name: str, ending: str, extra: str) -> ModuleType:
     try:
         return import_module(name)
     except ImportError as error:
-        package = name.partition(".")[0]
-        raise ArgumentError(
-            f"reading {ending} needs the package {package}: pip install 'virtualrobot[{extra}]' ({error})",
-            package=package,
-            extra=extra,
-        ) from error
+        raise missing_library(name.partition(".")[0], ending, extra, str(error)) from error
+
+
+def missing_library(package: str, ending: str, extra: str, reason: str = "") -> ArgumentError:
+    """Return the error that says how to install a library that is not there."""
+    why = f" ({reason})" if reason else ""
+    return ArgumentError(
+        f"reading {ending} needs the package {package}: pip install 'virtualrobot[{extra}]'{why}",
+        package=package,
+        extra=extra,
+    )
 
 
 def listed(names: list[str], most: int = 5) -> str:

@@ -4,15 +4,36 @@ from __future__ import annotations
 
 import math
 import re
+import subprocess
+import sys
+import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 from virtualrobot_sdk.errors import ArgumentError
 from virtualrobot_sdk.importers import Translation
 
 from virtualrobot_plugins.importers.glb import MAX_TRIANGLES, pack_glb, unpack_glb
-from virtualrobot_plugins.importers.refusal import described, library, listed, refusal, short_name
+from virtualrobot_plugins.importers.refusal import listed, missing_library, refusal, short_name
+
+MAX_SECONDS = 280
+"""How long Open CASCADE may work on one file."""
+
+# The alarm ends the process where nobody is left to wait for it; crashes of broken files leave no core files.
+_CONVERT = """
+import signal, sys
+linear, angular, seconds = map(float, sys.argv[1:])
+if hasattr(signal, "alarm"):
+    import resource
+    signal.alarm(int(seconds) + 10)
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+import cascadio
+sys.exit(cascadio.step_to_glb("in.step", "out.glb", linear, angular, use_parallel=False))
+"""
+_COLORING = re.compile("\x1b\\[[0-9;]*m")
 
 _MAGIC = b"ISO-10303-21"
 _DOCUMENT = re.compile(rb"DOCUMENT_FILE\s*\(\s*'((?:[^']|'')*)'")
@@ -58,20 +79,10 @@ class StepImporter:
         if b"END-ISO-10303-21" not in data[-4096:]:
             # Open CASCADE reads what there is and says nothing.
             raise refusal(uri, "the file is cut off: it does not end with END-ISO-10303-21")
-        cascadio = library("cascadio", ".step", "step")
+        if find_spec("cascadio") is None:
+            raise missing_library("cascadio", ".step", "step")
         others = [name.decode("latin-1") for name in dict.fromkeys(_DOCUMENT.findall(data))]
-        try:
-            glb = cascadio.to_glb_bytes(
-                data,
-                cascadio.FileType.STEP,
-                tol_linear=self._settings.linear_tolerance_meters * 1000.0,  # Open CASCADE's own unit is mm
-                tol_angular=self._settings.angular_tolerance_radians,
-                use_parallel=False,
-            )
-        except (RuntimeError, ValueError) as error:
-            raise refusal(uri, f"broken STEP file ({described(error)})") from error
-        if not glb:
-            raise refusal(uri, "broken STEP file: Open CASCADE cannot read it")
+        glb = self._converted(data, uri)
         tree, binary = unpack_glb(glb)
         count = _keep_triangles(tree)
         if count == 0:
@@ -84,6 +95,26 @@ class StepImporter:
         _show_as_meant(tree)
         warnings = [f"{short_name(uri)}: left out, since they are in other files: {listed(others)}"] if others else []
         return Translation(".glb", pack_glb(tree, binary), tuple(warnings))
+
+    def _converted(self, data: bytes, uri: str) -> bytes:
+        """Return Open CASCADE's GLB; in a process of its own, which broken files can crash and which prints at will."""
+        with tempfile.TemporaryDirectory(prefix="virtualrobot-step-") as folder:
+            (Path(folder) / "in.step").write_bytes(data)
+            linear = self._settings.linear_tolerance_meters * 1000.0  # Open CASCADE's own unit is mm
+            angular = self._settings.angular_tolerance_radians
+            command = [sys.executable, "-c", _CONVERT, repr(linear), repr(angular), str(MAX_SECONDS)]
+            try:
+                done = subprocess.run(command, cwd=folder, capture_output=True, timeout=MAX_SECONDS, check=False)
+            except subprocess.TimeoutExpired as error:
+                raise refusal(uri, f"Open CASCADE has not read it in {MAX_SECONDS} seconds") from error
+            output = Path(folder) / "out.glb"
+            if done.returncode < 0:
+                raise refusal(uri, f"broken STEP file: Open CASCADE crashed on it (signal {-done.returncode})")
+            if done.returncode or not output.exists() or output.stat().st_size == 0:
+                lines = _COLORING.sub("", done.stderr.decode("utf-8", "replace")).split("\n")
+                said = next((line.strip(" *") for line in reversed(lines) if line.strip(" *")), "")
+                raise refusal(uri, "broken STEP file: Open CASCADE cannot read it" + (f" ({said})" if said else ""))
+            return output.read_bytes()
 
 
 def _keep_triangles(tree: dict[str, Any]) -> int:

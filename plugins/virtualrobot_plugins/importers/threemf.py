@@ -7,6 +7,7 @@ Extension" 1.2. trimesh reads 3MF too, but drops colours and units.
 from __future__ import annotations
 
 import io
+import struct
 import zipfile
 import zlib
 from collections.abc import Mapping
@@ -32,6 +33,11 @@ MAX_DEPTH = 32
 MAX_INSTANCES = 100_000
 
 _MODEL = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"
+_UNPACKING_ERRORS = (
+    *(zipfile.BadZipFile, zlib.error, struct.error),
+    *(EOFError, IndexError, OSError, OverflowError, RuntimeError, ValueError),
+)
+"""What zipfile runs into in broken archives (NotImplementedError is a RuntimeError)."""
 _NO_COLOR = (200, 200, 200, 255)
 
 
@@ -53,7 +59,8 @@ class ThreeMfImporter:
         Raises:
             ArgumentError: for a broken package; the message names part, line and element where known.
         """
-        return _Reader(data, uri).read()
+        with np.errstate(all="ignore"):  # numbers out of range are told by what they yield
+            return _Reader(data, uri).read()
 
 
 class _Reader:
@@ -63,7 +70,7 @@ class _Reader:
         self._uri = uri
         try:
             self._archive = zipfile.ZipFile(io.BytesIO(data))
-        except (zipfile.BadZipFile, ValueError, OSError) as error:
+        except _UNPACKING_ERRORS as error:
             raise refusal(uri, f"not a 3MF package ({described(error)})") from error
         self._parts = {name.lstrip("/").lower(): name for name in self._archive.namelist()}
         self._models: dict[str, _Model] = {}
@@ -107,7 +114,7 @@ class _Reader:
         try:
             with self._archive.open(name) as part:
                 data = part.read(MAX_PART_BYTES + 1)
-        except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, OSError, EOFError) as error:
+        except _UNPACKING_ERRORS as error:
             raise refusal(self._uri, f"the part {path} is broken ({described(error)})") from error
         if len(data) > MAX_PART_BYTES:
             raise refusal(self._uri, f"the part {path} is larger than {MAX_PART_BYTES >> 20} MiB when unpacked")

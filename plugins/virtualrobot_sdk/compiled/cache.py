@@ -126,6 +126,15 @@ def output_of(dtype: Type, dimensions: int) -> Type:
     return Array(dtype, dimensions, "C")
 
 
+def make_ready() -> None:
+    """Compile or load every compiled function imported so far; where that was done before it costs next to nothing.
+
+    A component calls this when it is made: its calls have a deadline, and the first would else wait for the compiler.
+    """
+    for function in _compiled_functions:
+        function.compile()
+
+
 def compile_all(progress: Callable[[int, int, str], None]) -> tuple[str, ...]:
     """Compile or load every compiled function imported so far, and return the names of those compiled anew.
 

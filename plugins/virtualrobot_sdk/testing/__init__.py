@@ -1,24 +1,43 @@
-"""The test kit for authors: laws that components must keep, as a pytest class and as a grade.
+"""The test kit for authors: laws that components must keep, as pytest classes and, for kinematics, as a grade.
 
-`KinematicsContract` needs pytest; `virtualrobot grade` (`virtualrobot_sdk.testing.grade`) does not.
+The classes need pytest; `virtualrobot grade` (`virtualrobot_sdk.testing.grade`) does not.
 """
 
 from __future__ import annotations
 
+import importlib
 from typing import TYPE_CHECKING
 
 from virtualrobot_sdk.testing.chains import chain_of, kit_chains
 
 if TYPE_CHECKING:
     from virtualrobot_sdk.testing.contract import KinematicsContract
+    from virtualrobot_sdk.testing.mobile_kinematics import MobileKinematicsContract
+    from virtualrobot_sdk.testing.ray_casters import RayCasterContract
+    from virtualrobot_sdk.testing.robot_drivers import RobotDriverContract
+    from virtualrobot_sdk.testing.sensor_models import SensorModelContract
 
-__all__ = ["KinematicsContract", "chain_of", "kit_chains"]
+__all__ = [
+    "KinematicsContract",
+    "MobileKinematicsContract",
+    "RayCasterContract",
+    "RobotDriverContract",
+    "SensorModelContract",
+    "chain_of",
+    "kit_chains",
+]
+
+_MODULES = {
+    "KinematicsContract": "contract",
+    "MobileKinematicsContract": "mobile_kinematics",
+    "RayCasterContract": "ray_casters",
+    "RobotDriverContract": "robot_drivers",
+    "SensorModelContract": "sensor_models",
+}
 
 
 def __getattr__(name: str) -> object:
     """Import what needs pytest only when it is asked for: who runs a grade may not have it."""
-    if name == "KinematicsContract":
-        from virtualrobot_sdk.testing.contract import KinematicsContract
-
-        return KinematicsContract
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(f"{__name__}.{_MODULES[name]}"), name)

@@ -3,85 +3,18 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 from virtualrobot_sdk.answers import checked_frames, checked_jacobian, checked_result
-from virtualrobot_sdk.errors import ArgumentError, ComponentFault, PluginError
-from virtualrobot_sdk.hookspecs import COMPONENT_DEADLINE_SECONDS, ENTRY_POINT_GROUP
+from virtualrobot_sdk.errors import PluginError
 from virtualrobot_sdk.kinematics import Floats, InverseOptions, InverseResult, SerialChain
 from virtualrobot_sdk.reference import tip_pose
-from virtualrobot_sdk.registration import ComponentKind
-from virtualrobot_sdk.worker import ComponentDescription, Worker
+from virtualrobot_sdk.testing.subject import LOADING_SECONDS, Subject
+from virtualrobot_sdk.worker import Worker
 
-LOADING_SECONDS = 20.0
-"""How long a plugin may take to be imported, and a component to be made."""
 LOOK_SECONDS = 30.0
 """How long the kit's own loops of many calls may take."""
 _PROBE = "virtualrobot_sdk.testing.probe:Probe"
-
-
-@dataclass(frozen=True, slots=True)
-class Subject:
-    """A component that is tried, and how it is made.
-
-    Attributes:
-        component: as its author writes it.
-        value: the plugin's module, or a factory as `module:attribute`.
-        name: what the plugin registered; empty for a factory.
-        settings: plain values.
-        deadline_seconds: the longest that a call may take.
-    """
-
-    component: str
-    value: str
-    name: str
-    settings: Mapping[str, Any] = field(default_factory=dict)
-    deadline_seconds: float = COMPONENT_DEADLINE_SECONDS
-
-
-def find(component: str, settings: Mapping[str, Any] | None = None) -> Subject:
-    """Return the component of this name, looked for in processes that a broken plugin may hang or crash.
-
-    Args:
-        component: `my_arm` (of an installed plugin), `my_package/my_arm` (the plugin's module and the component's
-            name) or `my_package.arm:MyArm` (something that makes the component of a chain, without settings).
-        settings: plain values.
-
-    Raises:
-        PluginError: there is none, or its plugin fails; says which plugins do and why.
-        ComponentFault: its plugin hangs or crashes when it is imported.
-    """
-    settings = dict(settings or {})
-    module, slash, name = component.rpartition("/")
-    if ":" in component and not slash:
-        if settings:
-            raise PluginError(f"{component!r} takes no settings; name its plugin: MODULE/COMPONENT")
-        return Subject(component, component, "")
-    if slash:
-        found = _offers(EntryPoint(module, module, ENTRY_POINT_GROUP))
-        if name not in found:
-            raise PluginError(f"{module!r} registers no kinematics {name!r}; it has {', '.join(found) or 'none'}")
-        return Subject(component, module, name, settings, found[name].deadline_seconds)
-    known, failed = [], []
-    for point in entry_points(group=ENTRY_POINT_GROUP):
-        try:
-            found = _offers(point)
-        except (PluginError, ComponentFault) as error:
-            failed.append(f"; plugin {point.name!r} failed: {error}")
-            continue
-        if name in found:
-            return Subject(component, point.value, name, settings, found[name].deadline_seconds)
-        known += found
-    raise PluginError(f"no plugin has kinematics {name!r}; there are {', '.join(known)}{''.join(failed)}")
-
-
-def _offers(point: EntryPoint) -> dict[str, ComponentDescription]:
-    with Worker(point.name) as worker:
-        description = worker.describe(point, deadline_seconds=LOADING_SECONDS)
-    return {c.name: c for c in description.components if c.kind is ComponentKind.KINEMATICS}
 
 
 class Bench:
@@ -182,8 +115,3 @@ def own_chains(path: str) -> dict[str, SerialChain]:
     if not isinstance(found, dict) or not found or not all(isinstance(c, SerialChain) for c in found.values()):
         raise PluginError(f"{path} is {type(found).__name__}; it must be SerialChains by name")
     return found
-
-
-def declined(error: ArgumentError) -> str:
-    """Return why a component declines a chain, in one line."""
-    return " ".join(str(error).split())

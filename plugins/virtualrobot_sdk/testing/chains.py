@@ -118,19 +118,25 @@ def scara() -> SerialChain:
     return chain_of(Table("standard", rows), limits)
 
 
-def palletizer() -> SerialChain:
-    """Return an arm with four coordinates whose hand stays level: two joints of its wrist mimic shoulder and elbow."""
-    rows = (
+PALLETIZER = Table(
+    "modified",
+    (
         Row(d_meters=0.8),
         Row(a_meters=0.25, alpha_radians=-QUARTER),
         Row(a_meters=0.8),
         Row(a_meters=0.8),
         Row(),
         Row(a_meters=0.1, alpha_radians=QUARTER),
-    )
-    table = Table("modified", rows, last_t_flange=(0.0, 0.0, -0.2, 1.0, 0.0, 0.0, 0.0))
+    ),
+    last_t_flange=(0.0, 0.0, -0.2, 1.0, 0.0, 0.0, 0.0),
+)
+"""Lengths of no maker's."""
+
+
+def palletizer() -> SerialChain:
+    """Return an arm with four coordinates whose hand stays level: two joints of its wrist mimic shoulder and elbow."""
     limits = np.array(_degrees((-170, 170), (-130, 0), (10, 150), (-300, 300)))
-    return chain_of(table, [(0.0, 0.0)] * 6)._replace(
+    return chain_of(PALLETIZER, [(0.0, 0.0)] * 6)._replace(
         q_index=np.array([0, 1, 2, 1, 2, 3], dtype=np.int32),
         multiplier=np.array([1.0, 1.0, 1.0, -1.0, -1.0, 1.0]),
         lower=limits[:, 0].copy(),

@@ -10,10 +10,11 @@ import pytest
 
 from virtualrobot_sdk.errors import ComponentFault, PluginError
 from virtualrobot_sdk.kinematics import SerialChain
-from virtualrobot_sdk.testing.bench import find
+from virtualrobot_sdk.registration import ComponentKind
 from virtualrobot_sdk.testing.chains import kit_chains
 from virtualrobot_sdk.testing.examination import LAWS, Examination, Finding, State
 from virtualrobot_sdk.testing.laws import branches, complete
+from virtualrobot_sdk.testing.subject import locate
 
 
 class KinematicsContract:
@@ -52,7 +53,7 @@ class KinematicsContract:
         """Find the component; its processes start when a law needs them."""
         seed = secrets.randbits(32) if cls.seed is None else cls.seed
         try:
-            subject = find(cls.component, cls.settings)
+            subject = locate(ComponentKind.KINEMATICS, cls.component, cls.settings)
         except (PluginError, ComponentFault) as error:
             pytest.fail(f"{cls.component}: {error}", pytrace=False)
         cls.examination = Examination(subject, cls.chains, seed)

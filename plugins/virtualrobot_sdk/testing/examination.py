@@ -12,8 +12,9 @@ import numpy as np
 from virtualrobot_sdk.errors import ArgumentError, ComponentFault, PluginError
 from virtualrobot_sdk.kinematics import SerialChain
 from virtualrobot_sdk.testing import laws, manners
-from virtualrobot_sdk.testing.bench import Bench, Subject
+from virtualrobot_sdk.testing.bench import Bench
 from virtualrobot_sdk.testing.laws import LawBroken, Measured
+from virtualrobot_sdk.testing.subject import Subject
 
 Law = Callable[[Bench, np.random.Generator], Measured]
 

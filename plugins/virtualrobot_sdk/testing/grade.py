@@ -12,11 +12,13 @@ import numpy as np
 
 from virtualrobot_sdk.errors import ComponentFault, PluginError
 from virtualrobot_sdk.kinematics import SerialChain
-from virtualrobot_sdk.testing.bench import find, own_chains
+from virtualrobot_sdk.registration import ComponentKind
+from virtualrobot_sdk.testing.bench import own_chains
 from virtualrobot_sdk.testing.chains import kit_chains
 from virtualrobot_sdk.testing.examination import LAWS, Examination, Finding, State
 from virtualrobot_sdk.testing.laws import EXISTING, RETURNED, branches
 from virtualrobot_sdk.testing.report import Cost, Report, Row, Solutions, text
+from virtualrobot_sdk.testing.subject import locate
 
 
 def grade(
@@ -38,7 +40,8 @@ def grade(
     Raises PluginError when there is no such component, and PluginError or ComponentFault when its plugin fails.
     """
     seed = secrets.randbits(32) if seed is None else seed
-    examination = Examination(find(component, settings), kit_chains() if chains is None else chains, seed)
+    subject = locate(ComponentKind.KINEMATICS, component, settings or {})
+    examination = Examination(subject, kit_chains() if chains is None else chains, seed)
     try:
         return _graded(examination)
     finally:

@@ -60,6 +60,8 @@ class Probe:
                 if not np.array_equal(now, before):
                     changed.append(f"{method.__name__} changes {name}")
                     now[...] = before
+        if changed:
+            return changed
         for array in given:
             array.setflags(write=False)
         for method, arguments in _calls(self, *given):

@@ -27,7 +27,12 @@ _ONE_THREAD = dict.fromkeys(
     "1",
 )
 """Small matrices gain nothing from threads, and those of several workers fight; the user's own setting wins."""
-_BOOT = "import sys; sys.path[:] = sys.argv.pop().split('\\n'); from virtualrobot_sdk.worker.child import main; main()"
+# The parent's places first, then those that the process finds itself: of what was installed after the parent's start.
+_BOOT = (
+    "import sys; given = sys.argv.pop().split('\\n');"
+    "sys.path[:] = [*given, *(place for place in sys.path[1:] if place not in given)];"
+    "from virtualrobot_sdk.worker.child import main; main()"
+)
 _PIPE_BYTES = 1 << 20
 _LINES_KEPT = 60
 _LAST_WORDS_SECONDS = 1.0

@@ -193,6 +193,18 @@ def test_a_robot_is_exported_and_loaded_again(client: Client, tmp_path: Path, rn
         np.testing.assert_allclose(world_t_link, expected[link.replace("again.", "panda.")], atol=1e-9)
 
 
+def test_an_export_spares_the_meshes_of_another(client: Client, tmp_path: Path) -> None:
+    client.load_robot(PANDA, name="panda")
+    meshes = client.scene.export("panda", tmp_path / "panda.urdf").files[:-1]
+    client.scene.export("panda", tmp_path / "panda.urdf")  # as often as one likes
+    client.scene.export("panda", tmp_path / "same.urdf")  # the same meshes
+    meshes[0].write_bytes(b"of another robot")
+    with pytest.raises(virtualrobot.InvalidArgumentError, match=f"{meshes[0].name} is there already"):
+        client.scene.export("panda", tmp_path / "other.urdf")
+    assert meshes[0].read_bytes() == b"of another robot"
+    assert not (tmp_path / "other.urdf").exists()
+
+
 def test_a_part_is_exported_as_it_stands(client: Client, tmp_path: Path, iiwa: Robot) -> None:
     client.scene.add_part("box", virtualrobot.box(0.1, 0.2, 0.3), pose=pose(x=1))
     exported = client.scene.export("box", tmp_path / "box.glb")

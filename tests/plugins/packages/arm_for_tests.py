@@ -19,8 +19,19 @@ class Settings:
     """A file: it goes wrong as soon as that is there; empty: at once."""
 
 
-class Arm(ChainKinematics):
-    """Any chain, right until it goes wrong."""
+class ReadyChain(ChainKinematics):
+    """Any chain; its compiled code is loaded when it is made, where there is time for it, and not in the first call."""
+
+    def __init__(self, chain: SerialChain) -> None:
+        """Call everything once."""
+        super().__init__(chain)
+        target = ChainKinematics.forward(self, self.middle)[-1]
+        ChainKinematics.jacobian(self, self.middle)
+        ChainKinematics.inverse(self, target)
+
+
+class Arm(ReadyChain):
+    """Right until it goes wrong."""
 
     def __init__(self, chain: SerialChain, settings: Settings) -> None:
         """Keep the chain and the trigger."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import msgspec
-from virtualrobot_plugins.chain.component import ChainKinematics
+from arm_for_tests import ReadyChain
 from virtualrobot_sdk.errors import ArgumentError
 from virtualrobot_sdk.hookspecs import Register, hookimpl
 from virtualrobot_sdk.kinematics import Floats, InverseOptions, InverseResult, SerialChain
@@ -25,7 +25,7 @@ class Settings:
     joints: Annotated[int, msgspec.Meta(description="The only number of joints that it takes; 0: any.")] = 0
 
 
-class Good(ChainKinematics):
+class Good(ReadyChain):
     """Any chain, in a process of its own."""
 
     def __init__(self, chain: SerialChain, settings: Settings) -> None:

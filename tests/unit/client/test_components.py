@@ -7,6 +7,7 @@ from virtualrobot.kinematics_check import KinematicsCheck
 from virtualrobot.plugins import Component, ComponentUse, Plugin
 from virtualrobot.v1 import plugin_pb2, robot_pb2
 from virtualrobot.wire import settings_message
+from virtualrobot_sdk.registration import ComponentKind
 
 SCHEMA = {"type": "object", "properties": {"gain": {"type": "number", "default": 0.5}}}
 WELL = plugin_pb2.Plugin(
@@ -64,6 +65,14 @@ def test_a_plugin_tells_what_its_message_tells() -> None:
     assert importer.settings_schema == {}
     failed = Plugin.of(FAILED)
     assert (failed.ok, failed.state, failed.reason, failed.components) == (False, "failed", "cannot be imported", ())
+
+
+def test_every_kind_of_the_contract_has_a_word() -> None:
+    """The same as in the SDK."""
+    names = [name for name in plugin_pb2.ComponentKind.keys() if not name.endswith("_UNSPECIFIED")]
+    words = [Component.of(plugin_pb2.Component(kind=name)).kind for name in names]
+    assert set(words) == {kind.value for kind in ComponentKind}
+    assert Component.of(plugin_pb2.Component()).kind == "unknown"
 
 
 def test_plugins_are_shown_as_a_table() -> None:

@@ -168,6 +168,7 @@ def test_a_relative_name_may_count_from_a_folder_above(tmp_path: Path) -> None:
     make(tmp_path, "data/car/a.urdf", "data/wheels/x.stl", "data/y.stl")
     urdf = tmp_path / "data/car/a.urdf"
     assert Resolver().resolve("wheels/x.stl", urdf) == tmp_path / "data/wheels/x.stl"
+    assert Resolver().resolve("/wheels/x.stl", urdf) == tmp_path / "data/wheels/x.stl"
     with pytest.raises(UnresolvedUriError):  # a name without a folder is too common
         Resolver().resolve("y.stl", urdf)
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import stat
 from pathlib import Path
+from typing import Any
 
 import pytest
 import virtualrobot
@@ -13,21 +15,37 @@ from virtualrobot.writing import write_beside, write_file
 
 
 class Held:
-    """Gives the name of each file as its bytes."""
+    """Stands for the kernel's store; gives the hash of each file as its bytes."""
 
     def download(self, sha256: str) -> bytes:
         return sha256.encode()
 
 
 def beside(folder: Path, *names: str) -> list[Path]:
-    files = [nodes_pb2.AssetFile(uri=name, sha256=f"bytes of {name}") for name in names]
-    return write_beside(folder, files, Held())  # pyright: ignore[reportArgumentType] all that is used of Assets
+    held: Any = Held()
+    return write_beside(folder, [nodes_pb2.AssetFile(uri=name, sha256=f"bytes of {name}") for name in names], held)
 
 
 def test_files_go_below_the_folder(tmp_path: Path) -> None:
     written = beside(tmp_path, "a.stl", "meshes/link 1/b.obj")
     assert written == [tmp_path / "a.stl", tmp_path / "meshes" / "link 1" / "b.obj"]
     assert [path.read_text() for path in written] == ["bytes of a.stl", "bytes of meshes/link 1/b.obj"]
+
+
+def test_what_is_there_is_replaced_only_when_that_is_wanted(tmp_path: Path) -> None:
+    data = b"the bytes"
+    same = nodes_pb2.AssetFile(uri="same.stl", sha256=hashlib.sha256(data).hexdigest())
+    other = nodes_pb2.AssetFile(uri="meshes/other.stl", sha256="0" * 64)
+    held: Any = Held()
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "same.stl").write_bytes(data)
+    (tmp_path / "meshes" / "other.stl").write_bytes(data)
+    with pytest.raises(virtualrobot.InvalidArgumentError, match=r"other\.stl is there already"):
+        write_beside(tmp_path, [same, other], held, replace=False)
+    assert (tmp_path / "meshes" / "other.stl").read_bytes() == data
+    write_beside(tmp_path, [same], held, replace=False)
+    write_beside(tmp_path, [same, other], held)
+    assert (tmp_path / "meshes" / "other.stl").read_text() == "0" * 64
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,7 @@ from virtualrobot_kernel.formats.translate import Importers
 from virtualrobot_kernel.numeric.forest import forward_forest
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.structure import WORLD_NAME, WORLD_UID, JointType, Kind, Node, NodeSpec, Structure
+from virtualrobot_plugins.importers.sdf.importer import SdfImporter
 from virtualrobot_plugins.importers.xacro import Xacro, XacroSettings
 from virtualrobot_sdk.importers import Translation
 
@@ -46,6 +47,19 @@ class XacroOnly:
         self, data: bytes, uri: str, files: Mapping[str, bytes | None], settings: Mapping[str, Any]
     ) -> Translation:
         return Xacro(XacroSettings(**settings)).translate(data, uri, files)
+
+
+class XacroAndSdf(XacroOnly):
+    """The bundled importers for models of robots, called in this process."""
+
+    endings = (*XacroOnly.endings, ".sdf")
+
+    def translate(
+        self, data: bytes, uri: str, files: Mapping[str, bytes | None], settings: Mapping[str, Any]
+    ) -> Translation:
+        if uri.endswith(".sdf"):
+            return SdfImporter().translate(data, uri, files)
+        return super().translate(data, uri, files, settings)
 
 
 def disk(store: AssetStore | None = None) -> Files:

@@ -17,15 +17,17 @@ import pytest
 import rtbdata
 import xacro
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  compiled, and has no types
+from virtualrobot.v1 import scene_pb2
+from virtualrobot_kernel.api.model_files import read_model
 from virtualrobot_kernel.errors import MissingFileError
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.models import ImportedModel
 from virtualrobot_kernel.world.figures import Mesh
-from virtualrobot_kernel.world.structure import JointType, LinkData
+from virtualrobot_kernel.world.structure import JointType, Kind, LinkData
 from xacro import substitution_args
 
-from tests.unit.formats.models import DATA, XacroOnly, disk, forward, imported, structure_of
+from tests.unit.formats.models import DATA, XacroAndSdf, disk, forward, imported, structure_of
 from tests.unit.formats.test_robots import joint_values
 
 RTB = Path(rtbdata.__file__).parent / "xacro"
@@ -43,10 +45,12 @@ PACKAGES = {
 """Where `$(find ...)` leads; the folders of rtb-data are named otherwise."""
 
 FOLDERS = ("kuka_iiwa", "franka_panda", "xarm", "a1", "laikago", "husky", "racecar", "gripper")
-"""Folders of pybullet_data whose robots the project promises; all URDF files in them are loaded."""
+"""Folders of pybullet_data whose robots the project promises; all URDF and SDF files in them are loaded."""
 
 MISSING = {
     "kuka_iiwa/model_for_sdf.urdf": "meshes/coarse/link_0.stl",
+    "kuka_iiwa/model2.sdf": "meshes/coarse/link_0.stl",
+    "kuka_iiwa/kuka_world.sdf": "meshes/coarse/link_0.stl",
     "clearpath_ridgeback_description/urdf/accessories/sick_lms1xx_mount.urdf.xacro": "urdf/sick_lms1xx.urdf.xacro",
     "clearpath_ridgeback_description/urdf/accessories/sick_s300_mount.urdf.xacro": "urdf/sick_lms1xx.urdf.xacro",
 }
@@ -89,7 +93,7 @@ def tree(file: Path) -> Any:  # noqa: ANN401  an element of lxml
 
 
 STORE = AssetStore()
-LIBRARY = MeshLibrary(STORE, XacroOnly())
+LIBRARY = MeshLibrary(STORE, XacroAndSdf())
 
 
 @cache
@@ -138,12 +142,24 @@ def test_meshes_links_and_joints_are_those_of_the_file(file: Path) -> None:
 
 @pytest.mark.parametrize("name", MISSING)
 def test_a_refusal_is_for_a_file_that_is_in_neither_package(name: str) -> None:
-    (file,) = [file for file in all_files() if label(file) == name]
+    file = next(folder / name for folder in (RTB, DATA) if (folder / name).is_file())
     with pytest.raises(MissingFileError) as refused:
-        imported(str(file), disk(STORE), LIBRARY)
+        read_model(LIBRARY, scene_pb2.ImportModelRequest(uri=str(file)), disk(STORE), ())
     assert MISSING[name].rpartition("/")[2] in str(refused.value) and "tried" in str(refused.value)
     everywhere = [*RTB.parent.rglob(Path(MISSING[name]).name), *DATA.rglob(Path(MISSING[name]).name)]
     assert not [path for path in everywhere if path.as_posix().endswith(f"/{MISSING[name]}")]
+
+
+@pytest.mark.parametrize(
+    "file",
+    [f for folder in FOLDERS for f in sorted((DATA / folder).glob("*.sdf")) if label(f) not in MISSING],
+    ids=label,
+)
+def test_sdf_models_have_the_meshes_of_their_files(file: Path) -> None:
+    model = read_model(LIBRARY, scene_pb2.ImportModelRequest(uri=str(file)), disk(STORE), ())
+    root = etree.fromstring(file.read_bytes().lstrip())
+    assert model.mesh_count == len(list(root.iter("mesh"))) > 0
+    assert sum(node.kind is Kind.LINK for node in model.nodes) >= len(list(root.iter("joint")))
 
 
 def bare(file: Path) -> str:

@@ -1,11 +1,13 @@
 """The pages on formats say what the code does."""
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 from virtualrobot.v1 import nodes_pb2, scene_pb2
 from virtualrobot_kernel.formats import scene_file
 from virtualrobot_kernel.formats.models import MODEL_FORMATS
+from virtualrobot_plugins import importers
 
 from tests.unit.formats.models import refusal
 from tests.unit.formats.test_urdf_bad import joint
@@ -15,7 +17,13 @@ DOCS = Path(__file__).parents[3] / "docs"
 
 def test_every_model_format_is_in_the_table() -> None:
     table = re.findall(r"^\| (`\..*?) \|", (DOCS / "formats.md").read_text(), re.MULTILINE)
-    assert sorted(re.findall(r"`(\.\w+)`", " ".join(table))) == sorted(MODEL_FORMATS)
+    imported: list[str] = []
+
+    def register(name: str, factory: object, endings: Sequence[str], *_: object, **options: object) -> None:
+        imported.extend(endings)
+
+    importers.virtualrobot_register_importers(register)
+    assert sorted(re.findall(r"`(\.\w+)`", " ".join(table))) == sorted({*MODEL_FORMATS, *imported})
 
 
 def test_every_field_of_a_scene_and_every_kind_and_geometry_is_told() -> None:

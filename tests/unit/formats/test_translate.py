@@ -15,7 +15,7 @@ from virtualrobot_kernel.formats.models import TranslatedScene, import_model
 from virtualrobot_kernel.formats.references import list_references
 from virtualrobot_kernel.formats.translate import ROUNDS, translate
 from virtualrobot_kernel.world.figures import Mesh
-from virtualrobot_kernel.world.structure import Kind, LinkData, PartData, RobotData
+from virtualrobot_kernel.world.structure import JointType, Kind, LinkData, PartData, RobotData
 from virtualrobot_sdk.errors import ArgumentError, FilesNeeded
 from virtualrobot_sdk.importers import Translation
 
@@ -193,6 +193,9 @@ def test_a_scene_is_handed_back_and_is_no_mesh() -> None:
 
     files, library, _ = bench(answer, {"r.urdf": URDF.format("d/m.odd").encode()})
     assert import_model("d/m.odd", files, library) == TranslatedScene("schema_version: 1\n", "d/m.odd", ("w",))
+    for option in ({"srdf_uri": "r.srdf"}, {"base_joint": JointType.PLANAR}):
+        with pytest.raises(KernelError, match=r"m\.odd becomes a scene of its own, so .* is not for it"):
+            import_model("d/m.odd", files, library, **option)  # pyright: ignore[reportArgumentType]
     with pytest.raises(MalformedFileError, match=r"link 'a': m\.odd: the file holds a scene, which is no mesh"):
         import_model("r.urdf", files, library)
 

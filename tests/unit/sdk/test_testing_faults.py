@@ -9,11 +9,12 @@ from pathlib import Path
 import psutil
 import pytest
 from virtualrobot_sdk.errors import ComponentFault, PluginError
-from virtualrobot_sdk.testing.bench import find
+from virtualrobot_sdk.registration import ComponentKind
 from virtualrobot_sdk.testing.chains import puma560
 from virtualrobot_sdk.testing.examination import LAWS, Examination, Finding, State
 from virtualrobot_sdk.testing.grade import grade, main
 from virtualrobot_sdk.testing.report import text
+from virtualrobot_sdk.testing.subject import Subject, locate
 
 from tests.plugins.install import WRONG, install
 
@@ -41,9 +42,14 @@ def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     assert {child.pid for child in psutil.Process().children(recursive=True)} <= before
 
 
+def find(component: str, **settings: object) -> Subject:
+    """Return a kinematics component."""
+    return locate(ComponentKind.KINEMATICS, component, settings)
+
+
 def found(name: str, law: str, seed: int, **settings: object) -> Finding:
     """Return what comes of one law."""
-    examination = Examination(find(f"{name}/{name}", settings), CHAINS, seed)
+    examination = Examination(find(f"{name}/{name}", **settings), CHAINS, seed)
     try:
         return examination.examine(law, LAWS[law], "puma560")
     finally:
@@ -53,7 +59,7 @@ def found(name: str, law: str, seed: int, **settings: object) -> Finding:
 @pytest.mark.parametrize("name", FAULTS)
 def test_the_fault_is_found(name: str, seed: int) -> None:
     law, said = FAULTS[name]
-    finding = found(name, law, seed, **({"bytes_a_call": 400} if name == "leaks" else {}))
+    finding = found(name, law, seed, **({"bytes_a_call": 60} if name == "leaks" else {}))
     assert finding.state is State.FAILED
     assert re.search(said, finding.said), finding.said
 

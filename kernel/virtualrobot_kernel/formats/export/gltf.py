@@ -74,7 +74,7 @@ def write_gltf(snapshot: Snapshot, root: Node, load: Callable[[Mesh], tuple[Subm
         "nodes": nodes,
         **meshes.document(),
     }
-    return container(document, bytes(meshes.buffers.data)), warnings
+    return container(document, meshes.buffers.data), warnings
 
 
 def _hang(nodes: list[dict[str, Any]], parent: int, child: int) -> None:

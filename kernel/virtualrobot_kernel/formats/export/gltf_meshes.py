@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.formats.creases import shaded
-from virtualrobot_kernel.formats.export.triangles import triangles
+from virtualrobot_kernel.formats.export.triangles import same_content, triangles
 from virtualrobot_kernel.formats.glb import ARRAY_BUFFER, ELEMENT_BUFFER, ROUGHNESS, Buffers, linear
 from virtualrobot_kernel.formats.submesh import Submesh
 from virtualrobot_kernel.world.figures import Figure, Frame, Geometry, Label, Lines, Mesh, Points
@@ -53,9 +53,10 @@ class MeshTable:
     def index(self, figure: Figure) -> int | None:
         """Return which mesh shows a figure; None where it holds nothing (points and lines may be empty)."""
         color = figure.material.color if figure.material else None
-        key = (figure.geometry, color)
+        shape = same_content(figure.geometry) if isinstance(figure.geometry, Mesh) else figure.geometry
+        key = (shape, color)
         if key not in self._places:
-            primitives = self._primitives(figure.geometry, color)
+            primitives = self._primitives(shape, color)
             if not primitives:
                 return None
             self._places[key] = len(self.meshes)
@@ -96,7 +97,7 @@ class MeshTable:
         """Return points or lines; numbers (3 n,), colours of their own (3 n,) of 8 bits or none, or else `color`."""
         if len(positions) == 0:
             return []
-        places = positions.reshape(-1, 3).astype(np.float32)
+        places = _single(positions.reshape(-1, 3))
         attributes = {"POSITION": self.buffers.add(places, "VEC3", ARRAY_BUFFER, bounds=True)}
         if len(colors):
             opaque = np.hstack([colors.reshape(-1, 3), np.full((len(places), 1), 255, np.uint8)])
@@ -109,7 +110,7 @@ class MeshTable:
         part = shaded(part)
         assert part.normals is not None  # `shaded` has made them
         attributes = {
-            "POSITION": self.buffers.add(part.vertices, "VEC3", ARRAY_BUFFER, bounds=True),
+            "POSITION": self.buffers.add(_single(part.vertices), "VEC3", ARRAY_BUFFER, bounds=True),
             "NORMAL": self.buffers.add(_unit(part.normals), "VEC3", ARRAY_BUFFER),
         }
         if part.texture is not None and part.uv is not None:
@@ -166,6 +167,12 @@ def _name(geometry: Geometry) -> str:
     if isinstance(geometry, Mesh):
         return geometry.uri.replace("\\", "/").rpartition("/")[2] or "mesh"
     return type(geometry).__name__.lower()
+
+
+def _single(numbers: NDArray) -> NDArray[np.float32]:
+    """Return numbers as float32; glTF has no infinity, so what is too large becomes the largest number."""
+    with np.errstate(over="ignore"):
+        return np.nan_to_num(numbers.astype(np.float32))
 
 
 def _unit(normals: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -1,8 +1,7 @@
 """The mesh files beside a URDF file: each shape once, under a name of its own, with what it names beside it.
 
-STL, OBJ and COLLADA files stay as they are. Everything else that the kernel reads becomes OBJ with MTL and PNG, which
-keeps colours and textures; primitives that URDF lacks become binary STL. These three are what ROS, PyBullet, MuJoCo
-and Pinocchio all read.
+STL, OBJ and COLLADA files, which readers of URDF know, stay as they are. Everything else that the kernel reads becomes
+OBJ with MTL and PNG, which keeps colours and textures; primitives that URDF lacks become binary STL.
 """
 
 from __future__ import annotations
@@ -13,32 +12,32 @@ from virtualrobot_kernel.formats.bundle import laid_out
 from virtualrobot_kernel.formats.export.names import legal, unique
 from virtualrobot_kernel.formats.export.obj import write_obj
 from virtualrobot_kernel.formats.export.stl import write_stl
-from virtualrobot_kernel.formats.export.triangles import triangles
+from virtualrobot_kernel.formats.export.triangles import same_content, triangles
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.references import ending
 from virtualrobot_kernel.world.figures import Capsule, Cone, Mesh
 
 COPIED = (".stl", ".obj", ".dae")
 
-FOLDER = "meshes"
-
 
 class MeshFiles:
     """Collects the files that go beside one URDF file."""
 
-    def __init__(self, library: MeshLibrary) -> None:
-        """Take triangles from `library`, and put what is written in its store."""
+    def __init__(self, library: MeshLibrary, folder: str) -> None:
+        """Take triangles from `library`, put what is written in its store, and name it as in `folder`."""
         self.written: dict[str, str] = {}
         self.warnings: list[str] = []
         self._library = library
+        self._folder = folder
         self._paths: dict[Mesh | Cone | Capsule, str] = {}
         self._stems: set[str] = set()
 
     def path(self, geometry: Mesh | Cone | Capsule) -> str:
         """Return the path of a shape's file, counted from the URDF file; a mesh's scale is not in it."""
-        key = replace(geometry, scale=(1.0, 1.0, 1.0)) if isinstance(geometry, Mesh) else geometry
+        shape = replace(geometry, scale=(1.0, 1.0, 1.0)) if isinstance(geometry, Mesh) else geometry
+        key = same_content(shape) if isinstance(shape, Mesh) else shape
         if key not in self._paths:
-            self._paths[key] = self._write(key)
+            self._paths[key] = self._write(shape)
         return self._paths[key]
 
     def _write(self, geometry: Mesh | Cone | Capsule) -> str:
@@ -52,15 +51,15 @@ class MeshFiles:
             main, *_ = [self._put(name, data) for name, data in write_obj(self._library.load(geometry), stem).items()]
             return main
         if not geometry.files:
-            path = f"{FOLDER}/{stem}{kind}"
+            path = f"{self._folder}/{stem}{kind}"
             self.written[path] = geometry.sha256
             return path
-        files = laid_out(geometry, f"{FOLDER}/{stem}")
+        files = laid_out(geometry, f"{self._folder}/{stem}")
         self.written.update(files)
         return files[0][0]
 
     def _put(self, name: str, data: bytes) -> str:
-        path = f"{FOLDER}/{name}"
+        path = f"{self._folder}/{name}"
         self.written[path] = self._library.store.put(data)
         return path
 

@@ -48,7 +48,8 @@ def export_model(snapshot: Snapshot, library: MeshLibrary, name: str, format: st
     if node.kind is not Kind.ROBOT:
         raise _no_robot(snapshot.structure, node)
     tree = robot_tree(snapshot, node)
-    files = MeshFiles(library)
+    # Of its own, so that several robots can be written to one place.
+    files = MeshFiles(library, f"meshes/{legal(node.name)}")
     text = write_urdf(tree, files)
     return Exported(((main, library.store.put(text)), *files.written.items()), (*tree.warnings, *files.warnings))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias
@@ -17,6 +18,9 @@ from virtualrobot_plugins.importers.refusal import counted, described, library, 
 
 Document: TypeAlias = Any
 """One of ezdxf's documents: ezdxf is imported only when it is used."""
+
+_BINARY = b"AutoCAD Binary DXF"
+_END = re.compile(rb"^[ \t]*(ENDSEC|EOF)[ \t]*\r?$", re.MULTILINE)
 
 UNITS = {
     1: ("inches", 0.0254),
@@ -83,17 +87,18 @@ class DxfImporter:
         document = _load(data, uri)
         meters = self._meters(document, uri, warnings)
         try:
-            drawn = draw(document)
+            with np.errstate(all="ignore"):  # numbers out of range are told by what they yield
+                drawn = draw(document)
+                to_meters = np.diag((meters, meters, meters, 1.0))
+                pieces = [placed(piece, to_meters) for piece in drawn.pieces]
         except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
             # ezdxf checks little of what it loads, so broken values come to light where they are used.
             raise refusal(uri, f"broken DXF file ({described(error)})") from error
         if drawn.refused:
             raise refusal(uri, drawn.refused)
-        if not any(len(piece.faces) for piece in drawn.pieces):
+        if not any(len(piece.faces) for piece in pieces):
             raise refusal(uri, _nothing(drawn))
         warnings.extend(_left_out(drawn, uri))
-        to_meters = np.diag((meters, meters, meters, 1.0))
-        pieces = [placed(piece, to_meters) for piece in drawn.pieces]
         return Translation(".glb", write_glb(pieces, uri), tuple(warnings))
 
     def _meters(self, document: Document, uri: str, warnings: list[str]) -> float:
@@ -111,14 +116,22 @@ def _load(data: bytes, uri: str) -> Document:
     """Return ezdxf's document; what is broken but readable is mended."""
     from ezdxf import recover
     from ezdxf.document import Drawing
+    from ezdxf.filemanagement import read
     from ezdxf.lldxf.tagger import binary_tags_loader
 
     if not data.strip():
         raise refusal(uri, "the file is empty")
+    binary = data.startswith(_BINARY)
+    if not (b"\0EOF\0" in data if binary else _END.search(data, data.rfind(b"ENTITIES"))):
+        # ezdxf would give what comes before the cut, which is everything but what is drawn.
+        raise refusal(uri, "not a DXF file, or cut off: it ends before its entities do")
     try:
-        if data.startswith(b"AutoCAD Binary DXF"):
-            return Drawing.load(binary_tags_loader(data, errors="surrogateescape"))
-        document, _ = recover.read(io.BytesIO(data))
+        if binary:
+            return Drawing.load(binary_tags_loader(data, errors="ignore"))
+        try:
+            return read(io.StringIO(data.decode("utf-8", "replace"), newline=None))
+        except Exception:  # ezdxf raises whatever a broken file makes it run into
+            document, _ = recover.read(io.BytesIO(data), errors="ignore")  # takes twice the time
     except Exception as error:  # ezdxf raises whatever a broken file makes it run into
         raise refusal(uri, f"broken or not a DXF file ({described(error)})") from error
     return document
@@ -140,7 +153,9 @@ def _left_out(drawn: Drawn, uri: str) -> list[str]:
     if drawn.flat or drawn.unknown:
         texts.append(f"{name}: left out, since they have no surface: {counted({**drawn.flat, **drawn.unknown})}")
     if drawn.hidden:
-        texts.append(f"{name}: left out, since their layers are off or frozen: {drawn.hidden} entities")
+        texts.append(
+            f"{name}: left out, since they are invisible or their layer is off or frozen: {drawn.hidden} entities"
+        )
     if drawn.missing_blocks:
         texts.append(f"{name}: blocks that are not in the file: {listed(sorted(drawn.missing_blocks))}")
     return texts

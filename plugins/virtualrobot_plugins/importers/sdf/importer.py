@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 
+import numpy as np
 from virtualrobot_sdk.errors import FilesNeeded
 from virtualrobot_sdk.importers import Translation
 
@@ -34,8 +35,9 @@ class SdfImporter:
         if reader.needed:
             raise FilesNeeded(list(reader.needed))
         nodes = []
-        for name, model in world.nested.items():
-            nodes += model_nodes(model, name, world.scope_t(name, model.element), uri, notes)
+        with np.errstate(all="ignore"):  # numbers out of range are told by what they yield
+            for name, model in world.nested.items():
+                nodes += model_nodes(model, name, world.scope_t(name, model.element), uri, notes)
         if not nodes:
             raise refusal(uri, "the file holds no model with a link")
         try:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import zlib
 from collections.abc import Mapping
 
+import numpy as np
 from virtualrobot_sdk.importers import Translation
 
 from virtualrobot_plugins.importers.glb import write_glb
@@ -27,7 +28,8 @@ class VrmlImporter:
             ArgumentError: `file:line: ...` for what is not VRML97, and for a world that shows no surface.
         """
         world = World(files, _read)
-        warnings = world.collect(_read(data, uri), uri)
+        with np.errstate(all="ignore"):  # numbers out of range are told by what they yield
+            warnings = world.collect(_read(data, uri), uri)
         if not world.pieces:
             raise refusal(uri, f"the world shows no surface{world.holds()}")
         return Translation(".glb", write_glb(world.pieces, uri), warnings)

@@ -38,10 +38,11 @@ def part(shape: Submesh, **look: object) -> Submesh:
 
 def test_equal_meshes_are_one_file_and_others_have_names_that_differ() -> None:
     library = MeshLibrary(AssetStore())
-    files = MeshFiles(library)
+    files = MeshFiles(library, "meshes")
     first, other = library.store.put(STL), library.store.put(STL + b" ")
     assert files.path(Mesh("a/Link 1.STL", first)) == "meshes/Link_1.stl"
     assert files.path(Mesh("a/Link 1.STL", first, (2.0, 1.0, 1.0))) == "meshes/Link_1.stl", "the scale is not in it"
+    assert files.path(Mesh("elsewhere/other.stl", first)) == "meshes/Link_1.stl", "the same bytes"
     assert files.path(Mesh("b/link_1.stl", other)) == "meshes/link_1_2.stl", "some disks take cases for the same"
     assert files.path(Mesh("c/link_1.stl", other, files=(("a.png", first),))) == "meshes/link_1_3/link_1.stl"
     assert [files.path(Cone(0.1, 0.2)), files.path(Cone(0.1, 0.2)), files.path(Cone(0.1, 0.3))] == [
@@ -72,7 +73,7 @@ def test_dependents_are_found_where_the_mesh_looks_for_them(tmp_path: Path) -> N
     (source / "looks/a.mtl").write_text("newmtl m\nKd 1 1 1\nmap_Kd images/a.png\n")
     (source / "looks/images/a.png").write_bytes(texture)
     mesh, _ = library.find(disk(library.store), str(source / "meshes/a.obj"))
-    files = MeshFiles(library)
+    files = MeshFiles(library, "meshes")
     path = files.path(mesh)
     for name, sha256 in files.written.items():
         (tmp_path / "copy" / name).parent.mkdir(parents=True, exist_ok=True)
@@ -98,7 +99,7 @@ def test_other_formats_become_obj(tmp_path: Path) -> None:
     body = trimesh.creation.box((0.1, 0.2, 0.3))
     body.visual = TextureVisuals(material=PBRMaterial(baseColorFactor=[255, 0, 51, 255]))
     mesh = Mesh("part.glb", library.store.put(body.export(file_type="glb")), (2.0, 2.0, 2.0))  # pyright: ignore
-    files = MeshFiles(library)
+    files = MeshFiles(library, "meshes")
     assert files.path(mesh) == "meshes/part.obj"
     assert list(files.written) == ["meshes/part.obj", "meshes/part.mtl"]
     assert len(files.warnings) == 1 and "part.glb" in files.warnings[0]
@@ -110,8 +111,10 @@ def test_other_formats_become_obj(tmp_path: Path) -> None:
 
 def test_obj_keeps_colours_textures_and_normals(rng: np.random.Generator) -> None:
     texture, uv = png((10, 200, 30)), rng.uniform(size=(24, 2)).astype(np.float32)
+    normals = box().normals
+    assert normals is not None
     parts = (
-        part(box(), color=(0.25, 0.5, 0.75, 0.5)),
+        Submesh(box().vertices, box().faces, -normals, color=(0.25, 0.5, 0.75, 0.5)),
         part(box(), uv=uv, texture=texture),
         part(box(), uv=uv, texture=texture),
         Submesh(box().vertices, box().faces),
@@ -129,8 +132,9 @@ def test_obj_keeps_colours_textures_and_normals(rng: np.random.Generator) -> Non
     assert np.abs(first.uv[first.faces] - uv[box().faces]).max() < 1e-6
     for one in read:
         assert np.array_equal(one.vertices[one.faces], box().vertices[box().faces])
-    assert first.normals is not None and box().normals is not None
-    assert np.abs(first.normals[first.faces] - parts[1].normals[box().faces]).max() < 1e-5  # pyright: ignore
+    for one, before in ((plain, parts[0]), (first, parts[1]), (second, parts[2])):
+        assert one.normals is not None and before.normals is not None
+        assert np.abs(one.normals[one.faces] - before.normals[before.faces]).max() < 1e-5
 
 
 def test_obj_keeps_colours_of_vertices(rng: np.random.Generator) -> None:

@@ -84,6 +84,13 @@ def test_pinocchio_agrees(name: str, tmp_path: Path, rng: np.random.Generator) -
     file, _ = written(snapshot_of(nodes), library, "arm", ".urdf", tmp_path)
     model = pinocchio.buildModelFromUrdf(str(file))
     data = model.createData()
+    figures = [figure for node in nodes for figure in node.figures]
+    for kind, count in (
+        (pinocchio.GeometryType.VISUAL, sum(figure.visual for figure in figures)),
+        (pinocchio.GeometryType.COLLISION, sum(figure.collision for figure in figures)),
+    ):
+        shapes = pinocchio.buildGeomFromUrdf(model, str(file), kind, package_dirs=[str(tmp_path)]).geometryObjects
+        assert len(shapes) == count > 0
     for _ in range(5):
         q = drawn(structure, rng)
         theirs = pinocchio.neutral(model)

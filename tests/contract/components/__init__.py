@@ -1,0 +1,1 @@
+"""Small components that keep their contracts, and wrong ones that break them."""

@@ -1,0 +1,23 @@
+"""The bundled kinematics under the test kit."""
+
+from __future__ import annotations
+
+from virtualrobot_sdk.denavit_hartenberg import plain
+from virtualrobot_sdk.testing import KinematicsContract
+from virtualrobot_sdk.testing.chains import PALLETIZER, PUMA560, palletizer, puma560
+
+
+class TestChain(KinematicsContract):
+    component = "chain"
+
+
+class TestDhStandard(KinematicsContract):
+    component = "dh"
+    settings = plain(PUMA560)
+    chains = {"puma560": puma560()}  # noqa: RUF012  the class attribute is the kit's interface
+
+
+class TestDhModified(KinematicsContract):
+    component = "dh"
+    settings = plain(PALLETIZER)
+    chains = {"palletizer": palletizer()}  # noqa: RUF012

@@ -1,0 +1,38 @@
+"""The suite for sensor models: two keep it, and each wrong one is found by the law that it breaks."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from virtualrobot_sdk.testing.sensor_models import SensorFacts, SensorModelContract
+
+from tests.contract.breaking import broken
+
+COMPONENTS = "tests.contract.components.sensor_models"
+
+WRONG = {
+    "OwnChance": ("purity", r"the same hits and draws give another distance"),
+    "Remembers": ("purity", r"the same hits and draws give another distance"),
+    "NoisyMisses": ("readings", r"gives a distance of NaN: nan m"),
+    "AlwaysValid": ("misses", r"100\.0% of the rays that hit nothing are valid; it may be 0\.0%"),
+    "Folds": ("growth", r"the mean reading is \S+ m, less than \S+ m at"),
+    "ChangesHits": ("readings", r"read-only \(sensor_models\.py:\d+ in apply\)"),
+    "NeedsRays": ("none", r"ValueError: zero-size array"),
+}
+
+
+class TestIdeal(SensorModelContract):
+    component = f"{COMPONENTS}:Ideal"
+
+
+class TestNoisy(SensorModelContract):
+    component = f"{COMPONENTS}:Noisy"
+    facts = SensorFacts(valid_misses=0.01)
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_a_wrong_one_is_found(name: str, seed: int) -> None:
+    law, said = WRONG[name]
+    found = broken(SensorModelContract, f"{COMPONENTS}:{name}", law, seed)
+    assert re.search(said, found), found
