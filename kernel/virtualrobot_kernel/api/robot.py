@@ -35,7 +35,7 @@ from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.planning.robots import arm_of, forward_links, solve_inverse
 from virtualrobot_kernel.world.commands import SetKinematics
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import DEFAULT_KINEMATICS, Kind, Node, RobotData
+from virtualrobot_kernel.world.structure import Kind, Node, RobotData
 
 
 class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
@@ -53,6 +53,9 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         node, index = structure.robot(request.name)
         data = node.data if isinstance(node.data, RobotData) else RobotData()
         arm = arm_of(snapshot, node)
+        # Where none is chosen, the robot has to be tried to tell; that is not for the thread that all calls share.
+        run = asyncio.get_running_loop().run_in_executor
+        kinematics = data.kinematics or await run(self._rooms.workers, self._rooms.solvers.name_of, snapshot, arm)
         return robot_pb2.GetRobotResponse(
             stamp=stamp(snapshot),
             uid=node.uid,
@@ -69,7 +72,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
             links=[structure.nodes[uid].name for uid in index.links],
             tools=[tool.name for tool in structure.tools_of(node.uid)],
             flange=structure.nodes[arm.flange].name,
-            kinematics=data.kinematics,
+            kinematics=kinematics,
             chain_joints=arm.joint_names,
             postures=posture_messages(data),
             kinematics_settings=settings_message(data),
@@ -127,7 +130,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         reference = snapshot.structure.node(request.reference)
         world_t_tcp = snapshot.world_t(reference.uid) @ pose(request.reference_t_tcp, "reference_t_tcp")
         run = asyncio.get_running_loop().run_in_executor
-        solve = partial(solve_inverse, snapshot, node, world_t_tcp, dict(request.seed), self._rooms.solvers.of)
+        solve = partial(solve_inverse, snapshot, node, world_t_tcp, dict(request.seed), self._rooms.solvers.of, request.configuration)
         arm, result = await run(self._rooms.workers, solve)
         solved = len(result.solutions) > 0
         return robot_pb2.SolveInverseResponse(
@@ -148,7 +151,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         rooms = self._rooms
         snapshot = rooms.world.snapshot
         node = snapshot.structure.node(request.robot, Kind.ROBOT)
-        name = request.kinematics or DEFAULT_KINEMATICS
+        name = request.kinematics
         wanted = settings(request.settings, "settings")
         run = asyncio.get_running_loop().run_in_executor
         try_out = partial(rooms.solvers.try_out, snapshot, arm_of(snapshot, node), name, wanted)

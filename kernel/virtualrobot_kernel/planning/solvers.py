@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -22,8 +23,12 @@ from virtualrobot_kernel.world.commands import Command, CreateNodes, UpdateNode
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Node, NodeSpec, RobotData, Structure
 
+AUTOMATIC = ("closed_form", "chain")
+"""What a robot gets that names no component: the first that takes it; only the last one's refusal counts."""
 CHECK_SEED = 20061
 """What the postures of a self-check are drawn by: the same component on the same robot is always judged alike."""
+
+log = logging.getLogger(__name__)
 
 _DEFAULTS = InverseOptions()
 
@@ -78,6 +83,8 @@ class Tried:
 
     robot: int
     chain: SerialChain
+    asked: str
+    """The component's name as it was asked for; empty where it was chosen by itself."""
     kinematics: str
     settings: Mapping[str, Any]
     solver: Solver
@@ -116,6 +123,20 @@ class Solvers:
         Raises KernelError: WRONG_STATE when no joint moves the arm's flange; PLUGIN_FAILED when the component can't be
         made, does not fit or has failed; what it says itself when it refuses robot or settings.
         """
+        kept = self._kept_for(snapshot, arm)
+        if isinstance(kept, _Refused):
+            error = kept.error
+            raise KernelError(str(error), reason=error.reason, **error.metadata)
+        return kept.solver
+
+    def name_of(self, snapshot: Snapshot, arm: Arm) -> str:
+        """Return the name of the component that solves an arm, which is made and tried now when it has to be.
+
+        Empty where no joint moves the flange; where it can't be made, the one whose refusal counts.
+        """
+        return self._kept_for(snapshot, arm).kinematics if arm.chain is not None else ""
+
+    def _kept_for(self, snapshot: Snapshot, arm: Arm) -> Tried | _Refused:
         chain = arm.serial()
         name, settings = chosen(arm.robot)
         with self._lock_of(arm.robot.uid):
@@ -127,12 +148,9 @@ class Solvers:
                     kept = self._tried(snapshot, arm, name, settings)
                 except KernelError as error:
                     # Kept too: nobody wants to wait for the same failure again.
-                    kept = _Refused(chain, name, settings, error)
+                    kept = _Refused(chain, name, name or AUTOMATIC[-1], settings, error)
                 self._kept[arm.robot.uid] = kept
-        if isinstance(kept, _Refused):
-            error = kept.error
-            raise KernelError(str(error), reason=error.reason, **error.metadata)
-        return kept.solver
+        return kept
 
     def try_out(self, snapshot: Snapshot, arm: Arm, kinematics: str, settings: Mapping[str, Any]) -> Tried:
         """Return a new component, made for the arm and tried on it; the robot keeps its own until `adopt`.
@@ -153,7 +171,7 @@ class Solvers:
             changed = command.specs if isinstance(command, CreateNodes) else [command]
             for one in changed:
                 data = one.data if isinstance(one, NodeSpec | UpdateNode) else None
-                if isinstance(data, RobotData):
+                if isinstance(data, RobotData) and data.kinematics:
                     self._catalog.find(ComponentKind.KINEMATICS, data.kinematics)
 
     def uses(self, structure: Structure) -> tuple[Use, ...]:
@@ -174,7 +192,7 @@ class Solvers:
     def fault_of(self, node: Node) -> str:
         """Return why a robot's component is not asked any more; empty while it is well or was never asked."""
         kept = self._kept.get(node.uid)
-        if kept is None or (kept.kinematics, kept.settings) != chosen(node):
+        if kept is None or (kept.asked, kept.settings) != chosen(node):
             return ""
         if isinstance(kept, _Refused):
             return str(kept.error)
@@ -185,7 +203,22 @@ class Solvers:
         for uid in list(self._kept):
             self._forget(uid)
 
-    def _tried(self, snapshot: Snapshot, arm: Arm, kinematics: str, settings: Mapping[str, Any]) -> Tried:
+    def _tried(self, snapshot: Snapshot, arm: Arm, asked: str, settings: Mapping[str, Any]) -> Tried:
+        if asked:
+            return self._tried_as(snapshot, arm, asked, asked, settings)
+        offered = self._catalog.offers(ComponentKind.KINEMATICS)
+        for name in AUTOMATIC[:-1]:
+            if name not in offered:
+                continue
+            try:
+                return self._tried_as(snapshot, arm, asked, name, settings)
+            except KernelError as error:
+                log.debug("%r gets no kinematics component %r: %s", arm.robot.name, name, error)
+        return self._tried_as(snapshot, arm, asked, AUTOMATIC[-1], settings)
+
+    def _tried_as(
+        self, snapshot: Snapshot, arm: Arm, asked: str, kinematics: str, settings: Mapping[str, Any]
+    ) -> Tried:
         offer = self._catalog.find(ComponentKind.KINEMATICS, kinematics)
         chain = arm.serial()
         running = start(offer, settings, chain, user=f" of {arm.robot.name!r}")
@@ -203,7 +236,7 @@ class Solvers:
         except BaseException:
             running.close()
             raise
-        return Tried(arm.robot.uid, chain, kinematics, settings, Solver(running, chain, tip), check)
+        return Tried(arm.robot.uid, chain, asked, kinematics, settings, Solver(running, chain, tip), check)
 
     def _lock_of(self, robot: int) -> threading.Lock:
         with self._lock:
@@ -225,19 +258,20 @@ class _Refused:
     """A component that could not be made or did not fit, and why."""
 
     chain: SerialChain
+    asked: str
     kinematics: str
     settings: Mapping[str, Any]
     error: KernelError
 
 
 def chosen(node: Node) -> tuple[str, Mapping[str, Any]]:
-    """Return name and settings of the component that a robot is to have."""
+    """Return name (empty: chosen by itself) and settings of the component that a robot is to have."""
     assert isinstance(node.data, RobotData)
     return node.data.kinematics, node.data.kinematics_settings
 
 
 def _fits(kept: Tried | _Refused, chain: SerialChain, kinematics: str, settings: Mapping[str, Any]) -> bool:
-    if (kept.kinematics, kept.settings) != (kinematics, settings):
+    if (kept.asked, kept.settings) != (kinematics, settings):
         return False
     if kept.chain is chain:
         return True

@@ -25,10 +25,10 @@ MOST_TURNS = 3
 """A joint has at most this many turned values in the answer: those nearest to the seed."""
 SHOULDER, ELBOW, WRIST, LOOSE = 1, 2, 4, 8
 """What an answer may be: at a singularity of that name, or with angles that need polish."""
-NAMED, FIXED, PARALLEL = 1, 2, 4
-"""What an arm may be: its branches have names; W is fixed to its tip; axes 2, 3 and 4 are parallel."""
+NAMED, FIXED, PARALLEL, SPHERICAL = 1, 2, 4, 8
+"""What an arm may be: its branches have names; W is fixed to its tip; axes 2, 3 and 4 are parallel; E is W."""
 _SLACK = 1e-10
-_NUMBERS = 19
+_NUMBERS = 23
 _TURN_BITS = 9
 _TURN_ZERO = 1 << (_TURN_BITS - 1)
 
@@ -39,13 +39,13 @@ class Model(NamedTuple):
     """What the compiled code knows of an arm; see `Scheme`. Few arrays, since handing over each costs 0.1 µs."""
 
     numbers: Floats
-    """(19 + 16 n + 16,) up, signs of shoulder and wrist, lateral, 1 / reach, places of W and E on their axes, W and h_6
-    in the tip's frame, p_1 and u in the base frame; then (4, 4) what stands before each joint about z, and after the
-    last."""
+    """(23 + 16 n + 16,) up, signs of shoulder and wrist, lateral, 1 / reach, places of W and E on their axes, W and h_6
+    in the tip's frame, p_1 and u in the base frame, p_2 before and above p_1, lengths from axis 2 to 3 and from there to
+    W; then (4, 4) what stands before each joint about z, and after the last."""
     wrist_frame: int
     elbow_frame: int
     kind: int
-    """NAMED, FIXED and PARALLEL, added."""
+    """NAMED, FIXED, PARALLEL and SPHERICAL, added."""
 
 
 Found = tuple[int, int, int, int, float, float]
@@ -75,12 +75,25 @@ def model_of(frames: Floats, axes: Axes, scheme: Scheme, reach: float) -> Model:
             tip.T @ axes.direction[-1],
             axes.point[0],
             scheme.up * axes.direction[0],
+            _arm_lengths(axes, scheme, centre),
         ]
     )
     fixed = bool(scheme.words) and scheme.wrist_frame >= n - (n == 6)
-    kind = NAMED * bool(scheme.words) + FIXED * fixed + PARALLEL * scheme.is_parallel
+    is_spherical = n == 6 and fixed and not scheme.is_parallel
+    kind = NAMED * bool(scheme.words) + FIXED * fixed + PARALLEL * scheme.is_parallel + SPHERICAL * is_spherical
     packed = np.concatenate([numbers, np.ravel(frames)])
     return Model(packed, scheme.wrist_frame, scheme.elbow_frame, kind)
+
+
+def _arm_lengths(axes: Axes, scheme: Scheme, centre: Floats) -> Floats:
+    """Return p_2 before and above p_1, and the lengths from axis 2 to 3 and from there to W, across axis 2 (m)."""
+    if not scheme.words:
+        return np.zeros(4)
+    h, p = axes.direction, axes.point
+    up = scheme.up * h[0]
+    base = p[1] - p[0]
+    lengths = [float(np.linalg.norm(np.cross(link, h[1]))) for link in (p[2] - p[1], centre - p[2])]
+    return np.array([np.cross(up, base) @ h[1], up @ base, *lengths])
 
 
 @inlined
@@ -90,9 +103,13 @@ def _wrapped(angle: float) -> float:
 
 
 @inlined
-def _target_flags(target: Floats, numbers: Floats, is_parallel: bool) -> int:
-    """Return which singularities the target itself is at, whether or not EAIK has found angles there."""
+def _target_flags(target: Floats, numbers: Floats, kind: int) -> tuple[int, int]:
+    """Return which singularities the target itself is at, and how many branches reach it as far as that is known.
+
+    EAIK finds no angles where a wrist is straight, and may find none where an arm is.
+    """
     flags = 0
+    expected = 0
     wx = target[0, 3] + target[0, 0] * numbers[7] + target[0, 1] * numbers[8] + target[0, 2] * numbers[9] - numbers[13]
     wy = target[1, 3] + target[1, 0] * numbers[7] + target[1, 1] * numbers[8] + target[1, 2] * numbers[9] - numbers[14]
     wz = target[2, 3] + target[2, 0] * numbers[7] + target[2, 1] * numbers[8] + target[2, 2] * numbers[9] - numbers[15]
@@ -104,7 +121,7 @@ def _target_flags(target: Floats, numbers: Floats, is_parallel: bool) -> int:
     forward = square - lateral * lateral
     if abs(forward) * numbers[4] * numbers[4] < SINGULAR * SINGULAR:
         flags |= SHOULDER
-    if is_parallel and forward > 0.0 and square > 0.0:
+    if kind & PARALLEL != 0 and forward > 0.0 and square > 0.0:
         zx = target[0, 0] * numbers[10] + target[0, 1] * numbers[11] + target[0, 2] * numbers[12]
         zy = target[1, 0] * numbers[10] + target[1, 1] * numbers[11] + target[1, 2] * numbers[12]
         zz = target[2, 0] * numbers[10] + target[2, 1] * numbers[11] + target[2, 2] * numbers[12]
@@ -119,7 +136,18 @@ def _target_flags(target: Floats, numbers: Floats, is_parallel: bool) -> int:
             cosine = hx * zx + hy * zy + hz * zz
             if 1.0 - cosine * cosine < SINGULAR * SINGULAR:
                 flags |= WRIST
-    return flags
+    if kind & SPHERICAL != 0 and forward > 0.0:
+        for sign in (-1.0, 1.0):
+            before = sign * math.sqrt(forward) - numbers[19]
+            above = along - numbers[20]
+            # The law of cosines: the elbow's cosine is beyond 1 where the arm is too long or too short.
+            double = 2.0 * numbers[21] * numbers[22]
+            cosine = (before * before + above * above - numbers[21] ** 2 - numbers[22] ** 2) / double
+            if abs(abs(cosine) - 1.0) < SINGULAR * SINGULAR:
+                flags |= ELBOW
+            if abs(cosine) < 1.0:
+                expected += 4
+    return flags, expected
 
 
 @inlined
@@ -264,7 +292,10 @@ def _find(
     named = kind & NAMED != 0
     branches = 0
     clashes = 0
-    flags = _target_flags(target, numbers, kind & PARALLEL != 0) if kind & FIXED != 0 else 0
+    flags = 0
+    expected = 0
+    if kind & FIXED != 0:
+        flags, expected = _target_flags(target, numbers, kind)
     worst = 0.0
     worst_turn = 0.0
     least = math.inf
@@ -314,6 +345,8 @@ def _find(
         if branches > before or clash == 1:
             worst = max(worst, position)
             worst_turn = max(worst_turn, turned)
+    if branches < expected:
+        flags |= LOOSE
     count = 0
     for b in range(branches):
         fits = True
