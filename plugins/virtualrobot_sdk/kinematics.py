@@ -98,7 +98,7 @@ class InverseResult:
     iterations: int = 0
     """Steps made in all starts."""
     reason: str = ""
-    """Why there is no solution, in words and numbers; of a solved pose, what is to be known of it: that it is singular."""
+    """Why there is no solution, in words and numbers; of a solved pose, at which singularity it is, if any."""
 
 
 class Kinematics(Protocol):

@@ -130,7 +130,8 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         reference = snapshot.structure.node(request.reference)
         world_t_tcp = snapshot.world_t(reference.uid) @ pose(request.reference_t_tcp, "reference_t_tcp")
         run = asyncio.get_running_loop().run_in_executor
-        solve = partial(solve_inverse, snapshot, node, world_t_tcp, dict(request.seed), self._rooms.solvers.of, request.configuration)
+        seed, solver_of = dict(request.seed), self._rooms.solvers.of
+        solve = partial(solve_inverse, snapshot, node, world_t_tcp, seed, solver_of, request.configuration)
         arm, result = await run(self._rooms.workers, solve)
         solved = len(result.solutions) > 0
         return robot_pb2.SolveInverseResponse(

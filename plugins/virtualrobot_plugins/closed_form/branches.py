@@ -18,8 +18,8 @@ SAME = 1e-6
 """Postures closer than this in every joint (rad), but for full turns, are one: EAIK tells no more of them apart."""
 SINGULAR = 1e-4
 """Below this (of 1, or of the arm's reach) shoulder, elbow or wrist count as singular, and are looked at again."""
-NEAR = 1e-2
-"""Angles that miss the target by less than this (m, rad) may be polished to a solution."""
+NEAR = 1e-6
+"""Angles that miss the target by less than this (m, rad) may be polished to a solution: where an arm is stretched."""
 MOST_BRANCHES = 16
 MOST_TURNS = 3
 """A joint has at most this many turned values in the answer: those nearest to the seed."""
@@ -40,8 +40,8 @@ class Model(NamedTuple):
 
     numbers: Floats
     """(23 + 16 n + 16,) up, signs of shoulder and wrist, lateral, 1 / reach, places of W and E on their axes, W and h_6
-    in the tip's frame, p_1 and u in the base frame, p_2 before and above p_1, lengths from axis 2 to 3 and from there to
-    W; then (4, 4) what stands before each joint about z, and after the last."""
+    in the tip's frame, p_1 and u in the base frame, p_2 before and above p_1, lengths from axis 2 to 3 and from there
+    to W; then (4, 4) what stands before each joint about z, and after the last."""
     wrist_frame: int
     elbow_frame: int
     kind: int
@@ -57,6 +57,13 @@ Found = tuple[int, int, int, int, float, float]
 - how many branches were left out because another has their name;
 - the worst branch's distance from the target (m); without one the least of all angles; inf without any;
 - the angle of the same (rad).
+"""
+
+
+Asked = tuple[Floats, Floats, Floats, bool, float, float]
+"""What is asked of one pose: target (4, 4), limits (2, n), seed (n,), whether to sort by the seed, tolerances (m, rad).
+
+A plain tuple, as `Found`: making anything better costs as much as a branch.
 """
 
 
@@ -242,11 +249,11 @@ def _turns(q: float, seed: float, lower: float, upper: float) -> tuple[int, int]
 
 @compiled(
     array_of(float64, 2),
-    array_of(float64, 2),
     array_of(float64, 1),
     int64,
     int64,
     int64,
+    array_of(float64, 2),
     array_of(float64, 2),
     array_of(float64, 1),
     int64,
@@ -257,11 +264,11 @@ def _turns(q: float, seed: float, lower: float, upper: float) -> tuple[int, int]
 )
 def _find(
     angles: Floats,
-    target: Floats,
     numbers: Floats,
     wrist_frame: int,
     elbow_frame: int,
     kind: int,
+    target: Floats,
     limits: Floats,
     seed: Floats,
     sort_by_seed: int,
@@ -396,24 +403,15 @@ def _find(
     return count, branches, flags, clashes, least, least_turn
 
 
-def find(
-    angles: Floats,
-    target: Floats,
-    model: Model,
-    limits: Floats,
-    seed: Floats,
-    sort_by_seed: bool,
-    tolerances: tuple[float, float],
-    room: int,
-) -> tuple[Found, Floats, Codes]:
+def find(angles: Floats, model: Model, asked: Asked, room: int) -> tuple[Found, Floats, Codes]:
     """Return what EAIK's angles (n, branches) come to, the solutions (m, n) and their codes (m,), at most `room`.
 
-    What misses the target (4, 4) by more than the tolerances (m, rad) is left out. Each branch is added with all full
-    turns that limits (2, n) allow. They are sorted by distance from the seed (n,), or by branch and turns; of equal
-    ones the seed's nearest is kept.
+    What misses the target by more than the tolerances is left out. Each branch is added with all full turns that the
+    limits allow. They are sorted by distance from the seed, or by branch and turns; of equal ones the seed's nearest is
+    kept.
     """
-    solutions, codes = np.empty((room, len(seed))), np.empty(room, np.int64)
-    found = _find(angles, target, *model, limits, seed, sort_by_seed, *tolerances, solutions, codes)
+    solutions, codes = np.empty((room, len(angles))), np.empty(room, np.int64)
+    found = _find(angles, *model, *asked, solutions, codes)
     return found, solutions[: found[0]], codes[: found[0]]
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,6 +20,7 @@ from virtualrobot_plugins.closed_form.branches import (
     MOST_BRANCHES,
     SHOULDER,
     WRIST,
+    Asked,
     Codes,
     Found,
     decoded,
@@ -45,16 +45,6 @@ _SINGULAR = {
     ELBOW: "the elbow (the arm is stretched or folded)",
     WRIST: "the wrist (joints 4 and 6 turn about parallel axes)",
 }
-
-
-class _Asked(NamedTuple):
-    """What is asked of one pose: target (4, 4), limits (2, k), seed (k,), whether to sort by it, m and rad."""
-
-    target: Floats
-    limits: Floats
-    seed: Floats
-    sort_by_seed: bool
-    tolerances: tuple[float, float]
 
 
 class ClosedFormKinematics:
@@ -136,33 +126,38 @@ class ClosedFormKinematics:
                 limits = self._free
             if min(options.position_tolerance, options.rotation_tolerance) < POLISHED:
                 tolerances = min(options.position_tolerance, POLISHED), min(options.rotation_tolerance, POLISHED)
-        asked = _Asked(target, limits, seed, sort, tolerances)
+        asked = target, limits, seed, sort, *tolerances
         found, solutions, codes = self._found(self._angles(target), asked)
-        _, branches, flags, _, *errors = found
+        branches, flags, errors = found[1], found[2], found[4:]
         if self._always_polish or flags or not (branches or self._flags_tell):
             found, solutions, codes = self._looked_again(asked, 0 if self._always_polish else flags)
-            _, branches, flags, _, *errors = found
-        names = self._names_of(codes)
+            branches, flags, after = found[1], found[2], found[4:]
+            # Where nothing reaches the pose, the angles that come nearest are still the library's own.
+            errors = after if branches else errors
+        try:
+            names = tuple([self._configurations[code] for code in codes.tolist()])
+        except KeyError:
+            names = self._names_of(codes)
         reason = _said_of(flags) if flags else ""
         if options.configuration and names:
-            wanted = [i for i, name in enumerate(names) if _matches(name, options.configuration)]
+            wanted = [i for i, name in enumerate(names) if self._is(name, options.configuration)]
             solutions, names = solutions[wanted], tuple(names[i] for i in wanted)
         if names:
             return InverseResult(InverseStatus.SOLVED, solutions, names, *errors, 0, 0, reason)
         return self._none(target, options, branches, errors, reason)
 
-    def _found(self, angles: Floats, asked: _Asked) -> tuple[Found, Floats, Codes]:
+    def _found(self, angles: Floats, asked: Asked) -> tuple[Found, Floats, Codes]:
         """Return what angles (k, branches) come to."""
-        target, limits, seed, sort, tolerances = asked
-        answer = find(angles, target, self._model, limits, seed, sort, tolerances, self._room)
+        answer = find(angles, self._model, asked, self._room)
         if answer[0][0] == self._room < self._most:
-            return find(angles, target, self._model, limits, seed, sort, tolerances, self._most)
+            return find(angles, self._model, asked, self._most)
         return answer
 
-    def _looked_again(self, asked: _Asked, flags: int) -> tuple[Found, Floats, Codes]:
+    def _looked_again(self, asked: Asked, flags: int) -> tuple[Found, Floats, Codes]:
         """Polish EAIK's angles; where the pose is singular or has none, those of poses close by too, and the seed."""
         near = self._always_polish and not flags
-        candidates = polished(self._chain, self._angles, asked.target, asked.seed, asked.limits, close_by=not near)
+        target, limits, seed = asked[:3]
+        candidates = polished(self._chain, self._angles, target, seed, limits, close_by=not near)
         found, solutions, codes = self._found(candidates, asked)
         count, branches, more, *rest = found
         if near and (more & ~LOOSE or not branches):
@@ -170,14 +165,10 @@ class ClosedFormKinematics:
         return (count, branches, more | flags, *rest), solutions, codes
 
     def _names_of(self, codes: Codes) -> tuple[str, ...]:
-        known = self._configurations
-        try:
-            return tuple([known[code] for code in codes.tolist()])
-        except KeyError:
-            for code in codes.tolist():
-                if code not in known:
-                    known[code] = self._name_of(code)
-            return self._names_of(codes)
+        """Return the names of solutions by their codes, and keep them."""
+        for code in codes.tolist():
+            self._configurations.setdefault(code, self._name_of(code))
+        return tuple(self._configurations[code] for code in codes.tolist())
 
     def _name_of(self, code: int) -> str:
         if not self._scheme.words:
@@ -186,7 +177,7 @@ class ClosedFormKinematics:
         return self._branch_names[number] + turn_words(self._names_of_joints, turns)
 
     def _none(
-        self, target: Floats, options: InverseOptions, branches: int, errors: list[float], singular: str
+        self, target: Floats, options: InverseOptions, branches: int, errors: tuple[float, float], singular: str
     ) -> InverseResult:
         """Return the answer where no posture is exact, within limits and of the configuration that is asked for."""
         loose = max(options.position_tolerance, options.rotation_tolerance) > _DEFAULTS.position_tolerance
@@ -208,7 +199,7 @@ class ClosedFormKinematics:
         reason = f"no posture within limits reaches the pose in the configuration {options.configuration!r}; others: "
         return InverseResult(
             InverseStatus.OUTSIDE_LIMITS
-            if any(_matches(name, options.configuration) for name in reached)
+            if any(self._is(name, options.configuration) for name in reached)
             else InverseStatus.UNREACHABLE,
             empty,
             (),
@@ -223,6 +214,10 @@ class ClosedFormKinematics:
                 return f"{name} at {value:.4f} rad, outside {lower:.4f} to {upper:.4f}"
         return ""
 
+    def _is(self, name: str, configuration: str) -> bool:
+        """Return whether a solution's name is the configuration; one that names no turns is that of a whole branch."""
+        return name == configuration or (configuration in self._branch_names and name.startswith(f"{configuration} "))
+
     def _finds_again(self) -> bool:
         """Return whether random postures are found again from their poses, each under a name of its own."""
         rng = np.random.default_rng(_TRIALS)
@@ -232,16 +227,10 @@ class ClosedFormKinematics:
             angles = self._angles(target)
             if self._always_polish:
                 angles = polished(self._chain, self._angles, target, q, self._free, close_by=False)
-            asked = _Asked(target, self._free, q, True, _TOLERANCES)
-            (count, _, _, clashes, *_), solutions, _ = self._found(angles, asked)
+            (count, _, _, clashes, *_), solutions, _ = self._found(angles, (target, self._free, q, True, *_TOLERANCES))
             if clashes or not count or np.abs(solutions[0] - q).max() > 1e-5:
                 return False
         return True
-
-
-def _matches(name: str, configuration: str) -> bool:
-    """Return whether a solution's name is the configuration, or the same branch with any turns if it names none."""
-    return name == configuration or name.startswith(f"{configuration} ")
 
 
 def _said_of(flags: int) -> str:

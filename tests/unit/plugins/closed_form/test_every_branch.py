@@ -31,7 +31,9 @@ def missed(name: str, poses: int, rng: np.random.Generator) -> list[str]:
         ends = (search.refined(target, start) for start in rng.uniform(-np.pi, np.pi, (STARTS, k)))
         for other in [q, *(end for end in ends if end is not None)]:
             met += 1
-            if distances(result.solutions, other).min() > 1e-5 and not result.reason:
+            # The search ends within 1e-10 of the pose: near a singularity that is farther from the posture.
+            blur = 2e-9 / np.linalg.svd(search.jacobian(other), compute_uv=False)[-1] if k == 6 else 0.0
+            if distances(result.solutions, other).min() > 1e-5 + blur and not result.reason:
                 found.append(f"pose of {q.tolist()}: {other.tolist()}")
     # The search itself must work: each pose is met more often than by its own posture.
     assert met > 3 * poses

@@ -1,4 +1,4 @@
-"""At singular poses and next to them: what is returned closes, the seed's posture is met, and the singularity is named."""
+"""At singular poses and next to them: what comes closes, the seed's posture is met, and the singularity is named."""
 
 from __future__ import annotations
 
