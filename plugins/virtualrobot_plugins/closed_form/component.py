@@ -159,10 +159,10 @@ class ClosedFormKinematics:
         target, limits, seed = asked[:3]
         candidates = polished(self._chain, self._angles, target, seed, limits, close_by=not near)
         found, solutions, codes = self._found(candidates, asked)
-        count, branches, more, *rest = found
+        count, branches, more, clashes, position_error, rotation_error = found
         if near and (more & ~LOOSE or not branches):
             return self._looked_again(asked, more | LOOSE)
-        return (count, branches, more | flags, *rest), solutions, codes
+        return (count, branches, more | flags, clashes, position_error, rotation_error), solutions, codes
 
     def _names_of(self, codes: Codes) -> tuple[str, ...]:
         """Return the names of solutions by their codes, and keep them."""
