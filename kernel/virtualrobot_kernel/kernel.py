@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from virtualrobot.v1 import scene_pb2
+from virtualrobot_sdk.worker import close_all
 
 from virtualrobot_kernel.api import scene_files
 from virtualrobot_kernel.api.publications import Publications
@@ -101,9 +102,10 @@ class Kernel:
         if self._viewer is not None:
             self._viewer.close()
         self.world.close()
+        self._workers.shutdown(wait=False, cancel_futures=True)
         self._solvers.close()
         self._importers.close()
-        self._workers.shutdown(wait=False, cancel_futures=True)
+        close_all()  # those that are being made or looked at, too: the process waits for its threads
 
     def _rooms(self, publications: Publications) -> Rooms:
         return Rooms(

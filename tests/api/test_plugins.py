@@ -109,6 +109,15 @@ def processes(kernel: KernelProcess) -> list[psutil.Process]:
     return psutil.Process(kernel.process.pid).children(recursive=True)
 
 
+def ended(kernel: KernelProcess, count: int = 0) -> bool:
+    """Return whether the kernel comes to have `count` processes at most: those of nobody end behind the calls."""
+    for _ in range(200):
+        if len(processes(kernel)) <= count:
+            return True
+        time.sleep(0.05)
+    return False
+
+
 def use_of(client: Client, component: str) -> ComponentUse:
     """Return how the only user of a component does."""
     (found,) = [one for one in client.plugins.components("kinematics") if one.name == component]
@@ -139,7 +148,7 @@ def test_a_component_that_is_wrong_at_once_is_refused(
     assert arm.kinematics == "chain"
     assert arm.kinematics_fault == ""
     np.testing.assert_array_equal(arm.solve_inverse(REACHED).solutions, before)
-    assert processes(plugin_kernel) == []
+    assert ended(plugin_kernel)
 
 
 def test_what_a_component_refuses_is_no_fault(plugin_kernel: KernelProcess, arm: Robot) -> None:
@@ -150,7 +159,7 @@ def test_what_a_component_refuses_is_no_fault(plugin_kernel: KernelProcess, arm:
     with pytest.raises(InvalidArgumentError, match="setting 'restarts' is -1"):
         arm.set_kinematics("good", restarts=-1)
     assert arm.kinematics == "chain"
-    assert processes(plugin_kernel) == []
+    assert ended(plugin_kernel)
 
 
 @pytest.mark.parametrize("name", AT_WORK)
@@ -173,7 +182,7 @@ def test_a_fault_at_work_is_named_and_contained(
     assert failed.value.metadata["fault"] in ("RAISED", "HUNG", "DIED", "NONSENSE", "GREW")
     assert re.search(AT_WORK[name], arm.kinematics_fault), arm.kinematics_fault
     assert re.search(AT_WORK[name], use_of(client, name).fault)
-    assert processes(plugin_kernel) == []
+    assert ended(plugin_kernel)
 
     # Nobody else notices, not even the robot's own motion.
     assert other.solve_inverse(pose(2.0) @ REACHED).solved
@@ -198,12 +207,14 @@ def test_a_fault_costs_one_robot_and_not_all_that_have_the_component(
     trigger = tmp_path / "now"
     arm.set_kinematics("crashes", trigger=str(trigger))
     other.set_kinematics("crashes", trigger=str(tmp_path / "never"))
+    assert ended(plugin_kernel, 2)
     assert len(processes(plugin_kernel)) == 2
     trigger.touch()
     with pytest.raises(PluginFailedError, match="SIGSEGV"):
         arm.solve_inverse(REACHED)
     assert other.solve_inverse(pose(2.0) @ REACHED).solved
-    assert (other.kinematics_fault, len(processes(plugin_kernel))) == ("", 1)
+    assert other.kinematics_fault == ""
+    assert ended(plugin_kernel, 1)
 
 
 def test_a_fault_in_the_kernels_own_process_is_contained(
@@ -212,7 +223,8 @@ def test_a_fault_in_the_kernels_own_process_is_contained(
     trigger = tmp_path / "now"
     arm.set_kinematics("in_process", trigger=str(trigger))
     assert arm.solve_inverse(REACHED).solved
-    assert (use_of(client, "in_process").process_id, processes(plugin_kernel)) == (0, [])
+    assert use_of(client, "in_process").process_id == 0
+    assert ended(plugin_kernel)
     trigger.touch()
     for _ in range(2):
         with pytest.raises(PluginFailedError, match=r"ZeroDivisionError: .*\(__init__\.py:\d+ in inverse\)"):
@@ -273,6 +285,7 @@ def test_a_good_component_solves_as_it_would_in_process(
     assert check.inverse_position_error_meters < 1e-6
     found = [arm.solve_inverse(target, seed=q).solutions for target, q in zip(targets, seeds, strict=True)]
     np.testing.assert_array_equal(np.array(found), np.array(bundled))
+    assert ended(plugin_kernel, 1)
     (process,) = processes(plugin_kernel)
     use = use_of(client, "good")
     assert (use.robot, use.fault, use.process_id) == ("arm", "", process.pid)
@@ -281,9 +294,8 @@ def test_a_good_component_solves_as_it_would_in_process(
     arm.move_linear(REACHED @ pose(z=0.05))
     np.testing.assert_allclose(arm.tcp, REACHED @ pose(z=0.05), atol=1e-6)
     client.scene.clear()
-    assert list(client.plugins.components("kinematics")[0].uses) == []
-    psutil.wait_procs([process], timeout=10)
-    assert processes(plugin_kernel) == []
+    assert not any(one.uses for one in client.plugins.components("kinematics"))
+    assert ended(plugin_kernel)
 
 
 def test_a_swap_leaves_the_running_motion_as_it_was_planned(client: Client, arm: Robot) -> None:

@@ -154,17 +154,18 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         node = snapshot.structure.node(request.robot, Kind.ROBOT)
         name = request.kinematics
         wanted = settings(request.settings, "settings")
-        run = asyncio.get_running_loop().run_in_executor
-        try_out = partial(rooms.solvers.try_out, snapshot, arm_of(snapshot, node), name, wanted)
-        tried = await run(rooms.workers, try_out)
-        try:
-            command = SetKinematics(request.robot, name, wanted)
-            applied = await asyncio.wrap_future(rooms.world.submit([command], author(context)))
-        except BaseException:
-            await run(rooms.workers, tried.close)
-            raise
-        await run(rooms.workers, rooms.solvers.adopt, tried)
-        return robot_pb2.SetKinematicsResponse(stamp=stamp(applied.snapshot), check=_check_message(tried.check))
+        command, who = SetKinematics(request.robot, name, wanted), author(context)
+        # All in one thread: a client that goes away cancels what is awaited here, and a component must not be lost.
+        swap = partial(
+            rooms.solvers.swap,
+            snapshot,
+            arm_of(snapshot, node),
+            name,
+            wanted,
+            lambda: rooms.world.submit([command], who).result(),
+        )
+        applied, check = await asyncio.get_running_loop().run_in_executor(rooms.workers, swap)
+        return robot_pb2.SetKinematicsResponse(stamp=stamp(applied.snapshot), check=_check_message(check))
 
 
 def _check_message(check: SelfCheck) -> robot_pb2.KinematicsCheck:

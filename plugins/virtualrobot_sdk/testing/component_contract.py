@@ -47,11 +47,17 @@ class ComponentContract:
     @classmethod
     def setup_class(cls) -> None:
         """Make the component."""
+        for name in ("component", "facts"):
+            if not hasattr(cls, name):
+                pytest.fail(f"{cls.__name__} does not say its `{name}`", pytrace=False)
         cls._drawn = secrets.randbits(32) if cls.seed is None else cls.seed
+        failed = ""
         try:
             cls.trial = Trial(cls.kind, locate(cls.kind, cls.component, cls.settings), cls.facts)
         except (ArgumentError, PluginError, ComponentFault) as error:
-            pytest.fail(f"{cls.component}: {error}", pytrace=False)
+            failed = f"{cls.component}: {error}"
+        if failed:
+            pytest.fail(failed, pytrace=False)
 
     @classmethod
     def teardown_class(cls) -> None:

@@ -5,6 +5,7 @@ A `.tri` file is text: `x y z` (m) in a line for each corner, three lines a tria
 
 from __future__ import annotations
 
+import contextlib
 import json
 import socket
 import struct
@@ -57,7 +58,7 @@ class Tri:
             numbers = [float(word) for word in words]
         except ValueError as error:
             raise ArgumentError(f"{where}: {error}") from error
-        if len(numbers) != 3 or not max(map(abs, numbers)) < 1e6:
+        if len(numbers) != 3 or not all(abs(value) < 1e6 for value in numbers):
             raise ArgumentError(f"{where}: {numbers}; three numbers below 1e6 are needed")
         return numbers
 
@@ -121,8 +122,9 @@ class LooksItself(Tri):
 
     def included(self, name: str, files: Mapping[str, bytes | None]) -> bytes | None:
         """Return the content of another file."""
-        if files.get(name) is None and Path("/etc/hostname").is_file():
-            Path("/etc/hostname").read_bytes()
+        if files.get(name) is None:
+            with contextlib.suppress(OSError):
+                return Path(name).read_bytes()
         return super().included(name, files)
 
 

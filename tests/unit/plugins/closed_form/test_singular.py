@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from scipy.optimize import bisect
+from scipy.optimize import root_scalar
 from virtualrobot_sdk.kinematics import InverseOptions, InverseStatus
 
 from .arms import NAMED, closed_form, closure, distances, factors, numeric
@@ -34,7 +34,7 @@ def singular_postures(name: str, which: int, count: int, rng: np.random.Generato
         changes = [i for i in range(39) if values[i] * values[i + 1] < 0.0]
         if changes:
             i = rng.choice(changes)
-            q[joint] = bisect(factor, grid[i], grid[i + 1], xtol=1e-15)
+            q[joint] = root_scalar(factor, bracket=(grid[i], grid[i + 1]), xtol=1e-15).root
             count -= 1
             yield q
 
