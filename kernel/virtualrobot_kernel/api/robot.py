@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import AsyncIterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -35,6 +34,7 @@ from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.planning.robots import arm_of, forward_links, solve_inverse
 from virtualrobot_kernel.world.commands import SetKinematics
 from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.store import Applied
 from virtualrobot_kernel.world.structure import Kind, Node, RobotData
 
 
@@ -53,9 +53,11 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         node, index = structure.robot(request.name)
         data = node.data if isinstance(node.data, RobotData) else RobotData()
         arm = arm_of(snapshot, node)
-        # Where none is chosen, the robot has to be tried to tell; that is not for the thread that all calls share.
-        run = asyncio.get_running_loop().run_in_executor
-        kinematics = data.kinematics or await run(self._rooms.workers, self._rooms.solvers.name_of, snapshot, arm)
+        kinematics = data.kinematics or self._rooms.solvers.name_found(node)
+        if not kinematics:
+            # The robot has to be tried to tell; that is not for the thread that all calls share.
+            find = partial(self._rooms.solvers.name_of, snapshot, arm)
+            kinematics = await self._rooms.turns.run([node.uid], find)
         return robot_pb2.GetRobotResponse(
             stamp=stamp(snapshot),
             uid=node.uid,
@@ -129,10 +131,9 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         node = snapshot.structure.node(request.robot, Kind.ROBOT)
         reference = snapshot.structure.node(request.reference)
         world_t_tcp = snapshot.world_t(reference.uid) @ pose(request.reference_t_tcp, "reference_t_tcp")
-        run = asyncio.get_running_loop().run_in_executor
         seed, solver_of = dict(request.seed), self._rooms.solvers.of
         solve = partial(solve_inverse, snapshot, node, world_t_tcp, seed, solver_of, request.configuration)
-        arm, result = await run(self._rooms.workers, solve)
+        arm, result = await self._rooms.turns.run([node.uid], solve)
         solved = len(result.solutions) > 0
         return robot_pb2.SolveInverseResponse(
             stamp=stamp(snapshot),
@@ -153,18 +154,16 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         snapshot = rooms.world.snapshot
         node = snapshot.structure.node(request.robot, Kind.ROBOT)
         name = request.kinematics
-        wanted = settings(request.settings, "settings")
-        command, who = SetKinematics(request.robot, name, wanted), author(context)
-        # All in one thread: a client that goes away cancels what is awaited here, and a component must not be lost.
-        swap = partial(
-            rooms.solvers.swap,
-            snapshot,
-            arm_of(snapshot, node),
-            name,
-            wanted,
-            lambda: rooms.world.submit([command], who).result(),
-        )
-        applied, check = await asyncio.get_running_loop().run_in_executor(rooms.workers, swap)
+        who = author(context)
+
+        def swap() -> tuple[Applied, SelfCheck]:
+            # All in one thread: a client that goes away cancels what is awaited, and a component must not be lost.
+            wanted = settings(request.settings, "settings")
+            command = SetKinematics(request.robot, name, wanted)
+            arm = arm_of(snapshot, node)
+            return rooms.solvers.swap(snapshot, arm, name, wanted, lambda: rooms.world.submit([command], who).result())
+
+        applied, check = await rooms.turns.run([node.uid], swap)
         return robot_pb2.SetKinematicsResponse(stamp=stamp(applied.snapshot), check=_check_message(check))
 
 

@@ -145,6 +145,11 @@ class Solvers:
         """
         return self._kept_for(snapshot, arm).kinematics if arm.chain is not None else ""
 
+    def name_found(self, node: Node) -> str:
+        """Return the name of the component that a robot has had so far, without waiting; empty before the first."""
+        kept = self._kept.get(node.uid)
+        return kept.kinematics if kept is not None and (kept.asked, kept.settings) == chosen(node) else ""
+
     def _kept_for(self, snapshot: Snapshot, arm: Arm) -> Tried | _Refused:
         chain = arm.serial()
         name, settings = chosen(arm.robot)
