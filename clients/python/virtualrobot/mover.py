@@ -41,15 +41,20 @@ class Mover:
 
     # Moves: data that is not started yet, for Client.move_together.
 
-    def ptp(self, goal: JointPositions | str, *, reference: str = "", speed_factor: float = 0.0) -> motion_pb2.Move:
+    def ptp(
+        self, goal: JointPositions | str, *, reference: str = "", configuration: str = "", speed_factor: float = 0.0
+    ) -> motion_pb2.Move:
         """Return a point-to-point move: all joints start and end together, straight in joint space.
 
         `goal` is joint values by name, joint values in order (all joints, or those of the chain), a 4x4 pose
         `reference_t_tcp` in the frame of the node `reference` (empty: world), or the name of a posture.
+        `configuration` names the only configuration that will do for a pose, such as `right up noflip`.
         """
         if not isinstance(goal, str | Mapping) and np.shape(goal) != (4, 4):
             goal = self._named(goal)
-        return moves.point_to_point(self.name, goal, reference=reference, speed_factor=speed_factor)
+        return moves.point_to_point(
+            self.name, goal, reference=reference, configuration=configuration, speed_factor=speed_factor
+        )
 
     def linear(
         self,
@@ -103,11 +108,17 @@ class Mover:
         reference_t_tcp: ArrayLike,
         *,
         reference: str = "",
+        configuration: str = "",
         speed_factor: float = 0.0,
         **options: Any,  # noqa: ANN401
     ) -> motion.Motion:
-        """Move the tool centre point to a 4x4 pose, point to point, with the posture nearest to the present one."""
-        move = moves.point_to_point(self.name, reference_t_tcp, reference=reference, speed_factor=speed_factor)
+        """Move the tool centre point to a 4x4 pose, point to point, with the posture nearest to the present one.
+
+        With `configuration` it is the nearest of that name; see `InverseSolution.configurations`.
+        """
+        move = moves.point_to_point(
+            self.name, reference_t_tcp, reference=reference, configuration=configuration, speed_factor=speed_factor
+        )
         return self.start(move, **options)
 
     def move_to(self, posture: str, *, speed_factor: float = 0.0, **options: Any) -> motion.Motion:  # noqa: ANN401

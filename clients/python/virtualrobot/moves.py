@@ -12,21 +12,33 @@ from virtualrobot.v1 import motion_pb2
 from virtualrobot.wire import array_message, joint_map, pose_message
 
 
-def pose_goal(reference_t_tcp: ArrayLike, reference: str) -> motion_pb2.PoseGoal:
+def pose_goal(reference_t_tcp: ArrayLike, reference: str, configuration: str = "") -> motion_pb2.PoseGoal:
     """Return a goal for the tool centre point: a 4x4 pose in the frame of the node `reference` (empty: world)."""
-    return motion_pb2.PoseGoal(reference_t_tcp=pose_message(reference_t_tcp), reference=reference)
+    return motion_pb2.PoseGoal(
+        reference_t_tcp=pose_message(reference_t_tcp), reference=reference, configuration=configuration
+    )
 
 
 def point_to_point(
-    robot: str, goal: Mapping[str, float] | str | ArrayLike, *, reference: str = "", speed_factor: float = 0.0
+    robot: str,
+    goal: Mapping[str, float] | str | ArrayLike,
+    *,
+    reference: str = "",
+    configuration: str = "",
+    speed_factor: float = 0.0,
 ) -> motion_pb2.Move:
-    """Return a move straight in joint space: to joints by name, to a posture by its name, or to a 4x4 pose."""
+    """Return a move straight in joint space: to joints by name, to a posture by its name, or to a 4x4 pose.
+
+    `configuration` names the only configuration that will do for a pose.
+    """
+    if configuration and isinstance(goal, str | Mapping):
+        raise InvalidArgumentError(f"the configuration {configuration!r} is for a goal that is a pose, not {goal!r}")
     if isinstance(goal, str):
         target = motion_pb2.PointToPoint(posture=goal)
     elif isinstance(goal, Mapping):
         target = motion_pb2.PointToPoint(joints=motion_pb2.JointGoal(joint_positions=joint_map(goal)))
     else:
-        target = motion_pb2.PointToPoint(pose=pose_goal(goal, reference))
+        target = motion_pb2.PointToPoint(pose=pose_goal(goal, reference, configuration))
     return motion_pb2.Move(robot=robot, speed_factor=speed_factor, point_to_point=target)
 
 

@@ -150,16 +150,26 @@ class Robot(Mover):
         return ForwardSolution(pose_of(response.world_t_tcp), dict(zip(response.links, poses, strict=True)))
 
     def solve_inverse(
-        self, reference_t_tcp: ArrayLike, seed: JointPositions | None = None, reference: str = ""
+        self,
+        reference_t_tcp: ArrayLike,
+        seed: JointPositions | None = None,
+        reference: str = "",
+        configuration: str = "",
     ) -> InverseSolution:
         """Return the joints that bring the tool centre point to a 4x4 pose, nearest to `seed` (default: now) first.
+
+        `configuration` names the only one that is wanted, such as `right up noflip`.
 
         Example:
             >>> robot.solve_inverse(virtualrobot.pose(0.5, 0.1, 0.6, roll=np.pi)).best
             array([ 0.2 , ...])
         """
         request = robot_pb2.SolveInverseRequest(
-            robot=self.name, reference_t_tcp=pose_message(reference_t_tcp), reference=reference, seed=self._named(seed)
+            robot=self.name,
+            reference_t_tcp=pose_message(reference_t_tcp),
+            reference=reference,
+            seed=self._named(seed),
+            configuration=configuration,
         )
         return InverseSolution.of(self._services.robot.SolveInverse(request))
 

@@ -37,7 +37,7 @@ from virtualrobot_kernel.planning.robots import arm_of, forward_links, solve_inv
 from virtualrobot_kernel.world.commands import SetKinematics
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import Applied
-from virtualrobot_kernel.world.structure import DEFAULT_KINEMATICS, Kind, Node, RobotData
+from virtualrobot_kernel.world.structure import Kind, Node, RobotData
 
 
 class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
@@ -55,6 +55,11 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         node, index = structure.robot(request.name)
         data = node.data if isinstance(node.data, RobotData) else RobotData()
         arm = arm_of(snapshot, node)
+        kinematics = data.kinematics or self._rooms.solvers.name_found(node)
+        if not kinematics:
+            # The robot has to be tried to tell; that is not for the thread that all calls share.
+            find = partial(self._rooms.solvers.name_of, snapshot, arm)
+            kinematics = await self._rooms.turns.run([node.uid], find)
         return robot_pb2.GetRobotResponse(
             stamp=stamp(snapshot),
             uid=node.uid,
@@ -71,7 +76,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
             links=[structure.nodes[uid].name for uid in index.links],
             tools=[tool.name for tool in structure.tools_of(node.uid)],
             flange=structure.nodes[arm.flange].name,
-            kinematics=data.kinematics,
+            kinematics=kinematics,
             chain_joints=arm.joint_names,
             postures=posture_messages(data),
             kinematics_settings=settings_message(data),
@@ -128,7 +133,8 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         node = snapshot.structure.node(request.robot, Kind.ROBOT)
         reference = snapshot.structure.node(request.reference)
         world_t_tcp = snapshot.world_t(reference.uid) @ pose(request.reference_t_tcp, "reference_t_tcp")
-        solve = partial(solve_inverse, snapshot, node, world_t_tcp, dict(request.seed), self._rooms.solvers.of)
+        seed, solver_of = dict(request.seed), self._rooms.solvers.of
+        solve = partial(solve_inverse, snapshot, node, world_t_tcp, seed, solver_of, request.configuration)
         arm, result = await self._rooms.turns.run([node.uid], solve)
         solved = len(result.solutions) > 0
         return robot_pb2.SolveInverseResponse(
@@ -149,7 +155,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         rooms = self._rooms
         snapshot = rooms.world.snapshot
         node = snapshot.structure.node(request.robot, Kind.ROBOT)
-        name = request.kinematics or DEFAULT_KINEMATICS
+        name = request.kinematics
         who = author(context)
 
         def swap() -> tuple[Applied, SelfCheck]:

@@ -32,10 +32,14 @@ JERK_RATIO = 10.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PoseGoal:
-    """Where the chosen tool centre point shall be: `reference_t_tcp` (4, 4) in the frame of the node `reference`."""
+    """Where the chosen tool centre point shall be: `reference_t_tcp` (4, 4) in the frame of the node `reference`.
+
+    With `configuration` only the posture of that name will do.
+    """
 
     reference_t_tcp: Pose
     reference: str = ""
+    configuration: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -217,7 +221,7 @@ PLANNERS: dict[type, Callable[[Snapshot, Any, SolverOf], PlannedMove]] = {
 def _solved(
     snapshot: Snapshot, node: Node, goal: PoseGoal, solver_of: SolverOf
 ) -> tuple[Arm, NDArray[np.float64]]:
-    arm, result = solve_inverse(snapshot, node, _world_t_goal(snapshot, goal), {}, solver_of)
+    arm, result = solve_inverse(snapshot, node, _world_t_goal(snapshot, goal), {}, solver_of, goal.configuration)
     if not len(result.solutions):
         raise KernelError(
             f"{node.name!r} cannot reach the pose: {result.reason}",

@@ -18,8 +18,8 @@ from virtualrobot_kernel.world.figures import Figure, Pose, identity
 
 WORLD_UID = 1
 WORLD_NAME = "world"
-DEFAULT_KINEMATICS = "chain"
-"""The component of a robot that names none."""
+AUTOMATIC_KINEMATICS = ""
+"""The component of a robot that names none: it is chosen by its geometry, and a saved scene keeps it open."""
 
 
 class Kind(Enum):
@@ -145,7 +145,7 @@ class RobotData:
     """
 
     flange: str = ""
-    kinematics: str = DEFAULT_KINEMATICS
+    kinematics: str = AUTOMATIC_KINEMATICS
     postures: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     source: str = ""
     kinematics_settings: Mapping[str, Any] = field(default_factory=dict)

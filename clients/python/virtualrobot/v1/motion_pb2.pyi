@@ -85,12 +85,14 @@ class Move(_message.Message):
     def __init__(self, robot: _Optional[str] = ..., speed_factor: _Optional[float] = ..., point_to_point: _Optional[_Union[PointToPoint, _Mapping]] = ..., linear: _Optional[_Union[Linear, _Mapping]] = ..., joint_trajectory: _Optional[_Union[JointTrajectory, _Mapping]] = ..., tool_state: _Optional[_Union[ToolStateMove, _Mapping]] = ...) -> None: ...
 
 class PoseGoal(_message.Message):
-    __slots__ = ("reference_t_tcp", "reference")
+    __slots__ = ("reference_t_tcp", "reference", "configuration")
     REFERENCE_T_TCP_FIELD_NUMBER: _ClassVar[int]
     REFERENCE_FIELD_NUMBER: _ClassVar[int]
+    CONFIGURATION_FIELD_NUMBER: _ClassVar[int]
     reference_t_tcp: _geometry_pb2.Pose
     reference: str
-    def __init__(self, reference_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., reference: _Optional[str] = ...) -> None: ...
+    configuration: str
+    def __init__(self, reference_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., reference: _Optional[str] = ..., configuration: _Optional[str] = ...) -> None: ...
 
 class JointGoal(_message.Message):
     __slots__ = ("joint_positions",)

@@ -163,7 +163,7 @@ class SolveForwardResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., links: _Optional[_Iterable[str]] = ..., world_t_link: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
 
 class SolveInverseRequest(_message.Message):
-    __slots__ = ("robot", "reference_t_tcp", "reference", "seed")
+    __slots__ = ("robot", "reference_t_tcp", "reference", "seed", "configuration")
     class SeedEntry(_message.Message):
         __slots__ = ("key", "value")
         KEY_FIELD_NUMBER: _ClassVar[int]
@@ -175,11 +175,13 @@ class SolveInverseRequest(_message.Message):
     REFERENCE_T_TCP_FIELD_NUMBER: _ClassVar[int]
     REFERENCE_FIELD_NUMBER: _ClassVar[int]
     SEED_FIELD_NUMBER: _ClassVar[int]
+    CONFIGURATION_FIELD_NUMBER: _ClassVar[int]
     robot: str
     reference_t_tcp: _geometry_pb2.Pose
     reference: str
     seed: _containers.ScalarMap[str, float]
-    def __init__(self, robot: _Optional[str] = ..., reference_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., reference: _Optional[str] = ..., seed: _Optional[_Mapping[str, float]] = ...) -> None: ...
+    configuration: str
+    def __init__(self, robot: _Optional[str] = ..., reference_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., reference: _Optional[str] = ..., seed: _Optional[_Mapping[str, float]] = ..., configuration: _Optional[str] = ...) -> None: ...
 
 class SolveInverseResponse(_message.Message):
     __slots__ = ("stamp", "status", "joint_names", "solutions", "configurations", "position_error_meters", "rotation_error_radians", "explanation")

@@ -20,6 +20,12 @@ def wished_move(message: motion_pb2.Move, what: str) -> Move:
         return PointToPoint(message.robot, _goal(message.point_to_point, f"{what}.point_to_point"), factor)
     if kind == "linear":
         linear = message.linear
+        if linear.goal.configuration:
+            raise KernelError(
+                f"{what}.linear.goal.configuration is {linear.goal.configuration!r}; a line keeps the configuration "
+                "that it starts in, so leave it empty",
+                field=f"{what}.linear.goal.configuration",
+            )
         return Linear(
             message.robot,
             _pose_goal(linear.goal, f"{what}.linear.goal"),
@@ -53,7 +59,7 @@ def _goal(message: motion_pb2.PointToPoint, what: str) -> dict[str, float] | Pos
 def _pose_goal(message: motion_pb2.PoseGoal, what: str) -> PoseGoal:
     if not message.HasField("reference_t_tcp"):
         raise KernelError(f"{what}.reference_t_tcp is missing: where shall the tool centre point be?", field=what)
-    return PoseGoal(pose(message.reference_t_tcp, f"{what}.reference_t_tcp"), message.reference)
+    return PoseGoal(pose(message.reference_t_tcp, f"{what}.reference_t_tcp"), message.reference, message.configuration)
 
 
 def _trajectory(message: motion_pb2.Move, what: str) -> JointTrajectory:
