@@ -10,8 +10,8 @@ import numpy as np
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.brake import nominal_time
 from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
-from virtualrobot_kernel.motion.line import rotation_matrix
 from virtualrobot_kernel.motion.plan import Plan, plan_lin, plan_ptp, plan_together, plan_trajectory
+from virtualrobot_kernel.motion.rotation import rotation_matrix
 from virtualrobot_kernel.motion.running import Running
 from virtualrobot_plugins.chain.component import ChainKinematics
 
