@@ -24,14 +24,18 @@ GREATEST_ANGLE = 10.0 * tau
 
 @dataclass(frozen=True, eq=False)
 class Via:
-    """An arc through a point (3,) in m, base frame, to a goal."""
+    """An arc through a point (3,) in m to a goal."""
 
     point: Array
+
+    def seen_from(self, frame_t_own: Array) -> Via:
+        """Return the same in the frame in which its own has the pose `frame_t_own` (4, 4)."""
+        return Via(_moved(frame_t_own, self.point))
 
 
 @dataclass(frozen=True, eq=False)
 class Center:
-    """An arc about a point (3,) in m, base frame.
+    """An arc about a point (3,) in m.
 
     axis (3,): the arc turns about it by the right hand; None: the shorter way. angle: by how much in rad, negative
     for the other way round; None: until the goal.
@@ -41,9 +45,14 @@ class Center:
     axis: Array | None = None
     angle: float | None = None
 
+    def seen_from(self, frame_t_own: Array) -> Center:
+        """Return the same in the frame in which its own has the pose `frame_t_own` (4, 4)."""
+        axis = None if self.axis is None else frame_t_own[:3, :3] @ self.axis
+        return Center(_moved(frame_t_own, self.point), axis, self.angle)
+
 
 def arc(base_t_start: Array, shape: Via | Center, base_t_goal: Array | None, with_arc: bool = False) -> Arc:
-    """Return the arc from a pose (4, 4) to another one; with an angle the goal may be None.
+    """Return the arc from a pose (4, 4) to another one, all in the base frame; with an angle the goal may be None.
 
     The orientation turns evenly from the start's to the goal's the shorter way, and stays when there is no goal;
     `with_arc`: it turns as the arc does, whatever the goal's is. Raises KernelError, which names the points and by how
@@ -214,6 +223,10 @@ def _check_distances(start: Array, goal: Array, center: Array) -> None:
 def _check_finite(values: Array, what: str) -> None:
     if values.shape != (3,) or not np.all(np.isfinite(values)):
         raise KernelError(f"{what} must be three finite numbers, not {values.tolist()}")
+
+
+def _moved(frame_t_own: Array, point: Array) -> Array:
+    return frame_t_own[:3, :3] @ point + frame_t_own[:3, 3]
 
 
 def _unit(axis: Array) -> Array:
