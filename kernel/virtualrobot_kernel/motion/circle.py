@@ -122,7 +122,9 @@ def _about(start: Array, shape: Center, goal: Array | None) -> _Circle:
     radius = float(np.linalg.norm(start - center))
     if radius < IN_LINE:
         raise KernelError(
-            f"the centre {_words(center)} of the CIRC motion is its start {_words(start)}", distance_meters=radius
+            f"the centre {_words(center)} of the CIRC motion is its start {_words(start)}: they are "
+            f"{1e3 * radius:.3g} mm apart; they must be at least {1e3 * IN_LINE:g} mm apart",
+            distance_meters=radius,
         )
     if angle is not None:
         _check_angle(angle, radius)

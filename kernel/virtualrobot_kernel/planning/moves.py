@@ -248,7 +248,9 @@ PLANNERS: dict[type, Callable[[Snapshot, Any, SolverOf], PlannedMove]] = {
 }
 
 
-def _solved(snapshot: Snapshot, node: Node, goal: PoseGoal, solver_of: SolverOf) -> tuple[Arm, NDArray[np.float64]]:
+def _solved(
+    snapshot: Snapshot, node: Node, goal: PoseGoal, solver_of: SolverOf
+) -> tuple[Arm, NDArray[np.float64]]:
     arm, result = solve_inverse(snapshot, node, _world_t_goal(snapshot, goal), {}, solver_of)
     if not len(result.solutions):
         raise KernelError(

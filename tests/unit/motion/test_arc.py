@@ -119,7 +119,7 @@ def test_a_center_that_is_a_little_off_gives_way_and_the_ends_do_not(rng: np.ran
     for _ in range(20):
         start, goal = posed(X), posed(np.array([np.cos(2.0), np.sin(2.0), 0.0]))
         off = rng.uniform(-4e-5, 4e-5, 3)
-        for axis in (None, Z, Z + (1e-5, -1e-5, 0.0)):
+        for axis in (None, Z, np.array([1e-5, -1e-5, 1.0])):
             course = arc(start, Center(off, axis), goal)
             np.testing.assert_allclose(course.pose(1.0), goal, atol=1e-12)
             assert np.abs(positions(course) @ Z).max() < 1e-4
@@ -140,7 +140,7 @@ def test_a_flat_arc_is_as_exact_as_a_round_one(bow: float, rng: np.random.Genera
 def test_limits_along_the_arc_keep_those_in_space_and_are_the_line_s_on_large_circles(
     rng: np.random.Generator,
 ) -> None:
-    """The acceleration and jerk of r (cos s/r, sin s/r): tangential (s'', s''' - s'^3/r²), normal (s'²/r, 3 s' s''/r)."""
+    # The derivatives of r (cos s/r, sin s/r): along it s'' and s''' - s'^3/r², across it s'²/r and 3 s' s''/r.
     for _ in range(40):
         velocity, acceleration = 10.0 ** rng.uniform(-2.0, 1.0), 10.0 ** rng.uniform(-1.0, 1.0)
         limits = CartesianLimits(velocity, acceleration, acceleration * 10.0 ** rng.uniform(0.0, 2.0))

@@ -105,7 +105,7 @@ def test_the_position_keeps_its_limits_in_space(name: str, rng: np.random.Genera
 
 
 def test_a_whole_turn_at_its_speed_comes_back_and_takes_as_long_as_the_formula_says() -> None:
-    """s = v T - v (v/a + a/j) for a law that reaches v and a; v²/r = 0.05²/0.1 takes little of the acceleration."""
+    """T = s/v + v/a + a/j for a law that reaches v and a, here those along the arc."""
     chain, limits = kinematics("iiwa"), arm_limits("iiwa")
     start = chain.forward(IIWA_READY)[-1]
     v, acceleration, jerk, r = 0.05, 0.5, 5.0, 0.1
@@ -202,8 +202,8 @@ def test_an_arc_through_a_joint_limit_is_refused_with_the_place() -> None:
 
 
 def test_an_arc_through_a_singularity_is_refused_with_the_place() -> None:
-    # The Puma's wrist is singular where joint 5 is 0. The place of such a pose is the via point, in the middle of half a
-    # circle; start and goal are turned by opposite angles from its orientation, so that the arc passes the very pose.
+    # The Puma's wrist is singular where joint 5 is 0. The place of such a pose is the via point, in the middle of half
+    # a circle; start and goal are turned by opposite angles from its orientation, so that the arc passes the very pose.
     chain, limits = kinematics("puma560"), arm_limits("puma560")
     straight = PUMA_READY.copy()
     straight[4] = 0.0
