@@ -109,7 +109,7 @@ def test_an_arc_in_the_frame_of_a_table_whose_tool_turns_with_it(stepped: Stubs,
     load(stepped, IIWA, "arm")
     put(stepped, "arm", READY)
     table = np.eye(4)
-    table[:3, 3], table[:3, :3] = rng.uniform(-1, 1, 3), Rotation.random(random_state=rng).as_matrix()
+    table[:3, 3], table[:3, :3] = rng.uniform(-1, 1, 3), Rotation.from_rotvec(rng.normal(size=3)).as_matrix()
     apply(stepped, create(nodes_pb2.Node(name="table", object=nodes_pb2.SceneObject(), parent_t_node=pose(table))))
     first = matrix(state(stepped, "arm").world_t_tcp)
     table_t_world = np.linalg.inv(table)
@@ -134,8 +134,10 @@ def test_an_arc_keeps_its_speed_and_its_acceleration_in_space(stepped: Stubs) ->
     put(stepped, "arm", READY)
     first = matrix(state(stepped, "arm").world_t_tcp)
     center = first[:3, 3] - (0.1, 0.0, 0.0)
-    rates = {"max_velocity_meters_per_second": 0.2, "max_acceleration_meters_per_second_squared": 0.5}
-    ask = start(stepped, circular("arm", center=about(center, [0, 0, 1], tau), **rates))
+    whole = circular("arm", center=about(center, [0, 0, 1], tau))
+    whole.circular.max_velocity_meters_per_second = 0.2
+    whole.circular.max_acceleration_meters_per_second_squared = 0.5
+    ask = start(stepped, whole)
     places = [first[:3, 3]]
     while motion(stepped, ask.id).phase == RUNNING:
         places.append(matrix(step(stepped).robots[0].world_t_tcp)[:3, 3])
