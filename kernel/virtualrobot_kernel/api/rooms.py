@@ -7,6 +7,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 
 from virtualrobot_kernel.api.publications import Publications
+from virtualrobot_kernel.api.turns import Turns
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.importing import Importers
 from virtualrobot_kernel.drawing.view import ViewStore
@@ -21,7 +22,7 @@ MAX_MESSAGE_BYTES = 16 * 1024 * 1024
 
 @dataclass(frozen=True, slots=True)
 class Rooms:
-    """The rooms that the API opens. Long work goes to `workers`, never to the API's thread."""
+    """The rooms that the API opens. Long work goes to `workers` or `turns`, never to the API's thread."""
 
     world: World
     publications: Publications
@@ -29,6 +30,7 @@ class Rooms:
     meshes: MeshLibrary
     view: ViewStore
     workers: Executor
+    turns: Turns
     catalog: Catalog
     solvers: Solvers
     importers: Importers
