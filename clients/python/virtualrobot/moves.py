@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.v1 import motion_pb2
-from virtualrobot.wire import array_message, joint_map, pose_message
+from virtualrobot.wire import array_message, joint_map, pose_message, vector_message
 
 
 def pose_goal(reference_t_tcp: ArrayLike, reference: str, configuration: str = "") -> motion_pb2.PoseGoal:
@@ -57,6 +57,43 @@ def linear(
         max_acceleration_meters_per_second_squared=acceleration,
     )
     return motion_pb2.Move(robot=robot, speed_factor=speed_factor, linear=line)
+
+
+def circular(
+    robot: str,
+    via: ArrayLike | None = None,
+    goal: ArrayLike | None = None,
+    *,
+    center: ArrayLike | None = None,
+    axis: ArrayLike | None = None,
+    angle: float | None = None,
+    turn_with_arc: bool = False,
+    reference: str = "",
+    velocity: float = 0.0,
+    acceleration: float = 0.0,
+    speed_factor: float = 0.0,
+) -> motion_pb2.Move:
+    """Return a move along an arc through the point `via`, or about `center`, (3,) in m each; see `Mover.circular`."""
+    if (via is None) == (center is None):
+        raise InvalidArgumentError("an arc goes through a point or about a centre: give one of via and center")
+    if via is not None and (axis is not None or angle is not None):
+        raise InvalidArgumentError("axis and angle go with center, not with via")
+    arc = motion_pb2.Circular(
+        goal=motion_pb2.PoseGoal(reference=reference) if goal is None else pose_goal(goal, reference),
+        max_velocity_meters_per_second=velocity,
+        max_acceleration_meters_per_second_squared=acceleration,
+    )
+    if turn_with_arc:
+        arc.orientation = motion_pb2.ARC_ORIENTATION_WITH_ARC
+    if via is not None:
+        arc.via.CopyFrom(vector_message(via, "the via point"))
+    elif center is not None:
+        arc.center.position.CopyFrom(vector_message(center, "the centre"))
+        if axis is not None:
+            arc.center.axis.CopyFrom(vector_message(axis, "the axis"))
+        if angle is not None:
+            arc.center.angle_radians = angle
+    return motion_pb2.Move(robot=robot, speed_factor=speed_factor, circular=arc)
 
 
 def trajectory(
