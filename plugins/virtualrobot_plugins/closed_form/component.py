@@ -25,11 +25,11 @@ from virtualrobot_plugins.closed_form.branches import (
     Found,
     decoded,
     find,
-    model_of,
     most_turns,
 )
 from virtualrobot_plugins.closed_form.geometry import MOST_JOINTS, axes_of, check_joints, idealised, upright_frames
 from virtualrobot_plugins.closed_form.library import solver_of
+from virtualrobot_plugins.closed_form.model import model_of
 from virtualrobot_plugins.closed_form.names import NAMELESS, branch_names, check_configuration, scheme_of, turn_words
 from virtualrobot_plugins.closed_form.polish import polished
 
@@ -162,7 +162,7 @@ class ClosedFormKinematics:
         count, branches, more, clashes, position_error, rotation_error = found
         if near and (more & ~LOOSE or not branches):
             return self._looked_again(asked, more | LOOSE)
-        return (count, branches, more | flags, clashes, position_error, rotation_error), solutions, codes
+        return (count, branches, more | flags & ~LOOSE, clashes, position_error, rotation_error), solutions, codes
 
     def _names_of(self, codes: Codes) -> tuple[str, ...]:
         """Return the names of solutions by their codes, and keep them."""
@@ -235,7 +235,9 @@ class ClosedFormKinematics:
 
 def _said_of(flags: int) -> str:
     singular = [words for flag, words in _SINGULAR.items() if flags & flag]
-    return f"the pose is singular at {' and '.join(singular)}" if singular else ""
+    if singular:
+        return f"the pose is singular at {' and '.join(singular)}"
+    return "the pose is so close to a singular one that a branch is missing" if flags & LOOSE else ""
 
 
 def _joined(*reasons: str) -> str:

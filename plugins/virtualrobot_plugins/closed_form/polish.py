@@ -10,8 +10,6 @@ from virtualrobot_plugins.closed_form.library import Angles
 
 _CLOSE = 1e-4
 """How far the poses close by are away (m, rad)."""
-_MOVED = 0.3
-"""A solution farther than this (rad) from the angles that it was polished from is another one."""
 
 
 def polished(
@@ -32,14 +30,9 @@ def polished(
         for pose in _poses_around(target):
             starts.extend(np.ascontiguousarray(angles(pose).T))
         starts.append(seed)
-    found = []
-    for i, start in enumerate(starts):
-        if not np.isfinite(start).all():
-            continue
-        q = chain.refined(target, start)
-        moved_on = close_by and i == len(starts) - 1
-        if q is not None and (moved_on or np.abs(q - start).max() < _MOVED):
-            found.append(q)
+    # Whatever a descent ends at is a solution, far or near: next to a straight wrist joints 4 and 6 are far off.
+    ends = [chain.refined(target, start) for start in starts if np.isfinite(start).all()]
+    found = [q for q in ends if q is not None]
     if close_by:
         # Along the postures of a singular pose there may be some within limits where this one is not.
         inside = [chain.refined(target, np.clip(_turned(q, seed), *limits), within=True) for q in found]
