@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 from types import FunctionType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -81,13 +82,14 @@ def test_an_arc_and_a_joint_move_go_together(client: Client, iiwa: Robot) -> Non
 
 def test_arcs_that_say_too_little_or_too_much_are_refused_before_they_are_sent(iiwa: Robot) -> None:
     side = iiwa.tcp @ pose(x=0.1)
-    for arguments in (
+    bad: list[dict[str, Any]] = [
         {"goal": side},
         {"via": [0, 0, 1], "center": [0, 0, 1], "goal": side},
         {"via": [0, 0, 1], "goal": side, "angle": 1.0},
         {"via": [0, 0], "goal": side},
         {"center": [0, 0, float("nan")], "goal": side},
-    ):
+    ]
+    for arguments in bad:
         with pytest.raises(virtualrobot.InvalidArgumentError):
             iiwa.circular(**arguments)
     with pytest.raises(virtualrobot.InvalidArgumentError, match="where shall the tool centre point be"):
