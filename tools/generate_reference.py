@@ -24,6 +24,7 @@ from google.protobuf.descriptor_pb2 import (
     ServiceDescriptorProto,
 )
 from virtualrobot.errors import BY_REASON
+from virtualrobot.v1 import lease_pb2
 
 REFERENCE = ROOT / "docs" / "reference"
 PACKAGE = "virtualrobot.v1"
@@ -34,6 +35,8 @@ WELL_KNOWN = {
     "google.protobuf.FieldMask": "https://protobuf.dev/reference/protobuf/google.protobuf/#field-mask",
     "google.protobuf.Timestamp": "https://protobuf.dev/reference/protobuf/google.protobuf/#timestamp",
 }
+
+LEASES = "lease.md"
 
 # Where the parts of a file are in the paths of its source info (descriptor.proto: FileDescriptorProto and below it).
 SYNTAX, MESSAGE, ENUM, SERVICE = 12, 4, 5, 6
@@ -139,6 +142,8 @@ def service_lines(page: Page, at: int, service: ServiceDescriptorProto, homes: d
         answer = ("stream of " if method.server_streaming else "") + link(method.output_type, homes)
         yield f"### {method.name}\n\n{page.comment(SERVICE, at, PART, place)}\n"
         yield f"`/{PACKAGE}.{service.name}/{method.name}`: {given} → {answer}\n"
+        if method.options.Extensions[lease_pb2.needs_lease]:  # pyright: ignore[reportArgumentType] its stub
+            yield f"Robots that somebody has leased are touched [with that lease]({LEASES}) only.\n"
 
 
 def message_lines(page: Page, at: int, message: DescriptorProto, homes: dict[str, str]) -> Iterator[str]:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from virtualrobot.v1 import scene_pb2
 
 from virtualrobot_kernel.api import scene_files
+from virtualrobot_kernel.api.lease_table import LeaseTable
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.api.server import Address, Server
@@ -116,6 +117,7 @@ class Kernel:
             catalog=self._catalog,
             solvers=self._solvers,
             importers=self._importers,
+            leases=LeaseTable(),
             viewer_url=lambda: self._viewer.url if self._viewer else "",
             viewer_count=lambda: self._viewer.viewer_count if self._viewer else 0,
             shut_down=self._shut_down,

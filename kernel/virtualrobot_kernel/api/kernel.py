@@ -28,6 +28,7 @@ CAPABILITIES = (
     "assets",
     "clock.realtime",
     "clock.stepped",
+    "leases",
     "motion.group",
     "motion.joint_trajectory",
     "motion.linear",

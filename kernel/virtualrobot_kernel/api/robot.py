@@ -11,7 +11,6 @@ import numpy as np
 from virtualrobot.v1 import robot_pb2, robot_pb2_grpc
 from virtualrobot_sdk.selfcheck import SelfCheck
 
-from virtualrobot_kernel.api.author import author
 from virtualrobot_kernel.api.convert.nodes import JOINT_TYPE_NUMBERS, limits_message
 from virtualrobot_kernel.api.convert.robots import (
     group_messages,
@@ -155,7 +154,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         tried = await run(rooms.workers, try_out)
         try:
             command = SetKinematics(request.robot, name, wanted)
-            applied = await asyncio.wrap_future(rooms.world.submit([command], author(context)))
+            applied = await asyncio.wrap_future(rooms.submit([command], context))
         except BaseException:
             await run(rooms.workers, tried.close)
             raise

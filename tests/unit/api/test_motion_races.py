@@ -58,6 +58,7 @@ def served(world: World) -> api.MotionServicer:
     publications = Publications(world, asyncio.get_running_loop())
     solvers = SimpleNamespace(of=None)  # goals in joints need none
     rooms: Any = SimpleNamespace(world=world, publications=publications, workers=ThreadPoolExecutor(1), solvers=solvers)
+    rooms.submit = lambda commands, context: world.submit(commands, "a test")
     return api.MotionServicer(rooms)
 
 
