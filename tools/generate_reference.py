@@ -36,8 +36,6 @@ WELL_KNOWN = {
     "google.protobuf.Timestamp": "https://protobuf.dev/reference/protobuf/google.protobuf/#timestamp",
 }
 
-LEASES = "lease.md"
-
 # Where the parts of a file are in the paths of its source info (descriptor.proto: FileDescriptorProto and below it).
 SYNTAX, MESSAGE, ENUM, SERVICE = 12, 4, 5, 6
 PART = 2  # fields of a message, values of an enum, methods of a service
@@ -143,7 +141,7 @@ def service_lines(page: Page, at: int, service: ServiceDescriptorProto, homes: d
         yield f"### {method.name}\n\n{page.comment(SERVICE, at, PART, place)}\n"
         yield f"`/{PACKAGE}.{service.name}/{method.name}`: {given} → {answer}\n"
         if method.options.Extensions[lease_pb2.needs_lease]:  # pyright: ignore[reportArgumentType] its stub
-            yield f"Robots that somebody has leased are touched [with that lease]({LEASES}) only.\n"
+            yield "Robots that somebody has leased are touched [with that lease](lease.md) only.\n"
 
 
 def message_lines(page: Page, at: int, message: DescriptorProto, homes: dict[str, str]) -> Iterator[str]:

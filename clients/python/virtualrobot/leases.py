@@ -100,9 +100,10 @@ class Lease:
         try:
             self._services.lease.Release(lease_pb2.ReleaseRequest(token=self._token))
         except LeaseEndedError:
-            pass  # whoever took the robots has told why
+            pass  # why, the stream has told
         finally:
             self._stream.cancel()
+            self._tell(None, self._lost or "it was released")
 
     def _open(self) -> Stream[lease_pb2.KeepAliveResponse]:
         return self._services.lease.KeepAlive(lease_pb2.KeepAliveRequest(token=self._token))
