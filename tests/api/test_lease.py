@@ -41,6 +41,7 @@ class Holder:
     """A client of its own that leases robots, and keeps the lease until it lets go or is closed."""
 
     def __init__(self, kernel: KernelProcess, *robots: str, owner: str = "Ada", take: bool = False) -> None:
+        """Lease, or take, the robots."""
         self.stubs = kernel.stubs()
         ask = lease_pb2.TakeRequest if take else lease_pb2.AcquireRequest
         call = self.stubs.lease.Take if take else self.stubs.lease.Acquire
@@ -49,17 +50,21 @@ class Holder:
         self.told: Any = self.stubs.lease.KeepAlive(lease_pb2.KeepAliveRequest(token=self.given.token))
         assert next(self.told).lease == self.given.lease
 
-    def start(self, move: motion_pb2.Move, **fields: Any) -> str:
+    def start(self, move: motion_pb2.Move, **fields: Any) -> str:  # noqa: ANN401 fields of the request
+        """Start a move and return the motion's id."""
         request = motion_pb2.StartMotionRequest(moves=[move], on_disconnect=CONTINUE, **fields)
         return self.stubs.motion.StartMotion(request, metadata=self.metadata).motion.id
 
     def apply(self, *commands: scene_pb2.Command) -> None:
+        """Apply commands as one batch."""
         self.stubs.scene.Apply(scene_pb2.ApplyRequest(commands=commands), metadata=self.metadata)
 
     def release(self) -> None:
+        """Give the robots back."""
         self.stubs.lease.Release(lease_pb2.ReleaseRequest(token=self.given.token))
 
     def vanish(self) -> None:
+        """Close the connection without a word."""
         self.stubs.channel.close()
 
 
@@ -159,7 +164,9 @@ TOUCHING = {
 
 
 @pytest.mark.parametrize("command", TOUCHING.values(), ids=TOUCHING)
-def test_others_change_nothing_of_a_leased_robot(cell: Stubs, kernel: KernelProcess, command: scene_pb2.Command) -> None:
+def test_others_change_nothing_of_a_leased_robot(
+    cell: Stubs, kernel: KernelProcess, command: scene_pb2.Command
+) -> None:
     stubs = cell
     ada = Holder(kernel, "left")
     before = stubs.scene.SaveScene(scene_pb2.SaveSceneRequest()).text
@@ -410,28 +417,49 @@ def test_a_stream_that_is_opened_again_in_time_keeps_the_lease(cell: Stubs, kern
     assert leases(stubs) == [ada.given.lease]
 
 
-def test_a_plan_that_was_made_for_nothing(cell: Stubs, kernel: KernelProcess) -> None:
-    """Starts are planned for a while; a lease that begins or ends meanwhile counts, and never the one before."""
+@pytest.mark.parametrize("who", ["anyone", "the holder"])
+def test_a_start_that_waits_is_refused_when_the_robot_is_leased_meanwhile(
+    stepped_kernel: KernelProcess, stepped: Stubs, who: str
+) -> None:
+    """A start that preempts waits for standstill, and so for steps: time for others to lease the robot."""
+    load(stepped, IIWA, "arm")
+    ada = Holder(stepped_kernel, "arm") if who == "the holder" else None
+    metadata = ada.metadata if ada else ()
+    going = motion_pb2.StartMotionRequest(moves=[slow("arm")], on_disconnect=CONTINUE)
+    id = stepped.motion.StartMotion(going, metadata=metadata).motion.id
+    step(stepped, 50)
+    preempting = motion_pb2.StartMotionRequest(
+        moves=[joints("arm", lbr_iiwa_joint_1=-0.5)], on_disconnect=CONTINUE, busy_policy=motion_pb2.BUSY_POLICY_PREEMPT
+    )
+    call = stepped.motion.StartMotion.future(preempting, metadata=metadata)
+    waiting = threading.Event()
+    while motion(stepped, id).phase != motion_pb2.MOTION_PHASE_STOPPING:
+        waiting.wait(0.01)
+    bob = Holder(stepped_kernel, "arm", owner="Bob", take=who == "the holder")
+    assert not call.done()
+    step(stepped, 500)
+    refused = refusal(lambda: call.result(60))
+    assert refused.reason == ("LEASE_ENDED" if ada else "LEASED")
+    assert "'Bob'" in refused.message
+    assert motion(stepped, id).phase == CANCELLED
+    assert len(stepped.motion.ListMotions(motion_pb2.ListMotionsRequest(running_only=True)).motions) == 0
+    bob.release()
+
+
+def test_once_a_robot_is_taken_nothing_of_others_starts(cell: Stubs, kernel: KernelProcess) -> None:
+    """Starts are planned in threads of their own, so that they come before, while and after the robot is taken."""
     stubs = cell
     load(stubs, PANDA, "panda")
-    moving = joints("panda", panda_joint1=0.5)
+    running = motion_pb2.ListMotionsRequest(running_only=True)
+    request = motion_pb2.StartMotionRequest(moves=[joints("panda", panda_joint1=0.5)], on_disconnect=CONTINUE)
     for _ in range(20):
-        calls = [
-            stubs.motion.StartMotion.future(motion_pb2.StartMotionRequest(moves=[moving], on_disconnect=CONTINUE))
-            for _ in range(4)
-        ]
+        calls = [stubs.motion.StartMotion.future(request) for _ in range(4)]
         ada = Holder(kernel, "panda", take=True)
-        going = {one.id for one in stubs.motion.ListMotions(motion_pb2.ListMotionsRequest(running_only=True)).motions}
+        going = {one.id for one in stubs.motion.ListMotions(running).motions}
         for call in calls:
-            if call.exception(30) is None:
-                assert motion(stubs, call.result().motion.id).cancel_cause in (
-                    motion_pb2.CANCEL_CAUSE_LEASE_TAKEN,
-                    motion_pb2.CANCEL_CAUSE_UNSPECIFIED,  # had reached its goal before
-                )
-            else:
+            if call.exception(30) is not None:
                 assert refusal(call.result).reason in ("LEASED", "ROBOT_BUSY", "STALE_REVISION")
-        now = stubs.motion.ListMotions(motion_pb2.ListMotionsRequest(running_only=True)).motions
-        assert {one.id for one in now} <= going  # nothing starts once it is taken
+        assert {one.id for one in stubs.motion.ListMotions(running).motions} <= going
         ada.release()
         ada.vanish()
 

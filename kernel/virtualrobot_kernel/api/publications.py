@@ -155,7 +155,9 @@ class Publications:
         finally:
             self._world.unlisten(published)
 
-    async def each(self, subscribe: Callable[[Callable[[object], None]], Callable[[], None]]) -> AsyncGenerator[None, None]:
+    async def each(
+        self, subscribe: Callable[[Callable[[object], None]], Callable[[], None]]
+    ) -> AsyncGenerator[None, None]:
         """Yield at once, and again after calls of a listener.
 
         `subscribe` takes the listener and returns what ends it.

@@ -69,8 +69,8 @@ OPTIONS = (
     ("grpc.max_send_message_length", MAX_MESSAGE_BYTES),
     ("grpc.so_reuseport", 0),
     # A client whose machine or network is gone closes nothing. Its streams, and what they hold (leases, motions), end
-    # when it does not answer a ping in time; measured: after 5 s. In Python and C++ gRPC answers by itself, however busy
-    # the program is. With the keepalive timeout alone grpcio 1.85 waits a minute for the answer.
+    # when it does not answer a ping in time; measured: after 5 s. In Python and C++ gRPC answers by itself, however
+    # busy the program is. With the keepalive timeout alone grpcio 1.85 waits a minute for the answer.
     ("grpc.keepalive_time_ms", 2000),
     ("grpc.keepalive_timeout_ms", 3000),
     ("grpc.http2.ping_timeout_ms", 3000),
