@@ -71,53 +71,38 @@ class LeaseTable:
 
     def record(self, token: str) -> Lease:
         """Return a lease, ended ones included; raise KernelError when nothing is known of it."""
-        lease = self._table.leases.get(token)
-        if lease is None:
-            raise KernelError(
-                "the call names a lease that there is not, or that ended long ago; acquire one",
-                reason=Reason.LEASE_ENDED,
-                cause="unknown",
-            )
-        return lease
+        return _record(self._table, token)
 
     def held_by(self, token: str) -> Lease:
         """Return a lease that has robots; raise KernelError, which tells why it has ended."""
-        lease = self.record(token)
-        if not lease.robots:
-            raise KernelError(
-                f"the lease {lease.id!r} of {lease.owner!r} has ended: {lease.reason}; acquire another one",
-                reason=Reason.LEASE_ENDED,
-                lease=lease.id,
-                owner=lease.owner,
-                cause=lease.loss.value if lease.loss else "",
-            )
-        return lease
+        return _held(self._table, token)
 
     def acquire(self, snapshot: Snapshot, robots: Collection[int], owner: str) -> Lease:
         """Lease robots (uids), all or none; raise KernelError, which names who has one of them."""
         self.check(snapshot, robots, ())
-        return self._add(robots, owner)
+        lease = self._made(robots, owner)
+        self._publish(lease)
+        return lease
 
     def take(self, robots: Collection[int], owner: str) -> tuple[Lease, list[Lease]]:
         """Lease robots (uids) whoever had them; return the lease, and those that lost robots as they were before."""
         losers = [lease for lease in self.held if not lease.robots.isdisjoint(robots)]
-        for lease in losers:
-            self._change(
-                replace(
-                    lease, robots=lease.robots.difference(robots), loss=Loss.TAKEN, reason=f"taken over by {owner!r}"
-                )
-            )
-        return self._add(robots, owner), losers
+        reason = f"taken over by {owner!r}"
+        left = [replace(one, robots=one.robots.difference(robots), loss=Loss.TAKEN, reason=reason) for one in losers]
+        lease = self._made(robots, owner)
+        # At once: between two tables the robots would be free.
+        self._publish(*left, lease)
+        return lease, losers
 
     def end(self, lease: Lease, loss: Loss, reason: str) -> None:
         """Make the robots of a lease free."""
-        self._change(replace(lease, robots=frozenset(), loss=loss, reason=reason))
+        self._publish(replace(lease, robots=frozenset(), loss=loss, reason=reason))
 
     def check(self, snapshot: Snapshot, robots: Collection[int], tokens: Sequence[str]) -> None:
         """Raise KernelError when a lease of `tokens` has ended, or one of the robots is leased by none of them."""
         table = self._table
         for token in tokens:
-            self.held_by(token)
+            _held(table, token)
         for uid in robots:
             lease = table.by_robot.get(uid)
             if lease is not None and lease.token not in tokens:
@@ -150,18 +135,40 @@ class LeaseTable:
 
         return end
 
-    def _add(self, robots: Collection[int], owner: str) -> Lease:
+    def _made(self, robots: Collection[int], owner: str) -> Lease:
         self._count += 1
-        lease = Lease(f"lease-{self._count}", secrets.token_urlsafe(16), owner, frozenset(robots), time.time())
-        self._change(lease)
-        return lease
+        return Lease(f"lease-{self._count}", secrets.token_urlsafe(16), owner, frozenset(robots), time.time())
 
-    def _change(self, lease: Lease) -> None:
-        """Publish a table with this lease, and without those that ended long ago."""
-        leases = {**self._table.leases, lease.token: lease}
+    def _publish(self, *changed: Lease) -> None:
+        """Publish a table with these leases as they are now, and without those that ended long ago."""
+        leases = {**self._table.leases, **{lease.token: lease for lease in changed}}
         ended = [token for token, other in leases.items() if not other.robots]
         for token in ended[:-REMEMBERED]:
             del leases[token]
         self._table = _Table(leases, {uid: other for other in leases.values() for uid in other.robots})
         for listener in self._listeners:
-            listener(lease)
+            listener(changed)
+
+
+def _record(table: _Table, token: str) -> Lease:
+    lease = table.leases.get(token)
+    if lease is None:
+        raise KernelError(
+            "the call names a lease that there is not, or that ended long ago; acquire one",
+            reason=Reason.LEASE_ENDED,
+            cause="unknown",
+        )
+    return lease
+
+
+def _held(table: _Table, token: str) -> Lease:
+    lease = _record(table, token)
+    if not lease.robots:
+        raise KernelError(
+            f"the lease {lease.id!r} of {lease.owner!r} has ended: {lease.reason}; acquire another one",
+            reason=Reason.LEASE_ENDED,
+            lease=lease.id,
+            owner=lease.owner,
+            cause=lease.loss.value if lease.loss else "",
+        )
+    return lease

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import socket
 import subprocess
 import sys
 import threading
@@ -134,6 +136,82 @@ def test_a_lease_outlasts_waiting(client: Client, iiwa: Robot) -> None:
     with iiwa.lease() as lease:
         assert lease.wait_for_loss(2.5) == ""
         iiwa.move_joints(BENT)
+
+
+class Wire:
+    """A proxy that carries bytes to a kernel, until it is cut; it can be used again at once."""
+
+    def __init__(self, address: str) -> None:
+        """Listen on a free port of this machine."""
+        host, _, port = address.rpartition(":")
+        self._kernel = (host, int(port))
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self._ends: list[socket.socket] = []
+        self.address = f"127.0.0.1:{self._listener.getsockname()[1]}"
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def _accept(self) -> None:
+        with contextlib.suppress(OSError):  # closed
+            while True:
+                near = self._listener.accept()[0]
+                far = socket.create_connection(self._kernel)
+                self._ends += [near, far]
+                for source, sink in ((near, far), (far, near)):
+                    threading.Thread(target=self._carry, args=(source, sink), daemon=True).start()
+
+    def _carry(self, source: socket.socket, sink: socket.socket) -> None:
+        with contextlib.suppress(OSError):  # cut
+            while data := source.recv(65536):
+                sink.sendall(data)
+
+    def cut(self) -> None:
+        """End all connections."""
+        ends, self._ends = self._ends, []
+        for end in ends:
+            with contextlib.suppress(OSError):  # the other side was faster
+                end.shutdown(socket.SHUT_RDWR)
+            end.close()
+
+    def close(self) -> None:
+        """End all connections and listen no more."""
+        with contextlib.suppress(OSError):  # not every system shuts a listener down; Linux would accept once more
+            self._listener.shutdown(socket.SHUT_RDWR)
+        self._listener.close()
+        self.cut()
+
+
+@pytest.fixture
+def wire(client_kernel: KernelProcess) -> Iterator[Wire]:
+    wire = Wire(client_kernel.address)
+    yield wire
+    wire.close()
+
+
+def test_a_short_break_of_the_connection_costs_no_lease(
+    client: Client, iiwa: Robot, client_kernel: KernelProcess, wire: Wire
+) -> None:
+    with virtualrobot.connect(wire.address, client_kernel.token) as far, far.lease("iiwa", owner="far") as lease:
+        for _ in range(3):
+            wire.cut()
+            assert lease.wait_for_loss(1.5) == ""  # longer than the grace
+        assert [shown.id for shown in client.leases()] == [lease.id]
+        far.robot("iiwa").move_joints(BENT)
+
+
+def test_a_connection_that_stays_away_costs_the_lease(
+    client: Client, iiwa: Robot, client_kernel: KernelProcess, wire: Wire
+) -> None:
+    far = virtualrobot.connect(wire.address, client_kernel.token)
+    lease = far.lease("iiwa")
+    id = slow_of(far)
+    wire.close()
+    until_free(client)
+    (motion,) = (one for one in client.motions(running_only=False) if one.id == id)
+    with pytest.raises(virtualrobot.MotionCancelledError, match="expired"):
+        motion.wait(30.0)
+    assert "no kernel answers" in lease.wait_for_loss(30.0)
+    assert lease.robots == ()
+    far.close()
 
 
 def test_releasing_twice_does_no_harm(client: Client, iiwa: Robot) -> None:
