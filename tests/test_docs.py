@@ -30,7 +30,6 @@ from virtualrobot.v1 import (
     view_pb2,
 )
 from virtualrobot_kernel.api.status import CODES
-from virtualrobot_kernel.formats.models import MODEL_FORMATS
 from virtualrobot_kernel.serve import _parser
 from virtualrobot_sdk.testing.grade import command as grade
 
@@ -148,11 +147,6 @@ def test_reference_tells_the_codes_that_the_kernel_sends() -> None:
         r"^\| `ERROR_REASON_(\w+)` \| \d+ \| `(\w+)` ", (REFERENCE / "errors.md").read_text(), re.MULTILINE
     )
     assert dict(rows) == {reason.name: code.name for reason, code in CODES.items()}
-
-
-def test_every_model_format_is_described() -> None:
-    rows = re.findall(r"^\| (`\.[^|]*)\|", (ROOT / "docs" / "formats.md").read_text("utf-8"), re.MULTILINE)
-    assert re.findall(r"`(\.\w+)`", " ".join(rows)) == list(MODEL_FORMATS)
 
 
 def test_the_scene_file_is_described() -> None:

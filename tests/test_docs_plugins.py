@@ -10,10 +10,25 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
-from virtualrobot_sdk import drivers, errors, hookspecs, importers, kinematics, mobile, rays, registration, testing
+from virtualrobot_kernel.components.catalog import LOOK_SECONDS
+from virtualrobot_kernel.components.running import START_SECONDS
+from virtualrobot_sdk import (
+    drivers,
+    errors,
+    hookspecs,
+    importers,
+    kinematics,
+    mobile,
+    rays,
+    registration,
+    selfcheck,
+    testing,
+)
 from virtualrobot_sdk.hookspecs import HOOKS
 from virtualrobot_sdk.testing.contract import KinematicsContract
 from virtualrobot_sdk.testing.examination import LAWS
+from virtualrobot_sdk.testing.subject import LOADING_SECONDS
+from virtualrobot_sdk.worker.parent import MEMORY_GROWTH_BYTES
 
 TEXT = (Path(__file__).resolve().parent.parent / "docs" / "plugins.md").read_text("utf-8")
 SDK = Path(inspect.getfile(registration)).parent
@@ -108,6 +123,17 @@ def test_every_field_of_a_value_is_told(module: ModuleType) -> None:
         assert in_row == fields or list(rows(table[2])) == fields, name
 
 
+def test_times_and_sizes_are_those_of_the_code() -> None:
+    told = section("Where components run")
+    assert f"has {LOOK_SECONDS:g} seconds for import and factory" in told
+    assert LOOK_SECONDS == START_SECONDS == LOADING_SECONDS
+    assert f"may grow by {MEMORY_GROWTH_BYTES >> 20} MiB" in told
+    check = section("Kinematics").replace("\n", " ")
+    assert f"at {selfcheck.POSTURES} random postures" in check
+    assert f"(to {selfcheck.POSE_TOLERANCE:.0e} m and rad)".replace("e-0", "e-") in check
+    assert f"(to {selfcheck.JACOBIAN_TOLERANCE:.0e} of its".replace("e-0", "e-") in check
+
+
 def test_names_of_enumerations_are_told() -> None:
     for enumeration in (drivers.DriverState, kinematics.InverseStatus, registration.Isolation):
         assert enumeration.__name__ in TEXT
@@ -121,7 +147,7 @@ def test_names_of_enumerations_are_told() -> None:
 def test_the_laws_are_told_in_order() -> None:
     told = [name for name in rows(section("The test kit")) if name in LAWS]
     assert told == list(LAWS)
-    attributes = [name for name in KinematicsContract.__annotations__ if name != "examination"]
+    attributes = [name for name in KinematicsContract.__annotations__ if name not in ("examination", "problem")]
     assert [name for name in rows(section("The test kit")) if name in attributes] == attributes
 
 

@@ -67,10 +67,18 @@ class UnknownNameError(KernelError):
         # Of many names only the neighbours in the alphabet: comparing with all of them would hold up the world.
         place = bisect_left(names, name)
         neighbours = names[max(0, place - NEIGHBOURS) : place + NEIGHBOURS]
-        near = get_close_matches(name[:LONGEST_NAME], neighbours, n=3) or names[:8]
-        hint = f"; did you mean {', '.join(repr(n) for n in near)}?" if near else "; there is none yet"
+        close = get_close_matches(name[:LONGEST_NAME], neighbours, n=3)
+        near = close or names[:8]
+        said = ", ".join(map(repr, near))
+        if close:
+            hint = f"did you mean {said}?"
+        elif names:
+            more = len(names) - len(near)
+            hint = f"there {'is' if len(names) == 1 else 'are'} {said}{f' and {more} more' if more else ''}"
+        else:
+            hint = "there is none yet"
         super().__init__(
-            f"there is no {kind} named {name!r}{hint}",
+            f"there is no {kind} named {name!r}; {hint}",
             kind=kind,
             name=name,
             nearest=near[0] if near else "",

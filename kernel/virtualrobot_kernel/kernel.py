@@ -10,12 +10,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from virtualrobot.v1 import scene_pb2
+from virtualrobot_sdk.worker import close_all
 
 from virtualrobot_kernel.api import scene_files
 from virtualrobot_kernel.api.lease_table import LeaseTable
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.api.server import Address, Server
+from virtualrobot_kernel.api.turns import Turns
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.importing import Importers
 from virtualrobot_kernel.drawing.view import ViewStore
@@ -34,7 +36,7 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 WORKERS = 8
-"""Threads for long work: reading files and planning; many, since some wait for a component in another process."""
+"""Threads for reading and writing files; many, since some wait for an importer in another process."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +64,7 @@ class Kernel:
         self._view = ViewStore()
         self.world = World(world_poses, MemoryJournal(), Clock(settings.mode, 1.0, settings.tick_nanoseconds))
         self._workers = ThreadPoolExecutor(WORKERS, thread_name_prefix="worker")
+        self._turns = Turns()
         self._server = Server(settings.address, self.world, self._rooms)
         self._shut_down = shut_down
 
@@ -102,9 +105,11 @@ class Kernel:
         if self._viewer is not None:
             self._viewer.close()
         self.world.close()
+        self._workers.shutdown(wait=False, cancel_futures=True)
+        self._turns.close()
         self._solvers.close()
         self._importers.close()
-        self._workers.shutdown(wait=False, cancel_futures=True)
+        close_all()  # those that are being made or looked at, too: the process waits for its threads
 
     def _rooms(self, publications: Publications) -> Rooms:
         return Rooms(
@@ -114,6 +119,7 @@ class Kernel:
             meshes=self._meshes,
             view=self._view,
             workers=self._workers,
+            turns=self._turns,
             catalog=self._catalog,
             solvers=self._solvers,
             importers=self._importers,

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from numbers import Real
 
 import numpy as np
 
@@ -12,12 +14,21 @@ from virtualrobot_sdk.kinematics import Floats, InverseOptions, InverseResult, I
 RIGID = 1e-6
 """How far the rotation of a returned pose may be from orthonormal (largest entry of R^T R - I)."""
 
+MOST_SOLUTIONS = 10_000
+"""How many solutions an answer may have: each is looked at."""
+
+LONGEST_TEXT = 2_000
+"""How many characters of a text are kept."""
+
 CLOSURE = 1e-6
 """How far a solution's tip may be from its target where tighter tolerances were asked for (m, rad)."""
 
 
 def checked_frames(value: object) -> Floats:
-    """Return what `forward` answered, (m, 4, 4); raise ComponentFault unless all is finite and the last pose rigid."""
+    """Return a copy of what `forward` answered, (m, 4, 4).
+
+    Raises ComponentFault unless all is finite and the last pose a rigid transform.
+    """
     frames = _floats("forward", value)
     if frames.ndim != 3 or frames.shape[0] == 0 or frames.shape[1:] != (4, 4):
         raise nonsense(f"forward returned shape {frames.shape}; it must be (m, 4, 4) with m at least 1")
@@ -29,11 +40,16 @@ def checked_frames(value: object) -> Floats:
             f"forward returned a last pose that is no rigid transform (R^T R is off by {off:.3g}, the last row is "
             f"{frames[-1, 3].tolist()})"
         )
+    if np.linalg.det(rotation) < 0.0:
+        raise nonsense("forward returned a last pose that is a reflection; its axes must be right-handed")
     return frames
 
 
 def checked_jacobian(value: object, chain: SerialChain) -> Floats:
-    """Return what `jacobian` answered as (6, k); raise ComponentFault for another shape or a value not finite."""
+    """Return a copy of what `jacobian` answered, (6, k).
+
+    Raises ComponentFault for another shape or a value that is not finite.
+    """
     jacobian = _floats("jacobian", value)
     if jacobian.shape != (6, len(chain.joint_names)):
         raise nonsense(f"jacobian returned shape {jacobian.shape}; it must be {(6, len(chain.joint_names))}")
@@ -42,20 +58,35 @@ def checked_jacobian(value: object, chain: SerialChain) -> Floats:
 
 
 def checked_result(value: object, chain: SerialChain, options: InverseOptions) -> InverseResult:
-    """Return what `inverse` answered, its solutions (m, k) finite and within limits where asked for.
+    """Return a copy of what `inverse` answered, its solutions (m, k) finite and within limits where asked for.
 
-    Raises ComponentFault when status, solutions and configurations do not fit together.
+    Raises ComponentFault when a field has a wrong type, or status, solutions and configurations do not fit together.
     """
-    if not isinstance(value, InverseResult) or not isinstance(value.status, InverseStatus):
-        raise nonsense(f"inverse returned {_kind(value)}; it must be an InverseResult with an InverseStatus")
+    if not isinstance(value, InverseResult):
+        raise nonsense(f"inverse returned {_kind(value)}; it must be an InverseResult")
+    if not isinstance(value.status, InverseStatus):
+        raise nonsense(f"inverse returned {_kind(value.status)} as status; it must be an InverseStatus")
     solutions = _floats("inverse", value.solutions)
     k = len(chain.joint_names)
     if solutions.ndim != 2 or solutions.shape[1] != k:
         raise nonsense(f"inverse returned solutions of shape {solutions.shape}; they must be (m, {k})")
+    if len(solutions) > MOST_SOLUTIONS:
+        raise nonsense(f"inverse returned {len(solutions)} solutions; it may return {MOST_SOLUTIONS}")
     if (value.status is InverseStatus.SOLVED) != (len(solutions) > 0):
         raise nonsense(f"inverse returned {value.status.value} with {len(solutions)} solutions")
-    if len(value.configurations) != len(solutions):
-        raise nonsense(f"inverse named {len(value.configurations)} configurations for {len(solutions)} solutions")
+    names = value.configurations
+    if not isinstance(names, tuple | list):
+        raise nonsense(f"inverse returned {_kind(names)} as configurations; they must be a tuple of texts")
+    if len(names) != len(solutions):
+        raise nonsense(f"inverse named {len(names)} configurations for {len(solutions)} solutions")
+    result = replace(
+        value,
+        solutions=solutions,
+        configurations=tuple(_text("a configuration", name) for name in names),
+        position_error=_number("position_error", value.position_error),
+        rotation_error=_number("rotation_error", value.rotation_error),
+        reason=_text("the reason", value.reason),
+    )
     _finite("inverse", solutions)
     if options.respect_limits:
         outside = (solutions < chain.lower - _SLACK) | (solutions > chain.upper + _SLACK)
@@ -65,7 +96,7 @@ def checked_result(value: object, chain: SerialChain, options: InverseOptions) -
                 f"inverse returned {chain.joint_names[column]!r} at {solutions[row, column]:.6g}, outside its limits "
                 f"{chain.lower[column]:.6g} to {chain.upper[column]:.6g}"
             )
-    return value
+    return result
 
 
 def check_solution(reached: Floats, target: Floats, options: InverseOptions) -> None:
@@ -96,7 +127,23 @@ _SLACK = 1e-9
 def _floats(method: str, value: object) -> Floats:
     if not isinstance(value, np.ndarray) or value.dtype != np.float64:
         raise nonsense(f"{method} returned {_kind(value)}; it must be a float64 array")
-    return value
+    # A copy, plain and in C order: the component may use its buffer again, and subclasses count in ways of their own.
+    return np.array(value, dtype=np.float64, order="C")
+
+
+def _number(what: str, value: object) -> float:
+    if not isinstance(value, Real):
+        raise nonsense(f"inverse returned {_kind(value)} as {what}; it must be a number")
+    if math.isnan(value):
+        raise nonsense(f"inverse returned nan as {what}; it must be a number")
+    return float(value)
+
+
+def _text(what: str, value: object) -> str:
+    if not isinstance(value, str):
+        raise nonsense(f"inverse returned {_kind(value)} as {what}; it must be text")
+    # Half of a surrogate pair cannot be sent to anybody.
+    return value[:LONGEST_TEXT].encode("utf-8", "backslashreplace").decode()
 
 
 def _finite(method: str, array: Floats) -> None:

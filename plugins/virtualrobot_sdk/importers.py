@@ -22,7 +22,10 @@ class Translation:
 
 
 class Importer(Protocol):
-    """Reads files of one or several formats, told by their endings."""
+    """Reads files of one or several formats, told by their endings.
+
+    It gets all that it reads as arguments: no file of the disk and no network is touched. Equal calls give equal bytes.
+    """
 
     def translate(self, data: bytes, uri: str, files: Mapping[str, bytes | None], /) -> Translation:
         """Return the file `uri` with the content `data` in a format that the kernel reads.

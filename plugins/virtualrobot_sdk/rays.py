@@ -94,7 +94,7 @@ class Readings:
     """What the sensor says of its n rays."""
 
     distance: Floats
-    """(n,) in meters, never NaN; where it is not valid, what this sensor says then (inf, 0 or its greatest range)."""
+    """(n,) in meters, 0 or more; where it is not valid, what this sensor says then (inf, 0 or its greatest range)."""
     intensity: Floats
     """(n,) the strength of the echo, 0 to 1."""
     valid: Booleans

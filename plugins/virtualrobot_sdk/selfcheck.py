@@ -22,6 +22,8 @@ POSE_TOLERANCE = 1e-6
 JACOBIAN_TOLERANCE = 1e-5
 """How far an entry of the Jacobian may be off, in meters or radians per radian or meter, relative to the largest."""
 _STEP = 1e-6
+_FAR = 1e3
+"""A limit farther away (rad, m) is none: the digits of such postures do not suffice for finite differences."""
 _INNER = 0.9
 """The part of each joint's range, about its middle, that postures are drawn from."""
 
@@ -86,8 +88,10 @@ def random_posture(chain: SerialChain, rng: np.random.Generator) -> Floats:
     k = len(chain.joint_names)
     sliding = np.array([(chain.joint_type[chain.q_index == i] == PRISMATIC).any() for i in range(k)])
     reach = np.where(sliding, 1.0, np.pi)
-    lower = np.where(np.isfinite(chain.lower), chain.lower, np.minimum(chain.upper, reach) - 2.0 * reach)
-    upper = np.where(np.isfinite(chain.upper), chain.upper, lower + 2.0 * reach)
+    middle = np.clip(0.0, chain.lower, chain.upper)
+    has_lower, has_upper = chain.lower >= middle - _FAR, chain.upper <= middle + _FAR
+    lower = np.where(has_lower, chain.lower, np.minimum(chain.upper, reach) - 2.0 * reach)
+    upper = np.where(has_upper, chain.upper, lower + 2.0 * reach)
     return (lower + upper) / 2.0 + _INNER * rng.uniform(-0.5, 0.5, k) * (upper - lower)
 
 

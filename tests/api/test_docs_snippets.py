@@ -149,7 +149,7 @@ def compare(page: Path, line: int, expected: str, printed: str) -> None:
 
 def test_the_tutorials_have_blocks() -> None:
     names = {page.name for page in RUNNABLE}
-    assert {"README.md", "tutorial-client.md", "tutorial-teacher.md", "command-line.md"} <= names
+    assert {"README.md", "tutorial-client.md", "tutorial-teacher.md", "tutorial-plugin.md", "command-line.md"} <= names
 
 
 def test_a_wrong_block_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,3 +13,11 @@ def test_the_nearest_of_many_names_is_offered() -> None:
 def test_a_name_of_any_length_is_answered() -> None:
     names = ["a" * LONGEST_NAME, "gripper"]
     assert f"did you mean '{names[0]}'" in str(UnknownNameError("tool", "a" * 1_000_000, names))
+
+
+def test_names_that_are_not_near_are_not_called_near() -> None:
+    assert str(UnknownNameError("robot", "x", ["arm"])) == "there is no robot named 'x'; there is 'arm'"
+    many = [f"arm{i}" for i in range(10)]
+    said = str(UnknownNameError("robot", "xyz", many))
+    assert said.startswith("there is no robot named 'xyz'; there are 'arm0', 'arm1', ") and said.endswith(" and 2 more")
+    assert str(UnknownNameError("robot", "x", [])) == "there is no robot named 'x'; there is none yet"

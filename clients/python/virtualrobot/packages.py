@@ -1,4 +1,4 @@
-"""Where the folder of a package may be: ROS, folders around a file, installed Python packages."""
+"""Where the folder of a package may be: ROS, Gazebo, folders around a file, installed Python packages."""
 
 from __future__ import annotations
 
@@ -26,6 +26,8 @@ ROS_FOLDER = Path("/opt/ros")
 
 # Each lists folders that are packages or hold packages, as ROS 1 reads ROS_PACKAGE_PATH.
 _FOLDER_VARIABLES = ("VIRTUALROBOT_PACKAGE_PATH", "ROS_PACKAGE_PATH")
+# Each lists folders that hold models, as Gazebo and libsdformat read them; in URDF files they take packages for models.
+_MODEL_VARIABLES = ("GZ_SIM_RESOURCE_PATH", "GAZEBO_MODEL_PATH", "SDF_PATH")
 _CRAWL_DEPTH = 3  # workspace/src, repository, package: deeper ones are rare and a crawl of a home folder takes long
 _NAME = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
 _NOT_PACKAGES = {"node_modules", "__pycache__", "build", "install", "log"}
@@ -40,6 +42,10 @@ def environment_folders(name: str) -> Iterator[Path]:
         folder = Path(entry) / "share" / name
         if folder.is_dir():
             yield folder
+    for variable in _MODEL_VARIABLES:
+        for entry in filter(None, os.environ.get(variable, "").split(os.pathsep)):
+            if (Path(entry) / name).is_dir():
+                yield Path(entry) / name
 
 
 def installed_folders(name: str) -> Iterator[Path]:

@@ -81,12 +81,13 @@ class Resolver:
         folders above that too. So does an absolute path that is nowhere: some models write their own folder as `/`.
 
         A package is looked for in this order: the folders told to the constructor (and then nowhere else), the
-        environment (VIRTUALROBOT_PACKAGE_PATH, ROS_PACKAGE_PATH, AMENT_PREFIX_PATH), the parents of the referrer (a
-        folder of that name, or one whose package.xml says so), an installed Python package of that name (such as
-        `pybullet_data`; it is not imported), ROS distributions on this machine (`/opt/ros`). Since many models name a
-        package that differs from its folder, any parent of the referrer under which the rest of the URI exists comes
-        next, and last, when no folder is known as the package, folders near the referrer under which the rest exists
-        (`packages.folders_by_content`). Names count letter case on every system.
+        environment (VIRTUALROBOT_PACKAGE_PATH, ROS_PACKAGE_PATH, AMENT_PREFIX_PATH, and Gazebo's GZ_SIM_RESOURCE_PATH,
+        GAZEBO_MODEL_PATH, SDF_PATH), the parents of the referrer (a folder of that name, or one whose package.xml says
+        so), an installed Python package of that name (such as `pybullet_data`; it is not imported), ROS distributions
+        on this machine (`/opt/ros`). Since many models name a package that differs from its folder, any parent of the
+        referrer under which the rest of the URI exists comes next, and last, when no folder is known as the package,
+        folders near the referrer under which the rest exists (`packages.folders_by_content`). Names count letter case
+        on every system.
 
         Raises:
             UnresolvedUriError: when there is no such file, or several folders near the referrer have it and none has

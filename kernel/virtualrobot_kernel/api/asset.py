@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator
-from functools import partial
 
 from virtualrobot.v1 import asset_pb2, asset_pb2_grpc
 
@@ -69,7 +68,10 @@ class AssetServicer(asset_pb2_grpc.AssetServiceServicer):
         store = self._rooms.assets
         data = store.get(request.sha256)
         known = {file.uri: store.get(file.sha256) for file in request.files}
-        wanted = settings(request.settings, "settings")
-        references = partial(list_references, data, request.uri, self._rooms.importers, known, wanted)
-        uris = await asyncio.get_running_loop().run_in_executor(self._rooms.workers, references)
+        uris = await asyncio.get_running_loop().run_in_executor(
+            self._rooms.workers,
+            lambda: list_references(
+                data, request.uri, self._rooms.importers, known, settings(request.settings, "settings")
+            ),
+        )
         return asset_pb2.ListReferencesResponse(uris=uris)

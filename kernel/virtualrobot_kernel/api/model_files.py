@@ -110,16 +110,9 @@ def _scene_as_model(
             specs.extend(read_model(meshes, table, files, (), model.uri).nodes)
     if not specs:
         raise KernelError(f"{model.uri} holds no model", file=model.uri)
-    tops = [spec.name for spec in specs if spec.parent == WORLD_NAME]
-    renamed: dict[str, str] = {}
-    for name in tops:
-        wanted = request.name if request.name and len(tops) == 1 else name
-        renamed[name] = wanted if wanted == request.name else _free(wanted, {*taken, *renamed.values()})
+    renamed = _free_names(specs, request.name, taken)
     nodes: list[NodeSpec] = []
     for spec in specs:
-        top, dot, rest = spec.name.partition(".")
-        name = renamed.get(spec.name) or (f"{renamed[top]}{dot}{rest}" if top in renamed else spec.name)
-        renamed[spec.name] = name
         if spec.parent == WORLD_NAME:
             place = pose(request.parent_t_node, "parent_t_node") @ spec.parent_t_node
             spec = replace(spec, parent=request.parent or WORLD_NAME, parent_t_node=place)
@@ -127,10 +120,36 @@ def _scene_as_model(
                 spec = replace(spec, kind=Kind.PART, data=PartData())
         else:
             spec = replace(spec, parent=renamed.get(spec.parent, spec.parent))
-        data = replace(spec.data, source=model.uri) if isinstance(spec.data, RobotData) else spec.data
-        nodes.append(replace(spec, name=name, data=data, figures=found_figures(meshes, spec.figures, files, model.uri)))
+        data = spec.data
+        if isinstance(data, RobotData):
+            data = replace(data, source=model.uri, flange=renamed.get(data.flange, data.flange))
+        figures = found_figures(meshes, spec.figures, files, model.uri)
+        nodes.append(replace(spec, name=renamed[spec.name], data=data, figures=figures))
     count = sum(isinstance(figure.geometry, Mesh) for node in nodes for figure in node.figures)
     return ImportedModel(tuple(nodes), count, model.warnings)
+
+
+def _free_names(specs: Iterable[NodeSpec], wanted: str, taken: frozenset[str]) -> dict[str, str]:
+    """Return a free name for each node, by its own; what carries a parent's name before a dot keeps doing so.
+
+    `wanted` is the name for the one node that hangs below the world; empty when there are several, or none was asked
+    for. A name that was asked for is not changed, so that it is refused where it is taken.
+    """
+    parents = {spec.name: spec.parent for spec in specs}
+    single = list(parents.values()).count(WORLD_NAME) == 1
+    renamed: dict[str, str] = {}
+    used = set(taken)
+    for name, parent in parents.items():
+        if wanted and single and parent == WORLD_NAME:
+            renamed[name] = wanted
+            used.add(wanted)
+            continue
+        while parent in renamed and not name.startswith(f"{parent}."):
+            parent = parents[parent]
+        own = f"{renamed[parent]}{name.removeprefix(parent)}" if parent in renamed else name
+        renamed[name] = _free(own, used)
+        used.add(renamed[name])
+    return renamed
 
 
 def _free(name: str, taken: Iterable[str]) -> str:

@@ -17,7 +17,7 @@ from virtualrobot_kernel.api.convert.values import check_enum, stamp
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
-from virtualrobot_kernel.planning.moves import Move, joints_of, plan_motion
+from virtualrobot_kernel.planning.moves import Move, joints_of, plan_motion, solved_robots
 from virtualrobot_kernel.world.change import moving_motion
 from virtualrobot_kernel.world.commands import CancelMotion, Command, PauseMotion, ResumeMotion, StopMotions
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion, Snapshot
@@ -44,8 +44,12 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         check_enum(request, "busy_policy")
         check_enum(request, "on_disconnect")
         await self._cleared(moves, request.busy_policy, context)
-        run = asyncio.get_running_loop().run_in_executor
-        command = await run(self._rooms.workers, plan_motion, self._rooms.world.snapshot, moves, self._rooms.solvers.of)
+        world = self._rooms.world
+        # From the snapshot of the moment when it is planned: the robots may have moved while they waited.
+        command = await self._rooms.turns.run(
+            solved_robots(world.snapshot, moves),
+            lambda: plan_motion(world.snapshot, moves, self._rooms.solvers.of),
+        )
         started = self._rooms.submit([command], context)
         if request.on_disconnect != motion_pb2.DISCONNECT_POLICY_CONTINUE:
             # Not after the await below: a client that vanishes there would leave a motion that nothing stops.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import AsyncIterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -34,6 +33,7 @@ from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.planning.robots import arm_of, forward_links, solve_inverse
 from virtualrobot_kernel.world.commands import SetKinematics
 from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.store import Applied
 from virtualrobot_kernel.world.structure import DEFAULT_KINEMATICS, Kind, Node, RobotData
 
 
@@ -125,9 +125,8 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         node = snapshot.structure.node(request.robot, Kind.ROBOT)
         reference = snapshot.structure.node(request.reference)
         world_t_tcp = snapshot.world_t(reference.uid) @ pose(request.reference_t_tcp, "reference_t_tcp")
-        run = asyncio.get_running_loop().run_in_executor
         solve = partial(solve_inverse, snapshot, node, world_t_tcp, dict(request.seed), self._rooms.solvers.of)
-        arm, result = await run(self._rooms.workers, solve)
+        arm, result = await self._rooms.turns.run([node.uid], solve)
         solved = len(result.solutions) > 0
         return robot_pb2.SolveInverseResponse(
             stamp=stamp(snapshot),
@@ -148,18 +147,17 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         snapshot = rooms.world.snapshot
         node = snapshot.structure.node(request.robot, Kind.ROBOT)
         name = request.kinematics or DEFAULT_KINEMATICS
-        wanted = settings(request.settings, "settings")
-        run = asyncio.get_running_loop().run_in_executor
-        try_out = partial(rooms.solvers.try_out, snapshot, arm_of(snapshot, node), name, wanted)
-        tried = await run(rooms.workers, try_out)
-        try:
+        submit = rooms.submitting(context)
+
+        def swap() -> tuple[Applied, SelfCheck]:
+            # All in one thread: a client that goes away cancels what is awaited, and a component must not be lost.
+            wanted = settings(request.settings, "settings")
             command = SetKinematics(request.robot, name, wanted)
-            applied = await asyncio.wrap_future(rooms.submit([command], context))
-        except BaseException:
-            await run(rooms.workers, tried.close)
-            raise
-        await run(rooms.workers, rooms.solvers.adopt, tried)
-        return robot_pb2.SetKinematicsResponse(stamp=stamp(applied.snapshot), check=_check_message(tried.check))
+            arm = arm_of(snapshot, node)
+            return rooms.solvers.swap(snapshot, arm, name, wanted, lambda: submit([command]).result())
+
+        applied, check = await rooms.turns.run([node.uid], swap)
+        return robot_pb2.SetKinematicsResponse(stamp=stamp(applied.snapshot), check=_check_message(check))
 
 
 def _check_message(check: SelfCheck) -> robot_pb2.KinematicsCheck:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from virtualrobot_kernel.api.author import author
 from virtualrobot_kernel.api.lease_table import CARRIED, LeaseTable
 from virtualrobot_kernel.api.publications import Publications
+from virtualrobot_kernel.api.turns import Turns
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.importing import Importers
 from virtualrobot_kernel.drawing.view import ViewStore
@@ -24,7 +25,7 @@ MAX_MESSAGE_BYTES = 16 * 1024 * 1024
 
 @dataclass(frozen=True, slots=True)
 class Rooms:
-    """The rooms that the API opens. Long work goes to `workers`, never to the API's thread."""
+    """The rooms that the API opens. Long work goes to `workers` or `turns`, never to the API's thread."""
 
     world: World
     publications: Publications
@@ -32,6 +33,7 @@ class Rooms:
     meshes: MeshLibrary
     view: ViewStore
     workers: Executor
+    turns: Turns
     catalog: Catalog
     solvers: Solvers
     importers: Importers
@@ -40,8 +42,21 @@ class Rooms:
     viewer_count: Callable[[], int]
     shut_down: Callable[[], None]
 
+    def submitting(self, context: object) -> Callable[..., Future[Applied]]:
+        """Return what queues the commands of a client's call, from any thread: (commands, expected revision or None).
+
+        Commands are refused when they touch robots that others have leased.
+        """
+        # Asked for here and now: what a call carries is known to its own task only.
+        who, permit = author(context), self.leases.permit(CARRIED.get())
+
+        def submit(commands: Sequence[Command], expected_revision: int | None = None) -> Future[Applied]:
+            return self.world.submit(commands, who, expected_revision, permit)
+
+        return submit
+
     def submit(
         self, commands: Sequence[Command], context: object, expected_revision: int | None = None
     ) -> Future[Applied]:
-        """Queue what a client commands; refused when it touches robots that others have leased."""
-        return self.world.submit(commands, author(context), expected_revision, self.leases.permit(CARRIED.get()))
+        """Queue commands of a client's call from its own task; see `submitting`."""
+        return self.submitting(context)(commands, expected_revision)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import accumulate
+
 import grpc
 from google.protobuf.any_pb2 import Any
 from google.rpc import error_details_pb2, status_pb2
@@ -9,8 +11,10 @@ from google.rpc import error_details_pb2, status_pb2
 from virtualrobot_kernel.errors import KernelError, Reason
 
 DOMAIN = "virtualrobot"
+LONGEST_MESSAGE = 1800
 LONGEST_VALUE = 500
-"""Metadata values are cut after this many characters: gRPC's trailers are limited to 8 KiB."""
+LONGEST_METADATA = 2000
+"""Message, each value and all metadata are cut to this many bytes: gRPC's trailers are limited to 8 KiB."""
 
 CODES = {
     Reason.INVALID_ARGUMENT: grpc.StatusCode.INVALID_ARGUMENT,
@@ -39,8 +43,8 @@ CODES = {
 def trailers(error: KernelError) -> tuple[grpc.StatusCode, str, tuple[tuple[str, bytes], ...]]:
     """Return code, message and trailing metadata of a refused call."""
     code = CODES[error.reason]
-    message = _cut(str(error), 4 * LONGEST_VALUE)
-    metadata = {key: _cut(value, LONGEST_VALUE) for key, value in error.metadata.items()}
+    message = _cut(str(error), LONGEST_MESSAGE)
+    metadata = _metadata(error)
     info = error_details_pb2.ErrorInfo(reason=error.reason.name, domain=DOMAIN, metadata=metadata)
     detail = Any()
     detail.Pack(info)
@@ -48,5 +52,25 @@ def trailers(error: KernelError) -> tuple[grpc.StatusCode, str, tuple[tuple[str,
     return code, message, (("grpc-status-details-bin", status.SerializeToString()),)
 
 
-def _cut(text: str, length: int) -> str:
-    return text if len(text) <= length else text[: length - 1] + "…"
+def _metadata(error: KernelError) -> dict[str, str]:
+    """Return what programs are told, as much of it as there is room for."""
+    told: dict[str, str] = {}
+    room = LONGEST_METADATA
+    for key, value in error.metadata.items():
+        name, said = _cut(key, LONGEST_VALUE), _cut(value, LONGEST_VALUE)
+        size = len(name.encode()) + len(said.encode())
+        if size <= room:
+            told[name] = said
+            room -= size
+    return told
+
+
+def _cut(text: str, most: int) -> str:
+    """Return `text` cut to `most` bytes as gRPC writes them: three for each byte that is not printable ASCII.
+
+    What cannot be written in UTF-8 at all, as the half of a surrogate pair, is written in words.
+    """
+    written = text[: most + 1].encode("utf-8", "backslashreplace").decode()
+    ends = accumulate(1 if " " <= c <= "~" and c != "%" else 3 * len(c.encode()) for c in written)
+    fit = sum(end <= most for end in ends)
+    return written if fit == len(written) else written[: max(0, fit - 9)] + "…"

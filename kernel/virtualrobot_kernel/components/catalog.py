@@ -19,7 +19,7 @@ from virtualrobot_sdk.registration import ComponentKind, Isolation, Registration
 from virtualrobot_sdk.worker import Worker
 from virtualrobot_sdk.worker.description import ComponentDescription, describe
 
-from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
+from virtualrobot_kernel.errors import UnknownNameError
 
 log = logging.getLogger(__name__)
 
@@ -84,22 +84,15 @@ class Catalog:
     def find(self, kind: ComponentKind, name: str) -> Offer:
         """Return the component of a kind called `name`.
 
-        Raises UnknownNameError; or KernelError (PLUGIN_FAILED) with the reasons when plugins have failed that may have
-        offered it.
+        Raises UnknownNameError, which also tells of plugins that have failed: one of them may have offered it.
         """
         offers = self.offers(kind)
         if name in offers:
             return offers[name]
-        failed = [f"{plugin.name!r} failed: {plugin.reason}" for plugin in self._plugins if plugin.reason]
-        if failed:
-            valid = ", ".join(map(repr, offers))
-            raise KernelError(
-                f"there is no {kind.value} component named {name!r} (there are {valid}), and the plugin "
-                + "; ".join(failed),
-                reason=Reason.PLUGIN_FAILED,
-                name=name,
-            )
-        raise UnknownNameError(f"{kind.value} component", name, offers)
+        error = UnknownNameError(f"{kind.value} component", name, offers)
+        failed = [f"the plugin {plugin.name!r} failed: {plugin.reason}" for plugin in self._plugins if plugin.reason]
+        error.args = ("; ".join([str(error), *failed]),)
+        raise error
 
 
 def _package(point: EntryPoint) -> str:

@@ -16,7 +16,7 @@ from virtualrobot_sdk.registration import ComponentKind
 
 from virtualrobot_kernel.components.catalog import Catalog, Offer
 from virtualrobot_kernel.components.running import Running, start
-from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.errors import KernelError, Reason
 
 KEPT_WITH_SETTINGS = 4
 """How many importers with settings of their own are kept; those without are all kept."""
@@ -35,6 +35,7 @@ class Importers:
         self._kept: OrderedDict[tuple[str, str], Running] = OrderedDict()
         self._lenders: Counter[Running] = Counter()
         self._lock = threading.Lock()
+        self._closed = False
 
     @property
     def endings(self) -> tuple[str, ...]:
@@ -64,8 +65,9 @@ class Importers:
             return tuple(self._kept.values())
 
     def close(self) -> None:
-        """End all importers."""
+        """End all importers; no other is started."""
         with self._lock:
+            self._closed = True
             for running in self._kept.values():
                 running.close()
             self._kept.clear()
@@ -79,6 +81,8 @@ class Importers:
         """Lend an importer; as long as anybody has it, it is not closed to make room for others."""
         key = offer.about.name, json.dumps(settings, sort_keys=True)
         with self._lock:
+            if self._closed:
+                raise KernelError("the kernel is ending", reason=Reason.SHUTTING_DOWN)
             running = self._usable(key, offer)
         if running is None:
             made = start(offer, settings)  # takes its time, so nobody waits for the lock meanwhile

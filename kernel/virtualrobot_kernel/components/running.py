@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import os
 import threading
 import time
-import traceback
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
-from virtualrobot_sdk.errors import ArgumentError, ComponentFault, FaultKind, FilesNeeded
+from virtualrobot_sdk.errors import ArgumentError, ComponentFault, FaultKind, FilesNeeded, PluginError
+from virtualrobot_sdk.registration import ComponentKind, Isolation
 from virtualrobot_sdk.settings import make_settings
 from virtualrobot_sdk.worker import Worker
+from virtualrobot_sdk.worker.blame import describe_error, package_of, traceback_of
 
 from virtualrobot_kernel.components.catalog import Offer
 from virtualrobot_kernel.errors import KernelError, Reason
@@ -75,7 +75,13 @@ class Running:
         try:
             answer = self._instance.call(method, *arguments)
         except ArgumentError as error:
-            raise KernelError(str(error), **error.metadata) from error
+            raise _refusal(str(error), error) from error
+        except FilesNeeded as error:
+            if self.offer.about.kind is ComponentKind.IMPORTER:
+                raise
+            raise self.failed(_out_of_place(error)) from error
+        except PluginError as error:
+            raise self.failed(ComponentFault(FaultKind.RAISED, str(error))) from error
         except ComponentFault as fault:
             raise self.failed(fault) from fault
         finally:
@@ -113,16 +119,31 @@ def start(offer: Offer, settings: Mapping[str, Any], *arguments: object, user: s
     Raises KernelError with the component's own words for settings or arguments that it refuses; PLUGIN_FAILED when it
     can't be made.
     """
-    in_process = offer.registration is not None and offer.about.isolation.value == "in_process"
+    in_process = offer.registration is not None and offer.about.isolation is Isolation.IN_PROCESS
     try:
         instance = _InProcess(offer, settings, arguments) if in_process else _InWorker(offer, settings, arguments)
     except ArgumentError as error:
-        raise KernelError(
-            f"{offer.about.kind.value} component {offer.about.name!r}: {error}", **error.metadata
-        ) from error
+        raise _refusal(f"{offer.about.kind.value} component {offer.about.name!r}: {error}", error) from error
+    except FilesNeeded as error:
+        raise plugin_failed(offer, user, _out_of_place(error)) from error
+    except PluginError as error:
+        raise plugin_failed(offer, user, ComponentFault(FaultKind.RAISED, str(error))) from error
     except ComponentFault as fault:
         raise plugin_failed(offer, user, fault) from fault
     return Running(offer, instance, user)
+
+
+def _refusal(message: str, error: ArgumentError) -> KernelError:
+    """Return a component's refusal; its metadata may have any names, those of our own arguments too."""
+    refusal = KernelError(message)
+    refusal.metadata.update(error.metadata)
+    return refusal
+
+
+def _out_of_place(error: FilesNeeded) -> ComponentFault:
+    """Return the fault of a component that asks for files where nobody can give them."""
+    names = ", ".join(map(str, error.names))
+    return ComponentFault(FaultKind.RAISED, f"it asks for files ({names}); only an importer's translate may do that")
 
 
 class _InProcess:
@@ -133,27 +154,26 @@ class _InProcess:
     def __init__(self, offer: Offer, settings: Mapping[str, Any], arguments: tuple[object, ...]) -> None:
         assert offer.registration is not None
         one = offer.registration
+        self._package = package_of(offer.entry_point.value)
         chosen = make_settings(one.config_type, settings)
         given = arguments if one.config_type is None else (*arguments, chosen)
-        self._component = _contained(offer.about.name, one.factory, *given)
+        self._component = self._contained(lambda: one.factory(*given))
 
     def call(self, method: str, *arguments: object) -> Any:  # noqa: ANN401
-        return _contained(method, getattr(self._component, method), *arguments)
+        return self._contained(lambda: getattr(self._component, method)(*arguments))
 
     def close(self) -> None:
         pass
 
-
-def _contained(what: str, function: Any, *arguments: object) -> Any:  # noqa: ANN401
-    try:
-        return function(*arguments)
-    except (ArgumentError, FilesNeeded):
-        raise
-    except Exception as error:
-        place = traceback.extract_tb(error.__traceback__)[-1]
-        where = f"{os.path.basename(place.filename)}:{place.lineno} in {place.name}"
-        reason = f"{what} raised {type(error).__name__}: {error} ({where})"
-        raise ComponentFault(FaultKind.RAISED, reason, traceback.format_exc()) from error
+    def _contained(self, function: Callable[[], Any]) -> Any:  # noqa: ANN401
+        try:
+            return function()
+        except (ArgumentError, FilesNeeded, PluginError):
+            raise
+        except BaseException as error:
+            # Also SystemExit, which would end the thread of the API.
+            reason = describe_error(error, self._package)
+            raise ComponentFault(FaultKind.RAISED, reason, traceback_of(error)) from error
 
 
 class _InWorker:

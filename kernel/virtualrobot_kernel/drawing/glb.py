@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot_sdk.srgb import to_linear
 
-from virtualrobot_kernel.formats.glb import ARRAY_BUFFER, ELEMENT_BUFFER, ROUGHNESS, Buffers, container, linear
+from virtualrobot_kernel.formats.glb import ARRAY_BUFFER, ELEMENT_BUFFER, ROUGHNESS, Buffers, container
 
 
 def encode(
@@ -39,9 +40,9 @@ def encode(
         "NORMAL": binary.add(np.asarray(normals, np.float32), "VEC3", ARRAY_BUFFER),
     }
     if vertex_colors is not None:
-        attributes["COLOR_0"] = binary.add(linear(vertex_colors), "VEC3", ARRAY_BUFFER)
+        attributes["COLOR_0"] = binary.add(to_linear(vertex_colors).astype(np.float32), "VEC3", ARRAY_BUFFER)
     surface: dict[str, Any] = {
-        "baseColorFactor": [*linear(color[:3]).tolist(), float(color[3])],
+        "baseColorFactor": [*to_linear(color[:3]).tolist(), float(color[3])],
         "metallicFactor": 0.0,
         "roughnessFactor": roughness,
     }

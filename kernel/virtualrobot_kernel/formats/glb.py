@@ -22,12 +22,6 @@ ROUGHNESS = 0.62
 """Between plaster (1) and a mirror (0): painted metal under a lamp."""
 
 
-def linear(color: NDArray | tuple[float, ...]) -> NDArray[np.float32]:
-    """Return sRGB parts (..., 3) from 0 to 1 as linear light, which glTF wants (IEC 61966-2-1)."""
-    parts = np.clip(np.asarray(color, np.float64), 0.0, 1.0)
-    return np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4).astype(np.float32)
-
-
 class Buffers:
     """Collects the binary chunk and what describes it."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from functools import cache
 from importlib.resources import files as package_files
 
@@ -95,3 +96,9 @@ def named_by(uri: str) -> str:
     """Return the NAME of a URI `model://NAME`; empty when it is another one, such as a file in a package."""
     name = uri.removeprefix(SCHEME)
     return "" if name == uri or "/" in name else name
+
+
+def hint(uri: str) -> str:
+    """Return a hint for who left `model://` away, with a space after it; empty for a URI like no name of the table."""
+    near = get_close_matches(uri.lower(), [model.name for model in list_models()], n=1, cutoff=0.8)
+    return f"did you mean '{SCHEME}{near[0]}'? " if near else ""

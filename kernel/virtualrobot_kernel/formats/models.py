@@ -103,11 +103,13 @@ def import_model(
         uri, settings = model.uri, {**model.settings, **(settings or {})}
     kind = ending(uri)
     if known and kind == ".yaml":
+        _refuse_mesh_fields(uri, as_part, scale)
         file = files.read(uri)
         return TranslatedScene(file.data.decode(), file.key)
     formats = tuple(dict.fromkeys((*MODEL_FORMATS, *library.importers.endings)))
     if kind not in formats:
-        raise malformed(uri, None, f"no model format has the ending {kind!r}; known: {', '.join(formats)}")
+        right = "" if kind else model_table.hint(uri)
+        raise malformed(uri, None, f"no model format has the ending {kind!r}; {right}known: {', '.join(formats)}")
 
     def choose_name(own: str) -> str:
         if name:
@@ -136,12 +138,13 @@ def import_model(
         raise _bad_argument(f"settings are an importer's, and {kind} is read without one", settings=settings)
     result = translated.format if translated else kind
     if translated and result == ".yaml":
-        if srdf_uri or base_joint is not JointType.FIXED:
-            what = f"the SRDF file {srdf_uri!r}" if srdf_uri else "a base joint"
+        if srdf_uri or base_joint is not JointType.FIXED or scale != UNSCALED:
+            what = f"the SRDF file {srdf_uri!r}" if srdf_uri else "a scale" if scale != UNSCALED else "a base joint"
             raise _bad_argument(f"{place_in(uri, None)} becomes a scene of its own, so {what} is not for it", file=uri)
         return TranslatedScene(translated.data.decode(), translated.file.key, translated.warnings)
     pose = identity() if parent_t_node is None else parent_t_node
     if result == ".urdf":
+        _refuse_mesh_fields(uri, as_part, scale)
         file = translated.as_file() if translated else files.read(uri, referrer)
         try:
             model = read_urdf(file, load, choose_name, base_joint)
@@ -186,6 +189,13 @@ def _translated(library: MeshLibrary, files: Files, uri: str, referrer: str, set
             return None
         return translate(importers, file, files, settings)
     return translate(importers, files.read(uri, referrer), files, settings)
+
+
+def _refuse_mesh_fields(uri: str, as_part: bool, scale: Scale) -> None:
+    """Raise where a robot's file comes with what only meshes take: nothing that is asked for is passed over."""
+    if as_part or scale != UNSCALED:
+        what = f"the scale {', '.join(f'{factor:g}' for factor in scale)}" if scale != UNSCALED else "as_part"
+        raise _bad_argument(f"{place_in(uri, None)} is a robot's, and {what} is for meshes", file=uri)
 
 
 def _bad_argument(message: str, **metadata: object) -> KernelError:

@@ -166,9 +166,12 @@ class SceneReader:
     def _enum(self, enum: Field, node: ScalarNode, path: str) -> int:
         value = enum.values_by_name.get(node.value)
         if value is None:
-            near = get_close_matches(node.value.upper(), enum.values_by_name, n=1)
+            valid = [name for name in enum.values_by_name if not name.endswith("_UNSPECIFIED")]
+            word = node.value.upper()
+            # Most forget what the names begin with, and that says nothing about how near two are.
+            near = [name for name in valid if word and name.endswith(f"_{word}")] or get_close_matches(word, valid, n=1)
             meant = f"did you mean {near[0]}? " if near else ""
-            known = ", ".join(enum.values_by_name)
+            known = ", ".join(valid)
             raise self._error(node, path, f"{node.value!r} is no {enum.name}; {meant}known: {known}")
         return value.number
 

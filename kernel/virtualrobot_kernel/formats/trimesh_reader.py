@@ -14,12 +14,16 @@ from PIL import Image
 from trimesh.resolvers import Resolver as TrimeshResolver
 from virtualrobot.resolver import join_uri
 
+from virtualrobot_kernel.formats import gltf_looks
 from virtualrobot_kernel.formats.submesh import Submesh, frozen, transformed
 
 Color = tuple[float, float, float, float]
 
 _Material: TypeAlias = Any
 """One of trimesh's kinds of material, which have no base with the fields that are read here."""
+
+_Factors: TypeAlias = list[NDArray[np.float64] | None] | None
+"""Of the materials of a glTF file by their numbers (see `gltf_looks.prepared`); None for other formats."""
 
 
 class _Dependents(TrimeshResolver):
@@ -57,18 +61,21 @@ def read(data: bytes, kind: str, uri: str, dependents: Mapping[str, bytes], unit
     Raises whatever a broken file makes the readers below trimesh run into.
     """
     files = _Dependents(uri, dependents)
+    factors: _Factors = None
+    if kind in (".gltf", ".glb"):
+        data, factors = gltf_looks.prepared(data, uri)
     with np.errstate(all="ignore"):  # a broken file is told by what it yields
         scene = trimesh.load_scene(io.BytesIO(data), file_type=kind[1:], resolver=files, process=False)
-        return [part for node in scene.graph.nodes_geometry for part in _placed(scene, node, unit, files)]
+        return [part for node in scene.graph.nodes_geometry for part in _placed(scene, node, unit, files, factors)]
 
 
-def _placed(scene: trimesh.Scene, node: str, unit: float, files: _Dependents) -> list[Submesh]:
+def _placed(scene: trimesh.Scene, node: str, unit: float, files: _Dependents, factors: _Factors) -> list[Submesh]:
     """Return what one node of a file's own scene shows, in the file's frame and meters."""
     matrix, name = scene.graph[node]
     geometry = scene.geometry[name]
     if not isinstance(geometry, trimesh.Trimesh) or len(geometry.faces) == 0:
         return []
-    submesh = _submesh(geometry, files)
+    submesh = _submesh(geometry, files, factors)
     matrix = np.asarray(matrix, dtype=np.float64)
     if unit == 1.0 and np.array_equal(matrix, np.eye(4)):
         return [submesh]
@@ -77,7 +84,7 @@ def _placed(scene: trimesh.Scene, node: str, unit: float, files: _Dependents) ->
     return [transformed(submesh, unit * matrix[:3, :3], unit * matrix[:3, 3])]
 
 
-def _submesh(geometry: trimesh.Trimesh, files: _Dependents) -> Submesh:
+def _submesh(geometry: trimesh.Trimesh, files: _Dependents, factors: _Factors) -> Submesh:
     vertices = np.asarray(geometry.vertices)
     faces = np.asarray(geometry.faces)
     # trimesh keeps the file's normals in its cache; asking for the property would make some up.
@@ -87,7 +94,7 @@ def _submesh(geometry: trimesh.Trimesh, files: _Dependents) -> Submesh:
     visual: Any = geometry.visual
     color, vertex_colors, uv, texture = None, None, None, None
     if visual.kind == "texture":
-        color, texture = _material_look(visual.material, files)
+        color, texture = _material_look(visual.material, files, factors)
         uv = visual.uv if texture is not None and np.shape(visual.uv) == (len(vertices), 2) else None
         texture = texture if uv is not None else None
     elif visual.kind == "vertex":
@@ -96,6 +103,9 @@ def _submesh(geometry: trimesh.Trimesh, files: _Dependents) -> Submesh:
         vertex_colors = np.repeat(np.asarray(visual.face_colors, dtype=np.uint8), 3, axis=0)
         vertices, normals = vertices[faces].reshape(-1, 3), None
         faces = np.arange(len(vertices)).reshape(-1, 3)
+    if factors is not None and texture is None:
+        vertex_colors = _gltf_vertex_colors(geometry, factors)
+        color = color if vertex_colors is None else None
     if vertex_colors is not None and len(np.unique(vertex_colors, axis=0)) == 1:
         color, vertex_colors = _parts_of_one(vertex_colors[0]), None
     return Submesh(
@@ -109,11 +119,27 @@ def _submesh(geometry: trimesh.Trimesh, files: _Dependents) -> Submesh:
     )
 
 
-def _material_look(material: _Material, files: _Dependents) -> tuple[Color | None, bytes | None]:
+def _gltf_vertex_colors(
+    geometry: trimesh.Trimesh, factors: list[NDArray[np.float64] | None]
+) -> NDArray[np.uint8] | None:
+    """Return the colours of a glTF mesh's vertices times that of its material, or None when it has no such colours."""
+    stored = geometry.vertex_attributes.get(gltf_looks.COLORS)
+    if stored is None or len(stored) != len(geometry.vertices):
+        return None
+    material = getattr(geometry.visual, "material", None)
+    return gltf_looks.of_vertices(stored, None if material is None else factors[int(material.name)])
+
+
+def _material_look(material: _Material, files: _Dependents, factors: _Factors) -> tuple[Color | None, bytes | None]:
     """Return colour and texture of one of trimesh's materials."""
     image = getattr(material, "image", None) or getattr(material, "baseColorTexture", None)
     main = material.baseColorFactor if hasattr(material, "baseColorFactor") else material.diffuse
     color = None if main is None else _parts_of_one(main)
+    if factors is not None:
+        factor = factors[int(material.name)]
+        if factor is None:  # an extension tells it, of which trimesh makes 8 bits of linear light
+            factor = np.array(color or (1.0, 1.0, 1.0, 1.0))
+        color = gltf_looks.color(factor)
     # An OBJ material says its opacity as `d`; 0 is an exporter's mistake, since nothing would be seen.
     opacity = getattr(material, "kwargs", {}).get("d")
     if color is not None and opacity:

@@ -122,6 +122,15 @@ def joints_of(snapshot: Snapshot, moves: Sequence[Move]) -> set[tuple[int, str]]
     return needed
 
 
+def solved_robots(snapshot: Snapshot, moves: Sequence[Move]) -> set[int]:
+    """Return the robots (uids) whose components moves need."""
+    return {
+        snapshot.structure.node(move.robot, Kind.ROBOT).uid
+        for move in moves
+        if isinstance(move, PointToPoint | Linear) and isinstance(move.goal, PoseGoal)
+    }
+
+
 def _point_to_point(snapshot: Snapshot, move: PointToPoint, solver_of: SolverOf) -> PlannedMove:
     node = snapshot.structure.node(move.robot, Kind.ROBOT)
     if isinstance(move.goal, PoseGoal):

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import queue
 import threading
+import weakref
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +23,7 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning.robots import Arm, tip_of
 from virtualrobot_kernel.world.commands import Command, CreateNodes, UpdateNode
 from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.store import Applied
 from virtualrobot_kernel.world.structure import Node, NodeSpec, RobotData, Structure
 
 CHECK_SEED = 20061
@@ -32,7 +36,10 @@ Tip = Callable[[Floats], Floats]
 
 
 class Solver:
-    """A robot's kinematics component: every answer is checked before anybody relies on it."""
+    """A robot's kinematics component: every answer is checked before anybody relies on it.
+
+    It gets copies: one that runs in this process could write into what it is given.
+    """
 
     def __init__(self, running: Running, chain: SerialChain, tip: Tip | None) -> None:
         """Take a component that was made for `chain`; the robot's own tree has the chain's tip at `tip(q)`.
@@ -45,7 +52,7 @@ class Solver:
 
     def forward(self, q: Floats, /) -> Floats:
         """Return the poses (m, 4, 4) of the component's frames at q (k,), the last one the tip's."""
-        frames = self.running.call("forward", q)
+        frames = self.running.call("forward", q.copy())
         try:
             return checked_frames(frames)
         except ComponentFault as fault:
@@ -53,7 +60,7 @@ class Solver:
 
     def jacobian(self, q: Floats, /) -> Floats:
         """Return the geometric Jacobian (6, k) at the tip, linear rows first, in the base frame."""
-        jacobian = self.running.call("jacobian", q)
+        jacobian = self.running.call("jacobian", q.copy())
         try:
             return checked_jacobian(jacobian, self._chain)
         except ComponentFault as fault:
@@ -61,7 +68,8 @@ class Solver:
 
     def inverse(self, base_t_tip: Floats, options: InverseOptions = _DEFAULTS, /) -> InverseResult:
         """Return the postures that put the tip at `base_t_tip` (4, 4), or the reason why there is none."""
-        answer = self.running.call("inverse", base_t_tip, options)
+        seed = None if options.seed is None else options.seed.copy()
+        answer = self.running.call("inverse", base_t_tip.copy(), replace(options, seed=seed))
         try:
             result = checked_result(answer, self._chain, options)
             if self._tip is not None:
@@ -76,16 +84,11 @@ class Solver:
 class Tried:
     """A component that fits its robot, and the numbers that say so."""
 
-    robot: int
     chain: SerialChain
     kinematics: str
     settings: Mapping[str, Any]
     solver: Solver
     check: SelfCheck
-
-    def close(self) -> None:
-        """End the component."""
-        self.solver.running.close()
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +104,10 @@ class Use:
 
 
 class Solvers:
-    """Owns the component of each robot; any thread may ask, and two that ask for the same robot wait for each other."""
+    """Owns the component of each robot; any thread may ask, and two that ask for the same robot wait for each other.
+
+    A component that another one follows ends as soon as nobody uses it any more: a plan that began with it is finished.
+    """
 
     def __init__(self, catalog: Catalog) -> None:
         """Take components from this catalog."""
@@ -109,6 +115,10 @@ class Solvers:
         self._kept: dict[int, Tried | _Refused] = {}
         self._locks: dict[int, threading.Lock] = {}
         self._lock = threading.Lock()
+        self._closed = False
+        # Put into by finalizers, which may run anywhere: its `put` never waits for a lock.
+        self._unused: queue.SimpleQueue[Running] = queue.SimpleQueue()
+        threading.Thread(target=self._end_unused, name="components-end", daemon=True).start()
 
     def of(self, snapshot: Snapshot, arm: Arm) -> Solver:
         """Return the component that solves an arm, made and tried now when it has to be.
@@ -121,7 +131,6 @@ class Solvers:
         with self._lock_of(arm.robot.uid):
             kept = self._kept.get(arm.robot.uid)
             if kept is None or not _fits(kept, chain, name, settings):
-                self._forget(arm.robot.uid)
                 self._drop_all_but(snapshot.structure)
                 try:
                     kept = self._tried(snapshot, arm, name, settings)
@@ -130,22 +139,21 @@ class Solvers:
                     kept = _Refused(chain, name, settings, error)
                 self._kept[arm.robot.uid] = kept
         if isinstance(kept, _Refused):
-            error = kept.error
-            raise KernelError(str(error), reason=error.reason, **error.metadata)
+            raise _again(kept.error)
         return kept.solver
 
-    def try_out(self, snapshot: Snapshot, arm: Arm, kinematics: str, settings: Mapping[str, Any]) -> Tried:
-        """Return a new component, made for the arm and tried on it; the robot keeps its own until `adopt`.
+    def swap(
+        self, snapshot: Snapshot, arm: Arm, kinematics: str, settings: Mapping[str, Any], choose: Callable[[], Applied]
+    ) -> tuple[Applied, SelfCheck]:
+        """Try a new component on an arm, let the world choose it, and keep it; return what became of both.
 
-        Raises as `of` does.
+        The robot keeps its own component until `choose` returns. Raises as `of` and `choose` do.
         """
-        return self._tried(snapshot, arm, kinematics, settings)
-
-    def adopt(self, tried: Tried) -> None:
-        """Let a component that was tried out solve its robot from now on."""
-        with self._lock_of(tried.robot):
-            self._forget(tried.robot)
-            self._kept[tried.robot] = tried
+        tried = self._tried(snapshot, arm, kinematics, settings)
+        applied = choose()
+        with self._lock_of(arm.robot.uid):
+            self._kept[arm.robot.uid] = tried
+        return applied, tried.check
 
     def check_choices(self, commands: Iterable[Command]) -> None:
         """Raise KernelError when a robot that a command creates or changes names a component that there isn't."""
@@ -161,7 +169,9 @@ class Solvers:
         self._drop_all_but(structure)
         found = []
         for uid, kept in sorted(self._kept.copy().items()):
-            node = structure.nodes[uid]
+            node = structure.nodes.get(uid)
+            if node is None:
+                continue  # it is newer than the structure
             if isinstance(kept, _Refused):
                 found.append(Use(node.name, kept.kinematics, str(kept.error), 0, 0.0, 0))
                 continue
@@ -181,11 +191,16 @@ class Solvers:
         return kept.solver.running.fault.reason if kept.solver.running.fault else ""
 
     def close(self) -> None:
-        """End all components."""
-        for uid in list(self._kept):
-            self._forget(uid)
+        """End all components; no other is made."""
+        self._closed = True
+        running = [kept.solver.running for kept in list(self._kept.values()) if isinstance(kept, Tried)]
+        self._kept.clear()
+        with ThreadPoolExecutor(max(1, len(running))) as pool:
+            list(pool.map(Running.close, running))
 
     def _tried(self, snapshot: Snapshot, arm: Arm, kinematics: str, settings: Mapping[str, Any]) -> Tried:
+        if self._closed:
+            raise KernelError("the kernel is ending", reason=Reason.SHUTTING_DOWN)
         offer = self._catalog.find(ComponentKind.KINEMATICS, kinematics)
         chain = arm.serial()
         running = start(offer, settings, chain, user=f" of {arm.robot.name!r}")
@@ -203,21 +218,23 @@ class Solvers:
         except BaseException:
             running.close()
             raise
-        return Tried(arm.robot.uid, chain, kinematics, settings, Solver(running, chain, tip), check)
+        solver = Solver(running, chain, tip)
+        weakref.finalize(solver, self._unused.put, running).atexit = False
+        return Tried(chain, kinematics, settings, solver, check)
 
     def _lock_of(self, robot: int) -> threading.Lock:
         with self._lock:
             return self._locks.setdefault(robot, threading.Lock())
 
-    def _forget(self, robot: int) -> None:
-        kept = self._kept.pop(robot, None)
-        if isinstance(kept, Tried):
-            kept.close()
+    def _end_unused(self) -> None:
+        while True:
+            self._unused.get().close()
 
     def _drop_all_but(self, structure: Structure) -> None:
-        """End the components of robots that are gone."""
-        for uid in [uid for uid in self._kept.copy() if uid not in structure.robots]:
-            self._forget(uid)
+        """Forget the components of robots that are gone; robots that the structure does not know yet are not."""
+        for uid in self._kept.copy():
+            if uid < structure.next_uid and uid not in structure.robots:
+                self._kept.pop(uid, None)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -228,6 +245,13 @@ class _Refused:
     kinematics: str
     settings: Mapping[str, Any]
     error: KernelError
+
+
+def _again(error: KernelError) -> KernelError:
+    """Return an equal error to raise: one that is raised twice would gather tracebacks."""
+    again = KernelError(str(error), reason=error.reason)
+    again.metadata.update(error.metadata)
+    return again
 
 
 def chosen(node: Node) -> tuple[str, Mapping[str, Any]]:

@@ -1,7 +1,7 @@
 """Triangles written as a GLB file, which is what importers of meshes translate to.
 
-Positions are meters in the axes of the original file. Colours are written as they are meant to be seen (sRGB), also
-where glTF says linear: so the kernel and trimesh read them, and so trimesh writes them.
+Positions are meters in the axes of the original file. Colours of pieces are sRGB, as screens show them; the file holds
+them in linear light, as glTF wants (Khronos, glTF 2.0 specification, 3.7.2.1 and 3.9.2).
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot_sdk.srgb import to_linear
 
 from virtualrobot_plugins.importers.refusal import refusal
 
@@ -24,7 +25,7 @@ MAX_TRIANGLES = 20_000_000
 
 # Khronos, glTF 2.0 specification: 4.4 (GLB), 3.6.2.2 (component types), bufferView targets.
 _MAGIC, _JSON_CHUNK, _BINARY_CHUNK = 0x46546C67, 0x4E4F534A, 0x004E4942
-_FLOAT, _UNSIGNED_INT, _UNSIGNED_BYTE = 5126, 5125, 5121
+_FLOAT, _UNSIGNED_INT, _UNSIGNED_SHORT = 5126, 5125, 5123
 _ARRAY_BUFFER, _ELEMENT_ARRAY_BUFFER = 34962, 34963
 
 
@@ -35,9 +36,9 @@ class Piece:
     Attributes:
         vertices: (n, 3) meters.
         faces: (m, 3) rows of `vertices`, counter-clockwise seen from outside.
-        color: red, green, blue, opacity, 0 to 1; None means that the file tells none.
+        color: red, green, blue (sRGB), opacity, 0 to 1, a factor on the texture; None means that the file tells none.
         normals: (n, 3) unit vectors, or None.
-        vertex_colors: (n, 4) uint8, or None.
+        vertex_colors: (n, 4) red, green, blue (sRGB), opacity, 0 to 255, or None.
         uv: (n, 2) with the origin at the image's lower left corner, or None.
         texture: a PNG or JPEG file, or None.
     """
@@ -135,8 +136,11 @@ class _Writer:
         if piece.normals is not None:
             attributes["NORMAL"] = self._array(piece.normals.astype(np.float32), _FLOAT, "VEC3")
         if piece.vertex_colors is not None:
-            colors = piece.vertex_colors.astype(np.uint8)
-            attributes["COLOR_0"] = self._array(colors, _UNSIGNED_BYTE, "VEC4", normalized=True)
+            # In linear light 8 bits could not tell the dark colours apart.
+            light = piece.vertex_colors / 255.0
+            light[:, :3] = to_linear(light[:, :3])
+            colors = np.round(65535.0 * light).astype(np.uint16)
+            attributes["COLOR_0"] = self._array(colors, _UNSIGNED_SHORT, "VEC4", normalized=True)
         if piece.uv is not None:
             # glTF counts from the image's upper left corner.
             uv = np.column_stack([piece.uv[:, 0], 1.0 - piece.uv[:, 1]]).astype(np.float32)
@@ -153,7 +157,8 @@ class _Writer:
 
     def _material(self, piece: Piece) -> int:
         color = piece.color or (1.0, 1.0, 1.0, 1.0)
-        look: dict[str, Any] = {"baseColorFactor": list(color), "metallicFactor": 0.0, "roughnessFactor": 0.8}
+        factor = [*to_linear(color[:3]).tolist(), float(color[3])]
+        look: dict[str, Any] = {"baseColorFactor": factor, "metallicFactor": 0.0, "roughnessFactor": 0.8}
         if piece.texture is not None:
             kind = "image/png" if piece.texture.startswith(b"\x89PNG") else "image/jpeg"
             images, textures = self._tree.setdefault("images", []), self._tree.setdefault("textures", [])

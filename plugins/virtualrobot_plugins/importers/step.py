@@ -92,7 +92,6 @@ class StepImporter:
             raise refusal(
                 uri, f"the file makes {count} triangles; at most {MAX_TRIANGLES} are read: raise the tolerances"
             )
-        _show_as_meant(tree)
         warnings = [f"{short_name(uri)}: left out, since they are in other files: {listed(others)}"] if others else []
         return Translation(".glb", pack_glb(tree, binary), tuple(warnings))
 
@@ -131,17 +130,3 @@ def _keep_triangles(tree: dict[str, Any]) -> int:
         if node.get("mesh") in empty:
             del node["mesh"]
     return count
-
-
-def _show_as_meant(tree: dict[str, Any]) -> None:
-    """Turn the colours from linear light, as Open CASCADE writes them, to those that the file means (sRGB)."""
-    for material in tree.get("materials", []):
-        look = material.get("pbrMetallicRoughness", {})
-        if "baseColorFactor" in look:
-            red, green, blue, alpha = look["baseColorFactor"]
-            look["baseColorFactor"] = [*(_encoded(value) for value in (red, green, blue)), alpha]
-
-
-def _encoded(linear: float) -> float:
-    """Return an sRGB value for one in linear light (IEC 61966-2-1)."""
-    return 12.92 * linear if linear <= 0.0031308 else 1.055 * linear ** (1.0 / 2.4) - 0.055

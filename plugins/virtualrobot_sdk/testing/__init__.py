@@ -12,12 +12,14 @@ from virtualrobot_sdk.testing.chains import chain_of, kit_chains
 
 if TYPE_CHECKING:
     from virtualrobot_sdk.testing.contract import KinematicsContract
+    from virtualrobot_sdk.testing.importers import ImporterContract
     from virtualrobot_sdk.testing.mobile_kinematics import MobileKinematicsContract
     from virtualrobot_sdk.testing.ray_casters import RayCasterContract
     from virtualrobot_sdk.testing.robot_drivers import RobotDriverContract
     from virtualrobot_sdk.testing.sensor_models import SensorModelContract
 
 __all__ = [
+    "ImporterContract",
     "KinematicsContract",
     "MobileKinematicsContract",
     "RayCasterContract",
@@ -28,6 +30,7 @@ __all__ = [
 ]
 
 _MODULES = {
+    "ImporterContract": "importers",
     "KinematicsContract": "contract",
     "MobileKinematicsContract": "mobile_kinematics",
     "RayCasterContract": "ray_casters",

@@ -10,7 +10,7 @@ import pytest
 
 from virtualrobot_sdk.errors import ArgumentError, ComponentFault, PluginError
 from virtualrobot_sdk.registration import ComponentKind
-from virtualrobot_sdk.testing.laws import LawBroken
+from virtualrobot_sdk.testing.laws import LawBroken, Measured
 from virtualrobot_sdk.testing.subject import locate
 from virtualrobot_sdk.testing.trial import Law, NotTried, Trial, examine
 
@@ -47,11 +47,17 @@ class ComponentContract:
     @classmethod
     def setup_class(cls) -> None:
         """Make the component."""
+        for name in ("component", "facts"):
+            if not hasattr(cls, name):
+                pytest.fail(f"{cls.__name__} does not say its `{name}`", pytrace=False)
         cls._drawn = secrets.randbits(32) if cls.seed is None else cls.seed
+        failed = ""
         try:
             cls.trial = Trial(cls.kind, locate(cls.kind, cls.component, cls.settings), cls.facts)
         except (ArgumentError, PluginError, ComponentFault) as error:
-            pytest.fail(f"{cls.component}: {error}", pytrace=False)
+            failed = f"{cls.component}: {error}"
+        if failed:
+            pytest.fail(failed, pytrace=False)
 
     @classmethod
     def teardown_class(cls) -> None:
@@ -62,12 +68,17 @@ class ComponentContract:
         """Try a law."""
         __tracebackhide__ = True
         print(f"seed: {self._drawn} (repeat with `seed = {self._drawn}` in the class)")
+        outcome = self._outcome(law)
+        if isinstance(outcome, LawBroken):
+            pytest.fail(f"{law}: {outcome}", pytrace=False)
+        if isinstance(outcome, NotTried):
+            pytest.skip(f"not tried: {outcome}")
+        print(f"tried: {outcome.tried}, worst: {dict(outcome.worst)} {outcome.note}")
+
+    def _outcome(self, law: str) -> Measured | LawBroken | NotTried:
         try:
-            measured = examine(self.laws[law], self.trial, self._drawn)
-        except LawBroken as broken:
-            pytest.fail(f"{law}: {broken}", pytrace=False)
-        except NotTried as reason:
-            pytest.skip(f"not tried: {reason}")
-        print(f"tried: {measured.tried}, worst: {dict(measured.worst)} {measured.note}")
+            return examine(self.laws[law], self.trial, self._drawn)
+        except (LawBroken, NotTried) as outcome:
+            return outcome
 
     _drawn: ClassVar[int]

@@ -34,6 +34,10 @@ LAWS: dict[str, Law] = {
 """What every component must keep, in the order in which it is tried."""
 
 
+PATIENCE = 3
+"""After so many faults that ended the process nothing more is tried: each takes time, and most have one cause."""
+
+
 class State(Enum):
     """How a component stands to a law on a chain."""
 
@@ -42,7 +46,7 @@ class State(Enum):
     DECLINED = "declined"
     """The component is not made for this chain."""
     NOT_TRIED = "not tried"
-    """It hung, crashed or grew too much in the same law on another chain."""
+    """It hung, crashed or grew too much: in the same law on another chain, or too often."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +71,7 @@ class Examination:
         self._benches: dict[str, Bench] = {}
         self._declined: dict[str, str] = {}
         self._not_made: Finding | None = None
-        self._ended: dict[str, str] = {}
+        self._ends: dict[str, str] = {}
 
     def made(self, chain: str) -> Finding:
         """Return whether the component can be made for a chain."""
@@ -94,26 +98,33 @@ class Examination:
         made = self.made(chain)
         if made.state is not State.OK:
             return Finding(name, chain, made.state, made.said)
-        if name in self._ended:
-            return Finding(name, chain, State.NOT_TRIED, self._ended[name])
+        if name in self._ends:
+            return Finding(name, chain, State.NOT_TRIED, self._ends[name])
+        if self.has_given_up:
+            return Finding(name, chain, State.NOT_TRIED, f"its process has ended {PATIENCE} times")
         bench = self._benches[chain]
+        said = ""
         try:
             bench.renew()
             measured = law(bench, self.random(name, chain))
-        except LawBroken as broken:
-            return Finding(name, chain, State.FAILED, str(broken))
+            return Finding(name, chain, State.OK, measured=measured)
+        except (LawBroken, ComponentFault, PluginError) as error:
+            said = str(error)
         except ArgumentError as error:
-            return Finding(name, chain, State.FAILED, f"it refuses what is right: {error}")
-        except ComponentFault as fault:
-            if bench.has_ended:
-                self._ended[name] = f"on {chain}: {fault}"
-            return Finding(name, chain, State.FAILED, str(fault))
-        except PluginError as error:
-            return Finding(name, chain, State.FAILED, str(error))
-        return Finding(name, chain, State.OK, measured=measured)
+            said = f"it refuses what is right: {error}"
+        if bench.has_ended:
+            self._ends[name] = f"on {chain}: {said}"
+        return Finding(name, chain, State.FAILED, said)
+
+    @property
+    def has_given_up(self) -> bool:
+        """Whether so many processes have ended that nothing more is tried."""
+        return len(self._ends) >= PATIENCE
 
     def cost(self, chain: str) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Return for each method how long calls take (s), in its own process and through a worker; {} if one fails."""
+        if self.has_given_up:
+            return {}
         try:
             self._benches[chain].renew()
             return manners.cost(self._benches[chain], self.random("cost", chain))

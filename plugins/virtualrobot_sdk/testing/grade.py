@@ -89,7 +89,8 @@ def _row(law: str, findings: Sequence[Finding]) -> Row:
         for unit, value in one.worst.items():
             worst[unit] = max(value, worst.get(unit, 0.0))
     said = {finding.chain: finding.said for finding in findings if finding.state is State.FAILED}
-    return Row(law, State.FAILED if said else State.OK, sum(one.tried for one in measured), worst, said)
+    state = State.FAILED if said else State.OK if measured else State.NOT_TRIED
+    return Row(law, state, sum(one.tried for one in measured), worst, said)
 
 
 def _cost(method: str, inside: np.ndarray, through: np.ndarray) -> Cost:

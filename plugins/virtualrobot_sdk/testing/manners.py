@@ -17,7 +17,7 @@ MEMORY_SECONDS = 1.5
 """For how long the component is called at most while its memory is watched."""
 _BLOCKS = 12
 _ROUNDS_A_BLOCK = 500
-LEAK_BYTES = 100.0
+LEAK_BYTES = 40.0
 """Growth a round of calls that counts as a leak, where it also makes up LEAK_TOTAL."""
 LEAK_TOTAL = 256 << 10
 COST_POSTURES = 300

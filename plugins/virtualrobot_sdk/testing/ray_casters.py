@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar
 
@@ -14,39 +13,22 @@ from virtualrobot_sdk.rays import NO_ELEMENT, Hits, RayScene, make_shape
 from virtualrobot_sdk.registration import ComponentKind
 from virtualrobot_sdk.testing.component_contract import ComponentContract
 from virtualrobot_sdk.testing.laws import LawBroken, Measured
-from virtualrobot_sdk.testing.ray_truth import (
-    box,
-    plane,
-    random_pose,
-    random_rays,
-    random_scene,
-    reference,
-    sphere,
-    tetrahedron,
+from virtualrobot_sdk.testing.ray_answers import (
+    CasterFacts,
+    RayTrial,
+    as_reference,
+    cast,
+    compared,
+    nonsense,
+    ray_words,
 )
-from virtualrobot_sdk.testing.trial import Law, Trial, checked, must_refuse, numbers
+from virtualrobot_sdk.testing.ray_truth import box, plane, random_pose, random_rays, random_scene, sphere, tetrahedron
+from virtualrobot_sdk.testing.trial import Law, must_refuse
 
 RAYS = 300
 """How many random rays most laws cast into a scene."""
 SCENES = 4
-_NORMAL = 1e-3
-"""How far a normal may be from the triangle's (length of the difference)."""
 _COST_RAYS = 300
-
-
-@dataclass(frozen=True, slots=True)
-class CasterFacts:
-    """What the author says of a ray caster.
-
-    Attributes:
-        precision: the largest error of a distance (m), for scenes and rays within 10 m: the default is good for single
-            precision.
-    """
-
-    precision: float = 1e-4
-
-
-RayTrial = Trial[CasterFacts]
 
 
 def solids(trial: RayTrial, rng: np.random.Generator) -> Measured:
@@ -66,7 +48,8 @@ def solids(trial: RayTrial, rng: np.random.Generator) -> Measured:
         world_t_element = random_pose(rng, 2.0)
         normals = normals @ world_t_element[:3, :3].T
         offsets = offsets + normals @ world_t_element[:3, 3]
-        origins, directions = random_rays(rng, RAYS)
+        scene = RayScene((shape,), world_t_element[None])
+        origins, directions = random_rays(rng, RAYS, scene)
         origins[::3] = world_t_element[:3, 3] + rng.uniform(-0.1, 0.1, (len(origins[::3]), 3))  # from inside
         speed, ahead = directions @ normals.T, offsets - origins @ normals.T
         times = ahead / np.where(np.abs(speed) < 1e-12, 1e-12, speed)
@@ -76,11 +59,11 @@ def solids(trial: RayTrial, rng: np.random.Generator) -> Measured:
         expected = np.where(inside, last, np.where((first <= last) & (first >= 0.0), first, np.inf))
         face = np.where(inside, leaving.argmin(axis=1), entry.argmax(axis=1))
         sure = (np.abs(first - last) > 1e-3) & (np.abs(first) > 1e-3) & (np.abs(last) > 1e-3)
-        found = _cast(trial, RayScene((shape,), world_t_element[None]), origins, directions)
+        found = cast(trial, scene, origins, directions)
         toward = np.where(inside[:, None], -normals[face], normals[face])
         normal = np.where(np.isfinite(expected)[:, None], toward, 0.0)
         element = np.where(np.isfinite(expected), 0, NO_ELEMENT).astype(np.int32)
-        worst = max(worst, _compared(trial, found, Hits(expected, element, normal), sure, origins, directions))
+        worst = max(worst, compared(trial, found, Hits(expected, element, normal), sure, origins, directions))
     return Measured(2 * RAYS, {"m": worst})
 
 
@@ -97,7 +80,7 @@ def spheres(trial: RayTrial, rng: np.random.Generator) -> Measured:
     origins = center + 3.0 * directions
     aims = center + rng.uniform(-1.0, 1.0, (RAYS, 3))
     directions = (aims - origins) / np.linalg.norm(aims - origins, axis=1, keepdims=True)
-    found = _cast(trial, RayScene((shape,), pose[None]), origins, directions)
+    found = cast(trial, RayScene((shape,), pose[None]), origins, directions)
     room = trial.facts.precision
     outer_hit, inner_hit = (_to_sphere(origins - center, directions, r) for r in (1.0 + room, inner - room))
     wrong = np.isfinite(inner_hit) & ~((found.distance > outer_hit - room) & (found.distance < inner_hit + room))
@@ -105,7 +88,7 @@ def spheres(trial: RayTrial, rng: np.random.Generator) -> Measured:
     if wrong.any():
         i = int(np.flatnonzero(wrong)[0])
         raise LawBroken(
-            f"{_ray(origins, directions, i)} meets a sphere at {found.distance[i]:.6g} m; it must be between "
+            f"{ray_words(origins, directions, i)} meets a sphere at {found.distance[i]:.6g} m; it must be between "
             f"{outer_hit[i]:.6g} and {inner_hit[i]:.6g} m"
         )
     return Measured(RAYS)
@@ -131,15 +114,16 @@ def nearest(trial: RayTrial, rng: np.random.Generator) -> Measured:
     hits = Hits(expected, element, np.where(is_hit[:, None], -directions, 0.0))
     # On the diagonal of a plate one of its two triangles must catch the ray, but rounding may lose it.
     sure = np.abs(across[:, 0] - across[:, 1]) > 1e-3
-    found = _cast(trial, scene, origins, directions)
-    return Measured(RAYS, {"m": _compared(trial, found, hits, sure, origins, directions)})
+    found = cast(trial, scene, origins, directions)
+    return Measured(RAYS, {"m": compared(trial, found, hits, sure, origins, directions)})
 
 
 def scenes(trial: RayTrial, rng: np.random.Generator) -> Measured:
     """Random scenes of several elements, some of one shape, answer as when every ray is tried on every triangle."""
     worst = 0.0
     for elements in (1, 3, 8, 20)[:SCENES]:
-        worst = max(worst, _as_reference(trial, random_scene(rng, elements), *random_rays(rng, RAYS)))
+        scene = random_scene(rng, elements)
+        worst = max(worst, as_reference(trial, scene, *random_rays(rng, RAYS, scene)))
     return Measured(SCENES * RAYS, {"m": worst})
 
 
@@ -147,7 +131,7 @@ def ranges(trial: RayTrial, rng: np.random.Generator) -> Measured:
     """Nothing farther than the range counts, and what is nearer still does."""
     scene = random_scene(rng, 8)
     for max_range in rng.uniform(0.5, 6.0, 3):
-        _as_reference(trial, scene, *random_rays(rng, RAYS), float(max_range))
+        as_reference(trial, scene, *random_rays(rng, RAYS, scene), float(max_range))
     return Measured(3 * RAYS)
 
 
@@ -157,9 +141,9 @@ def changes(trial: RayTrial, rng: np.random.Generator) -> Measured:
     moved = RayScene(first.shapes, first.world_t_element[::-1].copy())
     scaled = tuple(make_shape(1.5 * shape.vertices, shape.triangles) for shape in first.shapes)
     changed = RayScene(scaled, first.world_t_element)
-    rays = random_rays(rng, 100)
+    rays = random_rays(rng, 100, first)
     for scene in (first, moved, changed, other, first, changed):
-        _as_reference(trial, scene, *rays)
+        as_reference(trial, scene, *rays)
     return Measured(600)
 
 
@@ -173,39 +157,41 @@ def degenerate(trial: RayTrial, rng: np.random.Generator) -> Measured:
         vertices = np.concatenate([shape.vertices, [(a + b) / 2]])
         extra = [[0, 0, 0], [1, 1, 2], [shape.triangles[0, 0], start, shape.triangles[0, 1]]]
         spoilt.append(make_shape(vertices, np.concatenate([extra, shape.triangles])))
-    worst = _as_reference(trial, RayScene(tuple(spoilt), scene.world_t_element), *random_rays(rng, RAYS))
+    worst = as_reference(trial, RayScene(tuple(spoilt), scene.world_t_element), *random_rays(rng, RAYS, scene))
     return Measured(RAYS, {"m": worst})
 
 
 def nothing(trial: RayTrial, rng: np.random.Generator) -> Measured:
     """A scene without elements, a shape without triangles and no rays at all are answered like others."""
-    rays = random_rays(rng, 20)
     none = np.zeros((0, 3))
     empty = make_shape(none.astype(np.float32), np.zeros((0, 3), np.int32))
     scene = random_scene(rng, 2)
+    rays = random_rays(rng, 20, scene)
     mixed = RayScene((empty, *scene.shapes), np.concatenate([np.eye(4)[None], scene.world_t_element]))
     for given in (RayScene((), np.zeros((0, 4, 4))), RayScene((empty,), np.eye(4)[None]), mixed):
-        _as_reference(trial, given, *rays)
-        _cast(trial, given, none, none)
+        as_reference(trial, given, *rays)
+        cast(trial, given, none, none)
     return Measured(6)
 
 
 def refusals(trial: RayTrial, rng: np.random.Generator) -> Measured:
     """What makes no sense is refused by an ArgumentError, and the next cast is answered rightly."""
-    scene, rays = random_scene(rng, 3), random_rays(rng, 20)
-    tried = must_refuse(trial, _nonsense(scene, *rays))
-    _as_reference(trial, scene, *rays)
+    scene = random_scene(rng, 3)
+    rays = random_rays(rng, 20, scene)
+    tried = must_refuse(trial, nonsense(scene, *rays))
+    as_reference(trial, scene, *rays)
     return Measured(tried)
 
 
 def determinism(trial: RayTrial, rng: np.random.Generator) -> Measured:
     """The same cast gives the same bits: twice in a row, after another one, and in another process."""
-    scene, rays = random_scene(rng, 6), random_rays(rng, RAYS)
-    first = _cast(trial, scene, *rays)
-    _cast(trial, random_scene(rng, 6), *rays)
+    scene = random_scene(rng, 6)
+    rays = random_rays(rng, RAYS, scene)
+    first = cast(trial, scene, *rays)
+    cast(trial, random_scene(rng, 6), *rays)
     with trial.twin() as twin:
         for where, other in (("", trial), (" in another process", twin)):
-            again = _cast(other, scene, *rays)
+            again = cast(other, scene, *rays)
             for name in ("distance", "element", "normal"):
                 if getattr(first, name).tobytes() != getattr(again, name).tobytes():
                     raise LawBroken(f"the same cast gives another {name}{where}")
@@ -217,8 +203,8 @@ def cost(trial: RayTrial, rng: np.random.Generator) -> Measured:
     found = {}
     for divisions in (1, 4):
         shape = sphere(1.0, divisions)
-        scene, rays = RayScene((shape,), np.eye(4)[None]), random_rays(rng, _COST_RAYS)
-        seconds = np.median(trial.seconds(3, "cast", scene, *rays, np.inf))
+        scene = RayScene((shape,), np.eye(4)[None])
+        seconds = np.median(trial.seconds(3, "cast", scene, *random_rays(rng, _COST_RAYS, scene), np.inf))
         found[f"us a ray on {len(shape.triangles)} triangles"] = float(1e6 * seconds / _COST_RAYS)
     return Measured(2 * _COST_RAYS, found)
 
@@ -247,94 +233,8 @@ class RayCasterContract(ComponentContract):
     facts: ClassVar[CasterFacts] = CasterFacts()
 
 
-def _cast(trial: RayTrial, scene: RayScene, origins: Floats, directions: Floats, max_range: float = np.inf) -> Hits:
-    """Return the hits, of the right types and shapes, finite where they must be, normals of unit length or 0."""
-    hits = trial.call("cast", scene, origins, directions, max_range)
-    if not isinstance(hits, Hits):
-        raise LawBroken(f"cast returned {type(hits).__name__}; it must be Hits")
-    n = len(origins)
-    checked(hits.distance, "distance", np.float64, (n,))
-    checked(hits.element, "element", np.int32, (n,))
-    checked(hits.normal, "normal", np.float64, (n, 3))
-    is_hit = hits.element != NO_ELEMENT
-    wrong = {
-        "a distance that is NaN or below 0": ~(hits.distance >= 0.0),
-        "an element that is not there": is_hit & ((hits.element < 0) | (hits.element >= len(scene.shapes))),
-        "a distance without an element, or an element at no distance": np.isfinite(hits.distance) != is_hit,
-        "a miss with a normal": ~is_hit & hits.normal.any(axis=1),
-        "a normal that is not of unit length": is_hit & ~(np.abs(np.linalg.norm(hits.normal, axis=1) - 1.0) <= 1e-6),
-        "a normal turned away from the ray's origin": is_hit & ~((hits.normal * directions).sum(axis=1) <= 1e-6),
-    }
-    for what, rows in wrong.items():
-        if rows.any():
-            i = int(np.flatnonzero(rows)[0])
-            raise LawBroken(
-                f"{_ray(origins, directions, i)} gives {what}: distance {hits.distance[i]}, element "
-                f"{hits.element[i]}, normal {numbers(hits.normal[i])}"
-            )
-    return hits
-
-
-def _as_reference(
-    trial: RayTrial, scene: RayScene, origins: Floats, directions: Floats, max_range: float = np.inf
-) -> float:
-    """Return the worst distance from the reference's (m)."""
-    found = _cast(trial, scene, origins, directions, max_range)
-    truth = reference(scene, origins, directions, max_range, 10.0 * trial.facts.precision)
-    return _compared(trial, found, truth.hits, truth.sure, origins, directions)
-
-
-def _compared(trial: RayTrial, found: Hits, true: Hits, sure: np.ndarray, origins: Floats, directions: Floats) -> float:
-    """Return the worst distance of what was found from the truth (m) among the rays that are sure."""
-    with np.errstate(invalid="ignore"):
-        off = np.where(found.distance == true.distance, 0.0, np.abs(found.distance - true.distance))
-    # A surface that is met at a slant moves the hit by more than it moves itself.
-    slant = np.maximum(0.05, np.abs((true.normal * directions).sum(axis=1)))
-    apart = np.linalg.norm(found.normal - true.normal, axis=1) > _NORMAL
-    wrong = sure & ((off * slant > trial.facts.precision) | (found.element != true.element) | apart)
-    if wrong.any():
-        i = int(np.flatnonzero(wrong)[0])
-        raise LawBroken(
-            f"{_ray(origins, directions, i)} meets {_met(found, i)}; it must be {_met(true, i)} ({int(wrong.sum())} of "
-            f"{len(wrong)} rays are wrong)"
-        )
-    return float(np.where(sure & np.isfinite(off), off, 0.0).max(initial=0.0))
-
-
-def _nonsense(scene: RayScene, origins: Floats, directions: Floats) -> Iterator[tuple[str, tuple[object, ...], str]]:
-    """Yield calls that must be refused."""
-    for what, value in (("NaN", np.nan), ("infinity", np.inf)):
-        for name, given in (("origin", origins), ("direction", directions)):
-            broken = given.copy()
-            broken[-1, 1] = value
-            rays = (broken, directions) if name == "origin" else (origins, broken)
-            yield "cast", (scene, *rays, 10.0), f"{name} with {what}"
-    poses = scene.world_t_element.copy()
-    poses[0, 0, 3] = np.nan
-    yield "cast", (RayScene(scene.shapes, poses), origins, directions, 10.0), "an element's pose with NaN"
-    yield "cast", (RayScene(scene.shapes, poses[:-1]), origins, directions, 10.0), "fewer poses than shapes"
-    for factor in (0.0, 2.0, 1.0 + 1e-4):
-        broken = directions.copy()
-        broken[0] *= factor
-        yield "cast", (scene, origins, broken, 10.0), f"a direction of length {factor}"
-    yield "cast", (scene, origins[:-1], directions, 10.0), "fewer origins than directions"
-    yield "cast", (scene, origins[:, :2], directions[:, :2], 10.0), "rays in two dimensions"
-    for max_range in (np.nan, -1.0, 0.0):
-        yield "cast", (scene, origins, directions, max_range), f"a range of {max_range}"
-
-
 def _to_sphere(origins: Floats, directions: Floats, radius: float) -> Floats:
     """Return the distance (n,) at which rays from outside meet a sphere about the origin; inf where they miss it."""
     along = -(origins * directions).sum(axis=1)
     under = radius**2 - (origins**2).sum(axis=1) + along**2
     return np.where(under > 0.0, along - np.sqrt(np.maximum(under, 0.0)), np.inf)
-
-
-def _ray(origins: Floats, directions: Floats, i: int) -> str:
-    return f"the ray from {numbers(origins[i])} along {numbers(directions[i])}"
-
-
-def _met(hits: Hits, i: int) -> str:
-    if hits.element[i] == NO_ELEMENT:
-        return "nothing"
-    return f"element {hits.element[i]} at {hits.distance[i]:.6g} m with the normal {numbers(hits.normal[i])}"

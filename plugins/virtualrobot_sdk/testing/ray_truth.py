@@ -78,12 +78,13 @@ def random_scene(rng: np.random.Generator, elements: int) -> RayScene:
     return RayScene(shapes, np.array([random_pose(rng, 2.0) for _ in range(elements)]).reshape(-1, 4, 4))
 
 
-def random_rays(rng: np.random.Generator, count: int, reach: float = 4.0) -> tuple[Floats, Floats]:
-    """Return origins and unit directions (n, 3): half of them at something near the middle, half anywhere."""
-    origins = rng.uniform(-reach, reach, (count, 3))
-    directions = rng.normal(size=(count, 3))
-    aimed = count // 2
-    directions[:aimed] = rng.uniform(-1.5, 1.5, (aimed, 3)) - origins[:aimed]
+def random_rays(rng: np.random.Generator, count: int, scene: RayScene) -> tuple[Floats, Floats]:
+    """Return origins within 4 m and unit directions (n, 3): two thirds towards elements, the others anywhere."""
+    origins, directions = rng.uniform(-4.0, 4.0, (count, 3)), rng.normal(size=(count, 3))
+    aimed = 2 * count // 3
+    centers = scene.world_t_element[:, :3, 3] if len(scene.shapes) else np.zeros((1, 3))
+    aims = centers[rng.integers(len(centers), size=aimed)] + rng.normal(scale=0.25, size=(aimed, 3))
+    directions[:aimed] = aims - origins[:aimed]
     return origins, directions / np.linalg.norm(directions, axis=1, keepdims=True)
 
 

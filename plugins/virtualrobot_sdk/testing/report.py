@@ -17,7 +17,7 @@ class Row:
 
     Attributes:
         law: its name.
-        state: FAILED where it failed on any chain.
+        state: FAILED where it failed on any chain, NOT_TRIED where it was tried on none.
         tried: how many postures, cases or calls.
         worst: the worst deviations of all chains by their unit.
         said: what is wrong, by chain.
@@ -78,7 +78,7 @@ class Report:
     @property
     def passed(self) -> bool:
         """Return whether every law was kept."""
-        return not any(row.state is State.FAILED for row in self.rows)
+        return all(row.state is State.OK for row in self.rows)
 
 
 def text(report: Report) -> str:

@@ -16,6 +16,8 @@ _FILES = (
     *("open", "os.remove", "os.rename", "os.mkdir", "os.rmdir", "os.link", "os.symlink", "os.truncate"),
     *("os.listdir", "os.scandir", "shutil.copyfile", "shutil.move", "shutil.rmtree", "glob.glob"),
 )
+_IN_A_FOLDER = ("os.remove", "os.mkdir", "os.rmdir")
+"""Events that end with the descriptor of the folder that the name is in, or -1."""
 _WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 _CODE = (".py", ".pyc", ".so", ".pyd", ".dll")
 _MOST = 20
@@ -71,7 +73,8 @@ class Seclusion:
         named = arguments[0] if arguments else None
         if not isinstance(named, str | bytes | os.PathLike):
             return "", False  # a descriptor that is open already
-        path = os.path.realpath(os.fsdecode(named))
+        folder = arguments[-1] if event in _IN_A_FOLDER else -1
+        path = os.path.realpath(os.path.join(_path_of(folder), os.fsdecode(named)))
         writes = event not in ("open", "os.listdir", "os.scandir", "glob.glob") or (
             event == "open" and isinstance(arguments[2], int) and bool(arguments[2] & _WRITING)
         )
@@ -93,6 +96,12 @@ class Seclusion:
 
 def _real(*places: str) -> tuple[str, ...]:
     return tuple(os.path.realpath(place) for place in places if place)
+
+
+def _path_of(folder: object) -> str:
+    """Return the path of an open folder, "" where there is none or the system does not tell."""
+    link = f"/proc/self/fd/{folder}"
+    return os.readlink(link) if isinstance(folder, int) and folder >= 0 and os.path.exists(link) else ""
 
 
 def _below(path: str, place: str) -> bool:

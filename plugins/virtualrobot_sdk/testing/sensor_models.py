@@ -45,7 +45,7 @@ SensorTrial = Trial[SensorFacts]
 
 
 def readings(trial: SensorTrial, rng: np.random.Generator) -> Measured:
-    """Readings have their types and shapes; what is valid is finite, nothing is NaN, intensities are from 0 to 1."""
+    """Types and shapes are right; valid distances are finite, none is NaN or negative, intensities are from 0 to 1."""
     for count in (RAYS, 1, 7):
         _apply(trial, _random_hits(trial, rng, count), rng)
     _apply(trial, _at(np.full(RAYS, 1e9)), rng)
@@ -165,9 +165,8 @@ def _apply(trial: SensorTrial, hits: TrueHits, rng: np.random.Generator) -> Read
     checked(said.intensity, "intensity", np.float64, shape)
     checked(said.valid, "valid", np.bool_, shape)
     wrong = {
-        "a distance of NaN": np.isnan(said.distance),
-        "a valid distance that is not finite or below 0": said.valid
-        & ~((said.distance >= 0) & (said.distance < np.inf)),
+        "a distance that is NaN or negative": ~(said.distance >= 0.0),
+        "a valid distance that is not finite": said.valid & np.isinf(said.distance),
         "an intensity that is not from 0 to 1": ~((said.intensity >= 0.0) & (said.intensity <= 1.0)),
     }
     for what, rows in wrong.items():

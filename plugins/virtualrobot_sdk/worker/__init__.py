@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from virtualrobot_sdk.worker.description import ComponentDescription, Description
-    from virtualrobot_sdk.worker.parent import Worker
+    from virtualrobot_sdk.worker.parent import Worker, close_all
 
-__all__ = ["ComponentDescription", "Description", "Worker"]
+__all__ = ["ComponentDescription", "Description", "Worker", "close_all"]
 
 
 def __getattr__(name: str) -> object:
     """Import the parent's side when it is asked for: the child, which imports this too, starts faster without it."""
-    if name == "Worker":
-        from virtualrobot_sdk.worker.parent import Worker
+    if name in ("Worker", "close_all"):
+        from virtualrobot_sdk.worker import parent
 
-        return Worker
+        return getattr(parent, name)
     if name in __all__:
         from virtualrobot_sdk.worker import description
 

@@ -7,6 +7,7 @@ import pickle
 import threading
 import weakref
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from importlib.metadata import EntryPoint
 from types import TracebackType
 from typing import Any
@@ -50,7 +51,9 @@ class Worker:
         self._running: tuple[Process, Guard] | None = None
         self._fault: ComponentFault | None = None
         self._number = 0
-        _open.add(self)
+        self._closing = False
+        with _opening:
+            _open.add(self)
 
     @property
     def pid(self) -> int | None:
@@ -100,6 +103,7 @@ class Worker:
     def close(self) -> None:
         """End the process; a call under way in another thread ends with a fault. May be called again."""
         grace = CLOSING_SECONDS
+        self._closing = True
         if not self._asking.acquire(blocking=False):
             if running := self._running:
                 running[1].condemn(self._closed())
@@ -110,7 +114,8 @@ class Worker:
             self._fault = self._fault or self._closed()
         finally:
             self._asking.release()
-        _open.discard(self)
+        with _opening:
+            _open.discard(self)
 
     def __enter__(self) -> Worker:
         """Return itself."""
@@ -135,6 +140,9 @@ class Worker:
             except OSError as error:
                 raise ComponentFault(FaultKind.DIED, f"its process cannot be started: {error}") from error
             self._running = process, Guard(process)
+            if self._closing:
+                # Who closes it may have come too early to see the process.
+                raise _again(self._condemn(self._closed()))
             # Its first frame says that it is there.
             self._exchange(0, b"", "starting", START_SECONDS)
         return self._running
@@ -207,9 +215,20 @@ def _plain(entry_point: EntryPoint) -> tuple[str, str, str]:
 
 
 _open: weakref.WeakSet[Worker] = weakref.WeakSet()
+_opening = threading.Lock()
+
+
+def close_all() -> None:
+    """Close all workers of this program at the same time, those too that are in the middle of a call."""
+    with _opening:
+        workers = list(_open)
+    if workers:
+        with ThreadPoolExecutor(len(workers)) as pool:
+            list(pool.map(Worker.close, workers))
 
 
 @atexit.register
 def _close_forgotten() -> None:
+    # One after the other: no more threads can be started now.
     for worker in list(_open):
         worker.close()

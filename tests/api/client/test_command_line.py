@@ -85,6 +85,7 @@ def test_refusals_are_one_line(run: Run, iiwa: Robot) -> None:
     assert "iiwa" in run("state", "arm", code=1)
     assert "is not there; tried" in run("load", "none.urdf", code=1)
     assert "cannot be written" in run("save", "/dev/null/x.yaml", code=1)
+    assert "a scene file ends with .yaml or .yml" in run("save", "cell.txt", code=2, warns=4)
 
 
 def test_motions_go_on_and_are_stopped(run: Run, client: Client, iiwa: Robot) -> None:

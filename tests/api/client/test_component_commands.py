@@ -83,6 +83,7 @@ def test_a_model_is_loaded_with_settings(run: Run, client: Client, stand: str) -
     assert run("load", stand, "--set", "arguments.prefix=7", "--srdf", srdf) == "loaded robot stand\n"
     assert client.robot("stand").links == ["stand.7column"]
     assert list(client.robot("stand").groups) == ["all"]
+    assert "did you mean 'arguments.prefix'" in run("load", stand, "--set", "prefix=7", code=1)
 
 
 def test_what_is_odd_about_a_model_is_shown(run: Run, stand: str) -> None:

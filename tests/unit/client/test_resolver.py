@@ -11,6 +11,8 @@ import pytest
 from virtualrobot import packages
 from virtualrobot.resolver import Resolver, UnresolvedUriError, is_relative, join_uri
 
+GAZEBO_VARIABLES = ("GZ_SIM_RESOURCE_PATH", "GAZEBO_MODEL_PATH", "SDF_PATH")
+
 
 def make(root: Path, *names: str) -> None:
     """Create empty files below `root`."""
@@ -30,7 +32,8 @@ def declare(folder: Path, name: str) -> None:
 def no_environment(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Start from an environment that names no packages, and a machine without ROS."""
     monkeypatch.setattr(packages, "ROS_FOLDER", tmp_path / "no ros")
-    for variable in ("VIRTUALROBOT_PACKAGE_PATH", "ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"):
+    variables = ("VIRTUALROBOT_PACKAGE_PATH", "ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH", *GAZEBO_VARIABLES)
+    for variable in variables:
         monkeypatch.delenv(variable, raising=False)
 
 
@@ -87,6 +90,17 @@ def test_ament_prefixes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
     assert (
         Resolver().resolve("package://arm/meshes/x.stl", tmp_path / "a.urdf") == tmp_path / "opt/share/arm/meshes/x.stl"
     )
+
+
+@pytest.mark.parametrize("variable", GAZEBO_VARIABLES)
+def test_folders_of_models_of_gazebo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, variable: str) -> None:
+    make(tmp_path, "models/coke_can/meshes/can.dae", "more/table/a.stl", "w/world.sdf", "models/deep/er/x.stl")
+    monkeypatch.setenv(variable, os.pathsep.join(["", str(tmp_path / "none"), *map(str, tmp_path.glob("mo*"))]))
+    world = tmp_path / "w/world.sdf"
+    assert Resolver().resolve("model://coke_can/meshes/can.dae", world) == tmp_path / "models/coke_can/meshes/can.dae"
+    assert Resolver().resolve("package://table/a.stl", world) == tmp_path / "more/table/a.stl"
+    with pytest.raises(UnresolvedUriError):  # models lie directly in such a folder
+        Resolver().resolve("model://er/x.stl", world)
 
 
 def test_the_environment_goes_before_the_parents(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

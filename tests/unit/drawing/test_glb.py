@@ -14,8 +14,8 @@ from PIL import Image
 from virtualrobot_kernel.drawing.appearance import encode
 from virtualrobot_kernel.formats import shapes
 from virtualrobot_kernel.formats.creases import shaded
-from virtualrobot_kernel.formats.glb import linear
 from virtualrobot_kernel.formats.submesh import Submesh
+from virtualrobot_sdk.srgb import to_linear
 
 
 def document(data: bytes) -> dict:
@@ -50,7 +50,7 @@ def test_triangles_and_normals_survive() -> None:
 
 def test_srgb_becomes_linear_light() -> None:
     """IEC 61966-2-1: 8-bit 188 is half of the light, 10 lies on the straight part."""
-    assert linear((188 / 255, 10 / 255, 1.0)) == pytest.approx([0.5029, 10 / 255 / 12.92, 1.0], abs=1e-4)
+    assert to_linear((188 / 255, 10 / 255, 1.0)) == pytest.approx([0.5029, 10 / 255 / 12.92, 1.0], abs=1e-4)
 
 
 def test_opaque_parts_of_several_colours_are_one_file() -> None:

@@ -193,7 +193,8 @@ def test_gltf_transforms_are_applied_and_its_y_is_not_turned_up() -> None:
     assert np.array(in_order(part.vertices)) == pytest.approx(
         np.array(in_order(2.0 * TETRAHEDRON + [1.0, 2.0, 3.0])), abs=1e-6
     )
-    assert part.color == pytest.approx((1.0, 0.0, 0.2, 1.0))
+    # Linear light of 0.2 is 1.055 * 0.2^(1/2.4) - 0.055 in sRGB (IEC 61966-2-1).
+    assert part.color == pytest.approx((1.0, 0.0, 0.48453, 1.0), abs=1e-5)
 
 
 def test_gltf_buffers_in_files_of_their_own() -> None:

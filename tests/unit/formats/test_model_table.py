@@ -9,7 +9,7 @@ import pytest
 from virtualrobot.resolver import Resolver
 from virtualrobot.v1 import scene_pb2
 from virtualrobot_kernel.api.model_files import read_model
-from virtualrobot_kernel.errors import MissingFileError, UnknownNameError
+from virtualrobot_kernel.errors import KernelError, MalformedFileError, MissingFileError, UnknownNameError
 from virtualrobot_kernel.formats import model_table
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.files import Files
@@ -84,6 +84,22 @@ def test_a_model_whose_package_is_not_installed_says_how_to_get_it(monkeypatch: 
     assert not table[0].installed
     with pytest.raises(MissingFileError, match="'far' comes with the Python package far-data: pip install far-data"):
         import_model("model://far", disk(), LIBRARY)
+
+
+def test_who_leaves_the_scheme_away_is_told_so() -> None:
+    for given, meant in (("puma560", "puma560"), ("KR16", "kr16"), ("irb14", "irb140")):
+        files = uploaded({given: b""})
+        with pytest.raises(MalformedFileError, match=rf"ending ''; did you mean 'model://{meant}'\? known: \.urdf"):
+            import_model(given, files, LIBRARY)
+    with pytest.raises(MalformedFileError, match="ending ''; known:"):
+        import_model("notes", uploaded({"notes": b""}), LIBRARY)
+
+
+def test_what_only_meshes_take_is_refused_for_robots() -> None:
+    with pytest.raises(KernelError, match=r"^puma560\.urdf is a robot's, and the scale 2, 2, 2 is for meshes"):
+        import_model("model://puma560", disk(), LIBRARY, scale=(2.0, 2.0, 2.0))
+    with pytest.raises(KernelError, match=r"^ar_manipulator\.yaml is a robot's, and as_part is for meshes"):
+        import_model("model://ar_manipulator", disk(), LIBRARY, as_part=True)
 
 
 def test_a_folder_that_is_told_for_the_name_and_an_uploaded_file_win(tmp_path: Path) -> None:

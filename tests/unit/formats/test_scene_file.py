@@ -148,6 +148,11 @@ ERRORS = {
         f"{START}- figures: [{{roles: [FIGURE_ROLE_VISAUL]}}]\n",
         "nodes[0].figures[0].roles[0]: 'FIGURE_ROLE_VISAUL' is no FigureRole; did you mean FIGURE_ROLE_VISUAL?",
     ),
+    "a value's name without its beginning": (
+        "schema_version: 1\nmodels:\n- denavit_hartenberg: {convention: standard}\n",
+        "'standard' is no DenavitHartenbergConvention; did you mean DENAVIT_HARTENBERG_CONVENTION_STANDARD? "
+        "known: DENAVIT_HARTENBERG_CONVENTION_STANDARD, DENAVIT_HARTENBERG_CONVENTION_MODIFIED",
+    ),
     "two kinds": (
         f"{START}- name: a\n  object: {{}}\n  part: {{}}\n",
         "scene.yaml:5: nodes[0].part: only one kind may be given; there is 'object' too",

@@ -108,7 +108,7 @@ def test_an_srdf_file_beside_a_model_is_not_taken_by_itself(tmp_path: Path) -> N
             ('<group name="a"><chain base_link="panda_hand" tip_link="panda_link3"/></group>',),
             "2: no chain leads from 'panda_hand' to 'panda_link3'",
         ),
-        (('<group name="a"><group name="b"/></group>',), "2: there is no group named 'b'; did you mean 'a'?"),
+        (('<group name="a"><group name="b"/></group>',), "2: there is no group named 'b'; there is 'a'"),
         (
             ('<group name="a"><group name="b"/></group>', '<group name="b"><group name="a"/></group>'),
             "group 'a': the groups contain each other: a -> b -> a",

@@ -193,7 +193,7 @@ def test_a_scene_is_handed_back_and_is_no_mesh() -> None:
 
     files, library, _ = bench(answer, {"r.urdf": URDF.format("d/m.odd").encode()})
     assert import_model("d/m.odd", files, library) == TranslatedScene("schema_version: 1\n", "d/m.odd", ("w",))
-    for option in ({"srdf_uri": "r.srdf"}, {"base_joint": JointType.PLANAR}):
+    for option in ({"srdf_uri": "r.srdf"}, {"base_joint": JointType.PLANAR}, {"scale": (1.0, 1.0, -1.0)}):
         with pytest.raises(KernelError, match=r"m\.odd becomes a scene of its own, so .* is not for it"):
             import_model("d/m.odd", files, library, **option)  # pyright: ignore[reportArgumentType]
     with pytest.raises(MalformedFileError, match=r"link 'a': m\.odd: the file holds a scene, which is no mesh"):

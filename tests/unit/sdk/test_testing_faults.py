@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -19,6 +21,19 @@ from virtualrobot_sdk.testing.subject import Subject, locate
 from tests.plugins.install import WRONG, install
 
 CHAINS = {"puma560": puma560()}
+
+SUITES = """
+from virtualrobot_sdk.testing import KinematicsContract
+from virtualrobot_sdk.testing.chains import scara
+
+class TestNobody(KinematicsContract):
+    component = "good/nobody"
+    chains = {"scara": scara()}
+
+class TestDeclines(TestNobody):
+    component = "good/good"
+    settings = {"joints": 3}
+"""
 
 FAULTS = {
     "raises_at_work": ("inverse", r"inverse raised KeyError: 'elbow up' \(__init__\.py:\d+ in inverse\)"),
@@ -59,7 +74,7 @@ def found(name: str, law: str, seed: int, **settings: object) -> Finding:
 @pytest.mark.parametrize("name", FAULTS)
 def test_the_fault_is_found(name: str, seed: int) -> None:
     law, said = FAULTS[name]
-    finding = found(name, law, seed, **({"bytes_a_call": 400} if name == "leaks" else {}))
+    finding = found(name, law, seed, **({"bytes_a_call": 60} if name == "leaks" else {}))
     assert finding.state is State.FAILED
     assert re.search(said, finding.said), finding.said
 
@@ -96,6 +111,25 @@ def test_a_wrong_one_gets_a_bad_grade(site: Path, seed: int, capsys: pytest.Capt
     assert re.search(r"^forward +ok +25 ", printed, re.MULTILINE)
     assert "inverse on mine: inverse returned solutions of shape (4,); they must be (m, 4)" in printed
     assert re.search(r"\nfailed: inverse, ", printed)
+
+
+def test_one_whose_process_ends_again_and_again_is_not_tried_for_ever(seed: int) -> None:
+    report = grade("crashes/crashes", chains=CHAINS, seed=seed)
+    states = {row.law: row.state for row in report.rows}
+    assert [law for law, state in states.items() if state is State.FAILED] == ["inverse", "limits", "order"]
+    assert states["forward"] is State.OK
+    assert states["memory"] is State.NOT_TRIED
+    assert not report.passed
+
+
+def test_a_suite_of_nobody_fails_once(site: Path) -> None:
+    """In a pytest of its own, as an author sees it."""
+    (site / "test_nobody.py").write_text(SUITES, "utf-8")
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_nobody.py"]
+    done = subprocess.run(command, cwd=site, capture_output=True, text=True, timeout=100)
+    assert "2 failed, 24 skipped" in done.stdout, done.stdout
+    assert "no kinematics 'nobody'; there are good" in done.stdout
+    assert "all chains are declined:\nscara: it is made for 3 joints; this robot has 4" in done.stdout
 
 
 def test_plugins_that_cannot_be_imported_are_named() -> None:

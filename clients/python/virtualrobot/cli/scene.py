@@ -93,7 +93,9 @@ def load(
 @click.option("--bundle", is_flag=True, help="Put the files that it names beside it, under assets/.")
 @target_options
 def save(target: Target, file: Path, bundle: bool) -> None:
-    """Save the world to a scene file (YAML)."""
+    """Save the world to a scene file: FILE ends with .yaml or .yml."""
+    if file.suffix.lower() not in _SCENE_ENDINGS:
+        raise click.UsageError(f"a scene file ends with .yaml or .yml, for loading it again, got {str(file)!r}")
     with target.connect() as client:
         written = client.scene.save(file, bundle=bundle)
     assets = f" and {len(written) - 1} files under {file.parent / 'assets'}" if len(written) > 1 else ""

@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot_sdk.srgb import to_linear
 
 from virtualrobot_kernel.formats.creases import shaded
 from virtualrobot_kernel.formats.export.triangles import same_content, triangles
-from virtualrobot_kernel.formats.glb import ARRAY_BUFFER, ELEMENT_BUFFER, ROUGHNESS, Buffers, linear
+from virtualrobot_kernel.formats.glb import ARRAY_BUFFER, ELEMENT_BUFFER, ROUGHNESS, Buffers
 from virtualrobot_kernel.formats.submesh import Submesh
 from virtualrobot_kernel.world.figures import Figure, Frame, Geometry, Label, Lines, Mesh, Points
 
@@ -134,14 +135,14 @@ class MeshTable:
     def _colors(self, colors: NDArray[np.uint8]) -> int:
         """Return the accessor of colours (n, 4) of 8 bits; linear light needs 16 to keep the dark ones apart."""
         light = colors / 255.0
-        light[:, :3] = linear(light[:, :3])
+        light[:, :3] = to_linear(light[:, :3])
         return self.buffers.add(np.round(65535.0 * light).astype(np.uint16), "VEC4", ARRAY_BUFFER, normalized=True)
 
     def _material(self, color: Rgba, texture: int | None = None, see_through: bool = False) -> int:
         key = (color, texture, see_through)
         if key not in self._materials:
             surface: dict[str, Any] = {
-                "baseColorFactor": [*np.round(linear(color[:3]).astype(np.float64), 7).tolist(), float(color[3])],
+                "baseColorFactor": [*np.round(to_linear(color[:3]), 7).tolist(), float(color[3])],
                 "metallicFactor": 0.0,
                 "roughnessFactor": ROUGHNESS,
             }

@@ -16,6 +16,7 @@ Entity: TypeAlias = Any
 CHORD_TOLERANCE = 5e-4
 """How far a chord may be off its arc, in parts of the outline's greatest extent: 70 sides for a full circle."""
 
+_TRIANGLE, _TWO_TRIANGLES = np.array([[0, 1, 2]]), np.array([[0, 1, 2], [0, 2, 3]])
 _OUTLINES = ("LWPOLYLINE", "POLYLINE", "CIRCLE", "ARC", "LINE")
 
 
@@ -31,7 +32,7 @@ def surface_of(entity: Entity) -> Surface | None:
     """Return the triangles of an entity; None for one without a surface, such as a line."""
     kind = entity.dxftype()
     if kind == "3DFACE":
-        return _of_polygons([np.array([corner.xyz for corner in entity.wcs_vertices()])])
+        return _face(np.array([corner.xyz for corner in entity.wcs_vertices()]))
     if kind in ("SOLID", "TRACE"):
         corners = np.array([corner.xyz for corner in entity.wcs_vertices()])
         return _extruded(corners, _thickness(entity), closed=True) if len(corners) >= 3 else None
@@ -46,6 +47,13 @@ def surface_of(entity: Entity) -> Surface | None:
     return None
 
 
+def _face(points: NDArray[np.float64]) -> Surface:
+    """Return a 3DFACE, which is cut between its first and third corner; a triangle has its last corner twice."""
+    if len(points) == 4 and (points[2] == points[3]).all():
+        points = points[:3]
+    return Surface(points, _TRIANGLE if len(points) == 3 else _TWO_TRIANGLES)
+
+
 def _of_polygons(polygons: list[NDArray[np.float64]]) -> Surface | None:
     polygons = [_without_repeats(points) for points in polygons if len(points)]
     if not polygons:
@@ -56,7 +64,7 @@ def _of_polygons(polygons: list[NDArray[np.float64]]) -> Surface | None:
 
 
 def _without_repeats(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return a polygon without corners that repeat the one before: a triangle is a 3DFACE with one corner twice."""
+    """Return a polygon without corners that repeat the one before."""
     keep = (points != np.roll(points, 1, axis=0)).any(axis=1)
     return points[keep]
 

@@ -28,23 +28,23 @@ _INFINITE = re.compile(r"[-+]?inf(inity)?", re.IGNORECASE)
 class Notes:
     """What was odd or left out in one translation."""
 
-    uri: str
     texts: dict[str, None] = field(default_factory=dict)
-    _left_out: dict[str, list[int]] = field(default_factory=dict)
+    _left_out: dict[str, list[str]] = field(default_factory=dict)
 
     def warn(self, place: Place, element: Element, message: str) -> None:
         """Keep a warning about an element; the same one is kept once."""
         self.texts[str(place.error(element, message))] = None
 
-    def leave_out(self, element: Element) -> None:
+    def leave_out(self, place: Place, element: Element) -> None:
         """Count an element that is passed over."""
-        self._left_out.setdefault(local_name(element), []).append(line_of(element))
+        where = f"{short_name(place.uri)}:{line_of(element)}"
+        self._left_out.setdefault(local_name(element), []).append(where)
 
     def all(self) -> tuple[str, ...]:
         """Return all warnings, one for each kind of element that was passed over."""
         kinds = (
-            f"{short_name(self.uri)}:{lines[0]}: <{kind}> is left out" + (f", {len(lines)} times" if lines[1:] else "")
-            for kind, lines in self._left_out.items()
+            f"{places[0]}: <{kind}> is left out" + (f", {len(places)} times" if places[1:] else "")
+            for kind, places in self._left_out.items()
         )
         return (*self.texts, *kinds)
 
@@ -205,14 +205,15 @@ def inverse(matrix: Matrix) -> Matrix:
 
 
 def pose_message(matrix: Matrix) -> dict[str, Any]:
-    """Return a pose as scene files have it."""
-    quaternion = to_quaternion(matrix[:3, :3])
-    return {
-        "position": vector_message(matrix[:3, 3]),
-        "orientation": dict(zip("xyzw", quaternion.tolist(), strict=True)),
-    }
+    """Return a pose as scene files have it; what is not said there is no shift and no turn."""
+    message: dict[str, Any] = {}
+    if matrix[:3, 3].any():
+        message["position"] = vector_message(matrix[:3, 3])
+    if not np.array_equal(matrix[:3, :3], np.eye(3)):
+        message["orientation"] = dict(zip("xyzw", to_quaternion(matrix[:3, :3]).tolist(), strict=True))
+    return message
 
 
 def vector_message(values: NDArray[np.float64]) -> dict[str, float]:
-    """Return a vector as scene files have it."""
-    return dict(zip("xyz", np.asarray(values).tolist(), strict=True))
+    """Return a vector as scene files have it; what is not said there is 0."""
+    return {axis: value for axis, value in zip("xyz", np.asarray(values).tolist(), strict=True) if value != 0.0}

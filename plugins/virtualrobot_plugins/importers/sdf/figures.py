@@ -52,7 +52,7 @@ def link_figures(link: LinkElement, node_t_link: Matrix, main: str, notes: Notes
             if figure is not None:
                 figures.append(figure)
         elif kind not in _LINK_DETAILS:
-            notes.leave_out(element)
+            notes.leave_out(place, element)
     return figures
 
 

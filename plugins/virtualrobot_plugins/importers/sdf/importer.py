@@ -29,7 +29,7 @@ class SdfImporter:
             FilesNeeded: for included models.
             ArgumentError: `file:line: element: ...` for a broken file, and for a model with a kinematic loop.
         """
-        notes = Notes(uri)
+        notes = Notes()
         reader = Reader(uri, files, notes)
         world = reader.document(data)
         if reader.needed:

@@ -57,7 +57,7 @@ class Reader:
             elif kind == "include":
                 self._include(scope, element, 0, ())
             elif kind not in _WORLD_DETAILS:
-                self.notes.leave_out(element)
+                self.notes.leave_out(place, element)
         return scope
 
     def _root(self, data: bytes, uri: str) -> tuple[Element, Place]:
@@ -100,7 +100,7 @@ class Reader:
             elif kind == "include":
                 self._include(scope, part, depth + 1, includes)
             elif kind not in _MODEL_DETAILS:
-                self.notes.leave_out(part)
+                self.notes.leave_out(place, part)
         return scope
 
     def _pose(self, scope: Scope, name: str, element: Element, default: str, attached_to: str = "") -> None:

@@ -289,5 +289,6 @@ def test_binary_drawings_and_mended_ones() -> None:
     start = text.index("ENDSEC", text.index("ENTITIES"))
     mended = text[:start].rstrip()[:-1] + text[start + len("ENDSEC") + 1 :]  # the end of a section is missing
     assert volume(meshes(DxfImporter(), mended, "x.dxf")) == pytest.approx(1.0)
-    assert "cut off" in refusal(DxfImporter(), text[: text.rindex("EOF")], "x.dxf")
+    assert volume(meshes(DxfImporter(), text[: text.rindex("EOF")], "x.dxf")) == pytest.approx(1.0)
+    assert "cut off" in refusal(DxfImporter(), text[:start], "x.dxf")
     assert "cut off" in refusal(DxfImporter(), binary.getvalue()[:-20], "x.dxf")

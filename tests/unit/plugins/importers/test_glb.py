@@ -18,11 +18,29 @@ RED = (1.0, 0.0, 0.0, 1.0)
 def test_positions_faces_and_colour(rng: np.random.Generator) -> None:
     points = rng.uniform(-5.0, 5.0, (20, 3))
     faces = np.array([rng.permutation(20)[:3] for _ in range(30)])
-    color = (*np.round(rng.uniform(0.0, 1.0, 3) * 255.0) / 255.0, 0.2)  # trimesh keeps 8 bits
+    color = (*rng.uniform(0.0, 1.0, 3).tolist(), 0.2)
     (part,) = parse_mesh(write_glb([Piece(points, faces, color)], "x"), "x.glb")
     assert np.array_equal(part.vertices[part.faces], points.astype(np.float32)[faces])
-    assert part.color == pytest.approx(color, abs=1e-6)
+    assert part.color == pytest.approx(color, abs=3e-6)
     assert part.normals is None and part.vertex_colors is None and part.texture is None
+
+
+def test_the_file_holds_linear_light() -> None:
+    """Khronos, glTF 2.0 specification, 3.7.2.1 and 3.9.2; by IEC 61966-2-1 half of the light is 8-bit 188, 0.735."""
+    colors = np.array([[188, 10, 255, 128]] * 3 + [[0, 188, 1, 255]], np.uint8)
+    pieces = [
+        Piece(TETRAHEDRON, TETRAHEDRON_FACES, (188 / 255, 10 / 255, 0.0, 0.3)),
+        Piece(TETRAHEDRON, TETRAHEDRON_FACES, vertex_colors=colors),
+    ]
+    tree, binary = glb.unpack_glb(write_glb(pieces, "x"))
+    factor = tree["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"]
+    assert factor == pytest.approx([0.5029, 10 / 255 / 12.92, 0.0, 0.3], abs=1e-4)
+    accessor = tree["accessors"][tree["meshes"][1]["primitives"][0]["attributes"]["COLOR_0"]]
+    start = tree["bufferViews"][accessor["bufferView"]]["byteOffset"]
+    stored = np.frombuffer(binary, np.uint16, 16, start).reshape(4, 4) / 65535.0
+    assert accessor["normalized"] is True and accessor["componentType"] == 5123
+    assert stored[0] == pytest.approx([0.5029, 10 / 255 / 12.92, 1.0, 128 / 255], abs=1e-4)
+    assert stored[3] == pytest.approx([0.0, 0.5029, 1 / 255 / 12.92, 1.0], abs=1e-4)
 
 
 def test_pieces_of_one_look_are_one_mesh() -> None:

@@ -204,6 +204,8 @@ def test_includes_in_included_models_count_from_there() -> None:
     files = {"parts/a.sdf": inner, "parts/b.sdf": CUP}
     (node,) = scene(SdfImporter(), text, "w.sdf", files).nodes
     assert node.figures[0].mesh.uri == "parts/meshes/cup.dae"
+    plugged = {**files, "parts/b.sdf": CUP.replace(b"<link", b'<plugin name="p"/><link', 1)}
+    assert SdfImporter().translate(text.encode(), "w.sdf", plugged).warnings == ("b.sdf:3: <plugin> is left out",)
     files["parts/b.sdf"] = inner.replace(b"b.sdf", b"a.sdf")
     assert "includes itself" in refusal(SdfImporter(), text, "w.sdf", files)
 

@@ -52,7 +52,7 @@ def test_a_cell_as_three_js_reads_it() -> None:
     )
     assert volume(red) == pytest.approx(0.024, rel=1e-5)  # a concave prism, mirrored, whose outside stays outside
     # Its cone has 32 sides and ours 48, so that they differ by the sagitta.
-    assert bounds(by_color[(0.0, 0.0, 1.0, 191 / 255)]) == pytest.approx(
+    assert bounds(by_color[(0.0, 0.0, 1.0, 0.75)]) == pytest.approx(
         np.array([[-0.26511645, 0.1020338, 0.16799195], [0.29026595, 0.68430626, 0.86716]]), abs=4e-3
     )
     grid = next(piece for piece in parts(translation) if piece.vertex_colors is not None)
