@@ -12,6 +12,7 @@ from virtualrobot.dynamics import InverseDynamics, Samples, movement_message
 from virtualrobot.editor import Direct
 from virtualrobot.geometry import Matrix, poses_from_rows
 from virtualrobot.kinematics_check import KinematicsCheck
+from virtualrobot.leases import Lease, acquire
 from virtualrobot.mover import JointPositions, Mover
 from virtualrobot.robot_values import (
     ForwardSolution,
@@ -112,6 +113,15 @@ class Robot(Mover):
     def set_positions(self, positions: JointPositions) -> None:
         """Put joints somewhere at once, without a motion; values by name, or all coordinates in order."""
         Direct(self._services).set_joint_positions(self.name, positions)
+
+    def lease(self, *, take: bool = False, owner: str = "") -> Lease:
+        """Lease it, so that nobody but this client moves it; see `Client.lease`.
+
+        Example:
+            >>> with robot.lease():
+            ...     robot.move_to("home")
+        """
+        return acquire(self._services, [self.name], owner, take)
 
     # Tools and parts.
 

@@ -11,7 +11,6 @@ import numpy as np
 from virtualrobot.v1 import robot_pb2, robot_pb2_grpc
 from virtualrobot_sdk.selfcheck import SelfCheck
 
-from virtualrobot_kernel.api.author import author
 from virtualrobot_kernel.api.convert.nodes import JOINT_TYPE_NUMBERS, limits_message
 from virtualrobot_kernel.api.convert.robots import (
     group_messages,
@@ -157,14 +156,14 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         snapshot = rooms.world.snapshot
         node = snapshot.structure.node(request.robot, Kind.ROBOT)
         name = request.kinematics
-        who = author(context)
+        submit = rooms.submitting(context)
 
         def swap() -> tuple[Applied, SelfCheck]:
             # All in one thread: a client that goes away cancels what is awaited, and a component must not be lost.
             wanted = settings(request.settings, "settings")
             command = SetKinematics(request.robot, name, wanted)
             arm = arm_of(snapshot, node)
-            return rooms.solvers.swap(snapshot, arm, name, wanted, lambda: rooms.world.submit([command], who).result())
+            return rooms.solvers.swap(snapshot, arm, name, wanted, lambda: submit([command]).result())
 
         applied, check = await rooms.turns.run([node.uid], swap)
         return robot_pb2.SetKinematicsResponse(stamp=stamp(applied.snapshot), check=_check_message(check))

@@ -27,6 +27,7 @@ _REPEATED = 5
 def refusals(bench: Bench, rng: np.random.Generator) -> Measured:
     """What makes no sense is refused by an ArgumentError, and the next call is answered rightly."""
     q = random_posture(bench.chain, rng)
+    before = bench.forward(q)[-1]
     accepted = []
     tried = 0
     for method, arguments, what in _nonsense(bench.chain, q, bench.tip(q)):
@@ -43,9 +44,10 @@ def refusals(bench: Bench, rng: np.random.Generator) -> Measured:
         accepted.append(f"{method} of {what} was answered")
     if accepted:
         raise LawBroken(f"these must raise ArgumentError: {'; '.join(accepted)}")
-    off = np.abs(bench.forward(q)[-1] - bench.tip(q)).max()
+    # Whether forward is right is another law's business.
+    off = np.abs(bench.forward(q)[-1] - before).max()
     if off > POSE_TOLERANCE:
-        raise LawBroken(f"after refusals forward is off by {off:.3g}")
+        raise LawBroken(f"after refusals forward answers otherwise than before them, by {off:.3g}")
     return Measured(tried)
 
 

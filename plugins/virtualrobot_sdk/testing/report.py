@@ -35,9 +35,9 @@ class Cost:
     """What a call costs, in microseconds: in the component's own process, and asked from another one."""
 
     method: str
-    mean: float
+    median: float
     p99: float
-    worker_mean: float
+    worker_median: float
     worker_p99: float
 
 
@@ -97,9 +97,9 @@ def text(report: Report) -> str:
         table = [(f"  {s.chain}", f"{s.returned} of {s.existing}", f"for {s.poses} poses") for s in report.solutions]
         lines += _aligned(table, right=())
     if report.cost:
-        lines += ["", f"cost of a call on {report.cost_chain}"]
+        lines += ["", f"cost of a call on {report.cost_chain}: median and 99th percentile"]
         table = [("", "in process", "p99", "in a worker", "p99")]
-        table += [(f"  {c.method}", *map(_time, (c.mean, c.p99, c.worker_mean, c.worker_p99))) for c in report.cost]
+        table += [(f"  {c.method}", *map(_time, (c.median, c.p99, c.worker_median, c.worker_p99))) for c in report.cost]
         lines += _aligned(table, right=(1, 2, 3, 4))
     failed = [row.law for row in report.rows if row.state is State.FAILED]
     lines += ["", f"failed: {', '.join(failed)}" if failed else "all laws are kept"]

@@ -142,6 +142,15 @@ class RaisesWrongly(Right):
         return super().forward(q)
 
 
+class Sulks(Right):
+    def forward(self, q: Floats, /) -> Floats:
+        if np.shape(q) != (4,) or not np.isfinite(q).all():
+            self.sulking = True
+        frames = super().forward(q)
+        frames[-1, 0, 3] += 0.1 * getattr(self, "sulking", False)
+        return frames
+
+
 class Moody(Right):
     moods = itertools.count()
 

@@ -71,6 +71,7 @@ def test_a_right_component_keeps_the_law(law: str, rng: np.random.Generator) -> 
         ("GivesNoReason", "unreachable", r"inverse gave no reason why"),
         ("TakesAnything", "refusals", r"forward of q with NaN was answered; forward of q with infinity was answered"),
         ("RaisesWrongly", "refusals", r"forward of q with NaN: forward raised ValueError: q must be finite"),
+        ("Sulks", "refusals", r"after refusals forward answers otherwise than before them, by 0\.1"),
         ("Moody", "determinism", r"jacobian gives another answer to the same question"),
         ("WritesToTheSeed", "arguments", r"inverse changes the seed"),
         ("WritesToQ", "arguments", r"forward changes q|read-only"),
@@ -82,6 +83,10 @@ def test_a_small_wrong_is_found(case: str, law: str, said: str, rng: np.random.G
     with pytest.raises((LawBroken, ComponentFault)) as broken:
         LAWS[law](HereBench(case), rng)
     assert re.search(said, str(broken.value)), str(broken.value)
+
+
+def test_a_wrong_forward_pass_is_no_wrong_refusal(rng: np.random.Generator) -> None:
+    assert LAWS["refusals"](HereBench("OtherTip"), rng).tried > 0
 
 
 def test_an_argument_that_must_be_writable_is_found(rng: np.random.Generator) -> None:

@@ -113,6 +113,12 @@ def test_a_wrong_one_gets_a_bad_grade(site: Path, seed: int, capsys: pytest.Capt
     assert re.search(r"\nfailed: inverse, ", printed)
 
 
+def test_one_with_wrong_settings_is_told_so(seed: int) -> None:
+    (made,) = grade("good/good", {"restrats": 100}, chains=CHAINS, seed=seed).rows
+    said = "it declines all: there is no setting 'restrats'; did you mean 'restarts'?"
+    assert (made.law, made.state, made.said) == ("made", State.FAILED, {"every chain": said})
+
+
 def test_one_whose_process_ends_again_and_again_is_not_tried_for_ever(seed: int) -> None:
     report = grade("crashes/crashes", chains=CHAINS, seed=seed)
     states = {row.law: row.state for row in report.rows}

@@ -1,4 +1,5 @@
 from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
+from virtualrobot.v1 import lease_pb2 as _lease_pb2
 from google.protobuf.internal import containers as _containers
 from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
 from google.protobuf import descriptor as _descriptor
@@ -44,6 +45,8 @@ class CancelCause(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     CANCEL_CAUSE_PREEMPTED: _ClassVar[CancelCause]
     CANCEL_CAUSE_UNWATCHED: _ClassVar[CancelCause]
     CANCEL_CAUSE_WORLD_CLEARED: _ClassVar[CancelCause]
+    CANCEL_CAUSE_LEASE_EXPIRED: _ClassVar[CancelCause]
+    CANCEL_CAUSE_LEASE_TAKEN: _ClassVar[CancelCause]
 BUSY_POLICY_UNSPECIFIED: BusyPolicy
 BUSY_POLICY_REJECT: BusyPolicy
 BUSY_POLICY_PREEMPT: BusyPolicy
@@ -66,6 +69,8 @@ CANCEL_CAUSE_STOP: CancelCause
 CANCEL_CAUSE_PREEMPTED: CancelCause
 CANCEL_CAUSE_UNWATCHED: CancelCause
 CANCEL_CAUSE_WORLD_CLEARED: CancelCause
+CANCEL_CAUSE_LEASE_EXPIRED: CancelCause
+CANCEL_CAUSE_LEASE_TAKEN: CancelCause
 
 class StartMotionRequest(_message.Message):
     __slots__ = ("moves", "busy_policy", "on_disconnect")
