@@ -17,7 +17,10 @@ from pathlib import Path
 from benchmarks.rows import Row
 
 RESULTS = Path(__file__).resolve().parent / "RESULTS.md"
-SUITES = ("rpc", "tick", "kinematics", "components", "loading", "viewer", "startup")
+SUITES = (
+    *("rpc", "tick", "kinematics", "closed_form", "dynamics", "planning"),
+    *("components", "loading", "viewer", "startup"),
+)
 PACKAGES = ("numpy", "numba", "grpcio", "protobuf", "viser", "ruckig", "pin", "pytracik")
 HEADER = ("what", "ours", "peer", "peer's name", "unit", "ratio", "budget", "")
 

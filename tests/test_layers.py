@@ -49,6 +49,11 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{SDK}/testing": ("virtualrobot_sdk", "numpy", "click", "psutil", "pytest"),
     PLUGINS: ("virtualrobot_plugins", "virtualrobot_sdk", "numpy"),
     f"{PLUGINS}/chain": ("virtualrobot_plugins.chain", "virtualrobot_sdk", "numpy", "numba"),
+    # EAIK has the closed forms; what they give is polished by the numeric solver.
+    f"{PLUGINS}/closed_form": (
+        *("virtualrobot_plugins.closed_form", "virtualrobot_plugins.chain", "virtualrobot_sdk", "numpy", "numba"),
+        "eaik",
+    ),
     f"{PLUGINS}/importers": (
         *("virtualrobot_plugins.importers", "virtualrobot_sdk", "numpy"),
         *("cascadio", "ezdxf", "lxml", "msgspec", "PIL", "ruamel", "trimesh", "xacro", "yaml"),

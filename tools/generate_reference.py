@@ -24,6 +24,7 @@ from google.protobuf.descriptor_pb2 import (
     ServiceDescriptorProto,
 )
 from virtualrobot.errors import BY_REASON
+from virtualrobot.v1 import lease_pb2
 
 REFERENCE = ROOT / "docs" / "reference"
 PACKAGE = "virtualrobot.v1"
@@ -139,6 +140,8 @@ def service_lines(page: Page, at: int, service: ServiceDescriptorProto, homes: d
         answer = ("stream of " if method.server_streaming else "") + link(method.output_type, homes)
         yield f"### {method.name}\n\n{page.comment(SERVICE, at, PART, place)}\n"
         yield f"`/{PACKAGE}.{service.name}/{method.name}`: {given} → {answer}\n"
+        if method.options.Extensions[lease_pb2.needs_lease]:  # pyright: ignore[reportArgumentType] its stub
+            yield "Robots that somebody has leased are touched [with that lease](lease.md) only.\n"
 
 
 def message_lines(page: Page, at: int, message: DescriptorProto, homes: dict[str, str]) -> Iterator[str]:

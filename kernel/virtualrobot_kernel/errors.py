@@ -39,6 +39,8 @@ class Reason(Enum):
     SHUTTING_DOWN = "SHUTTING_DOWN"
     INTERNAL = "INTERNAL"
     PLUGIN_FAILED = "PLUGIN_FAILED"
+    LEASED = "LEASED"
+    LEASE_ENDED = "LEASE_ENDED"
 
 
 class KernelError(Exception):

@@ -13,6 +13,7 @@ from virtualrobot.v1 import scene_pb2
 from virtualrobot_sdk.worker import close_all
 
 from virtualrobot_kernel.api import scene_files
+from virtualrobot_kernel.api.lease_table import LeaseTable
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.api.server import Address, Server
@@ -122,6 +123,7 @@ class Kernel:
             catalog=self._catalog,
             solvers=self._solvers,
             importers=self._importers,
+            leases=LeaseTable(),
             viewer_url=lambda: self._viewer.url if self._viewer else "",
             viewer_count=lambda: self._viewer.viewer_count if self._viewer else 0,
             shut_down=self._shut_down,

@@ -73,6 +73,8 @@ class InverseOptions:
     """Largest angle between a solution's tip and the target (rad)."""
     random_seed: int = 0
     """What random starts are drawn by: equal calls give equal answers to the last bit."""
+    configuration: str = ""
+    """The name of the only configuration that is wanted; empty: any. A component refuses names that it doesn't know."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,7 +83,10 @@ class InverseResult:
 
     status: InverseStatus
     solutions: Floats
-    """(m, k) all solutions that the component knows, nearest to the seed first (rad, m); m is 0 if not SOLVED."""
+    """(m, k) all solutions that the component knows (rad, m), nearest to the seed first; m is 0 if not SOLVED.
+
+    Without a seed a component that knows several may have them in an order of its own, always the same.
+    """
     configurations: tuple[str, ...] = ()
     """The name of each solution's configuration; empty strings where the component has no names."""
     position_error: float = 0.0
@@ -93,7 +98,7 @@ class InverseResult:
     iterations: int = 0
     """Steps made in all starts."""
     reason: str = ""
-    """Why there is no solution, in words and numbers."""
+    """Why there is no solution, in words and numbers; of a solved pose, at which singularity it is, if any."""
 
 
 class Kinematics(Protocol):

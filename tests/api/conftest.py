@@ -15,6 +15,7 @@ import pytest
 from virtualrobot.v1 import (
     asset_pb2_grpc,
     kernel_pb2_grpc,
+    lease_pb2_grpc,
     motion_pb2_grpc,
     robot_pb2_grpc,
     scene_pb2,
@@ -41,6 +42,7 @@ class Stubs:
         self.robot = robot_pb2_grpc.RobotServiceStub(channel)
         self.motion = motion_pb2_grpc.MotionServiceStub(channel)
         self.signal = signal_pb2_grpc.SignalServiceStub(channel)
+        self.lease = lease_pb2_grpc.LeaseServiceStub(channel)
         self.view = view_pb2_grpc.ViewServiceStub(channel)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from virtualrobot.v1 import motion_pb2
+from virtualrobot.v1 import geometry_pb2, motion_pb2
 
 from tests.api.conftest import Stubs
 from tests.api.reading import array, pose, step
@@ -30,6 +30,30 @@ def finished(stubs: Stubs, id: str) -> motion_pb2.Motion:
 def linear(robot: str, goal: np.ndarray, **fields: float) -> motion_pb2.Move:
     line = motion_pb2.Linear(goal=motion_pb2.PoseGoal(reference_t_tcp=pose(goal)), **fields)
     return motion_pb2.Move(robot=robot, linear=line)
+
+
+def circular(
+    robot: str,
+    goal: np.ndarray | None = None,
+    via: np.ndarray | None = None,
+    center: motion_pb2.ArcCenter | None = None,
+    reference: str = "",
+    **fields: object,
+) -> motion_pb2.Move:
+    there = motion_pb2.PoseGoal(reference=reference, reference_t_tcp=None if goal is None else pose(goal))
+    point = None if via is None else vector(via)
+    arc = motion_pb2.Circular(goal=there, via=point, center=center, **fields)  # pyright: ignore[reportArgumentType]
+    return motion_pb2.Move(robot=robot, circular=arc)
+
+
+def about(position: object, axis: object = None, angle: float | None = None) -> motion_pb2.ArcCenter:
+    turn = None if axis is None else vector(axis)
+    return motion_pb2.ArcCenter(position=vector(position), axis=turn, angle_radians=angle)
+
+
+def vector(values: object) -> geometry_pb2.Vector3:
+    x, y, z = np.asarray(values, float).tolist()
+    return geometry_pb2.Vector3(x=x, y=y, z=z)
 
 
 def to_pose(robot: str, goal: np.ndarray, reference: str = "") -> motion_pb2.Move:

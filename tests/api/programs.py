@@ -76,6 +76,7 @@ class Program:
             self.tool,
             self.move_joints,
             self.move_line,
+            self.move_arc,
             self.move_tool,
             self.steer,
             self.steer,
@@ -237,6 +238,17 @@ class Program:
         pose.position.z += dz
         linear = motion_pb2.Linear(goal=motion_pb2.PoseGoal(reference_t_tcp=pose))
         self.start(motion_pb2.Move(robot=robot, linear=linear))
+
+    def move_arc(self) -> None:
+        """Move an arm's tool centre point along an arc about a centre up to 5 cm away, for up to a whole turn."""
+        robot = str(self.rng.choice(["iiwa", "panda"]))
+        request = robot_pb2.GetRobotStatesRequest(names=[robot])
+        center = self.stubs.robot.GetRobotStates(request).robots[0].world_t_tcp.position
+        center.x += self.rng.uniform(-0.05, 0.05)
+        center.y += self.rng.uniform(-0.05, 0.05)
+        angle = float(self.rng.uniform(-6.28, 6.28))
+        about = motion_pb2.ArcCenter(position=center, axis=geometry_pb2.Vector3(z=1.0), angle_radians=angle)
+        self.start(motion_pb2.Move(robot=robot, circular=motion_pb2.Circular(center=about)))
 
     def move_tool(self) -> None:
         """Open or close the hand as a motion."""

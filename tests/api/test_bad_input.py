@@ -11,7 +11,7 @@ from virtualrobot.v1 import geometry_pb2, motion_pb2, nodes_pb2, scene_pb2
 
 from tests.api.asking import IIWA, apply, box, create, joints, load, refusal, start
 from tests.api.conftest import Stubs
-from tests.api.moving import linear, to_pose, trajectory
+from tests.api.moving import about, circular, linear, to_pose, trajectory
 from tests.api.reading import array, unchanged
 from tests.api.test_asset import upload
 from tests.api.test_robot import forward
@@ -171,6 +171,14 @@ def test_bad_moves(stepped: Stubs) -> None:
             ("UNREACHABLE", [to_pose("arm", far)]),
             ("UNKNOWN_NAME", [to_pose("arm", far, "nowhere")]),
             ("INVALID_ARGUMENT", [linear("arm", far, max_velocity_meters_per_second=-1.0)]),
+            ("INVALID_ARGUMENT", [circular("arm", far)]),
+            ("INVALID_ARGUMENT", [circular("arm", via=np.ones(3))]),
+            ("INVALID_ARGUMENT", [circular("arm", center=about([0.1, 0.0, 1.0]))]),
+            ("INVALID_ARGUMENT", [circular("arm", center=motion_pb2.ArcCenter(angle_radians=1.0))]),
+            ("INVALID_ARGUMENT", [circular("arm", far, np.ones(3), max_velocity_meters_per_second=-1.0)]),
+            ("INVALID_ARGUMENT", [circular("arm", far, np.ones(3), orientation=7)]),
+            ("UNKNOWN_NAME", [circular("arm", far, np.ones(3), reference="nowhere")]),
+            ("UNKNOWN_NAME", [circular("nobody", far, np.ones(3))]),
             ("INVALID_ARGUMENT", [trajectory("arm", [JOINT], [0.0], [[0.0]])]),
             ("INVALID_ARGUMENT", [trajectory("arm", [JOINT], [0.0, 1.0], [[0.0, 0.0], [0.0, 0.0]])]),
             ("INVALID_ARGUMENT", [trajectory("arm", [JOINT], [0.0, 1.0, 1.0], [[0.0], [0.1], [0.2]])]),

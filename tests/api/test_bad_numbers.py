@@ -59,6 +59,10 @@ def test_a_number_that_is_not_finite_is_refused_wherever_it_stands(stepped: Stub
     goal = motion_pb2.PoseGoal(reference_t_tcp=place)
     line = motion_pb2.Linear(goal=goal, max_velocity_meters_per_second=1, max_acceleration_meters_per_second_squared=1)
     move = motion_pb2.Move(robot="arm", speed_factor=1, linear=line)
+    arc = motion_pb2.Circular(goal=goal, max_velocity_meters_per_second=1, max_acceleration_meters_per_second_squared=1)
+    arc.center.CopyFrom(motion_pb2.ArcCenter(position=place.position, axis=axis, angle_radians=1))
+    through = motion_pb2.Circular(goal=goal, via=axis)
+    rounds = [motion_pb2.Move(robot="arm", circular=one) for one in (arc, through)]
     jump = scene_pb2.SetJointPositions(robot="arm", joint_positions={JOINT: 0.5})
     camera = view_pb2.Camera(position=axis, target=place.position, field_of_view_radians=1)
     view = view_pb2.UpdateViewRequest(view=view_pb2.View(camera=camera))
@@ -69,6 +73,7 @@ def test_a_number_that_is_not_finite_is_refused_wherever_it_stands(stepped: Stub
         (stepped.scene.ImportModel, scene_pb2.ImportModelRequest(uri=IIWA, parent_t_node=place)),
         (stepped.motion.StartMotion, motion_pb2.StartMotionRequest(moves=[joints("arm", 1.0, **READY)])),
         (stepped.motion.StartMotion, motion_pb2.StartMotionRequest(moves=[move])),
+        *((stepped.motion.StartMotion, motion_pb2.StartMotionRequest(moves=[one])) for one in rounds),
         (stepped.robot.SolveForward, robot_pb2.SolveForwardRequest(robot="arm", joint_positions=READY)),
         (stepped.robot.SolveInverse, robot_pb2.SolveInverseRequest(robot="arm", reference_t_tcp=place, seed=READY)),
         (stepped.view.UpdateView, view),

@@ -184,7 +184,8 @@ def test_a_bad_row_of_a_scene_file_is_found(stepped: Stubs) -> None:
     assert said.message.startswith("cell.yaml: models[0]: denavit_hartenberg.rows[3].d_meters is 1e+300")
     text = PAPER.replace("d_meters: 0.18", "d: 0.18")
     said = refusal(lambda: load_scene(stepped, text, "cell.yaml"))
-    assert "cell.yaml:12: models[0].denavit_hartenberg.rows[3]: there is no field 'd'" in said.message
+    line = text[: text.index("d: 0.18")].count("\n") + 1
+    assert f"cell.yaml:{line}: models[0].denavit_hartenberg.rows[3]: there is no field 'd'" in said.message
 
 
 def test_a_published_table_against_a_urdf(stepped: Stubs) -> None:

@@ -18,10 +18,10 @@ def step(stubs: Stubs, ticks: int) -> kernel_pb2.StepResponse:
 
 def test_info_says_what_the_kernel_can_do(stubs: Stubs) -> None:
     info = stubs.kernel.GetInfo(kernel_pb2.GetInfoRequest())
-    assert {"motion.linear", "clock.stepped", "assets"} <= set(info.capabilities)
+    assert {"motion.circular", "motion.linear", "clock.stepped", "assets"} <= set(info.capabilities)
     assert "viewer" not in info.capabilities, "this kernel is headless"
     assert ".urdf" in info.model_formats
-    assert list(info.kinematics) == ["chain"]
+    assert {"chain", "closed_form"} <= set(info.kinematics)
 
 
 def test_a_step_returns_the_observed_state(stepped: Stubs) -> None:

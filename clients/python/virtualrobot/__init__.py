@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from virtualrobot.connection import Client as Client
     from virtualrobot.connection import connect as connect
+    from virtualrobot.dynamics import inertial as inertial
     from virtualrobot.errors import *  # noqa: F403 every exception class; the names are listed below
     from virtualrobot.figures import box as box
     from virtualrobot.figures import capsule as capsule
@@ -28,20 +29,24 @@ if TYPE_CHECKING:
     from virtualrobot.geometry import pose_from_quaternion as pose_from_quaternion
     from virtualrobot.geometry import quaternion_of as quaternion_of
     from virtualrobot.geometry import roll_pitch_yaw_of as roll_pitch_yaw_of
+    from virtualrobot.leases import Lease as Lease
+    from virtualrobot.leases import LeaseInfo as LeaseInfo
     from virtualrobot.motion import Motion as Motion
     from virtualrobot.motion import Phase as Phase
     from virtualrobot.robot import Robot as Robot
 
 _MODULES = {
     "connection": ("Client", "connect"),
+    "dynamics": ("inertial",),
     "errors": (
         "AssetError", "AuthenticationError", "CallTimeoutError", "ClientClosedError", "InvalidArgumentError",
-        "KernelFaultError", "KernelGoneError", "LimitError", "MalformedFileError", "MissingFileError",
-        "MotionCancelledError", "NameTakenError", "PluginFailedError", "RobotBusyError", "SingularityError",
-        "StaleRevisionError", "TooLargeError", "UnknownNameError", "UnreachableError", "VersionError",
-        "VirtualRobotError", "WrongStateError",
+        "KernelFaultError", "KernelGoneError", "LeaseEndedError", "LeasedError", "LimitError", "MalformedFileError",
+        "MissingFileError", "MotionCancelledError", "NameTakenError", "PluginFailedError", "RobotBusyError",
+        "SingularityError", "StaleRevisionError", "TooLargeError", "UnknownNameError", "UnreachableError",
+        "VersionError", "VirtualRobotError", "WrongStateError",
     ),
     "figures": ("box", "capsule", "cone", "cylinder", "sphere"),
+    "leases": ("Lease", "LeaseInfo"),
     "geometry": ("pose", "pose_from_quaternion", "quaternion_of", "roll_pitch_yaw_of"),
     "motion": ("Motion", "Phase"),
     "robot": ("Robot",),

@@ -14,6 +14,7 @@ from virtualrobot.clock import Clock
 from virtualrobot.denavit_hartenberg import Row, table_message
 from virtualrobot.editor import Direct
 from virtualrobot.errors import AuthenticationError, InvalidArgumentError, VersionError, WrongStateError
+from virtualrobot.leases import Lease, LeaseInfo, acquire, list_leases
 from virtualrobot.models import KnownModel, known_models
 from virtualrobot.plugins import Plugins
 from virtualrobot.robot import Robot
@@ -163,6 +164,27 @@ class Client:
         """Cancel every motion, or every motion of these robots; return them."""
         response = self._services.motion.Stop(motion_pb2.StopRequest(robots=robots))
         return [motion.Motion(self._services, message) for message in response.motions]
+
+    def lease(self, *robots: str, take: bool = False, owner: str = "") -> Lease:
+        """Lease robots, all or none, so that nobody but this client moves them; return the lease, a context manager.
+
+        Args:
+            robots: their names; several are leased together.
+            take: takes the robots over from whoever has them, and stops their motions.
+            owner: who this is, for people who are refused; by default user, machine and program.
+
+        Raises:
+            LeasedError: when somebody has one of the robots; the message says who.
+
+        Example:
+            >>> with client.lease("left", "right", owner="cell 3"):
+            ...     client.move_together([left.ptp("home"), right.ptp("home")])
+        """
+        return acquire(self._services, robots, owner, take)
+
+    def leases(self) -> list[LeaseInfo]:
+        """Return who has leased which robots, oldest lease first."""
+        return list_leases(self._services)
 
     @property
     def speed_factor(self) -> float:

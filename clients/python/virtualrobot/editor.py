@@ -51,13 +51,17 @@ class Editor(ABC, Generic[Created]):
         pose: ArrayLike | None = None,
         parent: str = "world",
         mass_kilograms: float = 0.0,
+        inertial: nodes_pb2.Inertial | None = None,
     ) -> Created:
-        """Add a thing that robots handle; a mass of 0 means unknown.
+        """Add a thing that robots handle.
+
+        A mass of 0 means unknown; without `inertial` (see `virtualrobot.inertial`) it is a point at the part's origin.
 
         Example:
             >>> scene.add_part("box-1", virtualrobot.box(0.1, 0.1, 0.1, color="red"), pose=virtualrobot.pose(0.5))
         """
-        return self._add(name, parent, pose, figures, part=nodes_pb2.Part(mass_kilograms=mass_kilograms))
+        part = nodes_pb2.Part(mass_kilograms=mass_kilograms, inertial=inertial)
+        return self._add(name, parent, pose, figures, part=part)
 
     def add_adapter(self, name: str, parent: str, figures: Figures = (), *, pose: ArrayLike | None = None) -> Created:
         """Add what stands between a flange (the link `parent`) and a tool."""
@@ -72,11 +76,13 @@ class Editor(ABC, Generic[Created]):
         pose: ArrayLike | None = None,
         tool_center_points: Mapping[str, ArrayLike] | None = None,
         states: Mapping[str, Mapping[str, float]] | None = None,
+        inertial: nodes_pb2.Inertial | None = None,
     ) -> Created:
         """Mount a tool on a flange or adapter (`parent`).
 
         `tool_center_points` gives `tool_t_tcp` (4x4) by name, the first is chosen at the start. `states` gives the
-        joint positions of each state by name, radians or meters; the first is the state at the start.
+        joint positions of each state by name, radians or meters; the first is the state at the start. `inertial` is the
+        tool's mass, as `virtualrobot.inertial` makes it.
         """
         tool = nodes_pb2.Tool(
             tool_center_points=[
@@ -87,6 +93,7 @@ class Editor(ABC, Generic[Created]):
                 nodes_pb2.ToolState(name=state, joint_positions=joint_map(positions))
                 for state, positions in (states or {}).items()
             ],
+            inertial=inertial,
         )
         return self._add(name, parent, pose, figures, tool=tool)
 

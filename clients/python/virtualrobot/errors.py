@@ -134,6 +134,18 @@ class PluginFailedError(VirtualRobotError):
     default_reason = "PLUGIN_FAILED"
 
 
+class LeasedError(VirtualRobotError):
+    """A robot that somebody else has leased; `metadata` has `robot`, `owner` and `since`. Wait, or take it over."""
+
+    default_reason = "LEASED"
+
+
+class LeaseEndedError(VirtualRobotError):
+    """A lease that this client still carries has expired or was taken over; the message says by whom or why."""
+
+    default_reason = "LEASE_ENDED"
+
+
 class CallTimeoutError(VirtualRobotError, TimeoutError):
     """The kernel did not answer, or what was waited for did not happen, in time."""
 

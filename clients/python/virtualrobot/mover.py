@@ -41,15 +41,20 @@ class Mover:
 
     # Moves: data that is not started yet, for Client.move_together.
 
-    def ptp(self, goal: JointPositions | str, *, reference: str = "", speed_factor: float = 0.0) -> motion_pb2.Move:
+    def ptp(
+        self, goal: JointPositions | str, *, reference: str = "", configuration: str = "", speed_factor: float = 0.0
+    ) -> motion_pb2.Move:
         """Return a point-to-point move: all joints start and end together, straight in joint space.
 
         `goal` is joint values by name, joint values in order (all joints, or those of the chain), a 4x4 pose
         `reference_t_tcp` in the frame of the node `reference` (empty: world), or the name of a posture.
+        `configuration` names the only configuration that will do for a pose, such as `right up noflip`.
         """
         if not isinstance(goal, str | Mapping) and np.shape(goal) != (4, 4):
             goal = self._named(goal)
-        return moves.point_to_point(self.name, goal, reference=reference, speed_factor=speed_factor)
+        return moves.point_to_point(
+            self.name, goal, reference=reference, configuration=configuration, speed_factor=speed_factor
+        )
 
     def linear(
         self,
@@ -62,6 +67,45 @@ class Mover:
     ) -> motion_pb2.Move:
         """Return a straight move of the tool centre point to a 4x4 pose; 0 means 0.25 m/s and 1 m/s^2."""
         return moves.linear(self.name, reference_t_tcp, reference, velocity, acceleration, speed_factor)
+
+    def circular(
+        self,
+        via: ArrayLike | None = None,
+        goal: ArrayLike | None = None,
+        *,
+        center: ArrayLike | None = None,
+        axis: ArrayLike | None = None,
+        angle: float | None = None,
+        turn_with_arc: bool = False,
+        reference: str = "",
+        velocity: float = 0.0,
+        acceleration: float = 0.0,
+        speed_factor: float = 0.0,
+    ) -> motion_pb2.Move:
+        """Return a move of the tool centre point along an arc of a circle to the 4x4 pose `goal`.
+
+        The arc passes the point `via`, or turns about the point `center` (3 numbers each, in m). Keywords:
+
+        - `center`, `axis`, `angle`: instead of `via`. Without `axis` it goes the shorter way; with it, by the right
+          hand, `angle` radians or, without an angle, until the goal. With an angle, up to ten turns, the goal may be
+          left out; then the tool keeps its orientation.
+        - `turn_with_arc`: the tool turns as the arc does, not evenly from its orientation to the goal's.
+        - `reference`: the node in whose frame all this is given (empty: world).
+        - `velocity`, `acceleration`, `speed_factor`: as for `linear`.
+        """
+        return moves.circular(
+            self.name,
+            via,
+            goal,
+            center=center,
+            axis=axis,
+            angle=angle,
+            turn_with_arc=turn_with_arc,
+            reference=reference,
+            velocity=velocity,
+            acceleration=acceleration,
+            speed_factor=speed_factor,
+        )
 
     def trajectory(
         self,
@@ -103,11 +147,17 @@ class Mover:
         reference_t_tcp: ArrayLike,
         *,
         reference: str = "",
+        configuration: str = "",
         speed_factor: float = 0.0,
         **options: Any,  # noqa: ANN401
     ) -> motion.Motion:
-        """Move the tool centre point to a 4x4 pose, point to point, with the posture nearest to the present one."""
-        move = moves.point_to_point(self.name, reference_t_tcp, reference=reference, speed_factor=speed_factor)
+        """Move the tool centre point to a 4x4 pose, point to point, with the posture nearest to the present one.
+
+        With `configuration` it is the nearest of that name; see `InverseSolution.configurations`.
+        """
+        move = moves.point_to_point(
+            self.name, reference_t_tcp, reference=reference, configuration=configuration, speed_factor=speed_factor
+        )
         return self.start(move, **options)
 
     def move_to(self, posture: str, *, speed_factor: float = 0.0, **options: Any) -> motion.Motion:  # noqa: ANN401
@@ -132,6 +182,43 @@ class Mover:
         return self.start(
             self.linear(
                 reference_t_tcp,
+                reference=reference,
+                velocity=velocity,
+                acceleration=acceleration,
+                speed_factor=speed_factor,
+            ),
+            **options,
+        )
+
+    def move_circular(
+        self,
+        via: ArrayLike | None = None,
+        goal: ArrayLike | None = None,
+        *,
+        center: ArrayLike | None = None,
+        axis: ArrayLike | None = None,
+        angle: float | None = None,
+        turn_with_arc: bool = False,
+        reference: str = "",
+        velocity: float = 0.0,
+        acceleration: float = 0.0,
+        speed_factor: float = 0.0,
+        **options: Any,  # noqa: ANN401
+    ) -> motion.Motion:
+        """Move the tool centre point along an arc; see `circular`.
+
+        Example:
+            >>> robot.move_circular(via=[0.5, 0.1, 0.4], goal=robot.tcp @ virtualrobot.pose(x=0.2))
+            >>> robot.move_circular(center=[0.5, 0.0, 0.4], axis=[0, 0, 1], angle=2 * math.pi)     # a whole turn
+        """
+        return self.start(
+            self.circular(
+                via,
+                goal,
+                center=center,
+                axis=axis,
+                angle=angle,
+                turn_with_arc=turn_with_arc,
                 reference=reference,
                 velocity=velocity,
                 acceleration=acceleration,

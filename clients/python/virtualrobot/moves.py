@@ -9,24 +9,36 @@ from numpy.typing import ArrayLike
 
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.v1 import motion_pb2
-from virtualrobot.wire import array_message, joint_map, pose_message
+from virtualrobot.wire import array_message, joint_map, pose_message, vector_message
 
 
-def pose_goal(reference_t_tcp: ArrayLike, reference: str) -> motion_pb2.PoseGoal:
+def pose_goal(reference_t_tcp: ArrayLike, reference: str, configuration: str = "") -> motion_pb2.PoseGoal:
     """Return a goal for the tool centre point: a 4x4 pose in the frame of the node `reference` (empty: world)."""
-    return motion_pb2.PoseGoal(reference_t_tcp=pose_message(reference_t_tcp), reference=reference)
+    return motion_pb2.PoseGoal(
+        reference_t_tcp=pose_message(reference_t_tcp), reference=reference, configuration=configuration
+    )
 
 
 def point_to_point(
-    robot: str, goal: Mapping[str, float] | str | ArrayLike, *, reference: str = "", speed_factor: float = 0.0
+    robot: str,
+    goal: Mapping[str, float] | str | ArrayLike,
+    *,
+    reference: str = "",
+    configuration: str = "",
+    speed_factor: float = 0.0,
 ) -> motion_pb2.Move:
-    """Return a move straight in joint space: to joints by name, to a posture by its name, or to a 4x4 pose."""
+    """Return a move straight in joint space: to joints by name, to a posture by its name, or to a 4x4 pose.
+
+    `configuration` names the only configuration that will do for a pose.
+    """
+    if configuration and isinstance(goal, str | Mapping):
+        raise InvalidArgumentError(f"the configuration {configuration!r} is for a goal that is a pose, not {goal!r}")
     if isinstance(goal, str):
         target = motion_pb2.PointToPoint(posture=goal)
     elif isinstance(goal, Mapping):
         target = motion_pb2.PointToPoint(joints=motion_pb2.JointGoal(joint_positions=joint_map(goal)))
     else:
-        target = motion_pb2.PointToPoint(pose=pose_goal(goal, reference))
+        target = motion_pb2.PointToPoint(pose=pose_goal(goal, reference, configuration))
     return motion_pb2.Move(robot=robot, speed_factor=speed_factor, point_to_point=target)
 
 
@@ -45,6 +57,43 @@ def linear(
         max_acceleration_meters_per_second_squared=acceleration,
     )
     return motion_pb2.Move(robot=robot, speed_factor=speed_factor, linear=line)
+
+
+def circular(
+    robot: str,
+    via: ArrayLike | None = None,
+    goal: ArrayLike | None = None,
+    *,
+    center: ArrayLike | None = None,
+    axis: ArrayLike | None = None,
+    angle: float | None = None,
+    turn_with_arc: bool = False,
+    reference: str = "",
+    velocity: float = 0.0,
+    acceleration: float = 0.0,
+    speed_factor: float = 0.0,
+) -> motion_pb2.Move:
+    """Return a move along an arc through the point `via`, or about `center`, (3,) in m each; see `Mover.circular`."""
+    if (via is None) == (center is None):
+        raise InvalidArgumentError("an arc goes through a point or about a centre: give one of via and center")
+    if via is not None and (axis is not None or angle is not None):
+        raise InvalidArgumentError("axis and angle go with center, not with via")
+    arc = motion_pb2.Circular(
+        goal=motion_pb2.PoseGoal(reference=reference) if goal is None else pose_goal(goal, reference),
+        max_velocity_meters_per_second=velocity,
+        max_acceleration_meters_per_second_squared=acceleration,
+    )
+    if turn_with_arc:
+        arc.orientation = motion_pb2.ARC_ORIENTATION_WITH_ARC
+    if via is not None:
+        arc.via.CopyFrom(vector_message(via, "the via point"))
+    elif center is not None:
+        arc.center.position.CopyFrom(vector_message(center, "the centre"))
+        if axis is not None:
+            arc.center.axis.CopyFrom(vector_message(axis, "the axis"))
+        if angle is not None:
+            arc.center.angle_radians = angle
+    return motion_pb2.Move(robot=robot, speed_factor=speed_factor, circular=arc)
 
 
 def trajectory(

@@ -131,7 +131,7 @@ class Plugins:
         >>> [plugin.name for plugin in client.plugins if not plugin.ok]
         []
         >>> [component.name for component in client.plugins.components("kinematics")]
-        ['chain', 'dh']
+        ['chain', 'closed_form', 'dh']
     """
 
     def __init__(self, services: Services) -> None:

@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from virtualrobot.dynamics import InverseDynamics, Samples, movement_message
 from virtualrobot.editor import Direct
 from virtualrobot.geometry import Matrix, poses_from_rows
 from virtualrobot.kinematics_check import KinematicsCheck
+from virtualrobot.leases import Lease, acquire
 from virtualrobot.mover import JointPositions, Mover
 from virtualrobot.robot_values import (
     ForwardSolution,
@@ -112,6 +114,15 @@ class Robot(Mover):
         """Put joints somewhere at once, without a motion; values by name, or all coordinates in order."""
         Direct(self._services).set_joint_positions(self.name, positions)
 
+    def lease(self, *, take: bool = False, owner: str = "") -> Lease:
+        """Lease it, so that nobody but this client moves it; see `Client.lease`.
+
+        Example:
+            >>> with robot.lease():
+            ...     robot.move_to("home")
+        """
+        return acquire(self._services, [self.name], owner, take)
+
     # Tools and parts.
 
     @property
@@ -149,18 +160,71 @@ class Robot(Mover):
         return ForwardSolution(pose_of(response.world_t_tcp), dict(zip(response.links, poses, strict=True)))
 
     def solve_inverse(
-        self, reference_t_tcp: ArrayLike, seed: JointPositions | None = None, reference: str = ""
+        self,
+        reference_t_tcp: ArrayLike,
+        seed: JointPositions | None = None,
+        reference: str = "",
+        configuration: str = "",
     ) -> InverseSolution:
         """Return the joints that bring the tool centre point to a 4x4 pose, nearest to `seed` (default: now) first.
+
+        `configuration` names the only one that is wanted, such as `right up noflip`.
 
         Example:
             >>> robot.solve_inverse(virtualrobot.pose(0.5, 0.1, 0.6, roll=np.pi)).best
             array([ 0.2 , ...])
         """
         request = robot_pb2.SolveInverseRequest(
-            robot=self.name, reference_t_tcp=pose_message(reference_t_tcp), reference=reference, seed=self._named(seed)
+            robot=self.name,
+            reference_t_tcp=pose_message(reference_t_tcp),
+            reference=reference,
+            seed=self._named(seed),
+            configuration=configuration,
         )
         return InverseSolution.of(self._services.robot.SolveInverse(request))
+
+    # Dynamics; nothing moves.
+
+    def solve_inverse_dynamics(
+        self,
+        positions: Samples | None = None,
+        velocities: Samples | None = None,
+        accelerations: Samples | None = None,
+        joint_names: list[str] | None = None,
+    ) -> InverseDynamics:
+        """Return which torques a movement takes, tools and held parts included; gravity is 9.81 m/s^2.
+
+        Values are by joint name, a number or one for each sample, or in order: (k,) or (n, k). Joints that are not
+        named stand as they are now.
+
+        Args:
+            positions: radians or meters, within limits; without them where the joints are now.
+            velocities: rad/s or m/s; without them 0.
+            accelerations: rad/s^2 or m/s^2; without them 0.
+            joint_names: what the columns are, when values are in order; without them all joints of one coordinate.
+
+        Raises:
+            InvalidArgumentError: when shapes don't fit or a number is not finite.
+            LimitError: when a position is outside its joint's limits.
+            UnknownNameError: when the robot has no such joint.
+
+        Example:
+            >>> robot.solve_inverse_dynamics(accelerations={"lbr_iiwa_joint_2": 5.0}).efforts
+            array([[...]])
+        """
+        request = movement_message(self.name, joint_names or [], positions, velocities, accelerations)
+        return InverseDynamics.of(self._services.robot.SolveInverseDynamics(request))
+
+    def gravity_torques(self, positions: Mapping[str, float] | None = None) -> dict[str, float]:
+        """Return what holds each joint at rest, N m (sliding joints: N), now or with some joints elsewhere."""
+        now = self.positions.tolist()
+        here: dict[str, float] = {}
+        for joint in self.description.joints:
+            values, now = now[: joint.coordinate_count], now[joint.coordinate_count :]
+            if len(values) == 1:
+                here[joint.name] = values[0]
+        found = self.solve_inverse_dynamics({**here, **(positions or {})})
+        return dict(zip(found.joint_names, found.gravity_efforts[0].tolist(), strict=True))
 
     @property
     def kinematics(self) -> str:

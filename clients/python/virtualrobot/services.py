@@ -9,6 +9,7 @@ from virtualrobot.transport import Channel
 from virtualrobot.v1 import (
     asset_pb2_grpc,
     kernel_pb2_grpc,
+    lease_pb2_grpc,
     motion_pb2_grpc,
     plugin_pb2_grpc,
     robot_pb2_grpc,
@@ -24,7 +25,7 @@ LONG_TIMEOUT_SECONDS = 600.0
 
 @dataclass(frozen=True, slots=True)
 class Services:
-    """One stub for each service of the contract."""
+    """One stub for each service of the contract, and the channel that all of them use."""
 
     address: str
     kernel: kernel_pb2_grpc.KernelServiceStub
@@ -35,6 +36,8 @@ class Services:
     signal: signal_pb2_grpc.SignalServiceStub
     view: view_pb2_grpc.ViewServiceStub
     plugin: plugin_pb2_grpc.PluginServiceStub
+    lease: lease_pb2_grpc.LeaseServiceStub
+    channel: Channel
 
     @staticmethod
     def on(channel: Channel, address: str) -> Services:
@@ -49,6 +52,8 @@ class Services:
             signal_pb2_grpc.SignalServiceStub(channel),
             view_pb2_grpc.ViewServiceStub(channel),
             plugin_pb2_grpc.PluginServiceStub(channel),
+            lease_pb2_grpc.LeaseServiceStub(channel),
+            channel,
         )
 
     def apply(

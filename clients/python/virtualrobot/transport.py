@@ -1,8 +1,9 @@
-"""One channel to a kernel: adds the token and a time limit to each call and turns statuses into exceptions."""
+"""One channel to a kernel: adds token, leases and a time limit to each call and turns statuses into exceptions."""
 
 from __future__ import annotations
 
 import ssl
+import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, Generic, TypeVar
@@ -27,6 +28,7 @@ from virtualrobot.session import is_loopback
 
 Message = TypeVar("Message")
 MAX_MESSAGE_BYTES = 256 * 1024 * 1024
+LEASE_KEY = "virtualrobot-lease"
 _NO_ERROR_INFO: dict[grpc.StatusCode, type[VirtualRobotError]] = {
     grpc.StatusCode.INVALID_ARGUMENT: InvalidArgumentError,
     grpc.StatusCode.UNAUTHENTICATED: AuthenticationError,
@@ -72,7 +74,7 @@ class Stream(Generic[Message]):
 
 
 class Channel:
-    """A gRPC channel whose calls carry the token, have a time limit and raise exceptions of this library.
+    """A gRPC channel whose calls carry token and leases, have a time limit and raise exceptions of this library.
 
     It wraps the calls itself: grpcio's own interceptors make each call anew, which costs time, and a call on a channel
     that was closed crashes the process (grpcio 1.85).
@@ -82,9 +84,21 @@ class Channel:
         """Wrap a channel to `address`."""
         self._channel = channel
         self._address = address
-        self._metadata = (("authorization", f"Bearer {token}"),) if token else ()
+        # Never changed but replaced, since other threads call meanwhile.
+        self._metadata: tuple[tuple[str, str], ...] = (("authorization", f"Bearer {token}"),) if token else ()
         self._timeout_seconds = timeout_seconds
         self._closed = False
+        self._carrying = threading.Lock()
+
+    def carry(self, lease: str) -> None:
+        """Send the token of a lease with each call from now on."""
+        with self._carrying:
+            self._metadata = (*self._metadata, (LEASE_KEY, lease))
+
+    def drop(self, lease: str) -> None:
+        """Send the token of a lease no more."""
+        with self._carrying:
+            self._metadata = tuple(entry for entry in self._metadata if entry != (LEASE_KEY, lease))
 
     def unary_unary(self, method: str, **options: Any) -> Callable[..., Any]:  # noqa: ANN401 as the generated stubs call it
         """Return the function that makes a call with one answer."""

@@ -1,21 +1,38 @@
-"""What every call passes: the token, and the mapping of errors to statuses."""
+"""What every call passes: the token, the mapping of errors to statuses, and leases."""
 
 from __future__ import annotations
 
 import hmac
 import logging
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Iterable
 from contextlib import aclosing
 from typing import Any, NoReturn
 
 import grpc
+from google.protobuf.descriptor import ServiceDescriptor
+from virtualrobot.v1 import lease_pb2, motion_pb2, robot_pb2
 
+from virtualrobot_kernel.api.lease_table import CARRIED
 from virtualrobot_kernel.api.publications import Publications, ending
+from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.api.status import trailers
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.world.touched import named_nodes
 
 OPEN = "/grpc.health.v1.Health/"
 """Calls of this service need no token."""
+
+LEASE_KEY = "virtualrobot-lease"
+"""The metadata key of a lease's token; a call may have several."""
+
+NAMED: dict[type, Callable[[Any], Iterable[str]]] = {
+    motion_pb2.StartMotionRequest: lambda request: (move.robot for move in request.moves),
+    robot_pb2.SetKinematicsRequest: lambda request: (request.robot,),
+}
+"""The robots that requests name whose commands come late, after planning or trying: refused before that work is done.
+
+What is refused in the end is decided by the commands themselves, right before they are applied: `world/touched.py`.
+"""
 
 log = logging.getLogger(__name__)
 Continuation = Callable[[grpc.HandlerCallDetails], Awaitable[grpc.RpcMethodHandler | None]]
@@ -97,6 +114,54 @@ class Errors(grpc.aio.ServerInterceptor):
                 await _told(error, method, context)
 
         return _like(handler, answer, stream)
+
+
+class Leasing(grpc.aio.ServerInterceptor):
+    """Enforces the method option `needs_lease`: such calls touch robots that are free, or leased by what they carry.
+
+    Calls of other methods pass as they are, and count as carrying no lease.
+    """
+
+    def __init__(self, services: Iterable[ServiceDescriptor], rooms: Rooms) -> None:
+        """Guard the methods of these services that have the option."""
+        self._rooms = rooms
+        self._methods = {
+            f"/{service.full_name}/{method.name}"
+            for service in services
+            for method in service.methods
+            if method.GetOptions().Extensions[lease_pb2.needs_lease]  # pyright: ignore[reportArgumentType] its stub
+        }
+
+    async def intercept_service(
+        self, continuation: Continuation, handler_call_details: grpc.HandlerCallDetails
+    ) -> grpc.RpcMethodHandler | None:
+        """Return the call's own handler, or one that looks at the leases first."""
+        handler: Any = await continuation(handler_call_details)
+        method: str = handler_call_details.method  # pyright: ignore[reportAttributeAccessIssue] an untyped named tuple
+        if handler is None or method not in self._methods:
+            return handler
+        whole = handler.stream_unary if handler.request_streaming else handler.unary_unary
+        parts = handler.stream_stream if handler.request_streaming else handler.unary_stream
+
+        async def answer(request: Any, context: grpc.aio.ServicerContext) -> Any:  # noqa: ANN401 any message
+            self._carry(request, context)
+            return await whole(request, context)
+
+        async def stream(request: Any, context: grpc.aio.ServicerContext) -> Any:  # noqa: ANN401 any message
+            self._carry(request, context)
+            async with aclosing(parts(request, context)) as messages:
+                async for message in messages:
+                    yield message
+
+        return _like(handler, answer, stream)
+
+    def _carry(self, request: Any, context: grpc.aio.ServicerContext) -> None:  # noqa: ANN401 any message
+        """Note the leases of a call for the commands that it gives; raise KernelError when they do not do."""
+        tokens = tuple(str(value) for key, value in context.invocation_metadata() or () if key == LEASE_KEY)
+        named = NAMED[type(request)](request) if type(request) in NAMED else ()
+        snapshot = self._rooms.world.snapshot
+        self._rooms.leases.check(snapshot, named_nodes(snapshot.structure, named), tokens)
+        CARRIED.set(tokens)
 
 
 async def _told(error: Exception, method: str, context: grpc.aio.ServicerContext) -> NoReturn:

@@ -28,6 +28,8 @@ CAPABILITIES = (
     "assets",
     "clock.realtime",
     "clock.stepped",
+    "leases",
+    "motion.circular",
     "motion.group",
     "motion.joint_trajectory",
     "motion.linear",

@@ -9,7 +9,7 @@ from pathlib import Path
 from virtualrobot.resolver import Resolver
 from virtualrobot.v1 import nodes_pb2, scene_pb2
 
-from virtualrobot_kernel.api.convert.dh import denavit_hartenberg, refuse_file_fields
+from virtualrobot_kernel.api.convert.dh import denavit_hartenberg, refuse_file_fields, row_inertials
 from virtualrobot_kernel.api.convert.nodes import JOINT_TYPES, node_spec
 from virtualrobot_kernel.api.convert.robots import settings
 from virtualrobot_kernel.api.convert.values import pose, vector
@@ -43,7 +43,15 @@ def read_model(
         refuse_file_fields(request)
         table, joints = denavit_hartenberg(request.denavit_hartenberg)
         name = request.name or _free("robot", names)
-        nodes = read_table(table, joints, name=name, parent=parent, parent_t_node=parent_t_node, base_joint=base_joint)
+        nodes = read_table(
+            table,
+            joints,
+            row_inertials(request.denavit_hartenberg),
+            name=name,
+            parent=parent,
+            parent_t_node=parent_t_node,
+            base_joint=base_joint,
+        )
         return ImportedModel(nodes, 0)
     if not request.uri:
         raise KernelError("uri must name the model's main file, or denavit_hartenberg hold a table", field="uri")

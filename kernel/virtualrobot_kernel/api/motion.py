@@ -43,14 +43,14 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         moves = [wished_move(message, f"moves[{place}]") for place, message in enumerate(request.moves)]
         check_enum(request, "busy_policy")
         check_enum(request, "on_disconnect")
+        await self._cleared(moves, request.busy_policy, context)
         world = self._rooms.world
-        await self._cleared(moves, request.busy_policy, author(context))
         # From the snapshot of the moment when it is planned: the robots may have moved while they waited.
         command = await self._rooms.turns.run(
             solved_robots(world.snapshot, moves),
             lambda: plan_motion(world.snapshot, moves, self._rooms.solvers.of),
         )
-        started = world.submit([command], author(context))
+        started = self._rooms.submit([command], context)
         if request.on_disconnect != motion_pb2.DISCONNECT_POLICY_CONTINUE:
             # Not after the await below: a client that vanishes there would leave a motion that nothing stops.
             started.add_done_callback(partial(self._started, asyncio.get_running_loop()))
@@ -131,7 +131,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         stopped = [one for one in motions if one.cancellation and one.id in going]
         return motion_pb2.StopResponse(motions=[motion_message(snapshot, motion) for motion in stopped])
 
-    async def _cleared(self, moves: Sequence[Move], policy: int, who: str) -> None:
+    async def _cleared(self, moves: Sequence[Move], policy: int, context: object) -> None:
         """Refuse, or cancel and wait for standstill, when joints that the moves need move already."""
         world = self._rooms.world
         snapshot = world.snapshot
@@ -144,11 +144,9 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
                     motion=motion.id,
                 )
             if not motion.cancellation:
-                cancel = world.submit(
-                    [CancelMotion(motion.id, Cancellation(CancelCause.PREEMPTED, f"preempted by {who}"))], who
-                )
+                cancellation = Cancellation(CancelCause.PREEMPTED, f"preempted by {author(context)}")
                 try:
-                    snapshot = (await asyncio.wrap_future(cancel)).snapshot
+                    snapshot = (await self._submit([CancelMotion(motion.id, cancellation)], context)).snapshot
                 except KernelError as error:
                     if error.reason not in (Reason.WRONG_STATE, Reason.UNKNOWN_NAME):
                         raise
@@ -166,7 +164,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         return motion_message(applied.snapshot, _find(applied.snapshot, id))
 
     async def _submit(self, commands: Sequence[Command], context: object) -> Applied:
-        return await asyncio.wrap_future(self._rooms.world.submit(commands, author(context)))
+        return await asyncio.wrap_future(self._rooms.submit(commands, context))
 
     def _started(self, loop: asyncio.AbstractEventLoop, started: Future[Applied]) -> None:
         """Bind a motion to its watch; called by the world thread once it is started, or refused."""

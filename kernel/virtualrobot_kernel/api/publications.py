@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncGenerator, AsyncIterator, Callable
 
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.state import Motion, Snapshot
@@ -155,7 +155,9 @@ class Publications:
         finally:
             self._world.unlisten(published)
 
-    async def each(self, subscribe: Callable[[Callable[[object], None]], Callable[[], None]]) -> AsyncIterator[None]:
+    async def each(
+        self, subscribe: Callable[[Callable[[object], None]], Callable[[], None]]
+    ) -> AsyncGenerator[None, None]:
         """Yield at once, and again after calls of a listener.
 
         `subscribe` takes the listener and returns what ends it.

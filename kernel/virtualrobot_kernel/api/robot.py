@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import AsyncIterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -10,7 +11,6 @@ import numpy as np
 from virtualrobot.v1 import robot_pb2, robot_pb2_grpc
 from virtualrobot_sdk.selfcheck import SelfCheck
 
-from virtualrobot_kernel.api.author import author
 from virtualrobot_kernel.api.convert.nodes import JOINT_TYPE_NUMBERS, limits_message
 from virtualrobot_kernel.api.convert.robots import (
     group_messages,
@@ -21,6 +21,7 @@ from virtualrobot_kernel.api.convert.robots import (
 )
 from virtualrobot_kernel.api.convert.states import robot_states, robots_named
 from virtualrobot_kernel.api.convert.values import (
+    array,
     array_message,
     mask_fields,
     masked,
@@ -31,11 +32,12 @@ from virtualrobot_kernel.api.convert.values import (
 )
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.planning.dynamics import EffortViolation, solve_inverse_dynamics
 from virtualrobot_kernel.planning.robots import arm_of, forward_links, solve_inverse
 from virtualrobot_kernel.world.commands import SetKinematics
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import Applied
-from virtualrobot_kernel.world.structure import DEFAULT_KINEMATICS, Kind, Node, RobotData
+from virtualrobot_kernel.world.structure import Kind, Node, RobotData
 
 
 class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
@@ -53,6 +55,11 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         node, index = structure.robot(request.name)
         data = node.data if isinstance(node.data, RobotData) else RobotData()
         arm = arm_of(snapshot, node)
+        kinematics = data.kinematics or self._rooms.solvers.name_found(node)
+        if not kinematics:
+            # The robot has to be tried to tell; that is not for the thread that all calls share.
+            find = partial(self._rooms.solvers.name_of, snapshot, arm)
+            kinematics = await self._rooms.turns.run([node.uid], find)
         return robot_pb2.GetRobotResponse(
             stamp=stamp(snapshot),
             uid=node.uid,
@@ -69,7 +76,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
             links=[structure.nodes[uid].name for uid in index.links],
             tools=[tool.name for tool in structure.tools_of(node.uid)],
             flange=structure.nodes[arm.flange].name,
-            kinematics=data.kinematics,
+            kinematics=kinematics,
             chain_joints=arm.joint_names,
             postures=posture_messages(data),
             kinematics_settings=settings_message(data),
@@ -126,7 +133,8 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         node = snapshot.structure.node(request.robot, Kind.ROBOT)
         reference = snapshot.structure.node(request.reference)
         world_t_tcp = snapshot.world_t(reference.uid) @ pose(request.reference_t_tcp, "reference_t_tcp")
-        solve = partial(solve_inverse, snapshot, node, world_t_tcp, dict(request.seed), self._rooms.solvers.of)
+        seed, solver_of = dict(request.seed), self._rooms.solvers.of
+        solve = partial(solve_inverse, snapshot, node, world_t_tcp, seed, solver_of, request.configuration)
         arm, result = await self._rooms.turns.run([node.uid], solve)
         solved = len(result.solutions) > 0
         return robot_pb2.SolveInverseResponse(
@@ -147,18 +155,52 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         rooms = self._rooms
         snapshot = rooms.world.snapshot
         node = snapshot.structure.node(request.robot, Kind.ROBOT)
-        name = request.kinematics or DEFAULT_KINEMATICS
-        who = author(context)
+        name = request.kinematics
+        submit = rooms.submitting(context)
 
         def swap() -> tuple[Applied, SelfCheck]:
             # All in one thread: a client that goes away cancels what is awaited, and a component must not be lost.
             wanted = settings(request.settings, "settings")
             command = SetKinematics(request.robot, name, wanted)
             arm = arm_of(snapshot, node)
-            return rooms.solvers.swap(snapshot, arm, name, wanted, lambda: rooms.world.submit([command], who).result())
+            return rooms.solvers.swap(snapshot, arm, name, wanted, lambda: submit([command]).result())
 
         applied, check = await rooms.turns.run([node.uid], swap)
         return robot_pb2.SetKinematicsResponse(stamp=stamp(applied.snapshot), check=_check_message(check))
+
+    async def SolveInverseDynamics(
+        self, request: robot_pb2.SolveInverseDynamicsRequest, context: object
+    ) -> robot_pb2.SolveInverseDynamicsResponse:
+        """Tell which efforts a movement takes, in a worker thread."""
+        snapshot = self._rooms.world.snapshot
+        node = snapshot.structure.node(request.robot, Kind.ROBOT)
+        given = {
+            name: getattr(request, name)
+            for name in ("positions", "velocities", "accelerations")
+            if request.HasField(name)
+        }
+        # Of any shape here: which one is right is the robot's matter.
+        movement = {name: array(values, [None] * len(values.shape), name) for name, values in given.items()}
+        solve = partial(solve_inverse_dynamics, snapshot, node, tuple(request.joint_names), **movement)
+        found = await asyncio.get_running_loop().run_in_executor(self._rooms.workers, solve)
+        return robot_pb2.SolveInverseDynamicsResponse(
+            stamp=stamp(snapshot),
+            joint_names=found.joint_names,
+            efforts=array_message(found.efforts),
+            gravity_efforts=array_message(found.gravity_efforts),
+            base_wrenches=array_message(found.base_wrenches),
+            first_violation=_violation_message(found.first_violation),
+            payload_kilograms=found.payload,
+            warnings=found.warnings,
+        )
+
+
+def _violation_message(violation: EffortViolation | None) -> robot_pb2.EffortViolation | None:
+    if violation is None:
+        return None
+    return robot_pb2.EffortViolation(
+        joint=violation.joint, sample=violation.sample, effort=violation.effort, limit=violation.limit
+    )
 
 
 def _check_message(check: SelfCheck) -> robot_pb2.KinematicsCheck:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from concurrent.futures import Executor
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 
+from virtualrobot_kernel.api.author import author
+from virtualrobot_kernel.api.lease_table import CARRIED, LeaseTable
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.turns import Turns
 from virtualrobot_kernel.components.catalog import Catalog
@@ -14,7 +16,8 @@ from virtualrobot_kernel.drawing.view import ViewStore
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.planning.solvers import Solvers
-from virtualrobot_kernel.world.store import World
+from virtualrobot_kernel.world.commands import Command
+from virtualrobot_kernel.world.store import Applied, World
 
 MAX_MESSAGE_BYTES = 16 * 1024 * 1024
 """The largest message that the server takes; larger things travel as assets, in chunks."""
@@ -34,6 +37,26 @@ class Rooms:
     catalog: Catalog
     solvers: Solvers
     importers: Importers
+    leases: LeaseTable
     viewer_url: Callable[[], str]
     viewer_count: Callable[[], int]
     shut_down: Callable[[], None]
+
+    def submitting(self, context: object) -> Callable[..., Future[Applied]]:
+        """Return what queues the commands of a client's call, from any thread: (commands, expected revision or None).
+
+        Commands are refused when they touch robots that others have leased.
+        """
+        # Asked for here and now: what a call carries is known to its own task only.
+        who, permit = author(context), self.leases.permit(CARRIED.get())
+
+        def submit(commands: Sequence[Command], expected_revision: int | None = None) -> Future[Applied]:
+            return self.world.submit(commands, who, expected_revision, permit)
+
+        return submit
+
+    def submit(
+        self, commands: Sequence[Command], context: object, expected_revision: int | None = None
+    ) -> Future[Applied]:
+        """Queue commands of a client's call from its own task; see `submitting`."""
+        return self.submitting(context)(commands, expected_revision)

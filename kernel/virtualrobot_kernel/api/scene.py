@@ -10,7 +10,6 @@ import numpy as np
 from virtualrobot.v1 import nodes_pb2, scene_pb2, scene_pb2_grpc
 
 from virtualrobot_kernel.api import model_files, scene_files
-from virtualrobot_kernel.api.author import author
 from virtualrobot_kernel.api.convert.commands import world_commands
 from virtualrobot_kernel.api.convert.nodes import node_message
 from virtualrobot_kernel.api.convert.values import mask_fields, masked, poses_array, stamp
@@ -157,7 +156,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         self, commands: Sequence[Command], context: object, expected_revision: int | None = None
     ) -> Applied:
         self._rooms.solvers.check_choices(commands)
-        return await asyncio.wrap_future(self._rooms.world.submit(commands, author(context), expected_revision))
+        return await asyncio.wrap_future(self._rooms.submit(commands, context, expected_revision))
 
 
 def created_nodes(applied: Applied) -> list[scene_pb2.CreatedNode]:

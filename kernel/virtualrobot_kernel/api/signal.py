@@ -7,7 +7,6 @@ from collections.abc import AsyncIterator, Iterable, Mapping
 
 from virtualrobot.v1 import signal_pb2, signal_pb2_grpc
 
-from virtualrobot_kernel.api.author import author
 from virtualrobot_kernel.api.convert.states import signal_message
 from virtualrobot_kernel.api.convert.values import stamp
 from virtualrobot_kernel.api.rooms import Rooms
@@ -32,7 +31,7 @@ class SignalServicer(signal_pb2_grpc.SignalServiceServicer):
     async def SetSignals(self, request: signal_pb2.SetSignalsRequest, context: object) -> signal_pb2.SetSignalsResponse:
         """Set signals as one change."""
         batch = [SetSignal(name, value) for name, value in sorted(request.values.items())]
-        applied = await asyncio.wrap_future(self._rooms.world.submit(batch, author(context)))
+        applied = await asyncio.wrap_future(self._rooms.submit(batch, context))
         return signal_pb2.SetSignalsResponse(stamp=stamp(applied.snapshot))
 
     async def WatchSignals(

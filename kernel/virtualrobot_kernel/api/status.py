@@ -35,6 +35,8 @@ CODES = {
     Reason.SHUTTING_DOWN: grpc.StatusCode.UNAVAILABLE,
     Reason.INTERNAL: grpc.StatusCode.INTERNAL,
     Reason.PLUGIN_FAILED: grpc.StatusCode.FAILED_PRECONDITION,
+    Reason.LEASED: grpc.StatusCode.PERMISSION_DENIED,
+    Reason.LEASE_ENDED: grpc.StatusCode.FAILED_PRECONDITION,
 }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -14,6 +15,7 @@ from virtualrobot_kernel.formats.urdf import BASE_JOINTS
 from virtualrobot_kernel.world.figures import Figure, Frame, Pose, identity
 from virtualrobot_kernel.world.structure import (
     WORLD_NAME,
+    Inertial,
     Joint,
     JointType,
     Kind,
@@ -30,6 +32,7 @@ BASE, FLANGE = "base_link", "flange"
 def read_table(
     table: Table,
     joints: Sequence[Joint],
+    inertials: Sequence[Inertial | None] = (),
     *,
     name: str,
     parent: str = WORLD_NAME,
@@ -45,6 +48,7 @@ def read_table(
     Args:
         table: the geometry.
         joints: a joint about or along z for each row, of the row's type; their names differ.
+        inertials: for each row the mass of the link that its joint moves, in the row's frame; empty for none.
         name: of the robot.
         parent: the node that it is fixed to.
         parent_t_node: where it goes, in the parent's frame.
@@ -73,11 +77,26 @@ def read_table(
         allowed_collisions=tuple(_touching(skeleton, links)),
     )
     nodes = [NodeSpec(name, Kind.ROBOT, parent, identity() if parent_t_node is None else parent_t_node, data=data)]
+    masses = _masses(arrays, inertials)
     above = name
-    for link, joint, place, figures in zip(links, moves, places, draw(skeleton), strict=True):
-        nodes.append(NodeSpec(f"{name}.{link}", Kind.LINK, above, _fixed(place), figures=figures, data=LinkData(joint)))
+    for link, joint, place, figures, mass in zip(links, moves, places, draw(skeleton), masses, strict=True):
+        data = LinkData(joint, mass)
+        nodes.append(NodeSpec(f"{name}.{link}", Kind.LINK, above, _fixed(place), figures=figures, data=data))
         above = f"{name}.{link}"
     return (*nodes, *_frames(name, table, arrays, skeleton.radius(0)))
+
+
+def _masses(arrays: SerialArrays, inertials: Sequence[Inertial | None]) -> list[Inertial | None]:
+    """Return the mass of each link, base and flange included, in the link's own frame."""
+    moved = (
+        [
+            told and replace(told, link_t_inertial=_fixed(joint_t_row @ told.link_t_inertial))
+            for told, joint_t_row in zip(inertials, arrays.joint_t_row, strict=True)
+        ]
+        if inertials
+        else [None] * len(arrays.joint_t_row)
+    )
+    return [None, *moved, None]
 
 
 def _frames(name: str, table: Table, arrays: SerialArrays, length: float) -> list[NodeSpec]:

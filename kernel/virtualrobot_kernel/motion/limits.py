@@ -77,7 +77,7 @@ class JointLimits:
 
 @dataclass(frozen=True)
 class CartesianLimits:
-    """Limits of the tool centre point along a line: m, rad, and per s, s², s³ of each; all above 0."""
+    """Limits of the tool centre point on a line or an arc: m, rad, and per s, s², s³ of each; all above 0."""
 
     velocity: float = 1.0
     acceleration: float = 5.0

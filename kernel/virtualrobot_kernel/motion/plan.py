@@ -1,4 +1,4 @@
-"""The planners: PTP, LIN and timed joint trajectories become plans of plain arrays, or are refused with the place."""
+"""The planners: PTP, LIN, CIRC and joint trajectories become plans of plain arrays, or are refused with the place."""
 
 from __future__ import annotations
 
@@ -6,29 +6,16 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
-from virtualrobot_sdk.kinematics import InverseOptions, InverseStatus, Kinematics
 
-from virtualrobot_kernel.errors import KernelError, LimitError, Reason
-from virtualrobot_kernel.motion.limits import (
-    TOLERANCE,
-    CartesianLimits,
-    JointLimits,
-    checked_joints,
-    checked_scale,
-)
-from virtualrobot_kernel.motion.line import CartesianLine, cartesian_line
-from virtualrobot_kernel.motion.linear_path import TcpKinematics, linear_path
+from virtualrobot_kernel.errors import KernelError, LimitError
+from virtualrobot_kernel.motion.cartesian_plan import plan_circ, plan_lin
+from virtualrobot_kernel.motion.limits import TOLERANCE, JointLimits, checked_joints
 from virtualrobot_kernel.motion.path import joint_line, smooth_path
-from virtualrobot_kernel.motion.planned import Plan, Track, peaks, plan_together, planned
+from virtualrobot_kernel.motion.planned import Plan, plan_together, planned
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 from virtualrobot_kernel.motion.profile import jerk_limited_profile
 
-__all__ = ["Plan", "plan_lin", "plan_ptp", "plan_together", "plan_trajectory"]
-
-#: A LIN motion that has to be slowed down for a joint is slowed down by this much more.
-_MARGIN = 1.001
-#: Starts of the search that tells a goal out of reach from a singularity on the way to a reachable one.
-_RESTARTS = 200
+__all__ = ["Plan", "plan_circ", "plan_lin", "plan_ptp", "plan_together", "plan_trajectory"]
 
 
 def plan_ptp(
@@ -55,40 +42,6 @@ def plan_ptp(
     else:
         law = jerk_limited_profile(0.0, 1.0, 1.0, 1.0)
     return planned("ptp", joint_line(q_start, q_goal), law, limits, q_goal)
-
-
-def plan_lin(
-    kinematics: Kinematics,
-    q_start: Sequence[float] | Array,
-    base_t_goal: ArrayLike,
-    limits: JointLimits,
-    cartesian_limits: CartesianLimits | None = None,
-    velocity_scale: float = 1.0,
-    tip_t_tcp: ArrayLike | None = None,
-) -> Plan:
-    """Return the linear motion: the TCP moves on a straight line, its orientation turns about one axis (slerp).
-
-    base_t_goal: (4, 4), where the TCP ends; tip_t_tcp: (4, 4), the TCP at the kinematics' last frame (identity when
-    None). The law along the line keeps `cartesian_limits`, with speeds times `velocity_scale` in (0, 1]; where a joint
-    cannot follow, the whole motion is slowed down uniformly until every joint keeps its velocity, acceleration and
-    jerk. Errors: see `linear_path`; a singularity on the way to a goal out of reach is UNREACHABLE.
-    """
-    q_start = checked_joints(q_start, len(limits.names), "the start of a LIN motion")
-    limits.check(q_start, "the start of the LIN motion")
-    tcp = TcpKinematics(kinematics, np.eye(4) if tip_t_tcp is None else np.array(tip_t_tcp, dtype=np.float64))
-    line = cartesian_line(tcp.pose(q_start), np.array(base_t_goal, dtype=np.float64))
-    bounds = _line_bounds(line, cartesian_limits or CartesianLimits(), checked_scale(velocity_scale, "velocity scale"))
-    if not bounds:
-        return planned("lin", joint_line(q_start, q_start), jerk_limited_profile(0.0, 1.0, 1.0, 1.0), limits)
-    try:
-        path = linear_path(tcp, line, q_start, limits)
-    except KernelError as error:
-        if error.reason is not Reason.SINGULARITY or _reaches(tcp, line, q_start):
-            raise
-        message = f"the goal of the LIN motion is out of reach; on the way there {error}"
-        raise KernelError(message, reason=Reason.UNREACHABLE, **error.metadata) from error
-    law = slowed_down(path, jerk_limited_profile(1.0, *bounds), limits.scaled(velocity_scale))
-    return planned("lin", path, law, limits, line_limits=(bounds[1], bounds[2]))
 
 
 def plan_trajectory(
@@ -136,41 +89,6 @@ def plan_trajectory(
             limit=limit,
         )
     return planned("trajectory", path, PiecewisePolynomial(t[[0, -1]], np.array([[[0.0], [1.0]]])), limits, q[-1])
-
-
-def slowed_down(path: PiecewisePolynomial, law: PiecewisePolynomial, limits: JointLimits) -> PiecewisePolynomial:
-    """Return `law` stretched uniformly until every joint of the path keeps its velocity, acceleration and jerk.
-
-    A stretch by c divides velocities by c, accelerations by c², jerks by c³, so that the largest of
-    max |v| / limit, sqrt(max |a| / limit), cbrt(max |j| / limit) is the stretch that is needed.
-    """
-    bounds = np.stack([limits.velocity, limits.acceleration, limits.jerk])
-    powers = np.array([1.0, 1.0 / 2.0, 1.0 / 3.0])
-    # The second, finer grid verifies the first; a stretched law is checked again.
-    for points in (2000, 7001):
-        while (need := float(((peaks(Track(path, law), points) / bounds).max(axis=1) ** powers).max())) > 1.0:
-            law = law.stretched(law.end * need * _MARGIN)
-    return law
-
-
-def _reaches(tcp: TcpKinematics, line: CartesianLine, q_start: Array) -> bool:
-    """Whether some posture, with or without limits, puts the TCP at the end of the line."""
-    base_t_tip = line.pose(1.0) @ np.linalg.inv(tcp.tip_t_tcp)
-    options = InverseOptions(seed=q_start, respect_limits=False, max_restarts=_RESTARTS)
-    return tcp.kinematics.inverse(base_t_tip, options).status is not InverseStatus.UNREACHABLE
-
-
-def _line_bounds(line: CartesianLine, limits: CartesianLimits, velocity_scale: float) -> list[float]:
-    """Return velocity, acceleration and jerk limits of the fraction u of the line; empty for a line of no length."""
-    motions = [
-        (line.length, (limits.velocity, limits.acceleration, limits.jerk)),
-        (line.angle, (limits.rotation_velocity, limits.rotation_acceleration, limits.rotation_jerk)),
-    ]
-    rows = [[value / size for value in values] for size, values in motions if size > 0.0]
-    if not rows:
-        return []
-    velocity, acceleration, jerk = (min(column) for column in zip(*rows, strict=True))
-    return [velocity * velocity_scale, acceleration, jerk]
 
 
 def _check_samples(t: Array, q: Array, v: Array | None, names: tuple[str, ...]) -> None:

@@ -20,13 +20,13 @@ _TABLE_STEP, _TABLE_ROWS = 0.002, (512, 16384)
 class Track:
     """One path q(u) (k joints) and its law u(tau), tau in [0, duration]; at rest at both ends of the law.
 
-    line_limits: largest |d2u/dt2| and |d3u/dt3| (1/s², 1/s³) of a Cartesian line, whose own acceleration and jerk are
+    course_limits: largest |d2u/dt2| and |d3u/dt3| (1/s², 1/s³) of a line or an arc, whose own acceleration and jerk are
     limited; None for paths that only joints limit.
     """
 
     path: PiecewisePolynomial
     time_law: PiecewisePolynomial
-    line_limits: tuple[float, float] | None = None
+    course_limits: tuple[float, float] | None = None
 
     def derivatives(self, tau: Array) -> Array:
         """Return q, dq/dtau, d2q/dtau2 and d3q/dtau3 at nominal times (m,): shape (4, m, k)."""
@@ -43,7 +43,7 @@ class Track:
 
 @dataclass(frozen=True, eq=False)
 class Braking:
-    """Derivatives of a plan on an even grid of nominal time, for n joints and the u of l Cartesian lines.
+    """Derivatives of a plan on an even grid of nominal time, for n joints and the u of l lines and arcs.
 
     table (N, 3, n + l): first to third derivative at N - 1 times from 0 to the plan's duration, then zeros.
     max_acceleration, max_jerk (n + l,): the limits of what runs on it. stop_time (s): how long a smooth stop from top
@@ -60,7 +60,7 @@ class Braking:
 class Plan:
     """A motion of n joints that is at rest at both ends; joints of a group's robots are concatenated.
 
-    kind: "ptp", "lin", "trajectory" or "group". tracks: one for each robot, all with the same duration.
+    kind: "ptp", "lin", "circ", "trajectory" or "group". tracks: one for each robot, all with the same duration.
     start, goal (n,): the joints at the ends, to the last bit (rad or m).
     max_velocity, max_acceleration, max_jerk (n,): what running it may reach: the joint limits, or the motion's own
     peaks where a timed trajectory has higher ones (rad or m, per s, s², s³).
@@ -132,12 +132,12 @@ class Plan:
 @lru_cache(maxsize=128)
 def _braking(plan: Plan) -> Braking:
     times = np.linspace(0.0, plan.duration, int(np.clip(plan.duration / _TABLE_STEP, *_TABLE_ROWS)))
-    lines = [(track.time_law, *track.line_limits) for track in plan.tracks if track.line_limits]
-    derivatives = [plan.derivatives(times)[1:], *(law.states(times, 3)[1:] for law, _, _ in lines)]
+    courses = [(track.time_law, *track.course_limits) for track in plan.tracks if track.course_limits]
+    derivatives = [plan.derivatives(times)[1:], *(law.states(times, 3)[1:] for law, _, _ in courses)]
     table = np.concatenate(derivatives, axis=2).transpose(1, 0, 2)
     table = np.concatenate([table, np.zeros((1, *table.shape[1:]))])
-    accelerations = np.array([*plan.max_acceleration, *(acceleration for _, acceleration, _ in lines)])
-    jerks = np.array([*plan.max_jerk, *(jerk for _, _, jerk in lines)])
+    accelerations = np.array([*plan.max_acceleration, *(acceleration for _, acceleration, _ in courses)])
+    jerks = np.array([*plan.max_jerk, *(jerk for _, _, jerk in courses)])
     peak = np.abs(table[:, 0]).max(axis=0)
     # Peaks of a quintic step from 1 to 0 in time T: |rate'| 15/8 / T, |rate''| 10/sqrt(3) / T².
     seconds = np.maximum(1.875 * peak / accelerations, np.sqrt(10.0 / np.sqrt(3.0) * peak / jerks))
@@ -155,13 +155,13 @@ def planned(
     time_law: PiecewisePolynomial,
     limits: JointLimits,
     goal: Array | None = None,
-    line_limits: tuple[float, float] | None = None,
+    course_limits: tuple[float, float] | None = None,
 ) -> Plan:
     """Return the plan of one robot; `limits` are the joints' own, not those of a slower move.
 
-    goal: (k,), where the joints end, when that is known better than the path's rounding; line_limits: see `Track`.
+    goal: (k,), where the joints end, when that is known better than the path's rounding; course_limits: see `Track`.
     """
-    track = Track(path, time_law, line_limits)
+    track = Track(path, time_law, course_limits)
     velocity, acceleration, jerk = peaks(track)
     return Plan(
         kind,

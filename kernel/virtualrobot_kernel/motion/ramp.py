@@ -78,7 +78,7 @@ def choose_ramp(
     """Return the shortest of a fixed list of ramps to `goal` on which the joints keep the plan's limits.
 
     `prompt` leaves out the ramps that are much longer than a stop from top speed; `joints_only` lets the acceleration
-    of a Cartesian line exceed the line's own limits as far as the joints can follow. A ramp is tried from nominal time
+    of a line or an arc exceed its own limits as far as the joints can follow. A ramp is tried from nominal time
     `tau` (s) at the given rate with its derivatives (1/s, 1/s²). With s(tau) the joints at nominal time and r the
     rate, it is checked that acceleration s'' r² + s' r' and jerk s''' r³ + 3 s'' r r' + s' r'' keep their limits.
     """

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
+from virtualrobot_kernel.motion.circle import Center, Via
 from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
-from virtualrobot_kernel.motion.plan import Plan, plan_lin, plan_ptp, plan_together, plan_trajectory
+from virtualrobot_kernel.motion.plan import Plan, plan_circ, plan_lin, plan_ptp, plan_together, plan_trajectory
 from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_of, flange_t_tcp, solve_inverse
 from virtualrobot_kernel.world.apply_robots import tool_state
 from virtualrobot_kernel.world.change import inverse, single_joint
@@ -21,21 +22,25 @@ from virtualrobot_kernel.world.state import Selection, Snapshot
 from virtualrobot_kernel.world.structure import Kind, Node, RobotData
 
 LINE_VELOCITY = 0.25
-"""The speed of a line where none is given, in m/s."""
+"""The speed of a line or an arc where none is given, in m/s."""
 
 LINE_ACCELERATION = 1.0
-"""The acceleration of a line where none is given, in m/s^2."""
+"""The acceleration of a line or an arc where none is given, in m/s^2."""
 
 JERK_RATIO = 10.0
-"""The jerk of a line in m/s^3 is its acceleration times this (1/s): full acceleration after 0.1 s."""
+"""The jerk of a line or an arc in m/s^3 is its acceleration times this (1/s): full acceleration after 0.1 s."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PoseGoal:
-    """Where the chosen tool centre point shall be: `reference_t_tcp` (4, 4) in the frame of the node `reference`."""
+    """Where the chosen tool centre point shall be: `reference_t_tcp` (4, 4) in the frame of the node `reference`.
+
+    With `configuration` only the posture of that name will do.
+    """
 
     reference_t_tcp: Pose
     reference: str = ""
+    configuration: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,6 +58,24 @@ class Linear:
 
     robot: str
     goal: PoseGoal
+    speed_factor: float = 1.0
+    max_velocity: float = 0.0
+    max_acceleration: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Circular:
+    """An arc of the tool centre point through a point or about a centre; 0 stands for the default speed, as for a line.
+
+    All is given in the frame of the node `reference`; reference_t_goal (4, 4) may be None when the centre has an angle.
+    `with_arc`: the tool turns as the arc does instead of evenly to the goal's orientation.
+    """
+
+    robot: str
+    shape: Via | Center
+    reference_t_goal: Pose | None = None
+    reference: str = ""
+    with_arc: bool = False
     speed_factor: float = 1.0
     max_velocity: float = 0.0
     max_acceleration: float = 0.0
@@ -79,7 +102,7 @@ class ToolStateMove:
     speed_factor: float = 1.0
 
 
-Move = PointToPoint | Linear | JointTrajectory | ToolStateMove
+Move = PointToPoint | Linear | Circular | JointTrajectory | ToolStateMove
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -127,7 +150,7 @@ def solved_robots(snapshot: Snapshot, moves: Sequence[Move]) -> set[int]:
     return {
         snapshot.structure.node(move.robot, Kind.ROBOT).uid
         for move in moves
-        if isinstance(move, PointToPoint | Linear) and isinstance(move.goal, PoseGoal)
+        if isinstance(move, Linear | Circular) or (isinstance(move, PointToPoint) and isinstance(move.goal, PoseGoal))
     }
 
 
@@ -166,14 +189,37 @@ def _linear(snapshot: Snapshot, move: Linear, solver_of: SolverOf) -> PlannedMov
     arm = arm_of(snapshot, node)
     limits, start = _limits(snapshot, node, arm.joint_names)
     base_t_goal = inverse(snapshot.world_t(arm.base)) @ _world_t_goal(snapshot, move.goal)
-    acceleration = move.max_acceleration or LINE_ACCELERATION
-    cartesian = CartesianLimits(
-        velocity=move.max_velocity or LINE_VELOCITY, acceleration=acceleration, jerk=JERK_RATIO * acceleration
-    )
     tip_t_tcp = flange_t_tcp(snapshot, node)
     solver = solver_of(snapshot, arm)
-    plan = plan_lin(solver, start, base_t_goal, limits, cartesian, move.speed_factor or 1.0, tip_t_tcp)
+    plan = plan_lin(solver, start, base_t_goal, limits, _cartesian(move), move.speed_factor or 1.0, tip_t_tcp)
     return PlannedMove(node, arm.joint_names, plan)
+
+
+def _circular(snapshot: Snapshot, move: Circular, solver_of: SolverOf) -> PlannedMove:
+    node = snapshot.structure.node(move.robot, Kind.ROBOT)
+    arm = arm_of(snapshot, node)
+    limits, start = _limits(snapshot, node, arm.joint_names)
+    world_t_reference = snapshot.world_t(snapshot.structure.node(move.reference).uid)
+    base_t_reference = inverse(snapshot.world_t(arm.base)) @ world_t_reference
+    plan = plan_circ(
+        solver_of(snapshot, arm),
+        start,
+        move.shape.seen_from(base_t_reference),
+        None if move.reference_t_goal is None else base_t_reference @ move.reference_t_goal,
+        limits,
+        _cartesian(move),
+        move.speed_factor or 1.0,
+        flange_t_tcp(snapshot, node),
+        move.with_arc,
+    )
+    return PlannedMove(node, arm.joint_names, plan)
+
+
+def _cartesian(move: Linear | Circular) -> CartesianLimits:
+    acceleration = move.max_acceleration or LINE_ACCELERATION
+    return CartesianLimits(
+        velocity=move.max_velocity or LINE_VELOCITY, acceleration=acceleration, jerk=JERK_RATIO * acceleration
+    )
 
 
 def _joint_trajectory(snapshot: Snapshot, move: JointTrajectory, solver_of: SolverOf) -> PlannedMove:
@@ -209,6 +255,7 @@ def _tool_positions(snapshot: Snapshot, node: Node, move: ToolStateMove) -> tupl
 PLANNERS: dict[type, Callable[[Snapshot, Any, SolverOf], PlannedMove]] = {
     PointToPoint: _point_to_point,
     Linear: _linear,
+    Circular: _circular,
     JointTrajectory: _joint_trajectory,
     ToolStateMove: _tool_state,
 }
@@ -217,7 +264,7 @@ PLANNERS: dict[type, Callable[[Snapshot, Any, SolverOf], PlannedMove]] = {
 def _solved(
     snapshot: Snapshot, node: Node, goal: PoseGoal, solver_of: SolverOf
 ) -> tuple[Arm, NDArray[np.float64]]:
-    arm, result = solve_inverse(snapshot, node, _world_t_goal(snapshot, goal), {}, solver_of)
+    arm, result = solve_inverse(snapshot, node, _world_t_goal(snapshot, goal), {}, solver_of, goal.configuration)
     if not len(result.solutions):
         raise KernelError(
             f"{node.name!r} cannot reach the pose: {result.reason}",

@@ -211,10 +211,19 @@ def forward_links(snapshot: Snapshot, robot: Node, positions: Mapping[str, float
 
 
 def solve_inverse(
-    snapshot: Snapshot, robot: Node, world_t_tcp: Pose, seed: Mapping[str, float], solver_of: SolverOf
+    snapshot: Snapshot,
+    robot: Node,
+    world_t_tcp: Pose,
+    seed: Mapping[str, float],
+    solver_of: SolverOf,
+    configuration: str = "",
 ) -> tuple[Arm, InverseResult]:
-    """Return the arm and the joints that bring its chosen tool centre point to `world_t_tcp` (4, 4)."""
+    """Return the arm and the joints that bring its chosen tool centre point to `world_t_tcp` (4, 4).
+
+    Only those of one configuration where it is named; an unknown name is refused with the component's own words.
+    """
     arm = arm_of(snapshot, robot)
     solver = solver_of(snapshot, arm)
     base_t_tip = inverse(snapshot.world_t(arm.base)) @ world_t_tcp @ inverse(flange_t_tcp(snapshot, robot))
-    return arm, solver.inverse(base_t_tip, InverseOptions(seed=joint_vector(snapshot, arm, seed)))
+    options = InverseOptions(seed=joint_vector(snapshot, arm, seed), configuration=configuration)
+    return arm, solver.inverse(base_t_tip, options)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import queue
 import threading
 import weakref
@@ -26,8 +27,12 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import Applied
 from virtualrobot_kernel.world.structure import Node, NodeSpec, RobotData, Structure
 
+AUTOMATIC = ("closed_form", "chain")
+"""What a robot gets that names no component: the first that takes it; only the last one's refusal counts."""
 CHECK_SEED = 20061
 """What the postures of a self-check are drawn by: the same component on the same robot is always judged alike."""
+
+log = logging.getLogger(__name__)
 
 _DEFAULTS = InverseOptions()
 
@@ -85,6 +90,8 @@ class Tried:
     """A component that fits its robot, and the numbers that say so."""
 
     chain: SerialChain
+    asked: str
+    """The component's name as it was asked for; empty where it was chosen by itself."""
     kinematics: str
     settings: Mapping[str, Any]
     solver: Solver
@@ -126,6 +133,24 @@ class Solvers:
         Raises KernelError: WRONG_STATE when no joint moves the arm's flange; PLUGIN_FAILED when the component can't be
         made, does not fit or has failed; what it says itself when it refuses robot or settings.
         """
+        kept = self._kept_for(snapshot, arm)
+        if isinstance(kept, _Refused):
+            raise _again(kept.error)
+        return kept.solver
+
+    def name_of(self, snapshot: Snapshot, arm: Arm) -> str:
+        """Return the name of the component that solves an arm, which is made and tried now when it has to be.
+
+        Empty where no joint moves the flange; where it can't be made, the one whose refusal counts.
+        """
+        return self._kept_for(snapshot, arm).kinematics if arm.chain is not None else ""
+
+    def name_found(self, node: Node) -> str:
+        """Return the name of the component that a robot has had so far, without waiting; empty before the first."""
+        kept = self._kept.get(node.uid)
+        return kept.kinematics if kept is not None and (kept.asked, kept.settings) == chosen(node) else ""
+
+    def _kept_for(self, snapshot: Snapshot, arm: Arm) -> Tried | _Refused:
         chain = arm.serial()
         name, settings = chosen(arm.robot)
         with self._lock_of(arm.robot.uid):
@@ -136,11 +161,9 @@ class Solvers:
                     kept = self._tried(snapshot, arm, name, settings)
                 except KernelError as error:
                     # Kept too: nobody wants to wait for the same failure again.
-                    kept = _Refused(chain, name, settings, error)
+                    kept = _Refused(chain, name, name or AUTOMATIC[-1], settings, error)
                 self._kept[arm.robot.uid] = kept
-        if isinstance(kept, _Refused):
-            raise _again(kept.error)
-        return kept.solver
+        return kept
 
     def swap(
         self, snapshot: Snapshot, arm: Arm, kinematics: str, settings: Mapping[str, Any], choose: Callable[[], Applied]
@@ -161,7 +184,7 @@ class Solvers:
             changed = command.specs if isinstance(command, CreateNodes) else [command]
             for one in changed:
                 data = one.data if isinstance(one, NodeSpec | UpdateNode) else None
-                if isinstance(data, RobotData):
+                if isinstance(data, RobotData) and data.kinematics:
                     self._catalog.find(ComponentKind.KINEMATICS, data.kinematics)
 
     def uses(self, structure: Structure) -> tuple[Use, ...]:
@@ -184,7 +207,7 @@ class Solvers:
     def fault_of(self, node: Node) -> str:
         """Return why a robot's component is not asked any more; empty while it is well or was never asked."""
         kept = self._kept.get(node.uid)
-        if kept is None or (kept.kinematics, kept.settings) != chosen(node):
+        if kept is None or (kept.asked, kept.settings) != chosen(node):
             return ""
         if isinstance(kept, _Refused):
             return str(kept.error)
@@ -198,7 +221,22 @@ class Solvers:
         with ThreadPoolExecutor(max(1, len(running))) as pool:
             list(pool.map(Running.close, running))
 
-    def _tried(self, snapshot: Snapshot, arm: Arm, kinematics: str, settings: Mapping[str, Any]) -> Tried:
+    def _tried(self, snapshot: Snapshot, arm: Arm, asked: str, settings: Mapping[str, Any]) -> Tried:
+        if asked:
+            return self._tried_as(snapshot, arm, asked, asked, settings)
+        offered = self._catalog.offers(ComponentKind.KINEMATICS)
+        for name in AUTOMATIC[:-1]:
+            if name not in offered:
+                continue
+            try:
+                return self._tried_as(snapshot, arm, asked, name, settings)
+            except KernelError as error:
+                log.debug("%r gets no kinematics component %r: %s", arm.robot.name, name, error)
+        return self._tried_as(snapshot, arm, asked, AUTOMATIC[-1], settings)
+
+    def _tried_as(
+        self, snapshot: Snapshot, arm: Arm, asked: str, kinematics: str, settings: Mapping[str, Any]
+    ) -> Tried:
         if self._closed:
             raise KernelError("the kernel is ending", reason=Reason.SHUTTING_DOWN)
         offer = self._catalog.find(ComponentKind.KINEMATICS, kinematics)
@@ -220,7 +258,7 @@ class Solvers:
             raise
         solver = Solver(running, chain, tip)
         weakref.finalize(solver, self._unused.put, running).atexit = False
-        return Tried(chain, kinematics, settings, solver, check)
+        return Tried(chain, asked, kinematics, settings, solver, check)
 
     def _lock_of(self, robot: int) -> threading.Lock:
         with self._lock:
@@ -242,6 +280,7 @@ class _Refused:
     """A component that could not be made or did not fit, and why."""
 
     chain: SerialChain
+    asked: str
     kinematics: str
     settings: Mapping[str, Any]
     error: KernelError
@@ -255,13 +294,13 @@ def _again(error: KernelError) -> KernelError:
 
 
 def chosen(node: Node) -> tuple[str, Mapping[str, Any]]:
-    """Return name and settings of the component that a robot is to have."""
+    """Return name (empty: chosen by itself) and settings of the component that a robot is to have."""
     assert isinstance(node.data, RobotData)
     return node.data.kinematics, node.data.kinematics_settings
 
 
 def _fits(kept: Tried | _Refused, chain: SerialChain, kinematics: str, settings: Mapping[str, Any]) -> bool:
-    if (kept.kinematics, kept.settings) != (kinematics, settings):
+    if (kept.asked, kept.settings) != (kinematics, settings):
         return False
     if kept.chain is chain:
         return True

@@ -18,7 +18,14 @@ from virtualrobot_kernel.world.change import (
     refuse_while_moving,
     single_joint,
 )
-from virtualrobot_kernel.world.commands import CancelMotion, PauseMotion, ResumeMotion, StartMotion, StopMotions
+from virtualrobot_kernel.world.commands import (
+    CancelMotion,
+    HaltRobots,
+    PauseMotion,
+    ResumeMotion,
+    StartMotion,
+    StopMotions,
+)
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion, State
 
 START_TOLERANCE = 1e-6
@@ -94,9 +101,20 @@ def cancel_motion(change: Change, command: CancelMotion, forward: Forward) -> Ch
 def stop_motions(change: Change, command: StopMotions, forward: Forward) -> Change:
     """Cancel all motions of some robots, or of all."""
     robots = {change.structure.robot(name)[0].uid for name in command.robots}
+    cancellation = Cancellation(CancelCause.STOP, command.reason)
+    return _all_cancelled(change, robots or None, cancellation)
+
+
+def halt_robots(change: Change, command: HaltRobots, forward: Forward) -> Change:
+    """Cancel all motions of some robots, given by uid."""
+    return _all_cancelled(change, set(command.robots), command.cancellation)
+
+
+def _all_cancelled(change: Change, robots: set[int] | None, cancellation: Cancellation) -> Change:
+    """Cancel every motion that moves one of these robots (None: every motion)."""
     for motion in change.state.motions:
-        if not robots or not robots.isdisjoint(motion.robots):
-            change = _with(change, _cancelled(motion, Cancellation(CancelCause.STOP, command.reason)))
+        if robots is None or not robots.isdisjoint(motion.robots):
+            change = _with(change, _cancelled(motion, cancellation))
     return change
 
 

@@ -186,6 +186,14 @@ class StopMotions:
     reason: str = "stopped"
 
 
+@dataclass(frozen=True, slots=True)
+class HaltRobots:
+    """Cancels all motions of these robots, given by uid: their lease has ended. Robots that are gone are left out."""
+
+    robots: tuple[int, ...]
+    cancellation: Cancellation
+
+
 Command = (
     CreateNodes
     | UpdateNode
@@ -207,4 +215,5 @@ Command = (
     | ResumeMotion
     | CancelMotion
     | StopMotions
+    | HaltRobots
 )

@@ -38,6 +38,8 @@ class CancelCause(Enum):
     PREEMPTED = "preempted"
     UNWATCHED = "unwatched"
     WORLD_CLEARED = "world cleared"
+    LEASE_EXPIRED = "lease expired"
+    LEASE_TAKEN = "lease taken"
 
 
 @dataclass(frozen=True, slots=True)

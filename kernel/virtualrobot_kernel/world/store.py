@@ -42,11 +42,16 @@ class Applied:
     picked: tuple[int, ...]
 
 
+Permit = Callable[[Snapshot, Sequence[Command]], None]
+"""Raises KernelError when commands may not be applied to the world as it is; called in the world thread."""
+
+
 @dataclass(slots=True, eq=False)
 class _Batch:
     commands: tuple[Command, ...]
     author: str
     expected_revision: int | None
+    permit: Permit | None
     done: Future[Applied] = field(default_factory=Future)
 
 
@@ -123,10 +128,17 @@ class World:
             self._listeners = tuple(listener for listener in self._listeners if listener != published)
 
     def submit(
-        self, commands: Sequence[Command], author: str = "", expected_revision: int | None = None
+        self,
+        commands: Sequence[Command],
+        author: str = "",
+        expected_revision: int | None = None,
+        permit: Permit | None = None,
     ) -> Future[Applied]:
-        """Queue a batch that is applied as a whole between two ticks, or refused as a whole."""
-        return self._queued(_Batch(tuple(commands), author, expected_revision)).done
+        """Queue a batch that is applied as a whole between two ticks, or refused as a whole.
+
+        `permit` is asked right before, so that it judges by the same world that the commands meet.
+        """
+        return self._queued(_Batch(tuple(commands), author, expected_revision, permit)).done
 
     def step(self, ticks: int) -> Future[Snapshot]:
         """In STEPPED mode let time go on by some ticks; the future gives the snapshot after the last one."""
@@ -185,6 +197,8 @@ class World:
                 revision=before.structure.revision,
                 expected_revision=batch.expected_revision,
             )
+        if batch.permit is not None:
+            batch.permit(before, batch.commands)
         change = apply(before.structure, before.state, batch.commands, self._forward)
         self._journal.append(Entry(before.state.tick, batch.author, batch.commands))
         self._publish(change.structure, change.state)

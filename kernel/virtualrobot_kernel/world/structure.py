@@ -18,8 +18,8 @@ from virtualrobot_kernel.world.figures import Figure, Pose, identity
 
 WORLD_UID = 1
 WORLD_NAME = "world"
-DEFAULT_KINEMATICS = "chain"
-"""The component of a robot that names none."""
+AUTOMATIC_KINEMATICS = ""
+"""The component of a robot that names none: it is chosen by its geometry, and a saved scene keeps it open."""
 
 
 class Kind(Enum):
@@ -98,7 +98,11 @@ class Joint:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Inertial:
-    """Mass in kg, pose of the inertial frame, inertia as (xx, yy, zz) and (xy, xz, yz) in kg m^2 in that frame."""
+    """Mass in kg of a link, tool or part, and how it is spread.
+
+    `link_t_inertial` is the pose of the inertial frame in the node's; its origin is the centre of mass. The inertia is
+    (xx, yy, zz) and (xy, xz, yz) in kg m^2 in that frame.
+    """
 
     mass: float
     link_t_inertial: Pose
@@ -108,9 +112,10 @@ class Inertial:
 
 @dataclass(frozen=True, slots=True)
 class PartData:
-    """What only parts have; a mass of 0 kg means unknown."""
+    """What only parts have; a mass of 0 kg means unknown, and `inertial` (of the same mass) how it is spread."""
 
     mass: float = 0.0
+    inertial: Inertial | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,7 +145,7 @@ class RobotData:
     """
 
     flange: str = ""
-    kinematics: str = DEFAULT_KINEMATICS
+    kinematics: str = AUTOMATIC_KINEMATICS
     postures: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     source: str = ""
     kinematics_settings: Mapping[str, Any] = field(default_factory=dict)
@@ -158,10 +163,14 @@ class LinkData:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ToolData:
-    """What only tools have: poses `tool_t_tcp` by name and joint positions by state; the first ones are the default."""
+    """What only tools have: poses `tool_t_tcp` by name and joint positions by state; the first ones are the default.
+
+    Without `inertial` the mass is unknown.
+    """
 
     tool_center_points: Mapping[str, Pose] = field(default_factory=lambda: {"tcp": identity()})
     states: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    inertial: Inertial | None = None
 
 
 NodeData = PartData | RobotData | LinkData | ToolData | None

@@ -16,6 +16,7 @@ from virtualrobot_plugins.chain.inverse import SearchOutcome, SearchSpace, searc
 from virtualrobot_plugins.chain.serial import chain_frames, chain_jacobian, reach_bound
 
 _DEFAULTS = InverseOptions()
+_REFINED = 1e-10
 _FREE_STARTS = 20
 """Starts without limits that tell a pose outside limits from one out of reach."""
 
@@ -99,6 +100,12 @@ class ChainKinematics:
             seed = self._middle
         else:
             check_options(options)
+            if options.configuration:
+                raise ArgumentError(
+                    f"the configuration {options.configuration!r} cannot be told: this component names none; give a "
+                    "seed near the wanted posture",
+                    configuration=options.configuration,
+                )
             seed = self._middle if options.seed is None else joint_vector(options.seed, self._joint_names, "the seed")
         distance = math.dist(target[:3, 3], self._centre)
         if distance > self._reach + options.position_tolerance:
@@ -118,6 +125,15 @@ class ChainKinematics:
                 broken = f"{reason}; outside limits it is reached, for instance with {self._broken_limits(q)}"
                 return self._failure(InverseStatus.OUTSIDE_LIMITS, outcome, broken)
         return self._failure(InverseStatus.UNREACHABLE, outcome, reason)
+
+    def refined(self, base_t_tip: Floats, q: Floats, within: bool = False) -> Floats | None:
+        """Return the posture (k,) that q (k,) leads to in one descent, its tip at `base_t_tip` (4, 4) up to 1e-10.
+
+        None where the descent ends elsewhere. With `within` it stays within limits. Neither argument is checked.
+        """
+        space = self._within if within else self._free
+        outcome, refined = search(self._chain, space, base_t_tip, q, 1, _REFINED, _REFINED, 0)
+        return refined if outcome.solved else None
 
     def _search(
         self, space: SearchSpace, target: Floats, seed: Floats, options: InverseOptions, starts: int

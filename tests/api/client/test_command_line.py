@@ -71,6 +71,9 @@ def test_a_robot_moves(run: Run, client: Client, iiwa: Robot) -> None:
     run("move", "iiwa", "--linear", "--pose", goal)
     np.testing.assert_allclose(iiwa.tcp[:3, 3], start[:3, 3] + (0, 0, 0.05), atol=1e-3)
     np.testing.assert_allclose(iiwa.tcp[:3, :3], start[:3, :3], atol=3e-3)  # without angles it is not turned
+    via, back = (",".join(f"{value:.17g}" for value in start[:3, 3] + end) for end in ((0, 0.03, 0.02), (0, 0, 0)))
+    run("move", "iiwa", "--via", via, "--pose", back)
+    np.testing.assert_allclose(iiwa.tcp[:3, 3], start[:3, 3], atol=1e-8)
     run("move", "iiwa", "--pose", "0.5,0,0.5,0,180,0", "--degrees", "--reference", "iiwa")
     np.testing.assert_allclose(iiwa.tcp, virtualrobot.pose(0.5, 0, 0.5, pitch=np.pi), atol=3e-3)
     assert "45.0000" in (run("move", "iiwa", "lbr_iiwa_joint_1=45", "--degrees"), run("state", "--degrees"))[1]

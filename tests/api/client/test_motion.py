@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 from types import FunctionType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -44,6 +45,15 @@ def test_all_ways_to_move(iiwa: Robot) -> None:
     np.testing.assert_allclose(iiwa.tcp[:3, 3], start[:3, 3], atol=2e-3)
     iiwa.move_pose(start @ pose(x=0.05))
     np.testing.assert_allclose(iiwa.tcp[:3, 3], (start @ pose(x=0.05))[:3, 3], atol=1e-3)
+    here = iiwa.tcp
+    side = pose(y=0.1) @ here
+    iiwa.move_circular(here[:3, 3] + (0.05, 0.05, 0.0), side, velocity=0.5)
+    np.testing.assert_allclose(iiwa.tcp, side, atol=1e-8)
+    iiwa.move_circular(center=here[:3, 3] + (0.0, 0.05, 0.0), axis=[0, 0, 1], angle=np.pi, velocity=0.5)
+    np.testing.assert_allclose(iiwa.tcp, here, atol=1e-8)
+    iiwa.move_circular(center=[0, 0.05, 0], axis=[1, 0, 0], angle=0.5, turn_with_arc=True, reference=iiwa.flange)
+    turned = here @ pose(y=0.05) @ pose(roll=0.5) @ pose(y=-0.05)
+    np.testing.assert_allclose(iiwa.tcp, turned, atol=1e-8)
     now = iiwa.positions
     iiwa.follow([0, 0.2, 0.5], [now, now + 0.02, now + 0.05])
     np.testing.assert_allclose(iiwa.positions, now + 0.05, atol=1e-9)
@@ -58,6 +68,32 @@ def test_two_arms_start_and_end_together(client: Client, iiwa: Robot) -> None:
     motion.wait()
     np.testing.assert_allclose(iiwa.positions, BENT, atol=1e-9)
     np.testing.assert_allclose(other.positions[0], 0.1, atol=1e-9)
+
+
+def test_an_arc_and_a_joint_move_go_together(client: Client, iiwa: Robot) -> None:
+    other = client.load_robot(IIWA, name="other", pose=pose(x=2))
+    iiwa.move_joints(BENT)
+    here = iiwa.tcp
+    round_trip = iiwa.circular(center=here[:3, 3] + (0.0, 0.04, 0.0), axis=[0, 0, 1], angle=-2 * np.pi, velocity=0.5)
+    client.move_together([round_trip, other.ptp({"lbr_iiwa_joint_1": 0.1})], wait=True)
+    np.testing.assert_allclose(iiwa.tcp, here, atol=1e-8)
+    np.testing.assert_allclose(other.positions[0], 0.1, atol=1e-9)
+
+
+def test_arcs_that_say_too_little_or_too_much_are_refused_before_they_are_sent(iiwa: Robot) -> None:
+    side = iiwa.tcp @ pose(x=0.1)
+    bad: list[dict[str, Any]] = [
+        {"goal": side},
+        {"via": [0, 0, 1], "center": [0, 0, 1], "goal": side},
+        {"via": [0, 0, 1], "goal": side, "angle": 1.0},
+        {"via": [0, 0], "goal": side},
+        {"center": [0, 0, float("nan")], "goal": side},
+    ]
+    for arguments in bad:
+        with pytest.raises(virtualrobot.InvalidArgumentError):
+            iiwa.circular(**arguments)
+    with pytest.raises(virtualrobot.InvalidArgumentError, match="where shall the tool centre point be"):
+        iiwa.move_circular(via=[0, 0, 1])
 
 
 def test_a_motion_is_paused_resumed_and_cancelled(client: Client, iiwa: Robot) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,6 +12,7 @@ import pytest
 from virtualrobot.v1 import motion_pb2
 from virtualrobot_kernel.api import motion as api
 from virtualrobot_kernel.api.publications import Publications
+from virtualrobot_kernel.api.turns import Turns
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.commands import CancelMotion, Command, StartMotion
@@ -57,7 +58,8 @@ def served(world: World) -> api.MotionServicer:
     """Return the servicer on this world, for the running loop."""
     publications = Publications(world, asyncio.get_running_loop())
     solvers = SimpleNamespace(of=None)  # goals in joints need none
-    rooms: Any = SimpleNamespace(world=world, publications=publications, workers=ThreadPoolExecutor(1), solvers=solvers)
+    rooms: Any = SimpleNamespace(world=world, publications=publications, turns=Turns(), solvers=solvers)
+    rooms.submit = lambda commands, context: world.submit(commands, "a test")
     return api.MotionServicer(rooms)
 
 

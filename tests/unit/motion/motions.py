@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.brake import nominal_time
+from virtualrobot_kernel.motion.circle import Center, Via
 from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
-from virtualrobot_kernel.motion.line import rotation_matrix
-from virtualrobot_kernel.motion.plan import Plan, plan_lin, plan_ptp, plan_together, plan_trajectory
+from virtualrobot_kernel.motion.plan import Plan, plan_circ, plan_lin, plan_ptp, plan_together, plan_trajectory
+from virtualrobot_kernel.motion.rotation import rotation_matrix
 from virtualrobot_kernel.motion.running import Running
 from virtualrobot_plugins.chain.component import ChainKinematics
 
@@ -72,6 +74,68 @@ def random_line(rng: np.random.Generator, name: str) -> tuple[Plan, np.ndarray, 
         except KernelError:
             continue
     raise AssertionError(f"no line of 200 could be planned for {name}")
+
+
+class RandomArc(NamedTuple):
+    """A circular motion that could be planned, with what it was planned from."""
+
+    plan: Plan
+    start: np.ndarray
+    shape: Via | Center
+    goal: np.ndarray
+    cartesian: CartesianLimits
+    tool: np.ndarray
+
+
+def random_arc(rng: np.random.Generator, name: str) -> RandomArc:
+    """Return a circular motion through a point, or about a centre for up to one and a half turns, with a tool."""
+    chain = kinematics(name)
+    limits = arm_limits(name)
+    cartesian = CartesianLimits(*rng.uniform(0.5, 2.0, 6) * (0.25, 1.0, 10.0, 1.0, 5.0, 50.0))
+    through = rng.random() < 0.5
+    tool = np.eye(4)
+    tool[:3, 3] = rng.uniform(-0.1, 0.1, 3)
+    for _ in range(400):
+        q = rng.uniform(0.8 * chain.lower + 0.2 * chain.upper, 0.2 * chain.lower + 0.8 * chain.upper)
+        start = chain.forward(q)[-1] @ tool
+        goal = start.copy()
+        goal[:3, :3] = rotation_matrix(rng.normal(size=3) * 0.3) @ goal[:3, :3]
+        if through:
+            goal[:3, 3] += rng.uniform(-0.1, 0.1, 3)
+            shape = Via(start[:3, 3] + rng.uniform(-0.1, 0.1, 3))
+        else:
+            axis, radial = rng.normal(size=3), rng.normal(size=3) * 0.05
+            center, angle = start[:3, 3] + np.cross(axis, radial), float(rng.uniform(-3.0, 3.0) * np.pi)
+            turn = rotation_matrix(angle * axis / np.linalg.norm(axis))
+            goal[:3, 3] = center + turn @ (start[:3, 3] - center)
+            shape = Center(center, axis, angle)
+        try:
+            plan = plan_circ(chain, q, shape, goal, limits, cartesian, tip_t_tcp=tool)
+        except KernelError:
+            continue
+        return RandomArc(plan, q, shape, goal, cartesian, tool)
+    raise AssertionError(f"no arc of 400 could be planned for {name}")
+
+
+def circle_of(arc: RandomArc, start: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
+    """Return centre, radius and unit normal, by a linear system; `start` (4, 4) is where the TCP starts."""
+    a = start[:3, 3]
+    if isinstance(arc.shape, Center):
+        assert arc.shape.axis is not None
+        center, normal = arc.shape.point, arc.shape.axis
+    else:
+        b, c = arc.shape.point, arc.goal[:3, 3]
+        normal = np.cross(b - a, c - a)
+        right = np.array([b @ b - a @ a, c @ c - a @ a, 2.0 * normal @ a]) / 2.0
+        center = np.linalg.solve(np.array([b - a, c - a, normal]), right)
+    return center, float(np.linalg.norm(a - center)), normal / np.linalg.norm(normal)
+
+
+def distances_from_circle(positions: np.ndarray, circle: tuple[np.ndarray, float, np.ndarray]) -> np.ndarray:
+    """Return how far positions (m, 3) are from a circle, in its plane and out of it."""
+    center, radius, normal = circle
+    height = (positions - center) @ normal
+    return np.hypot(np.linalg.norm(positions - center - height[:, None] * normal, axis=1) - radius, height)
 
 
 def random_trajectory(rng: np.random.Generator, joints: int = 4) -> tuple[Plan, np.ndarray, np.ndarray]:

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason
-from virtualrobot_kernel.motion.line import rotation_matrix, rotation_vector
-from virtualrobot_kernel.motion.linear_path import TcpKinematics
+from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
 from virtualrobot_kernel.motion.plan import Plan, plan_lin
+from virtualrobot_kernel.motion.rotation import rotation_matrix, rotation_vector
 from virtualrobot_plugins.chain.component import ChainKinematics
 
 from .motions import FINE, arm_limits, kinematics, random_line

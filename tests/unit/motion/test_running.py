@@ -22,6 +22,7 @@ from .motions import (
     fine_steps,
     kinematics,
     nominal_times,
+    random_arc,
     random_group,
     random_limits,
     random_line,
@@ -32,6 +33,7 @@ from .motions import (
 MAKERS: dict[str, Callable[[np.random.Generator], Plan]] = {
     "ptp": random_ptp,
     "lin": lambda rng: random_line(rng, "iiwa")[0],
+    "circ": lambda rng: random_arc(rng, "iiwa").plan,
     "trajectory": lambda rng: random_trajectory(rng)[0],
     "group": random_group,
 }

@@ -21,6 +21,7 @@ _COMMANDS = {
     "state": ("virtualrobot.cli.state", "Show clock, robots, signals and motions."),
     "move": ("virtualrobot.cli.move", "Move a robot."),
     "stop": ("virtualrobot.cli.move", "Stop all robots, or some."),
+    "leases": ("virtualrobot.cli.state", "Show who has leased which robots."),
     "signal": ("virtualrobot.cli.signals", "Show, set, create or wait for digital signals."),
     "step": ("virtualrobot.cli.state", "Let time go on by some ticks."),
     "plugins": ("virtualrobot.cli.plugins", "Show plugins and their components."),

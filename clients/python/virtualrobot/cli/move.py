@@ -24,6 +24,7 @@ Examples:
   virtualrobot move arm --joints joint_1=0.5,joint_4=-1.2
   virtualrobot move arm --joints 0,45,0,-90,0,45,0 --degrees
   virtualrobot move arm --pose 0.5,0,0.3 --linear
+  virtualrobot move arm --pose 0.5,0.2,0.3 --via 0.6,0.1,0.3
   virtualrobot move arm --to home --speed 0.3
 """
 
@@ -36,6 +37,7 @@ Examples:
 @click.option("--to", "posture", metavar="POSTURE", help="A posture with a name, such as home.")
 @click.option("--reference", default="", help="The node in whose frame the pose is given [world].")
 @click.option("--linear", is_flag=True, help="Along a straight line; with --pose.")
+@click.option("--via", type=Numbers(3), metavar="X,Y,Z", help="Along an arc through this point; with --pose.")
 @click.option("--speed", type=float, default=1.0, help="The part of the greatest joint speed, above 0, up to 1 [1].")
 @click.option("--preempt", is_flag=True, help="Stop what the robot does and take over.")
 @click.option("--no-wait", is_flag=True, help="Return at once; the motion goes on.")
@@ -50,6 +52,7 @@ def move(
     posture: str | None,
     reference: str,
     linear: bool,
+    via: tuple[float, ...] | None,
     speed: float,
     preempt: bool,
     no_wait: bool,
@@ -61,6 +64,8 @@ def move(
         raise click.UsageError("say where to, in one way: --joints, --pose or --to")
     if linear and pose is None:
         raise click.UsageError("--linear goes with --pose")
+    if via is not None and (pose is None or linear):
+        raise click.UsageError("--via goes with --pose and without --linear")
     if not 0 < speed <= 1:
         raise click.UsageError(f"--speed is above 0, up to 1, not {speed:g}")
     with target.connect() as client:
@@ -70,8 +75,11 @@ def move(
             order = handle.ptp(goal, speed_factor=speed)
         else:
             where = pose_of_numbers(pose, degrees, handle.tcp if not reference else None)
-            make = handle.linear if linear else handle.ptp
-            order = make(where, reference=reference, speed_factor=speed)
+            if via is not None:
+                order = handle.circular(via, where, reference=reference, speed_factor=speed)
+            else:
+                make = handle.linear if linear else handle.ptp
+                order = make(where, reference=reference, speed_factor=speed)
         if client.clock.mode == "stepped" and not no_wait:
             click.echo(f"time stands still: the motion goes on with each 'virtualrobot step'; {GO_ON}", err=True)
         _start(handle, order, preempt, no_wait)

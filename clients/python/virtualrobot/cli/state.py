@@ -1,4 +1,4 @@
-"""`virtualrobot state` and `step`: what is where, and how time runs."""
+"""`virtualrobot state`, `leases` and `step`: what is where, who has it, and how time runs."""
 
 from __future__ import annotations
 
@@ -34,6 +34,16 @@ def state(target: Target, robots: tuple[str, ...], watch: bool, degrees: bool) -
             # On a terminal draw over what is there; elsewhere one after the other.
             above = f"\x1b[{lines}A\x1b[J" if sys.stdout.isatty() else "\n"
             click.echo(above + text)
+
+
+@click.command()
+@target_options
+def leases(target: Target) -> None:
+    """Show who has leased which robots, and since when; those that are not shown can be moved by anyone."""
+    with target.connect() as client:
+        for lease in client.leases():
+            since = lease.since.astimezone().strftime("%Y-%m-%d %H:%M:%S")
+            click.echo(f"{', '.join(lease.robots) or 'no robot any more'}: {lease.owner}, since {since} ({lease.id})")
 
 
 @click.command()

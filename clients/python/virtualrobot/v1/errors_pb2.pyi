@@ -25,6 +25,8 @@ class ErrorReason(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     ERROR_REASON_SHUTTING_DOWN: _ClassVar[ErrorReason]
     ERROR_REASON_INTERNAL: _ClassVar[ErrorReason]
     ERROR_REASON_PLUGIN_FAILED: _ClassVar[ErrorReason]
+    ERROR_REASON_LEASED: _ClassVar[ErrorReason]
+    ERROR_REASON_LEASE_ENDED: _ClassVar[ErrorReason]
 ERROR_REASON_UNSPECIFIED: ErrorReason
 ERROR_REASON_INVALID_ARGUMENT: ErrorReason
 ERROR_REASON_UNKNOWN_NAME: ErrorReason
@@ -44,3 +46,5 @@ ERROR_REASON_UNAUTHENTICATED: ErrorReason
 ERROR_REASON_SHUTTING_DOWN: ErrorReason
 ERROR_REASON_INTERNAL: ErrorReason
 ERROR_REASON_PLUGIN_FAILED: ErrorReason
+ERROR_REASON_LEASED: ErrorReason
+ERROR_REASON_LEASE_ENDED: ErrorReason

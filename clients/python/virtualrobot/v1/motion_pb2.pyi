@@ -1,4 +1,5 @@
 from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
+from virtualrobot.v1 import lease_pb2 as _lease_pb2
 from google.protobuf.internal import containers as _containers
 from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
 from google.protobuf import descriptor as _descriptor
@@ -20,6 +21,12 @@ class DisconnectPolicy(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     DISCONNECT_POLICY_STOP: _ClassVar[DisconnectPolicy]
     DISCONNECT_POLICY_CONTINUE: _ClassVar[DisconnectPolicy]
 
+class ArcOrientation(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    ARC_ORIENTATION_UNSPECIFIED: _ClassVar[ArcOrientation]
+    ARC_ORIENTATION_TO_GOAL: _ClassVar[ArcOrientation]
+    ARC_ORIENTATION_WITH_ARC: _ClassVar[ArcOrientation]
+
 class MotionPhase(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
     MOTION_PHASE_UNSPECIFIED: _ClassVar[MotionPhase]
@@ -38,12 +45,17 @@ class CancelCause(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     CANCEL_CAUSE_PREEMPTED: _ClassVar[CancelCause]
     CANCEL_CAUSE_UNWATCHED: _ClassVar[CancelCause]
     CANCEL_CAUSE_WORLD_CLEARED: _ClassVar[CancelCause]
+    CANCEL_CAUSE_LEASE_EXPIRED: _ClassVar[CancelCause]
+    CANCEL_CAUSE_LEASE_TAKEN: _ClassVar[CancelCause]
 BUSY_POLICY_UNSPECIFIED: BusyPolicy
 BUSY_POLICY_REJECT: BusyPolicy
 BUSY_POLICY_PREEMPT: BusyPolicy
 DISCONNECT_POLICY_UNSPECIFIED: DisconnectPolicy
 DISCONNECT_POLICY_STOP: DisconnectPolicy
 DISCONNECT_POLICY_CONTINUE: DisconnectPolicy
+ARC_ORIENTATION_UNSPECIFIED: ArcOrientation
+ARC_ORIENTATION_TO_GOAL: ArcOrientation
+ARC_ORIENTATION_WITH_ARC: ArcOrientation
 MOTION_PHASE_UNSPECIFIED: MotionPhase
 MOTION_PHASE_RUNNING: MotionPhase
 MOTION_PHASE_PAUSING: MotionPhase
@@ -57,6 +69,8 @@ CANCEL_CAUSE_STOP: CancelCause
 CANCEL_CAUSE_PREEMPTED: CancelCause
 CANCEL_CAUSE_UNWATCHED: CancelCause
 CANCEL_CAUSE_WORLD_CLEARED: CancelCause
+CANCEL_CAUSE_LEASE_EXPIRED: CancelCause
+CANCEL_CAUSE_LEASE_TAKEN: CancelCause
 
 class StartMotionRequest(_message.Message):
     __slots__ = ("moves", "busy_policy", "on_disconnect")
@@ -69,28 +83,32 @@ class StartMotionRequest(_message.Message):
     def __init__(self, moves: _Optional[_Iterable[_Union[Move, _Mapping]]] = ..., busy_policy: _Optional[_Union[BusyPolicy, str]] = ..., on_disconnect: _Optional[_Union[DisconnectPolicy, str]] = ...) -> None: ...
 
 class Move(_message.Message):
-    __slots__ = ("robot", "speed_factor", "point_to_point", "linear", "joint_trajectory", "tool_state")
+    __slots__ = ("robot", "speed_factor", "point_to_point", "linear", "joint_trajectory", "tool_state", "circular")
     ROBOT_FIELD_NUMBER: _ClassVar[int]
     SPEED_FACTOR_FIELD_NUMBER: _ClassVar[int]
     POINT_TO_POINT_FIELD_NUMBER: _ClassVar[int]
     LINEAR_FIELD_NUMBER: _ClassVar[int]
     JOINT_TRAJECTORY_FIELD_NUMBER: _ClassVar[int]
     TOOL_STATE_FIELD_NUMBER: _ClassVar[int]
+    CIRCULAR_FIELD_NUMBER: _ClassVar[int]
     robot: str
     speed_factor: float
     point_to_point: PointToPoint
     linear: Linear
     joint_trajectory: JointTrajectory
     tool_state: ToolStateMove
-    def __init__(self, robot: _Optional[str] = ..., speed_factor: _Optional[float] = ..., point_to_point: _Optional[_Union[PointToPoint, _Mapping]] = ..., linear: _Optional[_Union[Linear, _Mapping]] = ..., joint_trajectory: _Optional[_Union[JointTrajectory, _Mapping]] = ..., tool_state: _Optional[_Union[ToolStateMove, _Mapping]] = ...) -> None: ...
+    circular: Circular
+    def __init__(self, robot: _Optional[str] = ..., speed_factor: _Optional[float] = ..., point_to_point: _Optional[_Union[PointToPoint, _Mapping]] = ..., linear: _Optional[_Union[Linear, _Mapping]] = ..., joint_trajectory: _Optional[_Union[JointTrajectory, _Mapping]] = ..., tool_state: _Optional[_Union[ToolStateMove, _Mapping]] = ..., circular: _Optional[_Union[Circular, _Mapping]] = ...) -> None: ...
 
 class PoseGoal(_message.Message):
-    __slots__ = ("reference_t_tcp", "reference")
+    __slots__ = ("reference_t_tcp", "reference", "configuration")
     REFERENCE_T_TCP_FIELD_NUMBER: _ClassVar[int]
     REFERENCE_FIELD_NUMBER: _ClassVar[int]
+    CONFIGURATION_FIELD_NUMBER: _ClassVar[int]
     reference_t_tcp: _geometry_pb2.Pose
     reference: str
-    def __init__(self, reference_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., reference: _Optional[str] = ...) -> None: ...
+    configuration: str
+    def __init__(self, reference_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., reference: _Optional[str] = ..., configuration: _Optional[str] = ...) -> None: ...
 
 class JointGoal(_message.Message):
     __slots__ = ("joint_positions",)
@@ -124,6 +142,32 @@ class Linear(_message.Message):
     max_velocity_meters_per_second: float
     max_acceleration_meters_per_second_squared: float
     def __init__(self, goal: _Optional[_Union[PoseGoal, _Mapping]] = ..., max_velocity_meters_per_second: _Optional[float] = ..., max_acceleration_meters_per_second_squared: _Optional[float] = ...) -> None: ...
+
+class Circular(_message.Message):
+    __slots__ = ("goal", "via", "center", "orientation", "max_velocity_meters_per_second", "max_acceleration_meters_per_second_squared")
+    GOAL_FIELD_NUMBER: _ClassVar[int]
+    VIA_FIELD_NUMBER: _ClassVar[int]
+    CENTER_FIELD_NUMBER: _ClassVar[int]
+    ORIENTATION_FIELD_NUMBER: _ClassVar[int]
+    MAX_VELOCITY_METERS_PER_SECOND_FIELD_NUMBER: _ClassVar[int]
+    MAX_ACCELERATION_METERS_PER_SECOND_SQUARED_FIELD_NUMBER: _ClassVar[int]
+    goal: PoseGoal
+    via: _geometry_pb2.Vector3
+    center: ArcCenter
+    orientation: ArcOrientation
+    max_velocity_meters_per_second: float
+    max_acceleration_meters_per_second_squared: float
+    def __init__(self, goal: _Optional[_Union[PoseGoal, _Mapping]] = ..., via: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., center: _Optional[_Union[ArcCenter, _Mapping]] = ..., orientation: _Optional[_Union[ArcOrientation, str]] = ..., max_velocity_meters_per_second: _Optional[float] = ..., max_acceleration_meters_per_second_squared: _Optional[float] = ...) -> None: ...
+
+class ArcCenter(_message.Message):
+    __slots__ = ("position", "axis", "angle_radians")
+    POSITION_FIELD_NUMBER: _ClassVar[int]
+    AXIS_FIELD_NUMBER: _ClassVar[int]
+    ANGLE_RADIANS_FIELD_NUMBER: _ClassVar[int]
+    position: _geometry_pb2.Vector3
+    axis: _geometry_pb2.Vector3
+    angle_radians: float
+    def __init__(self, position: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., axis: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., angle_radians: _Optional[float] = ...) -> None: ...
 
 class JointTrajectory(_message.Message):
     __slots__ = ("joint_names", "times", "positions", "velocities")

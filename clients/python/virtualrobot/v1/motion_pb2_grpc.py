@@ -112,7 +112,7 @@ class MotionServiceServicer(object):
         raise NotImplementedError('Method not implemented!')
 
     def PauseMotion(self, request, context):
-        """Slows to standstill on the path; the motion can be resumed.
+        """Slows to standstill on the path; the motion can be resumed. Anyone may call it.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
@@ -126,7 +126,7 @@ class MotionServiceServicer(object):
         raise NotImplementedError('Method not implemented!')
 
     def CancelMotion(self, request, context):
-        """Slows to standstill on the path and ends the motion.
+        """Slows to standstill on the path and ends the motion. Anyone may call it.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')

@@ -76,10 +76,12 @@ class SceneObject(_message.Message):
     def __init__(self) -> None: ...
 
 class Part(_message.Message):
-    __slots__ = ("mass_kilograms",)
+    __slots__ = ("mass_kilograms", "inertial")
     MASS_KILOGRAMS_FIELD_NUMBER: _ClassVar[int]
+    INERTIAL_FIELD_NUMBER: _ClassVar[int]
     mass_kilograms: float
-    def __init__(self, mass_kilograms: _Optional[float] = ...) -> None: ...
+    inertial: Inertial
+    def __init__(self, mass_kilograms: _Optional[float] = ..., inertial: _Optional[_Union[Inertial, _Mapping]] = ...) -> None: ...
 
 class Robot(_message.Message):
     __slots__ = ("joint_names", "flange", "kinematics", "postures", "source", "kinematics_settings", "groups", "allowed_collisions")
@@ -203,12 +205,14 @@ class Adapter(_message.Message):
     def __init__(self) -> None: ...
 
 class Tool(_message.Message):
-    __slots__ = ("tool_center_points", "states")
+    __slots__ = ("tool_center_points", "states", "inertial")
     TOOL_CENTER_POINTS_FIELD_NUMBER: _ClassVar[int]
     STATES_FIELD_NUMBER: _ClassVar[int]
+    INERTIAL_FIELD_NUMBER: _ClassVar[int]
     tool_center_points: _containers.RepeatedCompositeFieldContainer[ToolCenterPoint]
     states: _containers.RepeatedCompositeFieldContainer[ToolState]
-    def __init__(self, tool_center_points: _Optional[_Iterable[_Union[ToolCenterPoint, _Mapping]]] = ..., states: _Optional[_Iterable[_Union[ToolState, _Mapping]]] = ...) -> None: ...
+    inertial: Inertial
+    def __init__(self, tool_center_points: _Optional[_Iterable[_Union[ToolCenterPoint, _Mapping]]] = ..., states: _Optional[_Iterable[_Union[ToolState, _Mapping]]] = ..., inertial: _Optional[_Union[Inertial, _Mapping]] = ...) -> None: ...
 
 class ToolCenterPoint(_message.Message):
     __slots__ = ("name", "tool_t_tcp")

@@ -25,10 +25,11 @@ _sym_db = _symbol_database.Default()
 from google.protobuf import field_mask_pb2 as google_dot_protobuf_dot_field__mask__pb2
 from google.protobuf import struct_pb2 as google_dot_protobuf_dot_struct__pb2
 from virtualrobot.v1 import geometry_pb2 as virtualrobot_dot_v1_dot_geometry__pb2
+from virtualrobot.v1 import lease_pb2 as virtualrobot_dot_v1_dot_lease__pb2
 from virtualrobot.v1 import nodes_pb2 as virtualrobot_dot_v1_dot_nodes__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1bvirtualrobot/v1/robot.proto\x12\x0fvirtualrobot.v1\x1a google/protobuf/field_mask.proto\x1a\x1cgoogle/protobuf/struct.proto\x1a\x1evirtualrobot/v1/geometry.proto\x1a\x1bvirtualrobot/v1/nodes.proto\"\x1f\n\x0fGetRobotRequest\x12\x0c\n\x04name\x18\x01 \x01(\t\"\xb6\x03\n\x10GetRobotResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x0b\n\x03uid\x18\x02 \x01(\x04\x12\x31\n\x06joints\x18\x03 \x03(\x0b\x32!.virtualrobot.v1.JointDescription\x12\r\n\x05links\x18\x04 \x03(\t\x12\r\n\x05tools\x18\x05 \x03(\t\x12\x0e\n\x06\x66lange\x18\x06 \x01(\t\x12\x12\n\nkinematics\x18\x07 \x01(\t\x12\x14\n\x0c\x63hain_joints\x18\x08 \x03(\t\x12/\n\x08postures\x18\t \x03(\x0b\x32\x1d.virtualrobot.v1.NamedPosture\x12\x34\n\x13kinematics_settings\x18\n \x01(\x0b\x32\x17.google.protobuf.Struct\x12\x18\n\x10kinematics_fault\x18\x0b \x01(\t\x12+\n\x06groups\x18\x0c \x03(\x0b\x32\x1b.virtualrobot.v1.JointGroup\x12\x35\n\x12\x61llowed_collisions\x18\r \x03(\x0b\x32\x19.virtualrobot.v1.LinkPair\"\xaa\x01\n\x10JointDescription\x12\x0c\n\x04name\x18\x01 \x01(\t\x12(\n\x04type\x18\x02 \x01(\x0e\x32\x1a.virtualrobot.v1.JointType\x12,\n\x06limits\x18\x03 \x01(\x0b\x32\x1c.virtualrobot.v1.JointLimits\x12\x18\n\x10\x63oordinate_count\x18\x04 \x01(\r\x12\x16\n\x0evelocity_count\x18\x05 \x01(\r\"\xc3\x02\n\nRobotState\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\x11\n\tpositions\x18\x02 \x03(\x01\x12\x12\n\nvelocities\x18\x03 \x03(\x01\x12*\n\x0bworld_t_tcp\x18\x04 \x01(\x0b\x32\x15.virtualrobot.v1.Pose\x12\x11\n\x04tool\x18\x05 \x01(\tH\x00\x88\x01\x01\x12\x19\n\x11tool_center_point\x18\x06 \x01(\t\x12@\n\x0btool_states\x18\x07 \x03(\x0b\x32+.virtualrobot.v1.RobotState.ToolStatesEntry\x12\x14\n\x0cspeed_factor\x18\x08 \x01(\x01\x12\x12\n\nmotion_ids\x18\t \x03(\t\x1a\x31\n\x0fToolStatesEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\t:\x02\x38\x01\x42\x07\n\x05_tool\"P\n\x15GetRobotStatesRequest\x12\r\n\x05names\x18\x01 \x03(\t\x12(\n\x04mask\x18\x02 \x01(\x0b\x32\x1a.google.protobuf.FieldMask\"l\n\x16GetRobotStatesResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12+\n\x06robots\x18\x02 \x03(\x0b\x32\x1b.virtualrobot.v1.RobotState\"j\n\x17WatchRobotStatesRequest\x12\r\n\x05names\x18\x01 \x03(\t\x12(\n\x04mask\x18\x02 \x01(\x0b\x32\x1a.google.protobuf.FieldMask\x12\x16\n\x0emax_rate_hertz\x18\x03 \x01(\x01\"\x85\x01\n\x18WatchRobotStatesResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12+\n\x06robots\x18\x02 \x03(\x0b\x32\x1b.virtualrobot.v1.RobotState\x12\x15\n\rremoved_names\x18\x03 \x03(\t\"\xae\x01\n\x13SolveForwardRequest\x12\r\n\x05robot\x18\x01 \x01(\t\x12Q\n\x0fjoint_positions\x18\x02 \x03(\x0b\x32\x38.virtualrobot.v1.SolveForwardRequest.JointPositionsEntry\x1a\x35\n\x13JointPositionsEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\x01:\x02\x38\x01\"\xad\x01\n\x14SolveForwardResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12*\n\x0bworld_t_tcp\x18\x02 \x01(\x0b\x32\x15.virtualrobot.v1.Pose\x12\r\n\x05links\x18\x03 \x03(\t\x12\x33\n\x0cworld_t_link\x18\x04 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\"\xd2\x01\n\x13SolveInverseRequest\x12\r\n\x05robot\x18\x01 \x01(\t\x12.\n\x0freference_t_tcp\x18\x02 \x01(\x0b\x32\x15.virtualrobot.v1.Pose\x12\x11\n\treference\x18\x03 \x01(\t\x12<\n\x04seed\x18\x04 \x03(\x0b\x32..virtualrobot.v1.SolveInverseRequest.SeedEntry\x1a+\n\tSeedEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\x01:\x02\x38\x01\"\xa0\x02\n\x14SolveInverseResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12.\n\x06status\x18\x02 \x01(\x0e\x32\x1e.virtualrobot.v1.InverseStatus\x12\x13\n\x0bjoint_names\x18\x03 \x03(\t\x12\x30\n\tsolutions\x18\x04 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\x12\x16\n\x0e\x63onfigurations\x18\x05 \x03(\t\x12\x1d\n\x15position_error_meters\x18\x06 \x01(\x01\x12\x1e\n\x16rotation_error_radians\x18\x07 \x01(\x01\x12\x13\n\x0b\x65xplanation\x18\x08 \x01(\t\"d\n\x14SetKinematicsRequest\x12\r\n\x05robot\x18\x01 \x01(\t\x12\x12\n\nkinematics\x18\x02 \x01(\t\x12)\n\x08settings\x18\x03 \x01(\x0b\x32\x17.google.protobuf.Struct\"o\n\x15SetKinematicsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12/\n\x05\x63heck\x18\x02 \x01(\x0b\x32 .virtualrobot.v1.KinematicsCheck\"\xa5\x02\n\x0fKinematicsCheck\x12\x10\n\x08postures\x18\x01 \x01(\r\x12%\n\x1d\x66orward_position_error_meters\x18\x02 \x01(\x01\x12&\n\x1e\x66orward_rotation_error_radians\x18\x03 \x01(\x01\x12%\n\x1dinverse_position_error_meters\x18\x04 \x01(\x01\x12&\n\x1einverse_rotation_error_radians\x18\x05 \x01(\x01\x12\x16\n\x0ejacobian_error\x18\x06 \x01(\x01\x12\x17\n\x0f\x66orward_seconds\x18\x07 \x01(\x01\x12\x18\n\x10jacobian_seconds\x18\x08 \x01(\x01\x12\x17\n\x0finverse_seconds\x18\t \x01(\x01*j\n\rInverseStatus\x12\x1e\n\x1aINVERSE_STATUS_UNSPECIFIED\x10\x00\x12\x19\n\x15INVERSE_STATUS_SOLVED\x10\x01\x12\x1e\n\x1aINVERSE_STATUS_UNREACHABLE\x10\x02\x32\xc7\x04\n\x0cRobotService\x12O\n\x08GetRobot\x12 .virtualrobot.v1.GetRobotRequest\x1a!.virtualrobot.v1.GetRobotResponse\x12\x61\n\x0eGetRobotStates\x12&.virtualrobot.v1.GetRobotStatesRequest\x1a\'.virtualrobot.v1.GetRobotStatesResponse\x12i\n\x10WatchRobotStates\x12(.virtualrobot.v1.WatchRobotStatesRequest\x1a).virtualrobot.v1.WatchRobotStatesResponse0\x01\x12[\n\x0cSolveForward\x12$.virtualrobot.v1.SolveForwardRequest\x1a%.virtualrobot.v1.SolveForwardResponse\x12[\n\x0cSolveInverse\x12$.virtualrobot.v1.SolveInverseRequest\x1a%.virtualrobot.v1.SolveInverseResponse\x12^\n\rSetKinematics\x12%.virtualrobot.v1.SetKinematicsRequest\x1a&.virtualrobot.v1.SetKinematicsResponseb\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1bvirtualrobot/v1/robot.proto\x12\x0fvirtualrobot.v1\x1a google/protobuf/field_mask.proto\x1a\x1cgoogle/protobuf/struct.proto\x1a\x1evirtualrobot/v1/geometry.proto\x1a\x1bvirtualrobot/v1/lease.proto\x1a\x1bvirtualrobot/v1/nodes.proto\"\x1f\n\x0fGetRobotRequest\x12\x0c\n\x04name\x18\x01 \x01(\t\"\xb6\x03\n\x10GetRobotResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x0b\n\x03uid\x18\x02 \x01(\x04\x12\x31\n\x06joints\x18\x03 \x03(\x0b\x32!.virtualrobot.v1.JointDescription\x12\r\n\x05links\x18\x04 \x03(\t\x12\r\n\x05tools\x18\x05 \x03(\t\x12\x0e\n\x06\x66lange\x18\x06 \x01(\t\x12\x12\n\nkinematics\x18\x07 \x01(\t\x12\x14\n\x0c\x63hain_joints\x18\x08 \x03(\t\x12/\n\x08postures\x18\t \x03(\x0b\x32\x1d.virtualrobot.v1.NamedPosture\x12\x34\n\x13kinematics_settings\x18\n \x01(\x0b\x32\x17.google.protobuf.Struct\x12\x18\n\x10kinematics_fault\x18\x0b \x01(\t\x12+\n\x06groups\x18\x0c \x03(\x0b\x32\x1b.virtualrobot.v1.JointGroup\x12\x35\n\x12\x61llowed_collisions\x18\r \x03(\x0b\x32\x19.virtualrobot.v1.LinkPair\"\xaa\x01\n\x10JointDescription\x12\x0c\n\x04name\x18\x01 \x01(\t\x12(\n\x04type\x18\x02 \x01(\x0e\x32\x1a.virtualrobot.v1.JointType\x12,\n\x06limits\x18\x03 \x01(\x0b\x32\x1c.virtualrobot.v1.JointLimits\x12\x18\n\x10\x63oordinate_count\x18\x04 \x01(\r\x12\x16\n\x0evelocity_count\x18\x05 \x01(\r\"\xc3\x02\n\nRobotState\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\x11\n\tpositions\x18\x02 \x03(\x01\x12\x12\n\nvelocities\x18\x03 \x03(\x01\x12*\n\x0bworld_t_tcp\x18\x04 \x01(\x0b\x32\x15.virtualrobot.v1.Pose\x12\x11\n\x04tool\x18\x05 \x01(\tH\x00\x88\x01\x01\x12\x19\n\x11tool_center_point\x18\x06 \x01(\t\x12@\n\x0btool_states\x18\x07 \x03(\x0b\x32+.virtualrobot.v1.RobotState.ToolStatesEntry\x12\x14\n\x0cspeed_factor\x18\x08 \x01(\x01\x12\x12\n\nmotion_ids\x18\t \x03(\t\x1a\x31\n\x0fToolStatesEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\t:\x02\x38\x01\x42\x07\n\x05_tool\"P\n\x15GetRobotStatesRequest\x12\r\n\x05names\x18\x01 \x03(\t\x12(\n\x04mask\x18\x02 \x01(\x0b\x32\x1a.google.protobuf.FieldMask\"l\n\x16GetRobotStatesResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12+\n\x06robots\x18\x02 \x03(\x0b\x32\x1b.virtualrobot.v1.RobotState\"j\n\x17WatchRobotStatesRequest\x12\r\n\x05names\x18\x01 \x03(\t\x12(\n\x04mask\x18\x02 \x01(\x0b\x32\x1a.google.protobuf.FieldMask\x12\x16\n\x0emax_rate_hertz\x18\x03 \x01(\x01\"\x85\x01\n\x18WatchRobotStatesResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12+\n\x06robots\x18\x02 \x03(\x0b\x32\x1b.virtualrobot.v1.RobotState\x12\x15\n\rremoved_names\x18\x03 \x03(\t\"\xae\x01\n\x13SolveForwardRequest\x12\r\n\x05robot\x18\x01 \x01(\t\x12Q\n\x0fjoint_positions\x18\x02 \x03(\x0b\x32\x38.virtualrobot.v1.SolveForwardRequest.JointPositionsEntry\x1a\x35\n\x13JointPositionsEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\x01:\x02\x38\x01\"\xad\x01\n\x14SolveForwardResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12*\n\x0bworld_t_tcp\x18\x02 \x01(\x0b\x32\x15.virtualrobot.v1.Pose\x12\r\n\x05links\x18\x03 \x03(\t\x12\x33\n\x0cworld_t_link\x18\x04 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\"\xe9\x01\n\x13SolveInverseRequest\x12\r\n\x05robot\x18\x01 \x01(\t\x12.\n\x0freference_t_tcp\x18\x02 \x01(\x0b\x32\x15.virtualrobot.v1.Pose\x12\x11\n\treference\x18\x03 \x01(\t\x12<\n\x04seed\x18\x04 \x03(\x0b\x32..virtualrobot.v1.SolveInverseRequest.SeedEntry\x12\x15\n\rconfiguration\x18\x05 \x01(\t\x1a+\n\tSeedEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\x01:\x02\x38\x01\"\xa0\x02\n\x14SolveInverseResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12.\n\x06status\x18\x02 \x01(\x0e\x32\x1e.virtualrobot.v1.InverseStatus\x12\x13\n\x0bjoint_names\x18\x03 \x03(\t\x12\x30\n\tsolutions\x18\x04 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\x12\x16\n\x0e\x63onfigurations\x18\x05 \x03(\t\x12\x1d\n\x15position_error_meters\x18\x06 \x01(\x01\x12\x1e\n\x16rotation_error_radians\x18\x07 \x01(\x01\x12\x13\n\x0b\x65xplanation\x18\x08 \x01(\t\"d\n\x14SetKinematicsRequest\x12\r\n\x05robot\x18\x01 \x01(\t\x12\x12\n\nkinematics\x18\x02 \x01(\t\x12)\n\x08settings\x18\x03 \x01(\x0b\x32\x17.google.protobuf.Struct\"o\n\x15SetKinematicsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12/\n\x05\x63heck\x18\x02 \x01(\x0b\x32 .virtualrobot.v1.KinematicsCheck\"\xa5\x02\n\x0fKinematicsCheck\x12\x10\n\x08postures\x18\x01 \x01(\r\x12%\n\x1d\x66orward_position_error_meters\x18\x02 \x01(\x01\x12&\n\x1e\x66orward_rotation_error_radians\x18\x03 \x01(\x01\x12%\n\x1dinverse_position_error_meters\x18\x04 \x01(\x01\x12&\n\x1einverse_rotation_error_radians\x18\x05 \x01(\x01\x12\x16\n\x0ejacobian_error\x18\x06 \x01(\x01\x12\x17\n\x0f\x66orward_seconds\x18\x07 \x01(\x01\x12\x18\n\x10jacobian_seconds\x18\x08 \x01(\x01\x12\x17\n\x0finverse_seconds\x18\t \x01(\x01\"\xdc\x01\n\x1bSolveInverseDynamicsRequest\x12\r\n\x05robot\x18\x01 \x01(\t\x12\x13\n\x0bjoint_names\x18\x02 \x03(\t\x12\x30\n\tpositions\x18\x03 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\x12\x31\n\nvelocities\x18\x04 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\x12\x34\n\raccelerations\x18\x05 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\"\xe0\x02\n\x1cSolveInverseDynamicsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x13\n\x0bjoint_names\x18\x02 \x03(\t\x12.\n\x07\x65\x66\x66orts\x18\x03 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\x12\x36\n\x0fgravity_efforts\x18\x04 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\x12\x34\n\rbase_wrenches\x18\x05 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\x12\x39\n\x0f\x66irst_violation\x18\x06 \x01(\x0b\x32 .virtualrobot.v1.EffortViolation\x12\x19\n\x11payload_kilograms\x18\x07 \x01(\x01\x12\x10\n\x08warnings\x18\x08 \x03(\t\"O\n\x0f\x45\x66\x66ortViolation\x12\r\n\x05joint\x18\x01 \x01(\t\x12\x0e\n\x06sample\x18\x02 \x01(\r\x12\x0e\n\x06\x65\x66\x66ort\x18\x03 \x01(\x01\x12\r\n\x05limit\x18\x04 \x01(\x01*j\n\rInverseStatus\x12\x1e\n\x1aINVERSE_STATUS_UNSPECIFIED\x10\x00\x12\x19\n\x15INVERSE_STATUS_SOLVED\x10\x01\x12\x1e\n\x1aINVERSE_STATUS_UNREACHABLE\x10\x02\x32\xc2\x05\n\x0cRobotService\x12O\n\x08GetRobot\x12 .virtualrobot.v1.GetRobotRequest\x1a!.virtualrobot.v1.GetRobotResponse\x12\x61\n\x0eGetRobotStates\x12&.virtualrobot.v1.GetRobotStatesRequest\x1a\'.virtualrobot.v1.GetRobotStatesResponse\x12i\n\x10WatchRobotStates\x12(.virtualrobot.v1.WatchRobotStatesRequest\x1a).virtualrobot.v1.WatchRobotStatesResponse0\x01\x12[\n\x0cSolveForward\x12$.virtualrobot.v1.SolveForwardRequest\x1a%.virtualrobot.v1.SolveForwardResponse\x12[\n\x0cSolveInverse\x12$.virtualrobot.v1.SolveInverseRequest\x1a%.virtualrobot.v1.SolveInverseResponse\x12\x64\n\rSetKinematics\x12%.virtualrobot.v1.SetKinematicsRequest\x1a&.virtualrobot.v1.SetKinematicsResponse\"\x04\xa0\xbb\x18\x01\x12s\n\x14SolveInverseDynamics\x12,.virtualrobot.v1.SolveInverseDynamicsRequest\x1a-.virtualrobot.v1.SolveInverseDynamicsResponseb\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
@@ -41,44 +42,52 @@ if not _descriptor._USE_C_DESCRIPTORS:
   _globals['_SOLVEFORWARDREQUEST_JOINTPOSITIONSENTRY']._serialized_options = b'8\001'
   _globals['_SOLVEINVERSEREQUEST_SEEDENTRY']._loaded_options = None
   _globals['_SOLVEINVERSEREQUEST_SEEDENTRY']._serialized_options = b'8\001'
-  _globals['_INVERSESTATUS']._serialized_start=2950
-  _globals['_INVERSESTATUS']._serialized_end=3056
-  _globals['_GETROBOTREQUEST']._serialized_start=173
-  _globals['_GETROBOTREQUEST']._serialized_end=204
-  _globals['_GETROBOTRESPONSE']._serialized_start=207
-  _globals['_GETROBOTRESPONSE']._serialized_end=645
-  _globals['_JOINTDESCRIPTION']._serialized_start=648
-  _globals['_JOINTDESCRIPTION']._serialized_end=818
-  _globals['_ROBOTSTATE']._serialized_start=821
-  _globals['_ROBOTSTATE']._serialized_end=1144
-  _globals['_ROBOTSTATE_TOOLSTATESENTRY']._serialized_start=1086
-  _globals['_ROBOTSTATE_TOOLSTATESENTRY']._serialized_end=1135
-  _globals['_GETROBOTSTATESREQUEST']._serialized_start=1146
-  _globals['_GETROBOTSTATESREQUEST']._serialized_end=1226
-  _globals['_GETROBOTSTATESRESPONSE']._serialized_start=1228
-  _globals['_GETROBOTSTATESRESPONSE']._serialized_end=1336
-  _globals['_WATCHROBOTSTATESREQUEST']._serialized_start=1338
-  _globals['_WATCHROBOTSTATESREQUEST']._serialized_end=1444
-  _globals['_WATCHROBOTSTATESRESPONSE']._serialized_start=1447
-  _globals['_WATCHROBOTSTATESRESPONSE']._serialized_end=1580
-  _globals['_SOLVEFORWARDREQUEST']._serialized_start=1583
-  _globals['_SOLVEFORWARDREQUEST']._serialized_end=1757
-  _globals['_SOLVEFORWARDREQUEST_JOINTPOSITIONSENTRY']._serialized_start=1704
-  _globals['_SOLVEFORWARDREQUEST_JOINTPOSITIONSENTRY']._serialized_end=1757
-  _globals['_SOLVEFORWARDRESPONSE']._serialized_start=1760
-  _globals['_SOLVEFORWARDRESPONSE']._serialized_end=1933
-  _globals['_SOLVEINVERSEREQUEST']._serialized_start=1936
-  _globals['_SOLVEINVERSEREQUEST']._serialized_end=2146
-  _globals['_SOLVEINVERSEREQUEST_SEEDENTRY']._serialized_start=2103
-  _globals['_SOLVEINVERSEREQUEST_SEEDENTRY']._serialized_end=2146
-  _globals['_SOLVEINVERSERESPONSE']._serialized_start=2149
-  _globals['_SOLVEINVERSERESPONSE']._serialized_end=2437
-  _globals['_SETKINEMATICSREQUEST']._serialized_start=2439
-  _globals['_SETKINEMATICSREQUEST']._serialized_end=2539
-  _globals['_SETKINEMATICSRESPONSE']._serialized_start=2541
-  _globals['_SETKINEMATICSRESPONSE']._serialized_end=2652
-  _globals['_KINEMATICSCHECK']._serialized_start=2655
-  _globals['_KINEMATICSCHECK']._serialized_end=2948
-  _globals['_ROBOTSERVICE']._serialized_start=3059
-  _globals['_ROBOTSERVICE']._serialized_end=3642
+  _globals['_ROBOTSERVICE'].methods_by_name['SetKinematics']._loaded_options = None
+  _globals['_ROBOTSERVICE'].methods_by_name['SetKinematics']._serialized_options = b'\240\273\030\001'
+  _globals['_INVERSESTATUS']._serialized_start=3661
+  _globals['_INVERSESTATUS']._serialized_end=3767
+  _globals['_GETROBOTREQUEST']._serialized_start=202
+  _globals['_GETROBOTREQUEST']._serialized_end=233
+  _globals['_GETROBOTRESPONSE']._serialized_start=236
+  _globals['_GETROBOTRESPONSE']._serialized_end=674
+  _globals['_JOINTDESCRIPTION']._serialized_start=677
+  _globals['_JOINTDESCRIPTION']._serialized_end=847
+  _globals['_ROBOTSTATE']._serialized_start=850
+  _globals['_ROBOTSTATE']._serialized_end=1173
+  _globals['_ROBOTSTATE_TOOLSTATESENTRY']._serialized_start=1115
+  _globals['_ROBOTSTATE_TOOLSTATESENTRY']._serialized_end=1164
+  _globals['_GETROBOTSTATESREQUEST']._serialized_start=1175
+  _globals['_GETROBOTSTATESREQUEST']._serialized_end=1255
+  _globals['_GETROBOTSTATESRESPONSE']._serialized_start=1257
+  _globals['_GETROBOTSTATESRESPONSE']._serialized_end=1365
+  _globals['_WATCHROBOTSTATESREQUEST']._serialized_start=1367
+  _globals['_WATCHROBOTSTATESREQUEST']._serialized_end=1473
+  _globals['_WATCHROBOTSTATESRESPONSE']._serialized_start=1476
+  _globals['_WATCHROBOTSTATESRESPONSE']._serialized_end=1609
+  _globals['_SOLVEFORWARDREQUEST']._serialized_start=1612
+  _globals['_SOLVEFORWARDREQUEST']._serialized_end=1786
+  _globals['_SOLVEFORWARDREQUEST_JOINTPOSITIONSENTRY']._serialized_start=1733
+  _globals['_SOLVEFORWARDREQUEST_JOINTPOSITIONSENTRY']._serialized_end=1786
+  _globals['_SOLVEFORWARDRESPONSE']._serialized_start=1789
+  _globals['_SOLVEFORWARDRESPONSE']._serialized_end=1962
+  _globals['_SOLVEINVERSEREQUEST']._serialized_start=1965
+  _globals['_SOLVEINVERSEREQUEST']._serialized_end=2198
+  _globals['_SOLVEINVERSEREQUEST_SEEDENTRY']._serialized_start=2155
+  _globals['_SOLVEINVERSEREQUEST_SEEDENTRY']._serialized_end=2198
+  _globals['_SOLVEINVERSERESPONSE']._serialized_start=2201
+  _globals['_SOLVEINVERSERESPONSE']._serialized_end=2489
+  _globals['_SETKINEMATICSREQUEST']._serialized_start=2491
+  _globals['_SETKINEMATICSREQUEST']._serialized_end=2591
+  _globals['_SETKINEMATICSRESPONSE']._serialized_start=2593
+  _globals['_SETKINEMATICSRESPONSE']._serialized_end=2704
+  _globals['_KINEMATICSCHECK']._serialized_start=2707
+  _globals['_KINEMATICSCHECK']._serialized_end=3000
+  _globals['_SOLVEINVERSEDYNAMICSREQUEST']._serialized_start=3003
+  _globals['_SOLVEINVERSEDYNAMICSREQUEST']._serialized_end=3223
+  _globals['_SOLVEINVERSEDYNAMICSRESPONSE']._serialized_start=3226
+  _globals['_SOLVEINVERSEDYNAMICSRESPONSE']._serialized_end=3578
+  _globals['_EFFORTVIOLATION']._serialized_start=3580
+  _globals['_EFFORTVIOLATION']._serialized_end=3659
+  _globals['_ROBOTSERVICE']._serialized_start=3770
+  _globals['_ROBOTSERVICE']._serialized_end=4476
 # @@protoc_insertion_point(module_scope)

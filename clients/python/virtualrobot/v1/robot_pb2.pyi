@@ -1,6 +1,7 @@
 from google.protobuf import field_mask_pb2 as _field_mask_pb2
 from google.protobuf import struct_pb2 as _struct_pb2
 from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
+from virtualrobot.v1 import lease_pb2 as _lease_pb2
 from virtualrobot.v1 import nodes_pb2 as _nodes_pb2
 from google.protobuf.internal import containers as _containers
 from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
@@ -163,7 +164,7 @@ class SolveForwardResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., links: _Optional[_Iterable[str]] = ..., world_t_link: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
 
 class SolveInverseRequest(_message.Message):
-    __slots__ = ("robot", "reference_t_tcp", "reference", "seed")
+    __slots__ = ("robot", "reference_t_tcp", "reference", "seed", "configuration")
     class SeedEntry(_message.Message):
         __slots__ = ("key", "value")
         KEY_FIELD_NUMBER: _ClassVar[int]
@@ -175,11 +176,13 @@ class SolveInverseRequest(_message.Message):
     REFERENCE_T_TCP_FIELD_NUMBER: _ClassVar[int]
     REFERENCE_FIELD_NUMBER: _ClassVar[int]
     SEED_FIELD_NUMBER: _ClassVar[int]
+    CONFIGURATION_FIELD_NUMBER: _ClassVar[int]
     robot: str
     reference_t_tcp: _geometry_pb2.Pose
     reference: str
     seed: _containers.ScalarMap[str, float]
-    def __init__(self, robot: _Optional[str] = ..., reference_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., reference: _Optional[str] = ..., seed: _Optional[_Mapping[str, float]] = ...) -> None: ...
+    configuration: str
+    def __init__(self, robot: _Optional[str] = ..., reference_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., reference: _Optional[str] = ..., seed: _Optional[_Mapping[str, float]] = ..., configuration: _Optional[str] = ...) -> None: ...
 
 class SolveInverseResponse(_message.Message):
     __slots__ = ("stamp", "status", "joint_names", "solutions", "configurations", "position_error_meters", "rotation_error_radians", "explanation")
@@ -240,3 +243,49 @@ class KinematicsCheck(_message.Message):
     jacobian_seconds: float
     inverse_seconds: float
     def __init__(self, postures: _Optional[int] = ..., forward_position_error_meters: _Optional[float] = ..., forward_rotation_error_radians: _Optional[float] = ..., inverse_position_error_meters: _Optional[float] = ..., inverse_rotation_error_radians: _Optional[float] = ..., jacobian_error: _Optional[float] = ..., forward_seconds: _Optional[float] = ..., jacobian_seconds: _Optional[float] = ..., inverse_seconds: _Optional[float] = ...) -> None: ...
+
+class SolveInverseDynamicsRequest(_message.Message):
+    __slots__ = ("robot", "joint_names", "positions", "velocities", "accelerations")
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
+    POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    VELOCITIES_FIELD_NUMBER: _ClassVar[int]
+    ACCELERATIONS_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    joint_names: _containers.RepeatedScalarFieldContainer[str]
+    positions: _geometry_pb2.NumericArray
+    velocities: _geometry_pb2.NumericArray
+    accelerations: _geometry_pb2.NumericArray
+    def __init__(self, robot: _Optional[str] = ..., joint_names: _Optional[_Iterable[str]] = ..., positions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., velocities: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., accelerations: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
+
+class SolveInverseDynamicsResponse(_message.Message):
+    __slots__ = ("stamp", "joint_names", "efforts", "gravity_efforts", "base_wrenches", "first_violation", "payload_kilograms", "warnings")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
+    EFFORTS_FIELD_NUMBER: _ClassVar[int]
+    GRAVITY_EFFORTS_FIELD_NUMBER: _ClassVar[int]
+    BASE_WRENCHES_FIELD_NUMBER: _ClassVar[int]
+    FIRST_VIOLATION_FIELD_NUMBER: _ClassVar[int]
+    PAYLOAD_KILOGRAMS_FIELD_NUMBER: _ClassVar[int]
+    WARNINGS_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    joint_names: _containers.RepeatedScalarFieldContainer[str]
+    efforts: _geometry_pb2.NumericArray
+    gravity_efforts: _geometry_pb2.NumericArray
+    base_wrenches: _geometry_pb2.NumericArray
+    first_violation: EffortViolation
+    payload_kilograms: float
+    warnings: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., joint_names: _Optional[_Iterable[str]] = ..., efforts: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., gravity_efforts: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., base_wrenches: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., first_violation: _Optional[_Union[EffortViolation, _Mapping]] = ..., payload_kilograms: _Optional[float] = ..., warnings: _Optional[_Iterable[str]] = ...) -> None: ...
+
+class EffortViolation(_message.Message):
+    __slots__ = ("joint", "sample", "effort", "limit")
+    JOINT_FIELD_NUMBER: _ClassVar[int]
+    SAMPLE_FIELD_NUMBER: _ClassVar[int]
+    EFFORT_FIELD_NUMBER: _ClassVar[int]
+    LIMIT_FIELD_NUMBER: _ClassVar[int]
+    joint: str
+    sample: int
+    effort: float
+    limit: float
+    def __init__(self, joint: _Optional[str] = ..., sample: _Optional[int] = ..., effort: _Optional[float] = ..., limit: _Optional[float] = ...) -> None: ...

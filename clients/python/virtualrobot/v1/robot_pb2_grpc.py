@@ -65,6 +65,11 @@ class RobotServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_robot__pb2.SetKinematicsRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_robot__pb2.SetKinematicsResponse.FromString,
                 _registered_method=True)
+        self.SolveInverseDynamics = channel.unary_unary(
+                '/virtualrobot.v1.RobotService/SolveInverseDynamics',
+                request_serializer=virtualrobot_dot_v1_dot_robot__pb2.SolveInverseDynamicsRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_robot__pb2.SolveInverseDynamicsResponse.FromString,
+                _registered_method=True)
 
 
 class RobotServiceServicer(object):
@@ -114,6 +119,13 @@ class RobotServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
+    def SolveInverseDynamics(self, request, context):
+        """Which torques and forces of the joints a movement takes, tools and held parts included; nothing moves.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
 
 def add_RobotServiceServicer_to_server(servicer, server):
     rpc_method_handlers = {
@@ -146,6 +158,11 @@ def add_RobotServiceServicer_to_server(servicer, server):
                     servicer.SetKinematics,
                     request_deserializer=virtualrobot_dot_v1_dot_robot__pb2.SetKinematicsRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_robot__pb2.SetKinematicsResponse.SerializeToString,
+            ),
+            'SolveInverseDynamics': grpc.unary_unary_rpc_method_handler(
+                    servicer.SolveInverseDynamics,
+                    request_deserializer=virtualrobot_dot_v1_dot_robot__pb2.SolveInverseDynamicsRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_robot__pb2.SolveInverseDynamicsResponse.SerializeToString,
             ),
     }
     generic_handler = grpc.method_handlers_generic_handler(
@@ -311,6 +328,33 @@ class RobotService(object):
             '/virtualrobot.v1.RobotService/SetKinematics',
             virtualrobot_dot_v1_dot_robot__pb2.SetKinematicsRequest.SerializeToString,
             virtualrobot_dot_v1_dot_robot__pb2.SetKinematicsResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def SolveInverseDynamics(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/virtualrobot.v1.RobotService/SolveInverseDynamics',
+            virtualrobot_dot_v1_dot_robot__pb2.SolveInverseDynamicsRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_robot__pb2.SolveInverseDynamicsResponse.FromString,
             options,
             channel_credentials,
             insecure,

@@ -1,6 +1,7 @@
 from google.protobuf import field_mask_pb2 as _field_mask_pb2
 from google.protobuf import struct_pb2 as _struct_pb2
 from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
+from virtualrobot.v1 import lease_pb2 as _lease_pb2
 from virtualrobot.v1 import nodes_pb2 as _nodes_pb2
 from virtualrobot.v1 import robot_pb2 as _robot_pb2
 from virtualrobot.v1 import signal_pb2 as _signal_pb2
@@ -283,7 +284,7 @@ class DenavitHartenberg(_message.Message):
     def __init__(self, convention: _Optional[_Union[DenavitHartenbergConvention, str]] = ..., rows: _Optional[_Iterable[_Union[DenavitHartenbergRow, _Mapping]]] = ..., base_t_first: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., last_t_flange: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ...) -> None: ...
 
 class DenavitHartenbergRow(_message.Message):
-    __slots__ = ("name", "type", "a_meters", "alpha_radians", "d_meters", "theta_radians", "limits")
+    __slots__ = ("name", "type", "a_meters", "alpha_radians", "d_meters", "theta_radians", "limits", "inertial")
     NAME_FIELD_NUMBER: _ClassVar[int]
     TYPE_FIELD_NUMBER: _ClassVar[int]
     A_METERS_FIELD_NUMBER: _ClassVar[int]
@@ -291,6 +292,7 @@ class DenavitHartenbergRow(_message.Message):
     D_METERS_FIELD_NUMBER: _ClassVar[int]
     THETA_RADIANS_FIELD_NUMBER: _ClassVar[int]
     LIMITS_FIELD_NUMBER: _ClassVar[int]
+    INERTIAL_FIELD_NUMBER: _ClassVar[int]
     name: str
     type: _nodes_pb2.JointType
     a_meters: float
@@ -298,7 +300,8 @@ class DenavitHartenbergRow(_message.Message):
     d_meters: float
     theta_radians: float
     limits: _nodes_pb2.JointLimits
-    def __init__(self, name: _Optional[str] = ..., type: _Optional[_Union[_nodes_pb2.JointType, str]] = ..., a_meters: _Optional[float] = ..., alpha_radians: _Optional[float] = ..., d_meters: _Optional[float] = ..., theta_radians: _Optional[float] = ..., limits: _Optional[_Union[_nodes_pb2.JointLimits, _Mapping]] = ...) -> None: ...
+    inertial: _nodes_pb2.Inertial
+    def __init__(self, name: _Optional[str] = ..., type: _Optional[_Union[_nodes_pb2.JointType, str]] = ..., a_meters: _Optional[float] = ..., alpha_radians: _Optional[float] = ..., d_meters: _Optional[float] = ..., theta_radians: _Optional[float] = ..., limits: _Optional[_Union[_nodes_pb2.JointLimits, _Mapping]] = ..., inertial: _Optional[_Union[_nodes_pb2.Inertial, _Mapping]] = ...) -> None: ...
 
 class ImportModelResponse(_message.Message):
     __slots__ = ("stamp", "created", "mesh_count", "warnings")

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from virtualrobot.v1 import geometry_pb2, nodes_pb2, scene_pb2
 from virtualrobot_sdk.denavit_hartenberg import GREATEST, Convention, PoseNumbers, Row, Table
 
-from virtualrobot_kernel.api.convert.nodes import JOINT_TYPES, joint_limits
+from virtualrobot_kernel.api.convert.nodes import JOINT_TYPES, inertial, joint_limits
 from virtualrobot_kernel.api.convert.values import pose, quaternion
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.files import located
-from virtualrobot_kernel.world.structure import Joint, JointType
+from virtualrobot_kernel.world.structure import Inertial, Joint, JointType
 
 FIELD = "denavit_hartenberg"
 CONVENTIONS: dict[int, Convention] = {
@@ -50,6 +50,14 @@ def denavit_hartenberg(message: scene_pb2.DenavitHartenberg) -> tuple[Table, tup
         for name in ("base_t_first", "last_t_flange")
     )
     return Table(convention, rows, first, flange), joints
+
+
+def row_inertials(message: scene_pb2.DenavitHartenberg) -> tuple[Inertial | None, ...]:
+    """Return for each row the mass of its link, told in the row's frame, or None; raise KernelError that names it."""
+    return tuple(
+        inertial(row.inertial, f"{FIELD}.rows[{place}]") if row.HasField("inertial") else None
+        for place, row in enumerate(message.rows)
+    )
 
 
 def _joint(row: scene_pb2.DenavitHartenbergRow, place: int) -> Joint:

@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
+import numpy as np
 from virtualrobot.v1 import motion_pb2
 
-from virtualrobot_kernel.api.convert.values import array, by_name, finite, pose
+from virtualrobot_kernel.api.convert.values import array, by_name, check_enum, finite, pose, vector
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.planning.moves import JointTrajectory, Linear, Move, PointToPoint, PoseGoal, ToolStateMove
+from virtualrobot_kernel.motion.circle import Center, Via
+from virtualrobot_kernel.planning.moves import (
+    Circular,
+    JointTrajectory,
+    Linear,
+    Move,
+    PointToPoint,
+    PoseGoal,
+    ToolStateMove,
+)
 
 
 def wished_move(message: motion_pb2.Move, what: str) -> Move:
@@ -20,16 +30,10 @@ def wished_move(message: motion_pb2.Move, what: str) -> Move:
         return PointToPoint(message.robot, _goal(message.point_to_point, f"{what}.point_to_point"), factor)
     if kind == "linear":
         linear = message.linear
-        return Linear(
-            message.robot,
-            _pose_goal(linear.goal, f"{what}.linear.goal"),
-            factor,
-            _rate(linear.max_velocity_meters_per_second, f"{what}.linear.max_velocity_meters_per_second"),
-            _rate(
-                linear.max_acceleration_meters_per_second_squared,
-                f"{what}.linear.max_acceleration_meters_per_second_squared",
-            ),
-        )
+        goal = _path_goal(linear.goal, f"{what}.linear.goal")
+        return Linear(message.robot, goal, factor, *_rates(linear, f"{what}.linear"))
+    if kind == "circular":
+        return _circular(message.robot, message.circular, factor, f"{what}.circular")
     if kind == "joint_trajectory":
         return _trajectory(message, what)
     if kind == "tool_state":
@@ -53,7 +57,44 @@ def _goal(message: motion_pb2.PointToPoint, what: str) -> dict[str, float] | Pos
 def _pose_goal(message: motion_pb2.PoseGoal, what: str) -> PoseGoal:
     if not message.HasField("reference_t_tcp"):
         raise KernelError(f"{what}.reference_t_tcp is missing: where shall the tool centre point be?", field=what)
-    return PoseGoal(pose(message.reference_t_tcp, f"{what}.reference_t_tcp"), message.reference)
+    return PoseGoal(pose(message.reference_t_tcp, f"{what}.reference_t_tcp"), message.reference, message.configuration)
+
+
+def _path_goal(message: motion_pb2.PoseGoal, what: str) -> PoseGoal:
+    """Return where a path of the tool centre point ends; raise KernelError when it names a configuration."""
+    if message.configuration:
+        raise KernelError(
+            f"{what}.configuration is {message.configuration!r}; a line or an arc keeps the configuration that it "
+            "starts in, so leave it empty",
+            field=f"{what}.configuration",
+        )
+    return _pose_goal(message, what)
+
+
+def _circular(robot: str, circular: motion_pb2.Circular, factor: float, what: str) -> Circular:
+    check_enum(circular, "orientation")
+    kind = circular.WhichOneof("shape")
+    if kind == "via":
+        shape = Via(np.array(vector(circular.via, f"{what}.via")))
+    elif kind == "center":
+        shape = _center(circular.center, f"{what}.center")
+    else:
+        raise KernelError(f"{what} does not say which arc; give via or center", field=what)
+    goal = None
+    if circular.goal.HasField("reference_t_tcp") or not isinstance(shape, Center) or shape.angle is None:
+        goal = _path_goal(circular.goal, f"{what}.goal").reference_t_tcp
+    with_arc = circular.orientation == motion_pb2.ARC_ORIENTATION_WITH_ARC
+    return Circular(robot, shape, goal, circular.goal.reference, with_arc, factor, *_rates(circular, what))
+
+
+def _center(message: motion_pb2.ArcCenter, what: str) -> Center:
+    if not message.HasField("position"):
+        raise KernelError(f"{what}.position is missing: where is the centre of the arc?", field=what)
+    return Center(
+        np.array(vector(message.position, f"{what}.position")),
+        np.array(vector(message.axis, f"{what}.axis")) if message.HasField("axis") else None,
+        finite(message.angle_radians, f"{what}.angle_radians") if message.HasField("angle_radians") else None,
+    )
 
 
 def _trajectory(message: motion_pb2.Move, what: str) -> JointTrajectory:
@@ -68,6 +109,14 @@ def _trajectory(message: motion_pb2.Move, what: str) -> JointTrajectory:
     )
     return JointTrajectory(
         message.robot, names, times, array(trajectory.positions, shape, f"{what}.positions"), velocities
+    )
+
+
+def _rates(message: motion_pb2.Linear | motion_pb2.Circular, what: str) -> tuple[float, float]:
+    """Return the greatest speed and acceleration of a line or an arc, 0 for the default."""
+    return (
+        _rate(message.max_velocity_meters_per_second, f"{what}.max_velocity_meters_per_second"),
+        _rate(message.max_acceleration_meters_per_second_squared, f"{what}.max_acceleration_meters_per_second_squared"),
     )
 
 

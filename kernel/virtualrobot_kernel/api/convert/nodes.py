@@ -81,12 +81,11 @@ def node_data(message: nodes_pb2.Node, what: str) -> NodeData:
     """Return what only this kind of node has, or None."""
     kind = message.WhichOneof("kind")
     if kind == "part":
-        return PartData(not_negative(message.part.mass_kilograms, f"{what}.part.mass_kilograms"))
+        return _part(message.part, what)
     if kind == "robot":
         return robot_data(message.robot, what)
     if kind == "link":
-        inertial = _inertial(message.link.inertial, what) if message.link.HasField("inertial") else None
-        return LinkData(_joint(message.link.joint, what), inertial)
+        return LinkData(_joint(message.link.joint, what), _told_inertial(message.link, what))
     if kind == "tool":
         return _tool(message.tool, what)
     return None
@@ -148,7 +147,24 @@ def limits_message(limits: JointLimits) -> nodes_pb2.JointLimits:
     return message
 
 
-def _inertial(message: nodes_pb2.Inertial, what: str) -> Inertial:
+def _part(message: nodes_pb2.Part, what: str) -> PartData:
+    mass, told = not_negative(message.mass_kilograms, f"{what}.part.mass_kilograms"), _told_inertial(message, what)
+    if told is None:
+        return PartData(mass)
+    if mass not in (0.0, told.mass):
+        raise KernelError(
+            f"{what}.part.mass_kilograms is {mass:g} and that of its inertial {told.mass:g}; give one or the same",
+            field=f"{what}.part.mass_kilograms",
+        )
+    return PartData(told.mass, told)
+
+
+def _told_inertial(message: nodes_pb2.Link | nodes_pb2.Part | nodes_pb2.Tool, what: str) -> Inertial | None:
+    return inertial(message.inertial, what) if message.HasField("inertial") else None
+
+
+def inertial(message: nodes_pb2.Inertial, what: str) -> Inertial:
+    """Return a mass and how it is spread; raise KernelError that names the field that is wrong."""
     return Inertial(
         mass=not_negative(message.mass_kilograms, f"{what}.inertial.mass_kilograms"),
         link_t_inertial=pose(message.link_t_inertial, f"{what}.inertial.link_t_inertial"),
@@ -168,7 +184,8 @@ def _tool(message: nodes_pb2.Tool, what: str) -> ToolData:
         if not state.name or state.name in states:
             raise KernelError(f"the states of the tool {what!r} must have names that differ", tool=what)
         states[state.name] = by_name(state.joint_positions)
-    return ToolData(points, states) if points else ToolData(states=states)
+    told = _told_inertial(message, what)
+    return ToolData(points, states, told) if points else ToolData(states=states, inertial=told)
 
 
 def node_message(snapshot: Snapshot, node: Node) -> nodes_pb2.Node:
@@ -188,6 +205,8 @@ def node_message(snapshot: Snapshot, node: Node) -> nodes_pb2.Node:
     getattr(message, node.kind.value).SetInParent()
     if isinstance(node.data, PartData):
         message.part.mass_kilograms = node.data.mass
+        if node.data.inertial:
+            message.part.inertial.CopyFrom(_inertial_message(node.data.inertial))
     elif isinstance(node.data, RobotData):
         message.robot.CopyFrom(robot_message(node.data, structure.robots[node.uid].joint_names))
     elif isinstance(node.data, LinkData):
@@ -211,12 +230,16 @@ def _link_message(data: LinkData) -> nodes_pb2.Link:
             nodes_pb2.Mimic(joint=mimic.joint, multiplier=mimic.multiplier, offset=mimic.offset)
         )
     if data.inertial:
-        inertial = data.inertial
-        message.inertial.mass_kilograms = inertial.mass
-        if not is_identity(inertial.link_t_inertial):
-            message.inertial.link_t_inertial.CopyFrom(pose_message(inertial.link_t_inertial))
-        message.inertial.diagonal.CopyFrom(vector_message(inertial.diagonal))
-        message.inertial.products.CopyFrom(vector_message(inertial.products))
+        message.inertial.CopyFrom(_inertial_message(data.inertial))
+    return message
+
+
+def _inertial_message(data: Inertial) -> nodes_pb2.Inertial:
+    message = nodes_pb2.Inertial(mass_kilograms=data.mass)
+    if not is_identity(data.link_t_inertial):
+        message.link_t_inertial.CopyFrom(pose_message(data.link_t_inertial))
+    message.diagonal.CopyFrom(vector_message(data.diagonal))
+    message.products.CopyFrom(vector_message(data.products))
     return message
 
 
@@ -226,4 +249,6 @@ def _tool_message(data: ToolData) -> nodes_pb2.Tool:
         message.tool_center_points.add(name=name, tool_t_tcp=pose_message(tool_t_tcp))
     for name, positions in data.states.items():
         message.states.add(name=name, joint_positions=positions)
+    if data.inertial:
+        message.inertial.CopyFrom(_inertial_message(data.inertial))
     return message

@@ -9,7 +9,7 @@ from virtualrobot.v1 import nodes_pb2
 
 from virtualrobot_kernel.api.convert.values import by_name, finite
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.world.structure import DEFAULT_KINEMATICS, JointGroup, LinkPair, RobotData
+from virtualrobot_kernel.world.structure import JointGroup, LinkPair, RobotData
 
 
 def robot_data(message: nodes_pb2.Robot, what: str) -> RobotData:
@@ -24,7 +24,7 @@ def robot_data(message: nodes_pb2.Robot, what: str) -> RobotData:
         raise KernelError(f"the groups of {what!r} must have names that differ", robot=what)
     return RobotData(
         message.flange,
-        message.kinematics or DEFAULT_KINEMATICS,
+        message.kinematics,
         postures,
         message.source,
         settings(message.kinematics_settings, f"{what}.robot.kinematics_settings"),

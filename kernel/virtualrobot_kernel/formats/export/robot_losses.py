@@ -9,7 +9,7 @@ from virtualrobot_kernel.formats.export.names import listed
 from virtualrobot_kernel.formats.limits import joint_limits
 from virtualrobot_kernel.world.figures import Figure, Frame, Label, Lines, Material, Points
 from virtualrobot_kernel.world.structure import (
-    DEFAULT_KINEMATICS,
+    AUTOMATIC_KINEMATICS,
     Joint,
     JointType,
     Kind,
@@ -73,7 +73,7 @@ def _settings(robot: Node) -> list[str]:
         "postures": bool(data.postures),
         "joint groups": bool(data.groups),
         "pairs of links that may touch": bool(data.allowed_collisions),
-        "the kinematics component": data.kinematics != DEFAULT_KINEMATICS or bool(data.kinematics_settings),
+        "the kinematics component": data.kinematics != AUTOMATIC_KINEMATICS or bool(data.kinematics_settings),
     }
     return [name for name, given in settings.items() if given]
 

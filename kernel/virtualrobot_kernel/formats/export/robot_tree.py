@@ -79,7 +79,7 @@ def robot_tree(snapshot: Snapshot, robot: Node) -> RobotTree:
             else:
                 joint = _fixed(names[node.uid], joint_of, node.uid)
             mount = Mount(names[node.parent], joint, snapshot.state.parent_t_node[structure.rows[node.uid]])
-        inertial = node.data.inertial if isinstance(node.data, LinkData) else None
+        inertial = node.data.inertial if isinstance(node.data, LinkData | ToolData) else None
         links.append(TreeLink(names[node.uid], mount, inertial, _shapes(figures[node.uid])))
     taken = {link.name for link in links}
     for node in nodes:

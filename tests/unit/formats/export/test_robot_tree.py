@@ -14,6 +14,7 @@ from virtualrobot_kernel.formats.export.model import export_model
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.world.figures import Box, Cylinder, Figure, Frame, Label, Material, Sphere
 from virtualrobot_kernel.world.structure import (
+    Inertial,
     Joint,
     JointLimits,
     JointType,
@@ -102,7 +103,11 @@ def test_names_become_plain_and_differ(tmp_path: Path) -> None:
 def test_tools_are_written_and_parts_are_not(tmp_path: Path, rng: np.random.Generator) -> None:
     model, library = load(ROBOTS["iiwa"], name="arm")
     flange, mount, tip = "arm.lbr_iiwa_link_7", turned(rng), turned(rng)
-    tool = ToolData({"tip": tip, "laser": np.eye(4)}, {"open": {}, "closed": {}})
+    tool = ToolData(
+        {"tip": tip, "laser": np.eye(4)},
+        {"open": {}, "closed": {}},
+        Inertial(0.9, turned(rng), (0.1, 0.2, 0.3), (0.0, 0.0, 0.0)),
+    )
     jaws = tuple(Figure(Box((size, 0.1, 0.1)), tool_state=state) for size, state in ((0.2, "open"), (0.3, "closed")))
     material = Material((1.0, 0.0, 0.0, 1.0), friction=0.9)
     nodes = [
@@ -122,6 +127,8 @@ def test_tools_are_written_and_parts_are_not(tmp_path: Path, rng: np.random.Gene
     assert after["gun_tip"].parent == "arm.gun" and np.abs(after["gun_tip"].parent_t_node - tip).max() < 1e-14
     assert np.abs(after["changer"].parent_t_node - mount).max() < 1e-14
     assert link_data(after["gun"]).joint.type is JointType.FIXED
+    inertial = link_data(after["gun"]).inertial
+    assert inertial and (inertial.mass, inertial.diagonal) == (0.9, (0.1, 0.2, 0.3))
     assert [shape for shape, _ in shapes(after["gun"], True)] == [Box((0.3, 0.1, 0.1))]
     told = exported.warnings
     assert [text.split(" is ")[0] for text in told[:2]] == ["the adapter 'changer'", "the tool 'gun'"]

@@ -1,9 +1,9 @@
-"""The joint path along a Cartesian line: one continuous branch of the inverse kinematics, followed step by step.
+"""The joint path along a line or an arc: one continuous branch of the inverse kinematics, followed step by step.
 
-The path solves q'(u) = J(q)^+ twist (resolved-rate motion, Whitney 1969; the least-norm solution of a redundant arm):
-a Runge-Kutta step predicts the next sample from the last one, Newton steps put it on the line, and a quintic Hermite
+The path solves q'(u) = J(q)^+ twist(u) (resolved-rate motion, Whitney 1969; a redundant arm takes the least norm):
+a Runge-Kutta step predicts the next sample from the last one, Newton steps put it on the course, and a quintic Hermite
 piece with the exact q' and q'' joins the two. Steps shrink until the middle of each piece, where a Hermite piece
-deviates most, is on the line. Since each sample comes from its neighbour, the branch cannot jump.
+deviates most, is on the course. Since each sample comes from its neighbour, the branch cannot jump.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ import numpy as np
 from virtualrobot_sdk.kinematics import Kinematics
 
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.motion.course import Course
 from virtualrobot_kernel.motion.limits import TOLERANCE, JointLimits
-from virtualrobot_kernel.motion.line import CartesianLine
 from virtualrobot_kernel.motion.path import quintic_hermite
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 
@@ -60,19 +60,21 @@ class _Sample:
 
 
 class _Follower:
-    """The numbers that stay the same along one line: kinematics, line and the length that makes its rows comparable."""
+    """What stays the same along one course: kinematics, course and the length that makes its rows comparable."""
 
-    def __init__(self, tcp: TcpKinematics, line: CartesianLine, q_start: Array) -> None:
-        self.tcp, self.line = tcp, line
+    def __init__(self, tcp: TcpKinematics, course: Course, q_start: Array) -> None:
+        self.tcp, self.course = tcp, course
         jacobian = tcp.jacobian(q_start)
         turning = np.linalg.norm(jacobian[3:], axis=0) > 1e-9
         levers = np.linalg.norm(jacobian[:3], axis=0)[turning]
         lever = float(levers.max()) if len(levers) and levers.max() > 1e-6 else 1.0
         self.weights = np.array([1.0 / lever] * 3 + [1.0] * 3)
-        self.twist = line.twist * self.weights
 
-    def rate(self, q: Array) -> Array:
-        return self.solve(self.tcp.jacobian(q), self.twist)
+    def twist(self, u: float) -> Array:
+        return self.course.twist(u) * self.weights
+
+    def rate(self, u: float, q: Array) -> Array:
+        return self.solve(self.tcp.jacobian(q), self.twist(u))
 
     def solve(self, jacobian: Array, weighted: Array) -> Array:
         solution = np.linalg.lstsq(jacobian * self.weights[:, None], weighted, rcond=1e-12)[0]
@@ -80,51 +82,55 @@ class _Follower:
 
     def sample(self, u: float, q: Array) -> _Sample:
         left, values, right = np.linalg.svd(self.tcp.jacobian(q) * self.weights[:, None], full_matrices=False)
-        projected = left.T @ self.twist
+        twist = self.twist(u)
+        projected = left.T @ twist
         rate = right.T @ (projected / np.maximum(values, 1e-12))
-        if len(q) < 6 and np.linalg.norm(left @ projected - self.twist) > 1e-6 * np.linalg.norm(self.twist):
-            where, metadata = self.line.place(u)
+        if len(q) < 6 and np.linalg.norm(left @ projected - twist) > 1e-6 * np.linalg.norm(twist):
+            where, metadata = self.course.place(u)
             raise KernelError(
-                f"the arm cannot follow the line {where}: with {len(q)} joints it cannot move and turn this way",
+                f"the arm cannot follow the {self.course.noun} {where}: with {len(q)} joints it cannot move and turn "
+                "this way",
                 reason=Reason.UNREACHABLE,
                 **metadata,
             )
         # Differences over about 1e-4 rad: truncation and rounding are both below 1e-7 of the value.
         step = 1e-4 / max(float(np.abs(rate).max()), 1e-4)
         before, after = (self.tcp.jacobian(q + sign * step * rate) for sign in (-1.0, 1.0))
-        curvature = (self.solve(after, self.twist) - self.solve(before, self.twist)) / (2.0 * step)
+        curvature = self.solve(after, self.twist(u + step)) - self.solve(before, self.twist(u - step))
+        curvature /= 2.0 * step
         slope = float(left[:, -1] @ ((after - before) * self.weights[:, None]) @ right[-1]) / (2.0 * step)
         return _Sample(u, q, rate, curvature, float(values[-1]), slope)
 
     def step(self, start: _Sample, u: float) -> Array | None:
         """Return the joints at `u` on the branch of `start`, or None when the step is too long for that."""
         h = u - start.u
-        k2 = self.rate(start.q + 0.5 * h * start.rate)
-        k3 = self.rate(start.q + 0.5 * h * k2)
-        k4 = self.rate(start.q + h * k3)
+        middle = start.u + 0.5 * h
+        k2 = self.rate(middle, start.q + 0.5 * h * start.rate)
+        k3 = self.rate(middle, start.q + 0.5 * h * k2)
+        k4 = self.rate(u, start.q + h * k3)
         predicted = start.q + h / 6.0 * (start.rate + 2.0 * k2 + 2.0 * k3 + k4)
         q = predicted
         for _ in range(6):
-            error = self.line.deviation(u, self.tcp.pose(q))
+            error = self.course.deviation(u, self.tcp.pose(q))
             if np.abs(error).max() < 1e-12:
                 break
             q = q + self.solve(self.tcp.jacobian(q), error * self.weights)
             # A correction as long as the step itself would be another branch.
             if not np.all(np.isfinite(q)) or np.abs(q - predicted).max() > 0.1 * np.abs(predicted - start.q).max():
                 return None
-        return q if np.abs(self.line.deviation(u, self.tcp.pose(q))).max() < 1e-10 else None
+        return q if np.abs(self.course.deviation(u, self.tcp.pose(q))).max() < 1e-10 else None
 
 
-def linear_path(tcp: TcpKinematics, line: CartesianLine, q_start: Array, limits: JointLimits) -> PiecewisePolynomial:
-    """Return the joint path q(u), u in [0, 1], whose TCP follows `line` to 1e-6 m and 1e-6 rad from `q_start` (k,).
+def cartesian_path(tcp: TcpKinematics, course: Course, q_start: Array, limits: JointLimits) -> PiecewisePolynomial:
+    """Return the joint path q(u), u in [0, 1], whose TCP follows `course` to 1e-6 m and 1e-6 rad from `q_start` (k,).
 
-    Raises LimitError, or KernelError with reason SINGULARITY or UNREACHABLE, that names the place along the line, and
+    Raises LimitError, or KernelError with reason SINGULARITY or UNREACHABLE, that names the place along the course, and
     the joint with its value and limits, or the smallest singular value.
     """
-    follower = _Follower(tcp, line, q_start)
-    longest = 1.0 / max(4, ceil(line.length / _LONGEST_STEP[0]), ceil(line.angle / _LONGEST_STEP[1]))
+    follower = _Follower(tcp, course, q_start)
+    longest = 1.0 / max(4, ceil(course.length / _LONGEST_STEP[0]), ceil(course.angle / _LONGEST_STEP[1]))
     samples = [follower.sample(0.0, q_start)]
-    _check_singularity(line, samples[0])
+    _check_singularity(course, samples[0])
     step = longest
     while samples[-1].u < 1.0:
         last = samples[-1]
@@ -137,18 +143,18 @@ def linear_path(tcp: TcpKinematics, line: CartesianLine, q_start: Array, limits:
             new = follower.sample(u, q)
             piece = _piece([last, new])
             middle = 0.5 * (last.u + u)
-            if np.abs(line.deviation(middle, tcp.pose(piece.evaluate(middle)))).max() < DEVIATION:
-                _check_limits(line, piece, limits)
-                _check_singularity(line, new)
+            if np.abs(course.deviation(middle, tcp.pose(piece.evaluate(middle)))).max() < DEVIATION:
+                _check_limits(course, piece, limits)
+                _check_singularity(course, new)
                 samples.append(new)
                 step = min(longest, 1.5 * step)
                 continue
         step *= 0.5
         if step < _SHORTEST_STEP:
-            where, metadata = line.place(last.u)
+            where, metadata = course.place(last.u)
             raise KernelError(
-                f"the arm cannot follow the line beyond {where}: the next pose has no solution near this one; the "
-                f"smallest singular value of the Jacobian is {last.singular_value:.3g}",
+                f"the arm cannot follow the {course.noun} beyond {where}: the next pose has no solution near this one; "
+                f"the smallest singular value of the Jacobian is {last.singular_value:.3g}",
                 reason=Reason.UNREACHABLE,
                 singular_value=last.singular_value,
                 **metadata,
@@ -165,20 +171,23 @@ def _piece(samples: list[_Sample]) -> PiecewisePolynomial:
     )
 
 
-def _check_limits(line: CartesianLine, piece: PiecewisePolynomial, limits: JointLimits) -> None:
+def _check_limits(course: Course, piece: PiecewisePolynomial, limits: JointLimits) -> None:
     excursion = piece.first_excursion(limits.lower, limits.upper, TOLERANCE)
     if excursion is not None:
-        where, metadata = line.place(excursion.entered)
+        where, metadata = course.place(excursion.entered)
         raise limits.error(
-            excursion.component, excursion.value, f"the line meets a joint limit {where} and beyond", **metadata
+            excursion.component,
+            excursion.value,
+            f"the {course.noun} meets a joint limit {where} and beyond",
+            **metadata,
         )
 
 
-def _check_singularity(line: CartesianLine, sample: _Sample) -> None:
+def _check_singularity(course: Course, sample: _Sample) -> None:
     if sample.singular_value < SMALLEST_SINGULAR_VALUE:
-        where, metadata = line.place(sample.u)
+        where, metadata = course.place(sample.u)
         raise KernelError(
-            f"the line meets a singularity {where}: the smallest singular value of the Jacobian is "
+            f"the {course.noun} meets a singularity {where}: the smallest singular value of the Jacobian is "
             f"{sample.singular_value:.3g}, it must be at least {SMALLEST_SINGULAR_VALUE}",
             reason=Reason.SINGULARITY,
             singular_value=sample.singular_value,

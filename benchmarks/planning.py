@@ -1,0 +1,73 @@
+"""What planning costs by motion type: an arc against a line of the same length, by the same arm from one posture."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from math import pi
+
+import numpy as np
+from virtualrobot_kernel.motion.circle import Center
+from virtualrobot_kernel.motion.limits import JointLimits
+from virtualrobot_kernel.motion.plan import Plan, plan_circ, plan_lin, plan_ptp
+from virtualrobot_plugins.chain.component import ChainKinematics
+
+from benchmarks.kinematics import ARMS, chain_of
+from benchmarks.rows import Row, row
+
+LENGTH = 0.3
+"""Meters, of line and arc alike."""
+
+REPEATS = 15
+BUDGET = 2.0
+"""An arc may cost twice a line: its joint path bends more, so it has more pieces."""
+
+READY = {
+    "iiwa 14": (0.3, 0.6, -0.2, -1.4, 0.1, 0.9, 0.2),
+    "Panda": (0.0, -0.4, 0.0, -2.0, 0.0, 1.6, 0.8),
+    "xArm6": (0.0, -0.4, -1.0, 0.0, 1.4, 0.0),
+    "Puma 560": (0.1, -0.7, -0.5, 0.2, 0.9, 0.3),
+}
+
+
+def milliseconds(*plans: Callable[[], Plan]) -> list[float]:
+    """Return the time of planning each, the least of several in turn: what else the machine does hits all alike."""
+    best = [np.inf] * len(plans)
+    for _ in range(REPEATS):
+        for k, plan in enumerate(plans):
+            start = time.perf_counter()
+            plan()
+            best[k] = min(best[k], (time.perf_counter() - start) * 1e3)
+    return best
+
+
+def run() -> list[Row]:
+    """Return a row for each arm: half a circle against a line of its length; and the line against a PTP to its end."""
+    rows = []
+    for arm in ARMS:
+        kinematics = ChainKinematics(chain_of(arm))
+        count = arm.axes
+        rates = (np.full(count, value) for value in (2.0, 10.0, 100.0))
+        limits = JointLimits(kinematics.joint_names, kinematics.lower, kinematics.upper, *rates)
+        ready = np.array(READY[arm.name])
+        here = kinematics.forward(ready)[-1]
+        goal = here.copy()
+        goal[1, 3] -= LENGTH
+        center = Center(here[:3, 3] - (0.0, LENGTH / pi, 0.0), np.array([1.0, 0.0, 0.0]), pi)
+        line = plan_lin(kinematics, ready, goal, limits)
+        arc = plan_circ(kinematics, ready, center, None, limits)
+        ptp, lin, circ = milliseconds(
+            lambda q=ready, p=line, m=limits: plan_ptp(q, p.goal, m),
+            lambda k=kinematics, q=ready, g=goal, m=limits: plan_lin(k, q, g, m),
+            lambda k=kinematics, q=ready, c=center, m=limits: plan_circ(k, q, c, None, m),
+        )
+        pieces = [len(plan.tracks[0].path.coefficients) for plan in (arc, line)]
+        title = f"planning a CIRC of 0.3 m, {arm.name}"
+        rows.append(row(title, circ, lin, "LIN of 0.3 m", "ms", BUDGET, f"{pieces[0]} pieces against {pieces[1]}"))
+        rows.append(row(f"planning a LIN of 0.3 m, {arm.name}", lin, ptp, "PTP to its end", "ms", None))
+    return rows
+
+
+if __name__ == "__main__":
+    for result in run():
+        print(result)

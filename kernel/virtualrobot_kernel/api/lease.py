@@ -1,0 +1,151 @@
+"""LeaseService: acquire, take, keep alive, release."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import Counter
+from collections.abc import AsyncIterator, Sequence
+from contextlib import aclosing
+
+from google.protobuf.timestamp_pb2 import Timestamp
+from virtualrobot.v1 import lease_pb2, lease_pb2_grpc
+
+from virtualrobot_kernel.api.author import author
+from virtualrobot_kernel.api.convert.values import stamp
+from virtualrobot_kernel.api.lease_table import Lease, Loss
+from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.world.commands import HaltRobots
+from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot
+
+GRACE_SECONDS = 1.0
+"""How long a lease lasts when no stream keeps it alive, in seconds of the wall clock."""
+
+LONGEST_OWNER = 200
+"""How many characters the name of an owner may have."""
+
+LOSSES = {loss: getattr(lease_pb2, f"LEASE_LOSS_{loss.name}") for loss in (Loss.RELEASED, Loss.TAKEN)}
+
+
+class LeaseServicer(lease_pb2_grpc.LeaseServiceServicer):
+    """Serves LeaseService; remembers how many streams keep which lease alive."""
+
+    def __init__(self, rooms: Rooms) -> None:
+        """Serve from these rooms."""
+        self._rooms = rooms
+        self._keepers: Counter[str] = Counter()
+        self._timers: dict[str, asyncio.TimerHandle] = {}
+
+    async def Acquire(self, request: lease_pb2.AcquireRequest, context: object) -> lease_pb2.AcquireResponse:
+        """Lease robots, all or none."""
+        world = self._rooms.world
+        robots, owner = _robots(world.snapshot, request.robots), _owner(request.owner, context)
+        lease = self._rooms.leases.acquire(world.snapshot, robots, owner)
+        self._expire_later(lease.token)
+        # Behind what was let into the queue before; so nobody else's command is applied once this call is answered.
+        applied = await asyncio.wrap_future(world.submit([], f"{lease.id} acquired by {author(context)}"))
+        return lease_pb2.AcquireResponse(
+            stamp=stamp(applied.snapshot), lease=_message(applied.snapshot, lease), token=lease.token
+        )
+
+    async def Take(self, request: lease_pb2.TakeRequest, context: object) -> lease_pb2.TakeResponse:
+        """Lease robots whoever had them, and stop their motions."""
+        world = self._rooms.world
+        robots, owner = _robots(world.snapshot, request.robots), _owner(request.owner, context)
+        lease, losers = self._rooms.leases.take(robots, owner)
+        self._expire_later(lease.token)
+        cancellation = Cancellation(CancelCause.LEASE_TAKEN, f"the robot was taken over by {owner!r}")
+        halt = world.submit([HaltRobots(robots, cancellation)], f"{lease.id} taken by {author(context)}")
+        applied = await asyncio.wrap_future(halt)
+        return lease_pb2.TakeResponse(
+            stamp=stamp(applied.snapshot),
+            lease=_message(applied.snapshot, lease),
+            token=lease.token,
+            taken_from=[_message(applied.snapshot, loser) for loser in losers],
+        )
+
+    async def KeepAlive(
+        self, request: lease_pb2.KeepAliveRequest, context: object
+    ) -> AsyncIterator[lease_pb2.KeepAliveResponse]:
+        """Hold a lease while the stream is open, and tell what it loses."""
+        leases, token = self._rooms.leases, request.token
+        told = leases.held_by(token)
+        self._keepers[token] += 1
+        try:
+            yield lease_pb2.KeepAliveResponse(lease=_message(self._rooms.world.snapshot, told))
+            async with aclosing(self._rooms.publications.each(leases.subscribe)) as changes:
+                async for _ in changes:
+                    now = leases.record(token)
+                    if now.robots == told.robots:
+                        continue
+                    told = now
+                    yield lease_pb2.KeepAliveResponse(
+                        lease=_message(self._rooms.world.snapshot, now),
+                        loss=LOSSES[now.loss] if now.loss else None,
+                        reason=now.reason,
+                    )
+                    if not now.robots:
+                        return
+        finally:
+            self._keepers[token] -= 1
+            if not self._keepers[token]:
+                del self._keepers[token]
+            self._expire_later(token)
+
+    async def Release(self, request: lease_pb2.ReleaseRequest, context: object) -> lease_pb2.ReleaseResponse:
+        """Make the robots of a lease free."""
+        lease = self._rooms.leases.held_by(request.token)
+        self._rooms.leases.end(lease, Loss.RELEASED, "it was released")
+        return lease_pb2.ReleaseResponse(lease=_message(self._rooms.world.snapshot, lease))
+
+    async def ListLeases(self, request: lease_pb2.ListLeasesRequest, context: object) -> lease_pb2.ListLeasesResponse:
+        """Tell who has leased what."""
+        snapshot = self._rooms.world.snapshot
+        return lease_pb2.ListLeasesResponse(
+            stamp=stamp(snapshot), leases=[_message(snapshot, lease) for lease in self._rooms.leases.held]
+        )
+
+    def _expire_later(self, token: str) -> None:
+        """Give a lease the whole grace from now on."""
+        if timer := self._timers.pop(token, None):
+            timer.cancel()
+        self._timers[token] = asyncio.get_running_loop().call_later(GRACE_SECONDS, self._check, token)
+
+    def _check(self, token: str) -> None:
+        """End a lease that no stream keeps alive, and stop its robots; else the end of a stream checks again."""
+        del self._timers[token]
+        lease = next((one for one in self._rooms.leases.held if one.token == token), None)
+        if self._keepers[token] or lease is None:
+            return
+        reason = f"nobody has kept it alive for {GRACE_SECONDS:g} s"
+        self._rooms.leases.end(lease, Loss.EXPIRED, reason)
+        cancellation = Cancellation(CancelCause.LEASE_EXPIRED, f"the lease of {lease.owner!r} expired: {reason}")
+        self._rooms.world.submit([HaltRobots(tuple(sorted(lease.robots)), cancellation)], "kernel")
+
+
+def _robots(snapshot: Snapshot, names: Sequence[str]) -> tuple[int, ...]:
+    """Return the uids of robots by name, each once; raise KernelError for none and for unknown ones."""
+    if not names:
+        raise KernelError("robots must name at least one robot", field="robots")
+    return tuple(sorted({snapshot.structure.robot(name)[0].uid for name in names}))
+
+
+def _owner(asked: str, context: object) -> str:
+    if len(asked) > LONGEST_OWNER:
+        raise KernelError(
+            f"owner may have {LONGEST_OWNER} characters, not {len(asked)}", field="owner", limit=LONGEST_OWNER
+        )
+    return asked or author(context)
+
+
+def _message(snapshot: Snapshot, lease: Lease) -> lease_pb2.Lease:
+    """Return a lease without its token."""
+    nodes = snapshot.structure.nodes
+    since = Timestamp()
+    since.FromNanoseconds(round(lease.since * 1e9))
+    return lease_pb2.Lease(
+        id=lease.id,
+        robots=[nodes[uid].name for uid in sorted(lease.robots) if uid in nodes],
+        owner=lease.owner,
+        since=since,
+    )

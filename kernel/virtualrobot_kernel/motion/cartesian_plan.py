@@ -1,0 +1,153 @@
+"""The planners of Cartesian motions, LIN and CIRC: one mechanism, whatever the course of the tool centre point is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+from virtualrobot_sdk.kinematics import InverseOptions, InverseStatus, Kinematics
+
+from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.motion.cartesian_path import TcpKinematics, cartesian_path
+from virtualrobot_kernel.motion.circle import Center, Via, arc
+from virtualrobot_kernel.motion.course import Course
+from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits, checked_joints, checked_scale
+from virtualrobot_kernel.motion.line import line_between
+from virtualrobot_kernel.motion.path import joint_line
+from virtualrobot_kernel.motion.planned import Plan, Track, peaks, planned
+from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
+from virtualrobot_kernel.motion.profile import jerk_limited_profile
+
+#: A motion that has to be slowed down for a joint is slowed down by this much more.
+_MARGIN = 1.001
+#: Starts of the search that tells a place out of reach from a singularity on the way to a reachable one.
+_RESTARTS = 200
+
+
+def plan_lin(
+    kinematics: Kinematics,
+    q_start: Sequence[float] | Array,
+    base_t_goal: ArrayLike,
+    limits: JointLimits,
+    cartesian_limits: CartesianLimits | None = None,
+    velocity_scale: float = 1.0,
+    tip_t_tcp: ArrayLike | None = None,
+) -> Plan:
+    """Return the linear motion: the TCP moves on a straight line, its orientation turns about one axis (slerp).
+
+    base_t_goal: (4, 4), where the TCP ends; tip_t_tcp: (4, 4), the TCP at the kinematics' last frame (identity when
+    None). The law along the line keeps `cartesian_limits`, with speeds times `velocity_scale` in (0, 1]; where a joint
+    cannot follow, the whole motion is slowed down uniformly until every joint keeps its velocity, acceleration and
+    jerk. Errors: see `cartesian_path`; a singularity on the way to a goal out of reach is UNREACHABLE.
+    """
+    goal = np.array(base_t_goal, dtype=np.float64)
+    return _planned(
+        "LIN",
+        lambda base_t_start: line_between(base_t_start, goal),
+        kinematics,
+        q_start,
+        limits,
+        cartesian_limits or CartesianLimits(),
+        velocity_scale,
+        tip_t_tcp,
+    )
+
+
+def plan_circ(
+    kinematics: Kinematics,
+    q_start: Sequence[float] | Array,
+    shape: Via | Center,
+    base_t_goal: ArrayLike | None,
+    limits: JointLimits,
+    cartesian_limits: CartesianLimits | None = None,
+    velocity_scale: float = 1.0,
+    tip_t_tcp: ArrayLike | None = None,
+    with_arc: bool = False,
+) -> Plan:
+    """Return the circular motion: the TCP moves on an arc through a point or about a centre.
+
+    base_t_goal: (4, 4), where the TCP ends; None when `shape` has an angle. The orientation turns about one axis,
+    evenly with the arc: to the goal's, or by the arc's own angle when `with_arc`. The position keeps the acceleration
+    and jerk of `cartesian_limits` in space, centripetal parts included. All else, errors too: as for `plan_lin`; a
+    singularity on the way to a via point out of reach is UNREACHABLE. What makes no arc: see `circle.arc`.
+    """
+    goal = None if base_t_goal is None else np.array(base_t_goal, dtype=np.float64)
+    return _planned(
+        "CIRC",
+        lambda base_t_start: arc(base_t_start, shape, goal, with_arc),
+        kinematics,
+        q_start,
+        limits,
+        cartesian_limits or CartesianLimits(),
+        velocity_scale,
+        tip_t_tcp,
+    )
+
+
+def _planned(
+    name: str,
+    course_from: Callable[[Array], Course],
+    kinematics: Kinematics,
+    q_start: Sequence[float] | Array,
+    limits: JointLimits,
+    cartesian_limits: CartesianLimits,
+    velocity_scale: float,
+    tip_t_tcp: ArrayLike | None,
+) -> Plan:
+    q_start = checked_joints(q_start, len(limits.names), f"the start of a {name} motion")
+    limits.check(q_start, f"the start of the {name} motion")
+    tcp = TcpKinematics(kinematics, np.eye(4) if tip_t_tcp is None else np.array(tip_t_tcp, dtype=np.float64))
+    course = course_from(tcp.pose(q_start))
+    bounds = _bounds(course, cartesian_limits, checked_scale(velocity_scale, "velocity scale"))
+    if not bounds:
+        return planned(course.kind, joint_line(q_start, q_start), jerk_limited_profile(0.0, 1.0, 1.0, 1.0), limits)
+    try:
+        path = cartesian_path(tcp, course, q_start, limits)
+    except KernelError as error:
+        out = _out_of_reach(tcp, course, q_start) if error.reason is Reason.SINGULARITY else None
+        if out is None:
+            raise
+        message = f"the {out} of the {name} motion is out of reach; on the way there {error}"
+        raise KernelError(message, reason=Reason.UNREACHABLE, **error.metadata) from error
+    law = slowed_down(path, jerk_limited_profile(1.0, *bounds), limits.scaled(velocity_scale))
+    return planned(course.kind, path, law, limits, course_limits=(bounds[1], bounds[2]))
+
+
+def slowed_down(path: PiecewisePolynomial, law: PiecewisePolynomial, limits: JointLimits) -> PiecewisePolynomial:
+    """Return `law` stretched uniformly until every joint of the path keeps its velocity, acceleration and jerk.
+
+    A stretch by c divides velocities by c, accelerations by c², jerks by c³, so that the largest of
+    max |v| / limit, sqrt(max |a| / limit), cbrt(max |j| / limit) is the stretch that is needed.
+    """
+    bounds = np.stack([limits.velocity, limits.acceleration, limits.jerk])
+    powers = np.array([1.0, 1.0 / 2.0, 1.0 / 3.0])
+    # The second, finer grid verifies the first; a stretched law is checked again.
+    for points in (2000, 7001):
+        while (need := float(((peaks(Track(path, law), points) / bounds).max(axis=1) ** powers).max())) > 1.0:
+            law = law.stretched(law.end * need * _MARGIN)
+    return law
+
+
+def _out_of_reach(tcp: TcpKinematics, course: Course, q_start: Array) -> str | None:
+    """Return the name of the first place of the course that no posture reaches, with or without limits."""
+    options = InverseOptions(seed=q_start, respect_limits=False, max_restarts=_RESTARTS)
+    for u, name in course.stations:
+        base_t_tip = course.pose(u) @ np.linalg.inv(tcp.tip_t_tcp)
+        if tcp.kinematics.inverse(base_t_tip, options).status is InverseStatus.UNREACHABLE:
+            return name
+    return None
+
+
+def _bounds(course: Course, limits: CartesianLimits, velocity_scale: float) -> list[float]:
+    """Return velocity, acceleration and jerk limits of the fraction u of the course; empty where nothing moves."""
+    rotation = (limits.rotation_velocity, limits.rotation_acceleration, limits.rotation_jerk)
+    rows = []
+    if (length := course.length) > 0.0:
+        rows.append([value / length for value in course.tangential(limits, velocity_scale)])
+    if (angle := course.angle) > 0.0:
+        rows.append([value / angle for value in rotation])
+    if not rows:
+        return []
+    velocity, acceleration, jerk = (min(column) for column in zip(*rows, strict=True))
+    return [velocity * velocity_scale, acceleration, jerk]

@@ -1,0 +1,98 @@
+"""What LIN and CIRC share: a course of the tool centre point whose orientation turns about one fixed axis (slerp)."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from virtualrobot_kernel.motion.limits import CartesianLimits
+from virtualrobot_kernel.motion.polynomial import Array
+from virtualrobot_kernel.motion.rotation import rotation_matrix, rotation_vector
+
+#: Below these a course has no length (m) or no turn (rad): moving is pointless and the axis undefined.
+SHORTEST_LENGTH, SMALLEST_ANGLE = 1e-9, 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Course(ABC):
+    """Poses base_t_tcp(u), u in [0, 1], from `base_t_start` (4, 4) to the goal, with constant speed |dp/du|.
+
+    rotation (3,): rotation(u) = Rot(u * rotation) R_start, the rotation vector in rad in the base frame. `kind` and
+    `noun` are what the motion and its course are called.
+    """
+
+    kind: ClassVar[str]
+    noun: ClassVar[str]
+
+    base_t_start: Array
+    rotation: Array
+
+    @property
+    @abstractmethod
+    def length(self) -> float:
+        """The length of the way of the position in m."""
+
+    @abstractmethod
+    def position(self, u: float) -> Array:
+        """Return the position (3,) at the fraction `u` in m, base frame."""
+
+    @abstractmethod
+    def twist(self, u: float) -> Array:
+        """Return the derivative (6,) of the pose by u at `u`: m, then rad, base frame, at the TCP."""
+
+    @property
+    def stations(self) -> tuple[tuple[float, str], ...]:
+        """Fractions that have a name, in the order in which they are asked whether the arm reaches them at all."""
+        return ((1.0, "goal"),)
+
+    def tangential(self, limits: CartesianLimits, speed: float) -> tuple[float, float, float]:
+        """Return the greatest velocity, and with `speed` (0, 1] of it acceleration and jerk along the course.
+
+        In m/s, m/s² and m/s³: with these the acceleration and jerk of the position, in space, keep `limits`.
+        """
+        del speed
+        return limits.velocity, limits.acceleration, limits.jerk
+
+    @property
+    def angle(self) -> float:
+        """The angle that the orientation turns, in rad."""
+        return float(np.linalg.norm(self.rotation))
+
+    def pose(self, u: float) -> Array:
+        """Return base_t_tcp (4, 4) at the fraction `u`."""
+        pose = self.base_t_start.copy()
+        pose[:3, 3] = self.position(u)
+        pose[:3, :3] = rotation_matrix(u * self.rotation) @ pose[:3, :3]
+        return pose
+
+    def deviation(self, u: float, base_t_tcp: Array) -> Array:
+        """Return the twist (6,) that takes `base_t_tcp` to the course's pose at `u`: m and rad in the base frame."""
+        wanted = self.pose(u)
+        turn = rotation_vector(wanted[:3, :3] @ base_t_tcp[:3, :3].T)
+        return np.concatenate([wanted[:3, 3] - base_t_tcp[:3, 3], turn])
+
+    def place(self, u: float) -> tuple[str, dict[str, object]]:
+        """Return where `u` is, as words and as metadata: fraction, millimetres, degrees, position in the base frame."""
+        x, y, z = self.position(u)
+        travelled, whole = u * self.length * 1e3, self.length * 1e3
+        turned, turn = np.degrees(u * self.angle), np.degrees(self.angle)
+        words = (
+            f"at {100.0 * u:.1f}% of the {self.noun} ({travelled:.1f} of {whole:.1f} mm, {turned:.1f} of {turn:.1f} "
+            f"degrees, TCP at x {x:.4f}, y {y:.4f}, z {z:.4f} m in the base frame)"
+        )
+        position = f"{x:.6f}, {y:.6f}, {z:.6f}"
+        return words, {
+            "fraction": f"{u:.6f}",
+            "millimeters": f"{travelled:.3f}",
+            "degrees": f"{turned:.3f}",
+            "position": position,
+        }
+
+
+def turn_between(base_t_start: Array, base_t_goal: Array) -> Array:
+    """Return the rotation vector (3,) in rad, base frame, that turns one pose (4, 4) to another the shorter way."""
+    rotation = rotation_vector(base_t_goal[:3, :3] @ base_t_start[:3, :3].T)
+    return np.zeros(3) if np.linalg.norm(rotation) < SMALLEST_ANGLE else rotation

@@ -1,0 +1,92 @@
+"""Configurations through the client: what a robot gets by itself, solving and moving to a named one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import virtualrobot
+from virtualrobot import Client, Robot
+
+from tests.api.client.conftest import IIWA
+
+NAMES = {
+    f"{shoulder} {elbow} {wrist}"
+    for shoulder in ("left", "right")
+    for elbow in ("up", "down")
+    for wrist in ("noflip", "flip")
+}
+READY = np.array([0.1, 0.7, -2.6, 0.4, 0.8, -0.3])
+
+
+@pytest.fixture
+def puma(client: Client) -> Robot:
+    robot = client.load_robot("model://puma560", name="puma")
+    robot.set_positions(READY)
+    return robot
+
+
+def test_a_robot_gets_the_closed_form_where_its_geometry_has_one(client: Client, puma: Robot, tmp_path: Path) -> None:
+    assert puma.kinematics == "closed_form"
+    assert client.load_robot(IIWA, name="iiwa").kinematics == "chain", "seven joints"
+    client.scene.save(tmp_path / "cell.yaml")
+    assert "kinematics:" not in (tmp_path / "cell.yaml").read_text(), "what was found is not what was chosen"
+    puma.set_kinematics("chain")
+    assert puma.kinematics == "chain"
+    client.scene.save(tmp_path / "cell.yaml")
+    assert "kinematics: chain" in (tmp_path / "cell.yaml").read_text()
+    check = puma.set_kinematics("")
+    assert puma.kinematics == "closed_form"
+    assert check.inverse_position_error_meters < 1e-9
+
+
+def test_all_branches_come_by_name_and_the_present_posture_first(puma: Robot) -> None:
+    solution = puma.solve_inverse(puma.tcp)
+    np.testing.assert_allclose(solution.best, READY, atol=1e-9)
+    assert len(solution.solutions) == len(set(solution.configurations)) > 1
+    assert {" ".join(name.split()[:3]) for name in solution.configurations} <= NAMES
+    for one in solution.solutions:
+        np.testing.assert_allclose(puma.solve_forward(one).world_t_tcp, puma.tcp, atol=1e-9)
+
+
+def test_only_a_named_configuration_is_solved_and_moved_to(puma: Robot) -> None:
+    there = puma.tcp
+    every = puma.solve_inverse(there)
+    other = next(name for name in every.configurations if name.split()[:2] != every.configurations[0].split()[:2])
+    only = puma.solve_inverse(there, configuration=other)
+    assert only.configurations[0] == other
+    puma.move_pose(there, configuration=other)
+    np.testing.assert_allclose(puma.positions, only.best, atol=1e-6)
+    np.testing.assert_allclose(puma.tcp, there, atol=1e-6)
+
+
+def test_a_configuration_that_there_is_not_is_refused_with_the_valid_ones(client: Client, puma: Robot) -> None:
+    for call in (puma.solve_inverse, puma.move_pose):
+        with pytest.raises(virtualrobot.InvalidArgumentError, match="'left up noflip'") as refusal:
+            call(puma.tcp, configuration="elbow up")
+        assert set(refusal.value.metadata["valid"].split(", ")) == NAMES
+    iiwa = client.load_robot(IIWA, name="iiwa")
+    with pytest.raises(virtualrobot.InvalidArgumentError, match="names none"):
+        iiwa.solve_inverse(iiwa.tcp, configuration="left up noflip")
+
+
+def test_joints_and_lines_take_no_configuration(puma: Robot) -> None:
+    with pytest.raises(virtualrobot.InvalidArgumentError, match="for a goal that is a pose"):
+        puma.ptp({"joint_1": 0.0}, configuration="left up noflip")
+    line = puma.linear(puma.tcp @ virtualrobot.pose(z=0.01))
+    line.linear.goal.configuration = "left up noflip"
+    with pytest.raises(virtualrobot.InvalidArgumentError, match="keeps the configuration that it starts in"):
+        puma.start(line)
+
+
+def test_a_configuration_that_does_not_reach_says_which_do(puma: Robot) -> None:
+    every = {" ".join(name.split()[:3]) for name in puma.solve_inverse(puma.tcp).configurations}
+    missing = NAMES - every
+    assert missing, "limits shut out some branch of this posture"
+    name = sorted(missing)[0]
+    solution = puma.solve_inverse(puma.tcp, configuration=name)
+    assert not solution.solved
+    assert name in solution.explanation
+    with pytest.raises(virtualrobot.UnreachableError, match="others:"):
+        puma.move_pose(puma.tcp, configuration=name)

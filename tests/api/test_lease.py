@@ -1,0 +1,531 @@
+"""Leases over the contract: who is refused, what stopping may, and what happens to those who vanish."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+import grpc
+import numpy as np
+import pytest
+from google.protobuf.field_mask_pb2 import FieldMask
+from virtualrobot.v1 import (
+    asset_pb2,
+    geometry_pb2,
+    kernel_pb2,
+    lease_pb2,
+    motion_pb2,
+    nodes_pb2,
+    plugin_pb2,
+    robot_pb2,
+    scene_pb2,
+    signal_pb2,
+    view_pb2,
+)
+
+from tests.api.asking import IIWA, PANDA, apply, box, create, joints, load, refusal, start
+from tests.api.conftest import KernelProcess, Stubs
+from tests.api.moving import CANCELLED, RUNNING, motion
+from tests.api.reading import state, step
+
+CONTINUE = motion_pb2.DISCONNECT_POLICY_CONTINUE
+MODULES = (asset_pb2, kernel_pb2, lease_pb2, motion_pb2, plugin_pb2, robot_pb2, scene_pb2, signal_pb2, view_pb2)
+
+
+class Holder:
+    """A client of its own that leases robots, and keeps the lease until it lets go or is closed."""
+
+    def __init__(self, kernel: KernelProcess, *robots: str, owner: str = "Ada", take: bool = False) -> None:
+        """Lease, or take, the robots."""
+        self.stubs = kernel.stubs()
+        ask = lease_pb2.TakeRequest if take else lease_pb2.AcquireRequest
+        call = self.stubs.lease.Take if take else self.stubs.lease.Acquire
+        self.given: Any = call(ask(robots=robots, owner=owner))
+        self.metadata = (("virtualrobot-lease", self.given.token),)
+        self.told: Any = self.stubs.lease.KeepAlive(lease_pb2.KeepAliveRequest(token=self.given.token))
+        assert next(self.told).lease == self.given.lease
+
+    def start(self, move: motion_pb2.Move, **fields: Any) -> str:  # noqa: ANN401 fields of the request
+        """Start a move and return the motion's id."""
+        request = motion_pb2.StartMotionRequest(moves=[move], on_disconnect=CONTINUE, **fields)
+        return self.stubs.motion.StartMotion(request, metadata=self.metadata).motion.id
+
+    def apply(self, *commands: scene_pb2.Command) -> None:
+        """Apply commands as one batch."""
+        self.stubs.scene.Apply(scene_pb2.ApplyRequest(commands=commands), metadata=self.metadata)
+
+    def release(self) -> None:
+        """Give the robots back."""
+        self.stubs.lease.Release(lease_pb2.ReleaseRequest(token=self.given.token))
+
+    def vanish(self) -> None:
+        """Close the connection without a word."""
+        self.stubs.channel.close()
+
+
+def leases(stubs: Stubs) -> list[lease_pb2.Lease]:
+    return list(stubs.lease.ListLeases(lease_pb2.ListLeasesRequest()).leases)
+
+
+def free(stubs: Stubs) -> None:
+    """Wait until nothing is leased any more."""
+    waiting = threading.Event()
+    for _ in range(3000):
+        if not leases(stubs):
+            return
+        waiting.wait(0.01)
+    raise AssertionError(f"still leased: {leases(stubs)}")
+
+
+def slow(robot: str) -> motion_pb2.Move:
+    """Return a move that takes half a minute."""
+    return joints(robot, 0.03, lbr_iiwa_joint_1=2.0)
+
+
+@pytest.fixture
+def cell(kernel: KernelProcess, stubs: Stubs) -> Iterator[Stubs]:
+    """Return stubs that hold no lease; there are the arms `left` and `right`, and a box that `left` holds."""
+    for name in ("left", "right"):
+        load(stubs, IIWA, name)
+    tool = nodes_pb2.Tool(states=[nodes_pb2.ToolState(name="on"), nodes_pb2.ToolState(name="off")])
+    apply(
+        stubs,
+        create(nodes_pb2.Node(name="cup", parent="left.lbr_iiwa_link_7", tool=tool)),
+        create(box("box", z=1.3)),
+        scene_pb2.Command(pick_part=scene_pb2.PickPart(robot="left", part="box")),
+        create(box("loose", parent="left.lbr_iiwa_link_0")),
+    )
+    yield stubs
+    for lease in leases(stubs):
+        taken = stubs.lease.Take(lease_pb2.TakeRequest(robots=lease.robots)) if lease.robots else None
+        if taken:
+            stubs.lease.Release(lease_pb2.ReleaseRequest(token=taken.token))
+    free(stubs)
+
+
+def test_without_lease_anyone_moves_and_with_it_the_holder_alone(cell: Stubs, kernel: KernelProcess) -> None:
+    stubs = cell
+    start(stubs, joints("left", lbr_iiwa_joint_1=0.01))
+    stubs.motion.Stop(motion_pb2.StopRequest())
+    ada = Holder(kernel, "left", owner="Ada")
+    refused = refusal(lambda: start(stubs, joints("left", lbr_iiwa_joint_1=0.1)))
+    assert (refused.code, refused.reason) == (grpc.StatusCode.PERMISSION_DENIED, "LEASED")
+    assert (refused.metadata["robot"], refused.metadata["owner"]) == ("left", "Ada")
+    assert refused.metadata["lease"] == ada.given.lease.id
+    assert refused.metadata["since"] == ada.given.lease.since.ToDatetime().isoformat(timespec="seconds") + "+00:00"
+    assert "'left' is leased by 'Ada'" in refused.message
+    ada.start(joints("left", lbr_iiwa_joint_1=0.1), busy_policy=motion_pb2.BUSY_POLICY_PREEMPT)
+    start(stubs, joints("right", lbr_iiwa_joint_1=0.1))
+    (shown,) = leases(stubs)
+    assert shown == ada.given.lease
+    assert list(shown.robots) == ["left"]
+    ada.release()
+    stubs.motion.Stop(motion_pb2.StopRequest())
+    start(stubs, joints("left", lbr_iiwa_joint_1=0.2), busy=motion_pb2.BUSY_POLICY_PREEMPT)
+
+
+def update(name: str, node: nodes_pb2.Node, *fields: str) -> scene_pb2.Command:
+    return scene_pb2.Command(update_node=scene_pb2.UpdateNode(name=name, node=node, mask=FieldMask(paths=fields)))
+
+
+def attach(name: str, parent: str) -> scene_pb2.Command:
+    return scene_pb2.Command(attach_node=scene_pb2.AttachNode(name=name, parent=parent))
+
+
+AWAY = nodes_pb2.Node(parent_t_node=geometry_pb2.Pose(position=geometry_pb2.Vector3(x=3.0)))
+TOUCHING = {
+    "joints": scene_pb2.Command(
+        set_joint_positions=scene_pb2.SetJointPositions(robot="left", joint_positions={"lbr_iiwa_joint_1": 0.5})
+    ),
+    "place of its base": update("left", AWAY, "parent_t_node"),
+    "name": update("left", nodes_pb2.Node(name="mine"), "name"),
+    "link": update("left.lbr_iiwa_link_3", nodes_pb2.Node(hidden=True), "hidden"),
+    "tool": update("cup", nodes_pb2.Node(hidden=True), "hidden"),
+    "held part": update("box", AWAY, "parent_t_node"),
+    "theft of the held part": attach("box", "world"),
+    "gift of a part": attach("loose", "cup"),
+    "removal": scene_pb2.Command(remove_node=scene_pb2.RemoveNode(name="left")),
+    "removal of a tool": scene_pb2.Command(remove_node=scene_pb2.RemoveNode(name="cup")),
+    "tool to elsewhere": attach("cup", "right.lbr_iiwa_link_7"),
+    "attachment": attach("left", "right.lbr_iiwa_link_7"),
+    "another tool": create(nodes_pb2.Node(name="new", parent="left.lbr_iiwa_link_7", tool=nodes_pb2.Tool())),
+    "pick": scene_pb2.Command(pick_part=scene_pb2.PickPart(robot="left", part="loose")),
+    "place": scene_pb2.Command(place_part=scene_pb2.PlacePart(robot="left")),
+    "tool state": scene_pb2.Command(set_tool_state=scene_pb2.SetToolState(tool="cup", state="off")),
+    "choice of tool": scene_pb2.Command(select_tool=scene_pb2.SelectTool(robot="left")),
+    "speed": scene_pb2.Command(set_speed_factor=scene_pb2.SetSpeedFactor(robot="left", factor=0.5)),
+    "speed of all": scene_pb2.Command(set_speed_factor=scene_pb2.SetSpeedFactor(factor=0.5)),
+}
+
+
+@pytest.mark.parametrize("command", TOUCHING.values(), ids=TOUCHING)
+def test_others_change_nothing_of_a_leased_robot(
+    cell: Stubs, kernel: KernelProcess, command: scene_pb2.Command
+) -> None:
+    stubs = cell
+    ada = Holder(kernel, "left")
+    before = stubs.scene.SaveScene(scene_pb2.SaveSceneRequest()).text
+    refused = refusal(lambda: apply(stubs, create(box("with it", x=9.0)), command))
+    assert (refused.reason, refused.metadata["robot"], refused.metadata["owner"]) == ("LEASED", "left", "Ada")
+    assert stubs.scene.SaveScene(scene_pb2.SaveSceneRequest()).text == before
+    bob = Holder(kernel, "right", owner="Bob")  # a lease of another robot does not help
+    assert refusal(lambda: bob.apply(command)).metadata["owner"] == "Ada"
+    bob.release()
+    ada.apply(command)
+
+
+def test_what_is_not_the_robot_stays_free(cell: Stubs, kernel: KernelProcess) -> None:
+    stubs = cell
+    Holder(kernel, "left")
+    apply(
+        stubs,
+        create(box("pallet", x=2.0)),
+        update("loose", AWAY, "parent_t_node"),  # only lies on it
+        attach("loose", "pallet"),
+        attach("loose", "left.lbr_iiwa_link_0"),
+        create(nodes_pb2.Node(name="note", parent="left.lbr_iiwa_link_7", annotation=nodes_pb2.Annotation())),
+        scene_pb2.Command(create_signal=scene_pb2.CreateSignal(signal=signal_pb2.Signal(name="lamp"))),
+        scene_pb2.Command(set_speed_factor=scene_pb2.SetSpeedFactor(robot="right", factor=0.5)),
+    )
+    stubs.signal.SetSignals(signal_pb2.SetSignalsRequest(values={"lamp": True}))
+    stubs.robot.SolveForward(robot_pb2.SolveForwardRequest(robot="left"))
+
+
+def test_the_world_is_not_replaced_under_a_lease(cell: Stubs, kernel: KernelProcess) -> None:
+    stubs = cell
+    ada = Holder(kernel, "left")
+    text = scene_pb2.LoadSceneRequest(text="schema_version: 1\n")
+    assert refusal(lambda: stubs.scene.LoadScene(text)).metadata["owner"] == "Ada"
+    posed = "schema_version: 1\nrobot_states: [{name: left, positions: [1, 0, 0, 0, 0, 0, 0]}]\n"
+    add = scene_pb2.LoadSceneRequest(text=posed, add=True)
+    try:
+        stubs.scene.LoadScene(add)  # whatever it is refused for
+    except grpc.RpcError:
+        pass
+    assert state(stubs, "left").positions[0] == 0.0
+    stubs.scene.LoadScene(scene_pb2.LoadSceneRequest(text="schema_version: 1\n", add=True))
+    under = scene_pb2.ImportModelRequest(uri=IIWA, name="third", parent="left.lbr_iiwa_link_7")
+    assert refusal(lambda: stubs.scene.ImportModel(under)).reason == "LEASED"
+    ada.stubs.scene.LoadScene(text, metadata=ada.metadata)
+    (lease,) = leases(stubs)
+    assert list(lease.robots) == []  # its robot is gone
+    load(stubs, IIWA, "left")
+    start(stubs, joints("left", lbr_iiwa_joint_1=0.1))  # another one of the same name is free
+    ada.release()
+
+
+def test_kinematics_are_swapped_by_the_holder_alone(cell: Stubs, kernel: KernelProcess) -> None:
+    stubs = cell
+    ada = Holder(kernel, "left")
+    request = robot_pb2.SetKinematicsRequest(robot="left", kinematics="chain")
+    assert refusal(lambda: stubs.robot.SetKinematics(request)).reason == "LEASED"
+    ada.stubs.robot.SetKinematics(request, metadata=ada.metadata)
+
+
+def test_anyone_may_stop_and_pause_but_not_resume(cell: Stubs, kernel: KernelProcess) -> None:
+    stubs = cell
+    ada = Holder(kernel, "left")
+    id = ada.start(slow("left"))
+    stubs.motion.PauseMotion(motion_pb2.PauseMotionRequest(id=id))
+    resume = motion_pb2.ResumeMotionRequest(id=id)
+    assert refusal(lambda: stubs.motion.ResumeMotion(resume)).metadata["owner"] == "Ada"
+    ada.stubs.motion.ResumeMotion(resume, metadata=ada.metadata)
+    stubs.motion.CancelMotion(motion_pb2.CancelMotionRequest(id=id))
+    id = ada.start(slow("left"), busy_policy=motion_pb2.BUSY_POLICY_PREEMPT)
+    assert [one.id for one in stubs.motion.Stop(motion_pb2.StopRequest(robots=["left"])).motions] == [id]
+    assert leases(stubs) == [ada.given.lease]  # stopping is not taking
+
+
+def test_a_start_that_would_preempt_the_holder_stops_nothing(cell: Stubs, kernel: KernelProcess) -> None:
+    stubs = cell
+    ada = Holder(kernel, "left")
+    group = motion_pb2.StartMotionRequest(moves=[slow("left"), slow("right")], on_disconnect=CONTINUE)
+    id = ada.stubs.motion.StartMotion(group, metadata=ada.metadata).motion.id
+    for robot in ("left", "right"):  # the motion of `right` moves `left` as well
+        move = joints(robot, lbr_iiwa_joint_1=0.5)
+        refused = refusal(lambda move=move: start(stubs, move, busy=motion_pb2.BUSY_POLICY_PREEMPT))
+        assert refused.metadata["owner"] == "Ada"
+    assert motion(stubs, id).phase == RUNNING
+
+
+def test_several_robots_are_leased_all_or_none(cell: Stubs, kernel: KernelProcess) -> None:
+    stubs = cell
+    ada = Holder(kernel, "left")
+    ask = lease_pb2.AcquireRequest(robots=["right", "left"], owner="Bob")
+    assert refusal(lambda: stubs.lease.Acquire(ask)).metadata["owner"] == "Ada"
+    start(stubs, joints("right", lbr_iiwa_joint_1=0.1))  # is still free
+    bob = Holder(kernel, "right", owner="Bob")
+    both = (*ada.metadata, *bob.metadata)
+    together = motion_pb2.StartMotionRequest(
+        moves=[slow("left"), slow("right")], on_disconnect=CONTINUE, busy_policy=motion_pb2.BUSY_POLICY_PREEMPT
+    )
+    assert refusal(lambda: stubs.motion.StartMotion(together, metadata=ada.metadata)).metadata["robot"] == "right"
+    stubs.motion.StartMotion(together, metadata=both)
+
+
+def test_of_many_who_acquire_at_once_one_gets_it(cell: Stubs, kernel: KernelProcess) -> None:
+    clients = [kernel.stubs() for _ in range(8)]
+    calls = [
+        client.lease.Acquire.future(lease_pb2.AcquireRequest(robots=["left", "right"], owner=f"client {number}"))
+        for number, client in enumerate(clients)
+    ]
+    refused = [call for call in calls if call.exception(30) is not None]
+    (won,) = [call.result() for call in calls if call not in refused]
+    assert {refusal(call.result).metadata["owner"] for call in refused} == {won.lease.owner}
+
+
+def test_taking_stops_the_motion_and_tells_the_owner(cell: Stubs, kernel: KernelProcess) -> None:
+    stubs = cell
+    ada = Holder(kernel, "left", "right", owner="Ada")
+    id, other = ada.start(slow("left")), ada.start(slow("right"))
+    bob = Holder(kernel, "left", owner="Bob", take=True)
+    assert list(bob.given.taken_from) == [ada.given.lease]
+    assert motion(stubs, id).cancel_cause == motion_pb2.CANCEL_CAUSE_LEASE_TAKEN
+    assert "taken over by 'Bob'" in motion(stubs, id).cancel_reason
+    told = next(ada.told)
+    assert (told.loss, list(told.lease.robots)) == (lease_pb2.LEASE_LOSS_TAKEN, ["right"])
+    assert "'Bob'" in told.reason
+    assert refusal(lambda: ada.start(joints("left", lbr_iiwa_joint_1=0.1))).metadata["owner"] == "Bob"
+    assert motion(stubs, other).phase == RUNNING  # she keeps the other robot
+    last = Holder(kernel, "right", owner="Bob", take=True)
+    *_, told = ada.told
+    assert (told.loss, list(told.lease.robots)) == (lease_pb2.LEASE_LOSS_TAKEN, [])
+    last.release()
+    refused = refusal(lambda: ada.start(joints("right", lbr_iiwa_joint_1=0.1)))  # free now, but her lease has ended
+    assert (refused.reason, refused.metadata["cause"]) == ("LEASE_ENDED", "taken")
+    assert "'Bob'" in refused.message
+    ada.stubs.motion.Stop(motion_pb2.StopRequest(), metadata=ada.metadata)  # stopping asks for nothing
+
+
+def test_releasing_lets_a_motion_go_on(cell: Stubs, kernel: KernelProcess) -> None:
+    stubs = cell
+    ada = Holder(kernel, "left")
+    id = ada.start(slow("left"))
+    ada.release()
+    *_, told = ada.told
+    assert (told.loss, list(told.lease.robots)) == (lease_pb2.LEASE_LOSS_RELEASED, [])
+    assert motion(stubs, id).phase == RUNNING
+    refused = refusal(ada.release)
+    assert (refused.reason, refused.metadata["cause"]) == ("LEASE_ENDED", "released")
+
+
+def test_acquiring_leaves_a_motion_running_that_only_the_holder_resumes(cell: Stubs, kernel: KernelProcess) -> None:
+    stubs = cell
+    id = start(stubs, slow("left")).id
+    ada = Holder(kernel, "left")
+    assert motion(stubs, id).phase == RUNNING
+    stubs.motion.PauseMotion(motion_pb2.PauseMotionRequest(id=id))
+    resume = motion_pb2.ResumeMotionRequest(id=id)
+    assert refusal(lambda: stubs.motion.ResumeMotion(resume)).reason == "LEASED"
+    ada.stubs.motion.ResumeMotion(resume, metadata=ada.metadata)
+
+
+def test_a_lease_follows_its_robot_s_name(cell: Stubs, kernel: KernelProcess) -> None:
+    stubs = cell
+    ada = Holder(kernel, "left")
+    ada.apply(update("left", nodes_pb2.Node(name="arm"), "name"))
+    assert [list(lease.robots) for lease in leases(stubs)] == [["arm"]]
+    load(stubs, IIWA, "left")
+    start(stubs, joints("left", lbr_iiwa_joint_1=0.1))
+    assert refusal(lambda: start(stubs, joints("arm", lbr_iiwa_joint_1=0.1))).metadata["robot"] == "arm"
+
+
+CLIENT = """
+import grpc, sys, threading
+from virtualrobot.v1 import lease_pb2, lease_pb2_grpc, motion_pb2, motion_pb2_grpc
+address, robot = sys.argv[1:]
+channel = grpc.insecure_channel(address)
+leases, motions = lease_pb2_grpc.LeaseServiceStub(channel), motion_pb2_grpc.MotionServiceStub(channel)
+token = leases.Acquire(lease_pb2.AcquireRequest(robots=[robot], owner="doomed")).token
+told = leases.KeepAlive(lease_pb2.KeepAliveRequest(token=token))
+next(told)
+goal = motion_pb2.JointGoal(joint_positions={"lbr_iiwa_joint_1": 2.0})
+move = motion_pb2.Move(robot=robot, speed_factor=0.03, point_to_point=motion_pb2.PointToPoint(joints=goal))
+request = motion_pb2.StartMotionRequest(moves=[move], on_disconnect=motion_pb2.DISCONNECT_POLICY_CONTINUE)
+print(motions.StartMotion(request, metadata=[("virtualrobot-lease", token)]).motion.id, flush=True)
+for _ in told:
+    pass
+"""
+
+
+@pytest.mark.parametrize(
+    "ending",
+    [
+        "kill",
+        pytest.param(
+            "freeze",
+            marks=pytest.mark.skipif(sys.platform == "win32", reason="Windows stops no process by a signal"),
+        ),
+    ],
+)
+def test_a_client_that_vanishes_loses_its_lease_and_its_robot_stops(
+    cell: Stubs, kernel: KernelProcess, ending: str
+) -> None:
+    """One that is frozen closes no connection, like one whose network is cut: it answers no pings."""
+    stubs = cell
+    ada = Holder(kernel, "right")
+    id = ada.start(slow("right"))
+    command = [sys.executable, "-c", CLIENT, kernel.address, "left"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as client:
+        try:
+            assert client.stdout
+            doomed = client.stdout.readline().strip()
+            assert refusal(lambda: start(stubs, slow("left"))).metadata["owner"] == "doomed"
+            if ending == "kill":
+                client.kill()
+            else:
+                os.kill(client.pid, signal.SIGSTOP)
+            *_, last = stubs.motion.WatchMotion(motion_pb2.WatchMotionRequest(id=doomed))
+        finally:
+            client.kill()
+    assert (last.motion.phase, last.motion.cancel_cause) == (CANCELLED, motion_pb2.CANCEL_CAUSE_LEASE_EXPIRED)
+    assert "the lease of 'doomed' expired" in last.motion.cancel_reason
+    assert leases(stubs) == [ada.given.lease]
+    assert motion(stubs, id).phase == RUNNING
+    assert not np.any(state(stubs, "left").velocities)
+    start(stubs, joints("left", lbr_iiwa_joint_1=0.1))
+
+
+def test_a_lease_that_nobody_keeps_alive_expires(cell: Stubs) -> None:
+    stubs = cell
+    token = stubs.lease.Acquire(lease_pb2.AcquireRequest(robots=["left"])).token
+    assert leases(stubs)
+    free(stubs)
+    keep = lease_pb2.KeepAliveRequest(token=token)
+    for call in (lambda: next(stubs.lease.KeepAlive(keep)), lambda: stubs.lease.Release(keep)):
+        with pytest.raises(grpc.RpcError):
+            call()
+    refused = refusal(lambda: next(stubs.lease.KeepAlive(keep)))
+    assert (refused.reason, refused.metadata["cause"]) == ("LEASE_ENDED", "expired")
+
+
+def test_a_stream_that_is_opened_again_in_time_keeps_the_lease(cell: Stubs, kernel: KernelProcess) -> None:
+    stubs = cell
+    ada = Holder(kernel, "left")
+    keep = lease_pb2.KeepAliveRequest(token=ada.given.token)
+    for _ in range(20):
+        again = stubs.lease.KeepAlive(keep)
+        next(again)
+        ada.told.cancel()
+        ada.told = again
+        threading.Event().wait(0.1)
+    assert leases(stubs) == [ada.given.lease]
+
+
+@pytest.mark.parametrize("who", ["anyone", "the holder"])
+def test_a_start_that_waits_is_refused_when_the_robot_is_leased_meanwhile(
+    stepped_kernel: KernelProcess, stepped: Stubs, who: str
+) -> None:
+    """A start that preempts waits for standstill, and so for steps: time for others to lease the robot."""
+    load(stepped, IIWA, "arm")
+    ada = Holder(stepped_kernel, "arm") if who == "the holder" else None
+    metadata = ada.metadata if ada else ()
+    going = motion_pb2.StartMotionRequest(moves=[slow("arm")], on_disconnect=CONTINUE)
+    id = stepped.motion.StartMotion(going, metadata=metadata).motion.id
+    step(stepped, 50)
+    preempting = motion_pb2.StartMotionRequest(
+        moves=[joints("arm", lbr_iiwa_joint_1=-0.5)], on_disconnect=CONTINUE, busy_policy=motion_pb2.BUSY_POLICY_PREEMPT
+    )
+    call = stepped.motion.StartMotion.future(preempting, metadata=metadata)
+    waiting = threading.Event()
+    while motion(stepped, id).phase != motion_pb2.MOTION_PHASE_STOPPING:
+        waiting.wait(0.01)
+    bob = Holder(stepped_kernel, "arm", owner="Bob", take=who == "the holder")
+    assert not call.done()
+    step(stepped, 500)
+    refused = refusal(lambda: call.result(60))
+    assert refused.reason == ("LEASE_ENDED" if ada else "LEASED")
+    assert "'Bob'" in refused.message
+    assert motion(stepped, id).phase == CANCELLED
+    assert len(stepped.motion.ListMotions(motion_pb2.ListMotionsRequest(running_only=True)).motions) == 0
+    bob.release()
+
+
+def test_once_a_robot_is_taken_nothing_of_others_starts(cell: Stubs, kernel: KernelProcess) -> None:
+    """Starts are planned in threads of their own, so that they come before, while and after the robot is taken."""
+    stubs = cell
+    load(stubs, PANDA, "panda")
+    running = motion_pb2.ListMotionsRequest(running_only=True)
+    request = motion_pb2.StartMotionRequest(moves=[joints("panda", panda_joint1=0.5)], on_disconnect=CONTINUE)
+    for _ in range(20):
+        calls = [stubs.motion.StartMotion.future(request) for _ in range(4)]
+        ada = Holder(kernel, "panda", take=True)
+        going = {one.id for one in stubs.motion.ListMotions(running).motions}
+        for call in calls:
+            if call.exception(30) is not None:
+                assert refusal(call.result).reason in ("LEASED", "ROBOT_BUSY", "STALE_REVISION")
+        assert {one.id for one in stubs.motion.ListMotions(running).motions} <= going
+        ada.release()
+        ada.vanish()
+
+
+@pytest.mark.parametrize(
+    ("fields", "reason"),
+    [
+        ({}, "INVALID_ARGUMENT"),
+        ({"robots": ["lefft"]}, "UNKNOWN_NAME"),
+        ({"robots": ["box"]}, "UNKNOWN_NAME"),
+        ({"robots": [""]}, "UNKNOWN_NAME"),
+        ({"robots": ["left"], "owner": "x" * 201}, "INVALID_ARGUMENT"),
+    ],
+)
+def test_bad_requests_are_refused(cell: Stubs, fields: dict[str, Any], reason: str) -> None:
+    stubs = cell
+    for call, ask in ((stubs.lease.Acquire, lease_pb2.AcquireRequest), (stubs.lease.Take, lease_pb2.TakeRequest)):
+        assert refusal(lambda call=call, ask=ask: call(ask(**fields))).reason == reason
+    assert leases(stubs) == []
+
+
+def test_tokens_that_are_none(cell: Stubs) -> None:
+    stubs = cell
+    for call in (
+        lambda: stubs.lease.Release(lease_pb2.ReleaseRequest(token="guess")),
+        lambda: next(stubs.lease.KeepAlive(lease_pb2.KeepAliveRequest(token=""))),
+        lambda: stubs.scene.Apply(scene_pb2.ApplyRequest(), metadata=(("virtualrobot-lease", "guess"),)),
+    ):
+        assert refusal(call).reason == "LEASE_ENDED"
+    stubs.kernel.GetClock(kernel_pb2.GetClockRequest(), metadata=(("virtualrobot-lease", "guess"),))
+
+
+def test_an_owner_without_a_name_is_the_client(cell: Stubs) -> None:
+    stubs = cell
+    ask = lease_pb2.AcquireRequest(robots=["left", "left"])
+    lease = stubs.lease.Acquire(ask, metadata=(("client-name", "press"),)).lease
+    assert list(lease.robots) == ["left"]
+    assert lease.owner.startswith("press at ipv4:127.0.0.1:")
+
+
+def test_in_steps_an_expired_lease_stops_its_robot_too(stepped_kernel: KernelProcess, stepped: Stubs) -> None:
+    load(stepped, IIWA, "arm")
+    ada = Holder(stepped_kernel, "arm")
+    id = ada.start(slow("arm"))
+    step(stepped, 50)
+    ada.vanish()
+    free(stepped)
+    step(stepped, 500)
+    assert motion(stepped, id).cancel_cause == motion_pb2.CANCEL_CAUSE_LEASE_EXPIRED
+    assert motion(stepped, id).phase == CANCELLED
+
+
+def test_the_methods_that_need_a_lease() -> None:
+    """Whoever adds a method that moves or changes robots marks it, and this list says so."""
+    marked = {
+        f"{service.name}.{method.name}"
+        for module in MODULES
+        for service in module.DESCRIPTOR.services_by_name.values()
+        for method in service.methods
+        if method.GetOptions().Extensions[lease_pb2.needs_lease]  # pyright: ignore[reportArgumentType] its stub
+    }
+    assert marked == {
+        "MotionService.StartMotion",
+        "MotionService.ResumeMotion",
+        "RobotService.SetKinematics",
+        "SceneService.Apply",
+        "SceneService.ImportModel",
+        "SceneService.LoadScene",
+    }

@@ -1,0 +1,12 @@
+"""The component `closed_form` under the test kit: it returns all solutions within limits."""
+
+from __future__ import annotations
+
+from virtualrobot_sdk.testing import KinematicsContract
+from virtualrobot_sdk.testing.chains import puma560, ur5
+
+
+class TestClosedForm(KinematicsContract):
+    component = "closed_form"
+    chains = {"puma560": puma560(), "ur5": ur5(3.0), "ur5_without_limits": ur5(float("inf"))}  # noqa: RUF012  the class attribute is the kit's interface
+    complete = True
