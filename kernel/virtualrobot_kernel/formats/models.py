@@ -123,14 +123,14 @@ def import_model(
     warnings: list[str] = []
     found: dict[tuple[str, str], tuple[Mesh, tuple[str, ...]]] = {}
 
-    def load(mesh_uri: str, named_by: str, mesh_scale: Scale, drawn: bool = True) -> Mesh:
+    def load(mesh_uri: str, named_by: str, mesh_scale: Scale, look: bool = True) -> Mesh:
         if (mesh_uri, named_by) not in found:
             found[mesh_uri, named_by] = library.find(files, mesh_uri, named_by)
         unscaled, odd = found[mesh_uri, named_by]
         mesh = replace(unscaled, scale=mesh_scale)
         library.load(mesh)
-        # What is missing costs the look only, and nobody looks at a collision mesh.
-        warnings.extend(text for text in odd if drawn and text not in warnings)
+        # What is missing costs the look only, and nobody sees that of a collision mesh, or of one in the URDF's colour.
+        warnings.extend(text for text in odd if look and text not in warnings)
         return mesh
 
     translated = _translated(library, files, uri, referrer, settings or {})

@@ -34,7 +34,7 @@ BASE_JOINTS = (JointType.FIXED, JointType.FLOATING, JointType.PLANAR)
 """How a robot's root link may hang below its robot."""
 
 FindMesh = Callable[[str, str, tuple[float, float, float], bool], Mesh]
-"""(name, key of the file that names it, scale, whether it is drawn) -> the mesh, parsed once to see if it is whole."""
+"""(name, key of the file that names it, scale, whether its own look is seen) -> the mesh, parsed once to test it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +71,7 @@ class _Reader:
         if not shapes:
             raise place.error(element, f"<{local_name(element)}> needs a <geometry> with a shape")
         color = self.palette.color_of(place, element) if visual else None
-        shape = self._geometry(place, shapes[0], visual)
+        shape = self._geometry(place, shapes[0], visual and color is None)
         if shape is None:
             message = f"this <{local_name(shapes[0])}> has no extent and is left out"
             self.warnings.append(str(place.error(shapes[0], message)))
@@ -84,7 +84,7 @@ class _Reader:
             collision=not visual,
         )
 
-    def _geometry(self, place: Place, shape: Element, drawn: bool) -> Geometry | None:
+    def _geometry(self, place: Place, shape: Element, look: bool) -> Geometry | None:
         if local_name(shape) != "mesh":
             return primitive(place, shape)
         filename = text_attribute(place, shape, "filename")
@@ -92,7 +92,7 @@ class _Reader:
         if 0.0 in (x, y, z):
             raise place.error(shape, f"scale {x:g} {y:g} {z:g}: no factor may be 0")
         try:
-            mesh = self.find_mesh(filename, self.uri, (x, y, z), drawn)
+            mesh = self.find_mesh(filename, self.uri, (x, y, z), look)
         except KernelError as error:
             raise located(error, place_in(self.uri, line_of(shape), place.path)) from error
         self.mesh_count += 1

@@ -112,6 +112,19 @@ def test_a_missing_texture_is_a_warning_and_a_missing_buffer_an_error() -> None:
         find(uploaded({"a.gltf": json.dumps(gltf_tree({"uri": "gone.bin"})).encode()}), "a.gltf")
 
 
+@pytest.mark.parametrize(
+    ("element", "color", "count"),
+    [("visual", "", 1), ("visual", '<material name="m"><color rgba="1 0 0 1"/></material>', 0), ("collision", "", 0)],
+)
+def test_a_look_that_nobody_sees_may_be_missing(element: str, color: str, count: int) -> None:
+    contents = textured()
+    del contents["looks/t.mtl"]
+    shape = '<geometry><mesh filename="meshes/t.obj"/></geometry>'
+    urdf = f'<robot name="r"><link name="a"><{element}>{shape}{color}</{element}></link></robot>'
+    files = uploaded({**contents, "r.urdf": urdf.encode()})
+    assert len(imported("r.urdf", files, MeshLibrary(files.store)).warnings) == count
+
+
 def test_a_texture_with_a_path_of_another_machine_is_found_beside_the_file() -> None:
     material = b"newmtl wood\nmap_Kd C:\\Users\\me\\wood.png\n"
     contents = {"t.obj": TEXTURED.replace(b"../looks/", b""), "t.mtl": material, "wood.png": PNG}
