@@ -200,13 +200,15 @@ class Resolver:
             name, inner = _package_and_inner(uri)
             if name in self.packages:
                 return ""
-            searched = inner and source is not None and not self._folders_known_as(name, source)
+            right = f"say where the package {name!r} is, or set VIRTUALROBOT_PACKAGE_PATH to the folder that holds it"
+            if known := self._folders_known_as(name, source):
+                return f"the package {name!r} is {known[0]}, without {inner!r}; if another is meant, {right}"
+            if not inner or source is None:
+                return right
             return (
                 f"nor does any folder up to {SEARCH_DEPTH} levels below those {SEARCH_LEVELS} levels above the file "
-                f"have {inner!r}; "
-                if searched
-                else ""
-            ) + f"say where the package {name!r} is, or set VIRTUALROBOT_PACKAGE_PATH to the folder that holds it"
+                f"have {inner!r}; {right}"
+            )
         if scheme not in ("", "file"):
             return f"{scheme}:// is not read: use package://, file:// or a path"
         return "it is a path of Windows" if PureWindowsPath(uri).drive and os.name != "nt" else ""

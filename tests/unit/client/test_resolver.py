@@ -151,8 +151,9 @@ def test_which_of_several_folders_is_meant_is_not_guessed(tmp_path: Path) -> Non
 
 def test_a_package_that_is_known_is_not_looked_for_in_others(tmp_path: Path) -> None:
     make(tmp_path, "arm/urdf/a.urdf", "arm_copy/m/x.stl")
-    with pytest.raises(UnresolvedUriError, match="VIRTUALROBOT_PACKAGE_PATH"):
+    with pytest.raises(UnresolvedUriError, match="VIRTUALROBOT_PACKAGE_PATH") as refused:
         Resolver().resolve("package://arm/m/x.stl", tmp_path / "arm/urdf/a.urdf")
+    assert f"; the package 'arm' is {tmp_path / 'arm'}, without 'm/x.stl'; if another is meant" in str(refused.value)
 
 
 def test_the_search_has_bounds_and_the_error_names_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
