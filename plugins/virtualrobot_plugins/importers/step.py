@@ -11,8 +11,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
+from msgspec import Meta
 from virtualrobot_sdk.errors import ArgumentError
 from virtualrobot_sdk.importers import Translation
 
@@ -49,8 +50,10 @@ class StepSettings:
         angular_tolerance_radians: how much the surface may turn from one triangle to the next.
     """
 
-    linear_tolerance_meters: float = 2e-4
-    angular_tolerance_radians: float = 0.35
+    linear_tolerance_meters: Annotated[float, Meta(description="How far a triangle may be off its surface.")] = 2e-4
+    angular_tolerance_radians: Annotated[
+        float, Meta(description="How much the surface may turn from one triangle to the next.")
+    ] = 0.35
 
 
 class StepImporter:

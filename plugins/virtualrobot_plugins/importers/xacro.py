@@ -12,10 +12,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from types import ModuleType
-from typing import Any
+from typing import Annotated, Any
 from xml.parsers.expat import ExpatError
 
 import xacro
+from msgspec import Meta
 from virtualrobot_sdk.errors import ArgumentError, FilesNeeded
 from virtualrobot_sdk.importers import Translation
 from xacro import substitution_args
@@ -36,7 +37,9 @@ class XacroSettings:
         arguments: values of the file's `<xacro:arg>`, by name.
     """
 
-    arguments: Mapping[str, str] = field(default_factory=dict)
+    arguments: Annotated[Mapping[str, str], Meta(description="Values of the file's <xacro:arg>, by name.")] = field(
+        default_factory=dict
+    )
 
 
 class Xacro:

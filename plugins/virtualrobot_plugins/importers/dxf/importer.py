@@ -7,9 +7,10 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
 import numpy as np
+from msgspec import Meta
 from virtualrobot_sdk.importers import Translation
 
 from virtualrobot_plugins.importers.dxf.drawing import Drawn, draw
@@ -63,7 +64,7 @@ class DxfSettings:
             millimeters where it says nothing.
     """
 
-    unit_meters: float = 0.0
+    unit_meters: Annotated[float, Meta(description="Length of the drawing's unit; 0: as the file says.")] = 0.0
 
 
 class DxfImporter:
