@@ -1,4 +1,4 @@
-"""Which robots a command touches; the effect over the contract is in tests/api/test_lease.py."""
+"""Which robots a command touches; the effect over the contract is in tests/api/test_lease_scope.py."""
 
 from __future__ import annotations
 
