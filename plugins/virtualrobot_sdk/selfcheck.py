@@ -129,10 +129,14 @@ def self_check(
     return SelfCheck(
         postures,
         solved,
-        *forward.tolist(),
-        *inverse.tolist(),
-        float(jacobian[0]),
-        *(seconds / postures).tolist(),
+        forward_position=float(forward[0]),
+        forward_rotation=float(forward[1]),
+        inverse_position=float(inverse[0]),
+        inverse_rotation=float(inverse[1]),
+        jacobian=float(jacobian[0]),
+        forward_seconds=float(seconds[0]) / postures,
+        jacobian_seconds=float(seconds[1]) / postures,
+        inverse_seconds=float(seconds[2]) / postures,
     )
 
 

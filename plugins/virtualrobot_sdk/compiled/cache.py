@@ -68,10 +68,11 @@ class CompiledFunction:
         """Keep `function` and the numba types of its arguments; `compile` makes the native code."""
         from numba import config, njit
 
+        settings: Any = config  # numba fills in its attributes when it is loaded
         self._directory = cache_directory(Path(function.__code__.co_filename).parent)
-        others, config.CACHE_DIR = config.CACHE_DIR, str(self._directory)  # read by the next line
+        others, settings.CACHE_DIR = settings.CACHE_DIR, str(self._directory)  # read by the next line
         self.dispatcher: Any = njit(cache=True, **_OPTIONS)(function)
-        config.CACHE_DIR = others
+        settings.CACHE_DIR = others
         self.name = function.__name__.lstrip("_")
         self.__name__ = function.__name__
         self.__doc__ = function.__doc__
