@@ -259,7 +259,7 @@ def test_what_makes_no_sense_is_refused() -> None:
     for arguments, message in cases:
         with pytest.raises(KernelError, match=message):
             solve(snapshot, "arm", **arguments)
-    with pytest.raises(UnknownNameError, match="did you mean 'j0'"):
+    with pytest.raises(UnknownNameError, match="there are 'j0', 'j1'"):
         solve(snapshot, "arm", ("j0", "j3"))
     with pytest.raises(LimitError, match="the joint 'j1' of 'arm' cannot be at 4 rad"):
         solve(snapshot, "arm", (), here + np.array([0.0, 4.0]))

@@ -97,6 +97,7 @@ def test_a_binary_stl_is_what_trimesh_reads() -> None:
 def test_other_formats_become_obj(tmp_path: Path) -> None:
     library = MeshLibrary(AssetStore())
     body = trimesh.creation.box((0.1, 0.2, 0.3))
+    # trimesh writes the factor as it is, and glTF means linear light: 0.2 is 0.4845 in sRGB (IEC 61966-2-1).
     body.visual = TextureVisuals(material=PBRMaterial(baseColorFactor=[255, 0, 51, 255]))
     mesh = Mesh("part.glb", library.store.put(body.export(file_type="glb")), (2.0, 2.0, 2.0))  # pyright: ignore
     files = MeshFiles(library, "meshes")
@@ -106,7 +107,7 @@ def test_other_formats_become_obj(tmp_path: Path) -> None:
     data = {name.removeprefix("meshes/"): library.store.get(sha256) for name, sha256 in files.written.items()}
     (read,) = parse_mesh(data["part.obj"], "part.obj", data)
     assert np.ptp(read.vertices, axis=0) == pytest.approx([0.1, 0.2, 0.3]), "the scale is the URDF's"
-    assert read.color == pytest.approx((1.0, 0.0, 0.2, 1.0), abs=1 / 255)
+    assert read.color == pytest.approx((1.0, 0.0, 0.4845, 1.0), abs=1 / 255)
 
 
 def test_obj_keeps_colours_textures_and_normals(rng: np.random.Generator) -> None:
