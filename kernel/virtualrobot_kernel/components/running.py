@@ -79,11 +79,9 @@ class Running:
         except FilesNeeded as error:
             if self.offer.about.kind is ComponentKind.IMPORTER:
                 raise
-            raise self.failed(_out_of_place(error)) from error
-        except PluginError as error:
-            raise self.failed(ComponentFault(FaultKind.RAISED, str(error))) from error
-        except ComponentFault as fault:
-            raise self.failed(fault) from fault
+            raise self.failed(_fault(error)) from error
+        except (PluginError, ComponentFault) as error:
+            raise self.failed(_fault(error)) from error
         finally:
             with self._lock:
                 self.calls += 1
@@ -124,12 +122,8 @@ def start(offer: Offer, settings: Mapping[str, Any], *arguments: object, user: s
         instance = _InProcess(offer, settings, arguments) if in_process else _InWorker(offer, settings, arguments)
     except ArgumentError as error:
         raise _refusal(f"{offer.about.kind.value} component {offer.about.name!r}: {error}", error) from error
-    except FilesNeeded as error:
-        raise plugin_failed(offer, user, _out_of_place(error)) from error
-    except PluginError as error:
-        raise plugin_failed(offer, user, ComponentFault(FaultKind.RAISED, str(error))) from error
-    except ComponentFault as fault:
-        raise plugin_failed(offer, user, fault) from fault
+    except (FilesNeeded, PluginError, ComponentFault) as error:
+        raise plugin_failed(offer, user, _fault(error)) from error
     return Running(offer, instance, user)
 
 
@@ -140,10 +134,15 @@ def _refusal(message: str, error: ArgumentError) -> KernelError:
     return refusal
 
 
-def _out_of_place(error: FilesNeeded) -> ComponentFault:
-    """Return the fault of a component that asks for files where nobody can give them."""
-    names = ", ".join(map(str, error.names))
-    return ComponentFault(FaultKind.RAISED, f"it asks for files ({names}); only an importer's translate may do that")
+def _fault(error: FilesNeeded | PluginError | ComponentFault) -> ComponentFault:
+    """Return what a component did wrong that raised this where it may not."""
+    if isinstance(error, ComponentFault):
+        return error
+    if isinstance(error, FilesNeeded):
+        names = ", ".join(map(str, error.names))
+        said = f"it asks for files ({names}); only an importer's translate may do that"
+        return ComponentFault(FaultKind.RAISED, said)
+    return ComponentFault(FaultKind.RAISED, str(error))
 
 
 class _InProcess:

@@ -9,7 +9,7 @@ import weakref
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from virtualrobot_sdk.answers import check_solution, checked_frames, checked_jacobian, checked_result
@@ -36,6 +36,8 @@ log = logging.getLogger(__name__)
 
 _DEFAULTS = InverseOptions()
 
+Answer = TypeVar("Answer")
+
 Tip = Callable[[Floats], Floats]
 """base_t_tip (4, 4) of a robot at q (k,)."""
 
@@ -57,32 +59,32 @@ class Solver:
 
     def forward(self, q: Floats, /) -> Floats:
         """Return the poses (m, 4, 4) of the component's frames at q (k,), the last one the tip's."""
-        frames = self.running.call("forward", q.copy())
-        try:
-            return checked_frames(frames)
-        except ComponentFault as fault:
-            raise self.running.failed(fault) from fault
+        return self._asked(checked_frames, "forward", q.copy())
 
     def jacobian(self, q: Floats, /) -> Floats:
         """Return the geometric Jacobian (6, k) at the tip, linear rows first, in the base frame."""
-        jacobian = self.running.call("jacobian", q.copy())
-        try:
-            return checked_jacobian(jacobian, self._chain)
-        except ComponentFault as fault:
-            raise self.running.failed(fault) from fault
+        return self._asked(lambda answer: checked_jacobian(answer, self._chain), "jacobian", q.copy())
 
     def inverse(self, base_t_tip: Floats, options: InverseOptions = _DEFAULTS, /) -> InverseResult:
         """Return the postures that put the tip at `base_t_tip` (4, 4), or the reason why there is none."""
-        seed = None if options.seed is None else options.seed.copy()
-        answer = self.running.call("inverse", base_t_tip.copy(), replace(options, seed=seed))
-        try:
+
+        def checked(answer: object) -> InverseResult:
             result = checked_result(answer, self._chain, options)
             if self._tip is not None:
                 for solution in result.solutions:
                     check_solution(self._tip(solution), base_t_tip, options)
+            return result
+
+        seed = None if options.seed is None else options.seed.copy()
+        return self._asked(checked, "inverse", base_t_tip.copy(), replace(options, seed=seed))
+
+    def _asked(self, checked: Callable[[object], Answer], method: str, *arguments: object) -> Answer:
+        """Return what a method answers, once it is checked; nonsense is a fault of the component."""
+        answer = self.running.call(method, *arguments)
+        try:
+            return checked(answer)
         except ComponentFault as fault:
             raise self.running.failed(fault) from fault
-        return result
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -147,8 +149,13 @@ class Solvers:
 
     def name_found(self, node: Node) -> str:
         """Return the name of the component that a robot has had so far, without waiting; empty before the first."""
+        kept = self._kept_as_chosen(node)
+        return kept.kinematics if kept is not None else ""
+
+    def _kept_as_chosen(self, node: Node) -> Tried | _Refused | None:
+        """Return what is kept for a robot, None where the robot is to have another by now."""
         kept = self._kept.get(node.uid)
-        return kept.kinematics if kept is not None and (kept.asked, kept.settings) == chosen(node) else ""
+        return kept if kept is not None and (kept.asked, kept.settings) == chosen(node) else None
 
     def _kept_for(self, snapshot: Snapshot, arm: Arm) -> Tried | _Refused:
         chain = arm.serial()
@@ -206,8 +213,8 @@ class Solvers:
 
     def fault_of(self, node: Node) -> str:
         """Return why a robot's component is not asked any more; empty while it is well or was never asked."""
-        kept = self._kept.get(node.uid)
-        if kept is None or (kept.asked, kept.settings) != chosen(node):
+        kept = self._kept_as_chosen(node)
+        if kept is None:
             return ""
         if isinstance(kept, _Refused):
             return str(kept.error)
