@@ -11,12 +11,13 @@ trajectories, rarely on a curved joint path) it is a ramp of the rate, too.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from enum import Enum
 
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.brake import PathState, brake_state, can_brake, choose_brakes, nominal_time
 from virtualrobot_kernel.motion.limits import checked_scale
+from virtualrobot_kernel.motion.moving import ENDED, NOTHING, Given, Phase
 from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 from virtualrobot_kernel.motion.ramp import RateRamp, choose_ramp
@@ -25,19 +26,6 @@ _RETRY = 0.02
 _SHORTEST_PATIENCE = 0.1
 _END_TOLERANCE = 1e-9
 
-
-class Phase(Enum):
-    """What a motion is doing; the names equal those of `MotionPhase` in the contract."""
-
-    RUNNING = "RUNNING"
-    PAUSING = "PAUSING"
-    PAUSED = "PAUSED"
-    STOPPING = "STOPPING"
-    SUCCEEDED = "SUCCEEDED"
-    CANCELLED = "CANCELLED"
-
-
-_ENDED = (Phase.SUCCEEDED, Phase.CANCELLED)
 _SLOWING = (Phase.PAUSING, Phase.STOPPING)
 
 
@@ -67,12 +55,27 @@ class Running:
     @property
     def ended(self) -> bool:
         """Whether the motion has succeeded or been cancelled."""
-        return self.phase in _ENDED
+        return self.phase in ENDED
+
+    @property
+    def duration(self) -> float:
+        """How long the motion takes at full rate, in s."""
+        return self.plan.duration
 
     @property
     def progress(self) -> float:
         """The share of the plan's duration that is done, 0 to 1; 1 for a motion without length."""
         return self.tau / self.plan.duration if self.plan.duration > 0.0 else 1.0
+
+    @property
+    def signals(self) -> Mapping[str, bool]:
+        """No signals."""
+        return {}
+
+    @property
+    def fault(self) -> tuple[str, str] | None:
+        """Nothing: it stops by itself only at its goal."""
+        return None
 
     @property
     def path_states(self) -> list[PathState]:
@@ -88,6 +91,53 @@ class Running:
             return self.plan.sample_path(self.path_states)
         return self.plan.sample(self.tau, self.rate, self.rate_slope)
 
+    def advance(self, dt: float, override: float, given: Given = NOTHING) -> Running:
+        """Return the motion `dt` seconds later, with the speed `override` in (0, 1] that holds from now on."""
+        del given  # what it does is in its plan
+        if self.ended:
+            return self
+        return _advanced(self if override == self.override else self.set_override(override), dt)
+
+    def set_override(self, override: float) -> Running:
+        """Return the motion with another speed override in (0, 1]; a paused or stopping one remembers it."""
+        return _retarget(replace(self, override=checked_scale(override, "speed override"), waiting=0.0))
+
+    def pause(self) -> Running:
+        """Return the motion slowing to standstill; a pausing or paused one as it is.
+
+        Raises KernelError (WRONG_STATE) when it is stopping or has ended.
+        """
+        if self.phase in (Phase.PAUSING, Phase.PAUSED):
+            return self
+        _refuse(self, "paused")
+        return _retarget(replace(self, phase=Phase.PAUSING, waiting=0.0))
+
+    def resume(self) -> Running:
+        """Return the motion going on after a pause; a running one as it is.
+
+        Raises KernelError (WRONG_STATE) when it is stopping or has ended.
+        """
+        if self.phase is Phase.RUNNING:
+            return self
+        _refuse(self, "resumed")
+        return _retarget(replace(self, phase=Phase.RUNNING, waiting=0.0))
+
+    def abort(self) -> Running:
+        """Return the motion ended where it is: what it moved is gone."""
+        return replace(self, phase=Phase.CANCELLED)
+
+    def cancel(self) -> Running:
+        """Return the motion braking to its end; a paused one ends at once; one that stops or has ended stays as it is.
+
+        A motion that stands still no later at its goal than by braking runs on to it, and has succeeded then.
+        """
+        if self.phase in (*ENDED, Phase.STOPPING):
+            return self
+        if self.phase is Phase.PAUSED:
+            return replace(self, phase=Phase.CANCELLED)
+        waiting = self.waiting if self.phase is Phase.PAUSING else 0.0
+        return _retarget(replace(self, phase=Phase.STOPPING, waiting=waiting))
+
 
 def start(plan: Plan, override: float) -> Running:
     """Return the motion at the start of its plan, at rest; a plan of duration 0 has succeeded already.
@@ -99,12 +149,7 @@ def start(plan: Plan, override: float) -> Running:
     return Running(plan, phase, rate, 0.0, rate, 0.0, RateRamp(rate), 0.0, 0.0)
 
 
-def advance(running: Running, dt: float, override: float) -> Running:
-    """Return the motion `dt` seconds later, with the speed `override` in (0, 1] that holds from now on."""
-    if running.phase in _ENDED:
-        return running
-    if override != running.override:
-        running = set_override(running, override)
+def _advanced(running: Running, dt: float) -> Running:
     if running.phase is Phase.PAUSED:
         return running
     if running.brakes:
@@ -139,46 +184,6 @@ def advance(running: Running, dt: float, override: float) -> Running:
     )
 
 
-def set_override(running: Running, override: float) -> Running:
-    """Return the motion with another speed override in (0, 1]; a paused or stopping one remembers it."""
-    return _retarget(replace(running, override=checked_scale(override, "speed override"), waiting=0.0))
-
-
-def pause(running: Running) -> Running:
-    """Return the motion slowing to standstill; a pausing or paused one as it is.
-
-    Raises KernelError (WRONG_STATE) when it is stopping or has ended.
-    """
-    if running.phase in (Phase.PAUSING, Phase.PAUSED):
-        return running
-    _refuse(running, "paused")
-    return _retarget(replace(running, phase=Phase.PAUSING, waiting=0.0))
-
-
-def resume(running: Running) -> Running:
-    """Return the motion going on after a pause; a running one as it is.
-
-    Raises KernelError (WRONG_STATE) when it is stopping or has ended.
-    """
-    if running.phase is Phase.RUNNING:
-        return running
-    _refuse(running, "resumed")
-    return _retarget(replace(running, phase=Phase.RUNNING, waiting=0.0))
-
-
-def cancel(running: Running) -> Running:
-    """Return the motion braking to its end; a paused one ends at once; one that stops or has ended stays as it is.
-
-    A motion that stands still no later at its goal than by braking runs on to it, and has succeeded then.
-    """
-    if running.phase in (*_ENDED, Phase.STOPPING):
-        return running
-    if running.phase is Phase.PAUSED:
-        return replace(running, phase=Phase.CANCELLED)
-    waiting = running.waiting if running.phase is Phase.PAUSING else 0.0
-    return _retarget(replace(running, phase=Phase.STOPPING, waiting=waiting))
-
-
 def _wanted(running: Running) -> float:
     return 0.0 if running.phase in (*_SLOWING, Phase.PAUSED) else running.override
 
@@ -207,7 +212,7 @@ def _retarget(running: Running) -> Running:
         if not stop.sooner:
             return replace(running, waiting=0.0)
     wanted = _wanted(running)
-    if running.phase in _ENDED or wanted == running.ramp.goal:
+    if running.phase in ENDED or wanted == running.ramp.goal:
         return replace(running, waiting=0.0)
     rate, slope, curvature, _ = running.ramp.state(running.elapsed)
     # At standstill, waiting would change nothing. While there is patience, a better moment for a short ramp is likely
@@ -237,7 +242,7 @@ def _time_left(running: Running) -> float:
 
 
 def _refuse(running: Running, what: str) -> None:
-    if running.phase in (*_ENDED, Phase.STOPPING):
+    if running.phase in (*ENDED, Phase.STOPPING):
         raise KernelError(
             f"a motion that is {running.phase.value} cannot be {what}; only one that is RUNNING, PAUSING or PAUSED can",
             reason=Reason.WRONG_STATE,

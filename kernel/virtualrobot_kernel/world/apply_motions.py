@@ -8,7 +8,7 @@ import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.motion import running
-from virtualrobot_kernel.motion.running import Phase
+from virtualrobot_kernel.motion.moving import Phase
 from virtualrobot_kernel.world.apply_robots import tool_state
 from virtualrobot_kernel.world.change import (
     Change,
@@ -83,13 +83,13 @@ def override(state: State, motion: Motion) -> float:
 def pause_motion(change: Change, command: PauseMotion, forward: Forward) -> Change:
     """Slow a motion to standstill; a paused one stays paused."""
     motion = _running(change.state, command.id)
-    return _with(change, replace(motion, running=running.pause(motion.running)))
+    return _with(change, replace(motion, running=motion.running.pause()))
 
 
 def resume_motion(change: Change, command: ResumeMotion, forward: Forward) -> Change:
     """Let a motion go on."""
     motion = _running(change.state, command.id)
-    return _with(change, replace(motion, running=running.resume(motion.running)))
+    return _with(change, replace(motion, running=motion.running.resume()))
 
 
 def cancel_motion(change: Change, command: CancelMotion, forward: Forward) -> Change:
@@ -121,7 +121,7 @@ def _all_cancelled(change: Change, robots: set[int] | None, cancellation: Cancel
 def _cancelled(motion: Motion, cancellation: Cancellation) -> Motion:
     if motion.running.ended:  # it had no length, and succeeds with the next tick
         return motion
-    return replace(motion, running=running.cancel(motion.running), cancellation=motion.cancellation or cancellation)
+    return replace(motion, running=motion.running.cancel(), cancellation=motion.cancellation or cancellation)
 
 
 def _running(state: State, id: str) -> Motion:

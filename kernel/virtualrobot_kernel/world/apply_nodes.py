@@ -7,7 +7,6 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
-from virtualrobot_kernel.motion.running import Phase
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.change import (
     Change,
@@ -192,7 +191,7 @@ def clear_world(change: Change, command: ClearWorld, forward: Forward) -> Change
     ended = tuple(
         replace(
             motion,
-            running=replace(motion.running, phase=Phase.CANCELLED),
+            running=motion.running.abort(),
             cancellation=Cancellation(CancelCause.WORLD_CLEARED, "the world was cleared"),
             end_tick=change.state.tick,
         )

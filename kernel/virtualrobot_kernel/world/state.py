@@ -9,7 +9,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot_kernel.motion.running import Running
+from virtualrobot_kernel.motion.moving import Moving
 from virtualrobot_kernel.world.structure import Structure
 
 
@@ -63,7 +63,7 @@ class Motion:
     joints: tuple[tuple[int, str], ...]
     q_index: NDArray[np.int32]
     v_index: NDArray[np.int32]
-    running: Running
+    running: Moving
     start_tick: int
     tool_states: tuple[tuple[int, str], ...] = ()
     cancellation: Cancellation | None = None

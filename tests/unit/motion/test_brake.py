@@ -12,7 +12,8 @@ from virtualrobot_kernel.motion import running
 from virtualrobot_kernel.motion.brake import nominal_time
 from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.plan import Plan, plan_lin, plan_ptp, plan_together
-from virtualrobot_kernel.motion.running import Phase, Running
+from virtualrobot_kernel.motion.moving import Phase
+from virtualrobot_kernel.motion.running import Running
 
 from .motions import (
     FINE,
@@ -42,10 +43,10 @@ class Stop:
 
 def stopped(motion: Running) -> Stop:
     """Cancel a motion and follow it to its end."""
-    steps = [motion, running.cancel(motion)]
+    steps = [motion, motion.cancel()]
     ticks = 0
     while not steps[-1].ended:
-        steps.extend(fine_steps(running.advance(steps[-1], TICK, motion.override)))
+        steps.extend(fine_steps(steps[-1].advance(TICK, motion.override)))
         ticks += 1
     q, v, a = (np.array(values) for values in zip(*(step.sample() for step in steps[1:]), strict=True))
     return Stop(steps[-1], ticks, q, v, a, np.array([step.progress for step in steps]))
@@ -53,7 +54,7 @@ def stopped(motion: Running) -> Stop:
 
 def at(plan: Plan, tau: float, override: float = 1.0) -> Running:
     """Return the motion `tau` s of nominal time after its start."""
-    return running.advance(running.start(plan, override), tau / override, override)
+    return running.start(plan, override).advance(tau / override, override)
 
 
 def check_limits(plan: Plan, stop: Stop) -> None:
@@ -110,8 +111,8 @@ def test_one_tick_after_its_start_a_motion_stops_within_three_more(rng: np.rando
         limits = random_limits(rng, 1)
         jerk = float(limits.jerk[0])
         plan = plan_ptp([0.0], [float(rng.uniform(0.05, 1.0))], limits)
-        motion = running.advance(running.start(plan, 1.0), TICK, 1.0)
-        assert running.cancel(motion).brakes[0].end == pytest.approx(3.0 * TICK, rel=1e-9)
+        motion = running.start(plan, 1.0).advance(TICK, 1.0)
+        assert motion.cancel().brakes[0].end == pytest.approx(3.0 * TICK, rel=1e-9)
         stop = stopped(motion)
         assert stop.end.phase is Phase.CANCELLED
         assert stop.ticks in (3, 4)
@@ -133,7 +134,7 @@ def test_one_joint_stops_in_the_shortest_time_there_is(rng: np.random.Generator)
         motion = at(plan, tau)
         _, velocity, acceleration = (float(x[0]) for x in motion.sample())
         shortest = optimal_stop_time(velocity, acceleration, float(limits.acceleration[0]), float(limits.jerk[0]))
-        brakes = running.cancel(motion).brakes
+        brakes = motion.cancel().brakes
         if brakes:
             assert brakes[0].end == pytest.approx(shortest, rel=1e-6)
             assert shortest < plan.duration - tau
@@ -149,7 +150,7 @@ def test_from_top_speed_one_joint_stops_by_a_double_s(rng: np.random.Generator) 
         values = (np.array([value]) for value in (-9.0, 9.0, velocity, acceleration, jerk))
         plan = plan_ptp([-4.0], [4.0], JointLimits(("joint",), *values))
         expected = velocity / acceleration + acceleration / jerk if reached else 2.0 * math.sqrt(velocity / jerk)
-        motion = running.cancel(at(plan, 0.4 * plan.duration))
+        motion = at(plan, 0.4 * plan.duration).cancel()
         assert motion.brakes[0].end == pytest.approx(expected, rel=1e-9)
 
 
@@ -185,7 +186,7 @@ def test_all_robots_of_a_cancelled_group_stop_each_on_its_own_path(rng: np.rando
     for _ in range(3):
         plan = random_group(rng)
         tau = plan.duration * float(rng.uniform(0.01, 0.5))
-        motion = running.cancel(at(plan, tau))
+        motion = at(plan, tau).cancel()
         stop = stopped(at(plan, tau))
         check_limits(plan, stop)
         assert stop.end.phase is Phase.CANCELLED
@@ -211,14 +212,14 @@ def test_progress_at_standstill_is_that_of_the_place(rng: np.random.Generator) -
     stop = stopped(at(plan, 0.3 * plan.duration))
     u = plan.tracks[0].time_law.evaluate(stop.end.progress * plan.duration)[0]
     np.testing.assert_allclose(plan.start + u * (plan.goal - plan.start), stop.q[-1], atol=1e-12)
-    assert running.advance(stop.end, TICK, 1.0) is stop.end
+    assert stop.end.advance(TICK, 1.0) is stop.end
 
 
 def test_a_cancel_while_the_rate_changes_brakes_from_there(rng: np.random.Generator) -> None:
-    for request in (running.pause, lambda motion: running.set_override(motion, 0.3)):
+    for request in (Running.pause, lambda motion: motion.set_override(0.3)):
         plan = plan_ptp([-1.9, 1.0], [1.9, -1.0], random_limits(rng, 2))
         motion = request(at(plan, 0.4 * plan.duration))
-        motion = running.advance(motion, float(rng.uniform(0.1, 0.8)) * motion.ramp.length, motion.override)
+        motion = motion.advance(float(rng.uniform(0.1, 0.8)) * motion.ramp.length, motion.override)
         rest = motion.ramp.length - motion.elapsed
         stop = stopped(motion)
         check_limits(plan, stop)
@@ -231,10 +232,10 @@ def test_a_cancel_while_the_rate_changes_brakes_from_there(rng: np.random.Genera
 
 def test_a_timed_trajectory_stops_by_a_ramp_of_its_rate(rng: np.random.Generator) -> None:
     plan = random_trajectory(rng)[0]
-    motion = running.cancel(at(plan, 0.3 * plan.duration))
+    motion = at(plan, 0.3 * plan.duration).cancel()
     assert not motion.brakes
     while not motion.ended:
-        motion = running.advance(motion, TICK, 1.0)
+        motion = motion.advance(TICK, 1.0)
     assert (motion.phase, motion.ramp.goal) == (Phase.CANCELLED, 0.0)
 
 

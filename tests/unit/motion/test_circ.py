@@ -14,7 +14,7 @@ from virtualrobot_kernel.motion.circle import Center, Via
 from virtualrobot_kernel.motion.limits import CartesianLimits
 from virtualrobot_kernel.motion.plan import Plan, plan_circ, plan_lin
 from virtualrobot_kernel.motion.rotation import rotation_matrix, rotation_vector
-from virtualrobot_kernel.motion.running import Phase
+from virtualrobot_kernel.motion.moving import Phase
 from virtualrobot_plugins.chain.component import ChainKinematics
 from virtualrobot_sdk.kinematics import InverseOptions
 
@@ -156,19 +156,19 @@ def test_an_interrupted_arc_stays_on_its_circle(request_at: str, rng: np.random.
     override, when = 1.0, float(rng.uniform(0.05, 0.4)) * arc.plan.duration
     asked, samples = False, []
     for _ in range(20000):
-        motion = running.advance(motion, TICK, override)
+        motion = motion.advance(TICK, override)
         if not asked and motion.tau >= when:
             asked = True
             if request_at == "pause":
-                motion = running.pause(motion)
+                motion = motion.pause()
             elif request_at == "cancel":
-                motion = running.cancel(motion)
+                motion = motion.cancel()
             else:
                 override = float(rng.uniform(0.05, 0.5))
-                motion = running.set_override(motion, override)
+                motion = motion.set_override(override)
             continue
         if asked and motion.phase is Phase.PAUSED:
-            motion = running.resume(motion)
+            motion = motion.resume()
             continue
         samples.extend(step.sample()[0] for step in fine_steps(motion))
         if motion.ended:

@@ -13,7 +13,8 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion import running
 from virtualrobot_kernel.motion.limits import CartesianLimits
 from virtualrobot_kernel.motion.plan import Plan, plan_lin, plan_ptp
-from virtualrobot_kernel.motion.running import Phase, Running
+from virtualrobot_kernel.motion.moving import Phase
+from virtualrobot_kernel.motion.running import Running
 
 from .motions import (
     FINE,
@@ -53,10 +54,10 @@ class Program:
             if request == "override":
                 self.override = float(self.rng.uniform(0.05, 1.0))
             elif motion.phase is not Phase.STOPPING:
-                motion = getattr(running, request)(motion)
+                motion = getattr(motion, request)()
         if motion.phase is Phase.PAUSED and self.rng.random() < 0.05:
-            motion = running.resume(motion)
-        return running.advance(motion, TICK, self.override)
+            motion = motion.resume()
+        return motion.advance(TICK, self.override)
 
 
 @pytest.mark.parametrize("kind", MAKERS)
@@ -125,10 +126,10 @@ def test_a_cancelled_line_stops_faster_than_its_own_acceleration() -> None:
     goal[:3, 3] += 0.0, 0.4, 0.0
     limits = CartesianLimits(velocity=0.25, acceleration=0.5, jerk=20.0)
     plan = plan_lin(chain, ready, goal, arm_limits("iiwa"), limits)
-    cruising = running.advance(running.start(plan, 1.0), 0.5 * plan.duration, 1.0)
+    cruising = running.start(plan, 1.0).advance(0.5 * plan.duration, 1.0)
     shortest = 1.875 * 0.25 / 0.5
-    assert shortest * 0.99 <= running.pause(cruising).ramp.length <= shortest * 1.2
-    (brake,) = running.cancel(cruising).brakes
+    assert shortest * 0.99 <= cruising.pause().ramp.length <= shortest * 1.2
+    (brake,) = cruising.cancel().brakes
     assert 0.0 < brake.end < 0.5 * shortest
 
 
@@ -148,7 +149,7 @@ def test_without_requests_the_motion_follows_the_plan(rng: np.random.Generator) 
     motion = running.start(plan, 1.0)
     ticks = 0
     while not motion.ended:
-        motion = running.advance(motion, TICK, 1.0)
+        motion = motion.advance(TICK, 1.0)
         ticks += 1
         expected = plan.derivatives(np.array([min(ticks * TICK, plan.duration)]))[:, 0]
         for values, wanted in zip(motion.sample(), expected[:3], strict=False):
@@ -157,7 +158,7 @@ def test_without_requests_the_motion_follows_the_plan(rng: np.random.Generator) 
         assert motion.progress == pytest.approx(min(1.0, ticks * TICK / plan.duration), rel=1e-9)
     assert motion.phase is Phase.SUCCEEDED
     assert ticks == int(np.ceil((plan.duration - 1e-9) / TICK))
-    assert running.advance(motion, TICK, 1.0) is motion
+    assert motion.advance(TICK, 1.0) is motion
 
 
 def test_an_override_from_the_start_stretches_time(rng: np.random.Generator) -> None:
@@ -166,7 +167,7 @@ def test_an_override_from_the_start_stretches_time(rng: np.random.Generator) -> 
     motion = running.start(plan, override)
     ticks = 0
     while not motion.ended:
-        motion = running.advance(motion, TICK, override)
+        motion = motion.advance(TICK, override)
         ticks += 1
     assert ticks == int(np.ceil((plan.duration - 1e-9) / override / TICK))
 
@@ -176,7 +177,7 @@ def test_a_change_of_override_settles_at_the_new_rate(rng: np.random.Generator) 
     for override in (0.2, 0.1):
         settled = False
         while not motion.ended and not settled:
-            motion = running.advance(motion, TICK, override)
+            motion = motion.advance(TICK, override)
             settled = (motion.rate, motion.rate_slope) == (override, 0.0)
         assert settled
 
@@ -188,10 +189,10 @@ def test_a_stop_takes_little_longer_than_from_top_speed(kind: str, rng: np.rando
     bound = max(plan.braking.stop_time, 0.1) + 1.2**9 * plan.braking.stop_time + 0.05
     for tau in rng.uniform(0.0, plan.duration, 10):
         motion = running.start(plan, 1.0)
-        motion = running.cancel(running.advance(motion, float(tau), 1.0))
+        motion = motion.advance(float(tau), 1.0).cancel()
         ticks = 0
         while not motion.ended:
-            motion = running.advance(motion, TICK, 1.0)
+            motion = motion.advance(TICK, 1.0)
             ticks += 1
         assert ticks * TICK <= bound
 
@@ -203,60 +204,60 @@ def test_a_pause_from_top_speed_brakes_at_the_limit(rng: np.random.Generator) ->
     velocity, acceleration, jerk = (float(x[0]) for x in (limits.velocity, limits.acceleration, limits.jerk))
     shortest = max(1.875 * velocity / acceleration, float(np.sqrt(10 / np.sqrt(3) * velocity / jerk)))
     assert plan.braking.stop_time == pytest.approx(shortest, rel=1e-6)
-    motion = running.pause(running.advance(running.start(plan, 1.0), plan.duration * 0.4, 1.0))
+    motion = running.start(plan, 1.0).advance(plan.duration * 0.4, 1.0).pause()
     assert motion.phase is Phase.PAUSING
     assert motion.ramp.length == pytest.approx(shortest, rel=0.2)
     while motion.phase is not Phase.PAUSED:
-        motion = running.advance(motion, TICK, 1.0)
+        motion = motion.advance(TICK, 1.0)
     q, v, a = motion.sample()
     assert (v, a, motion.rate) == (0.0, 0.0, 0.0)
-    later = running.advance(motion, TICK, 1.0)
+    later = motion.advance(TICK, 1.0)
     np.testing.assert_array_equal(later.sample()[0], q)
-    motion = running.resume(later)
+    motion = later.resume()
     assert motion.phase is Phase.RUNNING
     while not motion.ended:
-        motion = running.advance(motion, TICK, 1.0)
+        motion = motion.advance(TICK, 1.0)
     np.testing.assert_array_equal(motion.sample()[0], plan.goal)
 
 
 def test_a_pause_can_be_taken_back_midway_without_a_jump(rng: np.random.Generator) -> None:
     plan = plan_ptp([-1.9], [1.9], random_limits(rng, 1))
-    motion = running.pause(running.advance(running.start(plan, 1.0), plan.duration * 0.3, 1.0))
-    motion = running.advance(motion, motion.ramp.length * float(rng.uniform(0.2, 0.8)), 1.0)
-    resumed = running.resume(motion)
+    motion = running.start(plan, 1.0).advance(plan.duration * 0.3, 1.0).pause()
+    motion = motion.advance(motion.ramp.length * float(rng.uniform(0.2, 0.8)), 1.0)
+    resumed = motion.resume()
     assert resumed.phase is Phase.RUNNING
     before, after = motion.ramp.state(motion.elapsed), resumed.ramp.state(resumed.elapsed)
     np.testing.assert_allclose(after[:3], before[:3], atol=1e-9)
     while not resumed.ended:
-        resumed = running.advance(resumed, TICK, 1.0)
+        resumed = resumed.advance(TICK, 1.0)
     assert resumed.phase is Phase.SUCCEEDED
 
 
 def test_each_phase_answers_each_request(rng: np.random.Generator) -> None:
     plan = plan_ptp([-1.9], [1.9], random_limits(rng, 1))
-    going = running.advance(running.start(plan, 1.0), plan.duration * 0.4, 1.0)
-    pausing = running.pause(going)
-    assert running.pause(pausing) is pausing
-    assert running.resume(going) is going
+    going = running.start(plan, 1.0).advance(plan.duration * 0.4, 1.0)
+    pausing = going.pause()
+    assert pausing.pause() is pausing
+    assert going.resume() is going
     paused = pausing
     while paused.phase is not Phase.PAUSED:
-        paused = running.advance(paused, TICK, 1.0)
-    assert running.pause(paused) is paused
-    assert running.set_override(paused, 0.5).rate == 0.0
-    assert running.cancel(paused).phase is Phase.CANCELLED
-    stopping = running.cancel(pausing)
+        paused = paused.advance(TICK, 1.0)
+    assert paused.pause() is paused
+    assert paused.set_override(0.5).rate == 0.0
+    assert paused.cancel().phase is Phase.CANCELLED
+    stopping = pausing.cancel()
     assert stopping.phase is Phase.STOPPING
-    assert running.cancel(stopping) is stopping
-    for refused in (running.pause, running.resume):
-        for motion in (stopping, running.cancel(paused)):
+    assert stopping.cancel() is stopping
+    for refused in (Running.pause, Running.resume):
+        for motion in (stopping, paused.cancel()):
             with pytest.raises(KernelError, match=motion.phase.value) as refusal:
                 refused(motion)
             assert refusal.value.reason is Reason.WRONG_STATE
     while not stopping.ended:
-        stopping = running.advance(stopping, TICK, 1.0)
+        stopping = stopping.advance(TICK, 1.0)
     assert stopping.phase is Phase.CANCELLED
     assert 0.0 < stopping.progress < 1.0
-    assert running.cancel(stopping) is stopping
+    assert stopping.cancel() is stopping
 
 
 def test_overrides_outside_0_to_1_are_refused(rng: np.random.Generator) -> None:
@@ -265,7 +266,7 @@ def test_overrides_outside_0_to_1_are_refused(rng: np.random.Generator) -> None:
         with pytest.raises(KernelError, match="speed override must be above 0 and at most 1"):
             running.start(plan, bad)
         with pytest.raises(KernelError, match="speed override"):
-            running.set_override(running.start(plan, 1.0), bad)
+            running.start(plan, 1.0).set_override(bad)
 
 
 def test_a_motion_without_length_has_succeeded_at_once(rng: np.random.Generator) -> None:
@@ -278,9 +279,9 @@ def test_a_motion_without_length_has_succeeded_at_once(rng: np.random.Generator)
 
 def test_the_path_state_is_the_derivative_of_the_path_parameter(rng: np.random.Generator) -> None:
     plan = random_ptp(rng)
-    motion = running.pause(running.advance(running.start(plan, 1.0), 0.4 * plan.duration, 1.0))
-    motion = running.advance(motion, 0.5 * motion.ramp.length, 1.0)
-    later = running.advance(motion, 1e-6, 1.0)
+    motion = running.start(plan, 1.0).advance(0.4 * plan.duration, 1.0).pause()
+    motion = motion.advance(0.5 * motion.ramp.length, 1.0)
+    later = motion.advance(1e-6, 1.0)
     (u0, v0, a0), (u1, v1, a1) = motion.path_states[0], later.path_states[0]
     assert (u1 - u0) / 1e-6 == pytest.approx((v0 + v1) / 2, rel=1e-5, abs=1e-9)
     assert (v1 - v0) / 1e-6 == pytest.approx((a0 + a1) / 2, rel=1e-4, abs=1e-6)

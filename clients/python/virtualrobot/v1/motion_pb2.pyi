@@ -1,5 +1,6 @@
 from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
 from virtualrobot.v1 import lease_pb2 as _lease_pb2
+from virtualrobot.v1 import robot_pb2 as _robot_pb2
 from google.protobuf.internal import containers as _containers
 from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
 from google.protobuf import descriptor as _descriptor
@@ -21,6 +22,19 @@ class DisconnectPolicy(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     DISCONNECT_POLICY_STOP: _ClassVar[DisconnectPolicy]
     DISCONNECT_POLICY_CONTINUE: _ClassVar[DisconnectPolicy]
 
+class TimeLaw(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    TIME_LAW_UNSPECIFIED: _ClassVar[TimeLaw]
+    TIME_LAW_JERK_LIMITED: _ClassVar[TimeLaw]
+    TIME_LAW_TIME_OPTIMAL: _ClassVar[TimeLaw]
+
+class JogFrame(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    JOG_FRAME_UNSPECIFIED: _ClassVar[JogFrame]
+    JOG_FRAME_BASE: _ClassVar[JogFrame]
+    JOG_FRAME_TOOL: _ClassVar[JogFrame]
+    JOG_FRAME_NODE: _ClassVar[JogFrame]
+
 class ArcOrientation(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
     ARC_ORIENTATION_UNSPECIFIED: _ClassVar[ArcOrientation]
@@ -36,6 +50,7 @@ class MotionPhase(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     MOTION_PHASE_STOPPING: _ClassVar[MotionPhase]
     MOTION_PHASE_SUCCEEDED: _ClassVar[MotionPhase]
     MOTION_PHASE_CANCELLED: _ClassVar[MotionPhase]
+    MOTION_PHASE_WAITING: _ClassVar[MotionPhase]
 
 class CancelCause(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
@@ -47,12 +62,47 @@ class CancelCause(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     CANCEL_CAUSE_WORLD_CLEARED: _ClassVar[CancelCause]
     CANCEL_CAUSE_LEASE_EXPIRED: _ClassVar[CancelCause]
     CANCEL_CAUSE_LEASE_TAKEN: _ClassVar[CancelCause]
+    CANCEL_CAUSE_SIGNAL_TIMEOUT: _ClassVar[CancelCause]
+    CANCEL_CAUSE_SETPOINT_TIMEOUT: _ClassVar[CancelCause]
+    CANCEL_CAUSE_SETPOINT_REFUSED: _ClassVar[CancelCause]
+    CANCEL_CAUSE_WINDOW_LEFT: _ClassVar[CancelCause]
+
+class PlanNoteKind(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    PLAN_NOTE_KIND_UNSPECIFIED: _ClassVar[PlanNoteKind]
+    PLAN_NOTE_KIND_ZONE_SHRUNK: _ClassVar[PlanNoteKind]
+    PLAN_NOTE_KIND_ZONE_DROPPED: _ClassVar[PlanNoteKind]
+    PLAN_NOTE_KIND_JOG_ENDS: _ClassVar[PlanNoteKind]
+
+class ViolationKind(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    VIOLATION_KIND_UNSPECIFIED: _ClassVar[ViolationKind]
+    VIOLATION_KIND_JOINT_POSITION: _ClassVar[ViolationKind]
+    VIOLATION_KIND_JOINT_VELOCITY: _ClassVar[ViolationKind]
+    VIOLATION_KIND_JOINT_ACCELERATION: _ClassVar[ViolationKind]
+    VIOLATION_KIND_EFFORT: _ClassVar[ViolationKind]
+    VIOLATION_KIND_REACH: _ClassVar[ViolationKind]
+    VIOLATION_KIND_SINGULARITY: _ClassVar[ViolationKind]
+    VIOLATION_KIND_OTHER: _ClassVar[ViolationKind]
+
+class SetpointMode(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    SETPOINT_MODE_UNSPECIFIED: _ClassVar[SetpointMode]
+    SETPOINT_MODE_POSITION: _ClassVar[SetpointMode]
+    SETPOINT_MODE_VELOCITY: _ClassVar[SetpointMode]
 BUSY_POLICY_UNSPECIFIED: BusyPolicy
 BUSY_POLICY_REJECT: BusyPolicy
 BUSY_POLICY_PREEMPT: BusyPolicy
 DISCONNECT_POLICY_UNSPECIFIED: DisconnectPolicy
 DISCONNECT_POLICY_STOP: DisconnectPolicy
 DISCONNECT_POLICY_CONTINUE: DisconnectPolicy
+TIME_LAW_UNSPECIFIED: TimeLaw
+TIME_LAW_JERK_LIMITED: TimeLaw
+TIME_LAW_TIME_OPTIMAL: TimeLaw
+JOG_FRAME_UNSPECIFIED: JogFrame
+JOG_FRAME_BASE: JogFrame
+JOG_FRAME_TOOL: JogFrame
+JOG_FRAME_NODE: JogFrame
 ARC_ORIENTATION_UNSPECIFIED: ArcOrientation
 ARC_ORIENTATION_TO_GOAL: ArcOrientation
 ARC_ORIENTATION_WITH_ARC: ArcOrientation
@@ -63,6 +113,7 @@ MOTION_PHASE_PAUSED: MotionPhase
 MOTION_PHASE_STOPPING: MotionPhase
 MOTION_PHASE_SUCCEEDED: MotionPhase
 MOTION_PHASE_CANCELLED: MotionPhase
+MOTION_PHASE_WAITING: MotionPhase
 CANCEL_CAUSE_UNSPECIFIED: CancelCause
 CANCEL_CAUSE_CALL: CancelCause
 CANCEL_CAUSE_STOP: CancelCause
@@ -71,44 +122,143 @@ CANCEL_CAUSE_UNWATCHED: CancelCause
 CANCEL_CAUSE_WORLD_CLEARED: CancelCause
 CANCEL_CAUSE_LEASE_EXPIRED: CancelCause
 CANCEL_CAUSE_LEASE_TAKEN: CancelCause
+CANCEL_CAUSE_SIGNAL_TIMEOUT: CancelCause
+CANCEL_CAUSE_SETPOINT_TIMEOUT: CancelCause
+CANCEL_CAUSE_SETPOINT_REFUSED: CancelCause
+CANCEL_CAUSE_WINDOW_LEFT: CancelCause
+PLAN_NOTE_KIND_UNSPECIFIED: PlanNoteKind
+PLAN_NOTE_KIND_ZONE_SHRUNK: PlanNoteKind
+PLAN_NOTE_KIND_ZONE_DROPPED: PlanNoteKind
+PLAN_NOTE_KIND_JOG_ENDS: PlanNoteKind
+VIOLATION_KIND_UNSPECIFIED: ViolationKind
+VIOLATION_KIND_JOINT_POSITION: ViolationKind
+VIOLATION_KIND_JOINT_VELOCITY: ViolationKind
+VIOLATION_KIND_JOINT_ACCELERATION: ViolationKind
+VIOLATION_KIND_EFFORT: ViolationKind
+VIOLATION_KIND_REACH: ViolationKind
+VIOLATION_KIND_SINGULARITY: ViolationKind
+VIOLATION_KIND_OTHER: ViolationKind
+SETPOINT_MODE_UNSPECIFIED: SetpointMode
+SETPOINT_MODE_POSITION: SetpointMode
+SETPOINT_MODE_VELOCITY: SetpointMode
 
 class StartMotionRequest(_message.Message):
-    __slots__ = ("moves", "busy_policy", "on_disconnect")
+    __slots__ = ("moves", "busy_policy", "on_disconnect", "steps", "expected_revision", "tracking")
     MOVES_FIELD_NUMBER: _ClassVar[int]
     BUSY_POLICY_FIELD_NUMBER: _ClassVar[int]
     ON_DISCONNECT_FIELD_NUMBER: _ClassVar[int]
+    STEPS_FIELD_NUMBER: _ClassVar[int]
+    EXPECTED_REVISION_FIELD_NUMBER: _ClassVar[int]
+    TRACKING_FIELD_NUMBER: _ClassVar[int]
     moves: _containers.RepeatedCompositeFieldContainer[Move]
     busy_policy: BusyPolicy
     on_disconnect: DisconnectPolicy
-    def __init__(self, moves: _Optional[_Iterable[_Union[Move, _Mapping]]] = ..., busy_policy: _Optional[_Union[BusyPolicy, str]] = ..., on_disconnect: _Optional[_Union[DisconnectPolicy, str]] = ...) -> None: ...
+    steps: _containers.RepeatedCompositeFieldContainer[ProgramStep]
+    expected_revision: int
+    tracking: Tracking
+    def __init__(self, moves: _Optional[_Iterable[_Union[Move, _Mapping]]] = ..., busy_policy: _Optional[_Union[BusyPolicy, str]] = ..., on_disconnect: _Optional[_Union[DisconnectPolicy, str]] = ..., steps: _Optional[_Iterable[_Union[ProgramStep, _Mapping]]] = ..., expected_revision: _Optional[int] = ..., tracking: _Optional[_Union[Tracking, _Mapping]] = ...) -> None: ...
+
+class ProgramStep(_message.Message):
+    __slots__ = ("move", "set_signal", "wait_signal", "dwell")
+    MOVE_FIELD_NUMBER: _ClassVar[int]
+    SET_SIGNAL_FIELD_NUMBER: _ClassVar[int]
+    WAIT_SIGNAL_FIELD_NUMBER: _ClassVar[int]
+    DWELL_FIELD_NUMBER: _ClassVar[int]
+    move: MoveStep
+    set_signal: SetSignalStep
+    wait_signal: WaitSignalStep
+    dwell: DwellStep
+    def __init__(self, move: _Optional[_Union[MoveStep, _Mapping]] = ..., set_signal: _Optional[_Union[SetSignalStep, _Mapping]] = ..., wait_signal: _Optional[_Union[WaitSignalStep, _Mapping]] = ..., dwell: _Optional[_Union[DwellStep, _Mapping]] = ...) -> None: ...
+
+class MoveStep(_message.Message):
+    __slots__ = ("moves", "blend_distance_meters", "blend_percent")
+    MOVES_FIELD_NUMBER: _ClassVar[int]
+    BLEND_DISTANCE_METERS_FIELD_NUMBER: _ClassVar[int]
+    BLEND_PERCENT_FIELD_NUMBER: _ClassVar[int]
+    moves: _containers.RepeatedCompositeFieldContainer[Move]
+    blend_distance_meters: float
+    blend_percent: float
+    def __init__(self, moves: _Optional[_Iterable[_Union[Move, _Mapping]]] = ..., blend_distance_meters: _Optional[float] = ..., blend_percent: _Optional[float] = ...) -> None: ...
+
+class SetSignalStep(_message.Message):
+    __slots__ = ("signal", "value")
+    SIGNAL_FIELD_NUMBER: _ClassVar[int]
+    VALUE_FIELD_NUMBER: _ClassVar[int]
+    signal: str
+    value: bool
+    def __init__(self, signal: _Optional[str] = ..., value: bool = ...) -> None: ...
+
+class SignalCondition(_message.Message):
+    __slots__ = ("signal", "value")
+    SIGNAL_FIELD_NUMBER: _ClassVar[int]
+    VALUE_FIELD_NUMBER: _ClassVar[int]
+    signal: str
+    value: bool
+    def __init__(self, signal: _Optional[str] = ..., value: bool = ...) -> None: ...
+
+class WaitSignalStep(_message.Message):
+    __slots__ = ("condition", "timeout_seconds")
+    CONDITION_FIELD_NUMBER: _ClassVar[int]
+    TIMEOUT_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    condition: SignalCondition
+    timeout_seconds: float
+    def __init__(self, condition: _Optional[_Union[SignalCondition, _Mapping]] = ..., timeout_seconds: _Optional[float] = ...) -> None: ...
+
+class DwellStep(_message.Message):
+    __slots__ = ("seconds",)
+    SECONDS_FIELD_NUMBER: _ClassVar[int]
+    seconds: float
+    def __init__(self, seconds: _Optional[float] = ...) -> None: ...
+
+class Tracking(_message.Message):
+    __slots__ = ("node", "window", "max_velocity")
+    NODE_FIELD_NUMBER: _ClassVar[int]
+    WINDOW_FIELD_NUMBER: _ClassVar[int]
+    MAX_VELOCITY_FIELD_NUMBER: _ClassVar[int]
+    node: str
+    window: float
+    max_velocity: float
+    def __init__(self, node: _Optional[str] = ..., window: _Optional[float] = ..., max_velocity: _Optional[float] = ...) -> None: ...
 
 class Move(_message.Message):
-    __slots__ = ("robot", "speed_factor", "point_to_point", "linear", "joint_trajectory", "tool_state", "circular")
+    __slots__ = ("robot", "speed_factor", "time_law", "redundancy", "point_to_point", "linear", "joint_trajectory", "tool_state", "circular", "spline", "joint_jog", "cartesian_jog")
     ROBOT_FIELD_NUMBER: _ClassVar[int]
     SPEED_FACTOR_FIELD_NUMBER: _ClassVar[int]
+    TIME_LAW_FIELD_NUMBER: _ClassVar[int]
+    REDUNDANCY_FIELD_NUMBER: _ClassVar[int]
     POINT_TO_POINT_FIELD_NUMBER: _ClassVar[int]
     LINEAR_FIELD_NUMBER: _ClassVar[int]
     JOINT_TRAJECTORY_FIELD_NUMBER: _ClassVar[int]
     TOOL_STATE_FIELD_NUMBER: _ClassVar[int]
     CIRCULAR_FIELD_NUMBER: _ClassVar[int]
+    SPLINE_FIELD_NUMBER: _ClassVar[int]
+    JOINT_JOG_FIELD_NUMBER: _ClassVar[int]
+    CARTESIAN_JOG_FIELD_NUMBER: _ClassVar[int]
     robot: str
     speed_factor: float
+    time_law: TimeLaw
+    redundancy: _robot_pb2.Redundancy
     point_to_point: PointToPoint
     linear: Linear
     joint_trajectory: JointTrajectory
     tool_state: ToolStateMove
     circular: Circular
-    def __init__(self, robot: _Optional[str] = ..., speed_factor: _Optional[float] = ..., point_to_point: _Optional[_Union[PointToPoint, _Mapping]] = ..., linear: _Optional[_Union[Linear, _Mapping]] = ..., joint_trajectory: _Optional[_Union[JointTrajectory, _Mapping]] = ..., tool_state: _Optional[_Union[ToolStateMove, _Mapping]] = ..., circular: _Optional[_Union[Circular, _Mapping]] = ...) -> None: ...
+    spline: Spline
+    joint_jog: JointJog
+    cartesian_jog: CartesianJog
+    def __init__(self, robot: _Optional[str] = ..., speed_factor: _Optional[float] = ..., time_law: _Optional[_Union[TimeLaw, str]] = ..., redundancy: _Optional[_Union[_robot_pb2.Redundancy, _Mapping]] = ..., point_to_point: _Optional[_Union[PointToPoint, _Mapping]] = ..., linear: _Optional[_Union[Linear, _Mapping]] = ..., joint_trajectory: _Optional[_Union[JointTrajectory, _Mapping]] = ..., tool_state: _Optional[_Union[ToolStateMove, _Mapping]] = ..., circular: _Optional[_Union[Circular, _Mapping]] = ..., spline: _Optional[_Union[Spline, _Mapping]] = ..., joint_jog: _Optional[_Union[JointJog, _Mapping]] = ..., cartesian_jog: _Optional[_Union[CartesianJog, _Mapping]] = ...) -> None: ...
 
 class PoseGoal(_message.Message):
-    __slots__ = ("reference_t_tcp", "reference", "configuration")
+    __slots__ = ("reference_t_tcp", "reference", "configuration", "moving")
     REFERENCE_T_TCP_FIELD_NUMBER: _ClassVar[int]
     REFERENCE_FIELD_NUMBER: _ClassVar[int]
     CONFIGURATION_FIELD_NUMBER: _ClassVar[int]
+    MOVING_FIELD_NUMBER: _ClassVar[int]
     reference_t_tcp: _geometry_pb2.Pose
     reference: str
     configuration: str
-    def __init__(self, reference_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., reference: _Optional[str] = ..., configuration: _Optional[str] = ...) -> None: ...
+    moving: bool
+    def __init__(self, reference_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., reference: _Optional[str] = ..., configuration: _Optional[str] = ..., moving: bool = ...) -> None: ...
 
 class JointGoal(_message.Message):
     __slots__ = ("joint_positions",)
@@ -123,25 +273,78 @@ class JointGoal(_message.Message):
     joint_positions: _containers.ScalarMap[str, float]
     def __init__(self, joint_positions: _Optional[_Mapping[str, float]] = ...) -> None: ...
 
+class ActuatorGoal(_message.Message):
+    __slots__ = ("actuator_positions",)
+    class ActuatorPositionsEntry(_message.Message):
+        __slots__ = ("key", "value")
+        KEY_FIELD_NUMBER: _ClassVar[int]
+        VALUE_FIELD_NUMBER: _ClassVar[int]
+        key: str
+        value: float
+        def __init__(self, key: _Optional[str] = ..., value: _Optional[float] = ...) -> None: ...
+    ACTUATOR_POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    actuator_positions: _containers.ScalarMap[str, float]
+    def __init__(self, actuator_positions: _Optional[_Mapping[str, float]] = ...) -> None: ...
+
 class PointToPoint(_message.Message):
-    __slots__ = ("joints", "pose", "posture")
+    __slots__ = ("joints", "pose", "posture", "actuators")
     JOINTS_FIELD_NUMBER: _ClassVar[int]
     POSE_FIELD_NUMBER: _ClassVar[int]
     POSTURE_FIELD_NUMBER: _ClassVar[int]
+    ACTUATORS_FIELD_NUMBER: _ClassVar[int]
     joints: JointGoal
     pose: PoseGoal
     posture: str
-    def __init__(self, joints: _Optional[_Union[JointGoal, _Mapping]] = ..., pose: _Optional[_Union[PoseGoal, _Mapping]] = ..., posture: _Optional[str] = ...) -> None: ...
+    actuators: ActuatorGoal
+    def __init__(self, joints: _Optional[_Union[JointGoal, _Mapping]] = ..., pose: _Optional[_Union[PoseGoal, _Mapping]] = ..., posture: _Optional[str] = ..., actuators: _Optional[_Union[ActuatorGoal, _Mapping]] = ...) -> None: ...
 
 class Linear(_message.Message):
-    __slots__ = ("goal", "max_velocity_meters_per_second", "max_acceleration_meters_per_second_squared")
+    __slots__ = ("goal", "max_velocity_meters_per_second", "max_acceleration_meters_per_second_squared", "until")
     GOAL_FIELD_NUMBER: _ClassVar[int]
     MAX_VELOCITY_METERS_PER_SECOND_FIELD_NUMBER: _ClassVar[int]
     MAX_ACCELERATION_METERS_PER_SECOND_SQUARED_FIELD_NUMBER: _ClassVar[int]
+    UNTIL_FIELD_NUMBER: _ClassVar[int]
     goal: PoseGoal
     max_velocity_meters_per_second: float
     max_acceleration_meters_per_second_squared: float
-    def __init__(self, goal: _Optional[_Union[PoseGoal, _Mapping]] = ..., max_velocity_meters_per_second: _Optional[float] = ..., max_acceleration_meters_per_second_squared: _Optional[float] = ...) -> None: ...
+    until: SignalCondition
+    def __init__(self, goal: _Optional[_Union[PoseGoal, _Mapping]] = ..., max_velocity_meters_per_second: _Optional[float] = ..., max_acceleration_meters_per_second_squared: _Optional[float] = ..., until: _Optional[_Union[SignalCondition, _Mapping]] = ...) -> None: ...
+
+class Spline(_message.Message):
+    __slots__ = ("goals", "max_velocity_meters_per_second", "max_acceleration_meters_per_second_squared")
+    GOALS_FIELD_NUMBER: _ClassVar[int]
+    MAX_VELOCITY_METERS_PER_SECOND_FIELD_NUMBER: _ClassVar[int]
+    MAX_ACCELERATION_METERS_PER_SECOND_SQUARED_FIELD_NUMBER: _ClassVar[int]
+    goals: _containers.RepeatedCompositeFieldContainer[PoseGoal]
+    max_velocity_meters_per_second: float
+    max_acceleration_meters_per_second_squared: float
+    def __init__(self, goals: _Optional[_Iterable[_Union[PoseGoal, _Mapping]]] = ..., max_velocity_meters_per_second: _Optional[float] = ..., max_acceleration_meters_per_second_squared: _Optional[float] = ...) -> None: ...
+
+class JointJog(_message.Message):
+    __slots__ = ("joint", "velocity", "distance")
+    JOINT_FIELD_NUMBER: _ClassVar[int]
+    VELOCITY_FIELD_NUMBER: _ClassVar[int]
+    DISTANCE_FIELD_NUMBER: _ClassVar[int]
+    joint: str
+    velocity: float
+    distance: float
+    def __init__(self, joint: _Optional[str] = ..., velocity: _Optional[float] = ..., distance: _Optional[float] = ...) -> None: ...
+
+class CartesianJog(_message.Message):
+    __slots__ = ("translation", "rotation", "frame", "node", "velocity", "distance")
+    TRANSLATION_FIELD_NUMBER: _ClassVar[int]
+    ROTATION_FIELD_NUMBER: _ClassVar[int]
+    FRAME_FIELD_NUMBER: _ClassVar[int]
+    NODE_FIELD_NUMBER: _ClassVar[int]
+    VELOCITY_FIELD_NUMBER: _ClassVar[int]
+    DISTANCE_FIELD_NUMBER: _ClassVar[int]
+    translation: _geometry_pb2.Vector3
+    rotation: _geometry_pb2.Vector3
+    frame: JogFrame
+    node: str
+    velocity: float
+    distance: float
+    def __init__(self, translation: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., rotation: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., frame: _Optional[_Union[JogFrame, str]] = ..., node: _Optional[str] = ..., velocity: _Optional[float] = ..., distance: _Optional[float] = ...) -> None: ...
 
 class Circular(_message.Message):
     __slots__ = ("goal", "via", "center", "orientation", "max_velocity_meters_per_second", "max_acceleration_meters_per_second_squared")
@@ -190,7 +393,7 @@ class ToolStateMove(_message.Message):
     def __init__(self, tool: _Optional[str] = ..., state: _Optional[str] = ...) -> None: ...
 
 class Motion(_message.Message):
-    __slots__ = ("id", "robots", "phase", "progress", "planned_duration_seconds", "start_time_seconds", "cancel_reason", "cancel_cause")
+    __slots__ = ("id", "robots", "phase", "progress", "planned_duration_seconds", "start_time_seconds", "cancel_reason", "cancel_cause", "step", "step_count", "search")
     ID_FIELD_NUMBER: _ClassVar[int]
     ROBOTS_FIELD_NUMBER: _ClassVar[int]
     PHASE_FIELD_NUMBER: _ClassVar[int]
@@ -199,6 +402,9 @@ class Motion(_message.Message):
     START_TIME_SECONDS_FIELD_NUMBER: _ClassVar[int]
     CANCEL_REASON_FIELD_NUMBER: _ClassVar[int]
     CANCEL_CAUSE_FIELD_NUMBER: _ClassVar[int]
+    STEP_FIELD_NUMBER: _ClassVar[int]
+    STEP_COUNT_FIELD_NUMBER: _ClassVar[int]
+    SEARCH_FIELD_NUMBER: _ClassVar[int]
     id: str
     robots: _containers.RepeatedScalarFieldContainer[str]
     phase: MotionPhase
@@ -207,15 +413,179 @@ class Motion(_message.Message):
     start_time_seconds: float
     cancel_reason: str
     cancel_cause: CancelCause
-    def __init__(self, id: _Optional[str] = ..., robots: _Optional[_Iterable[str]] = ..., phase: _Optional[_Union[MotionPhase, str]] = ..., progress: _Optional[float] = ..., planned_duration_seconds: _Optional[float] = ..., start_time_seconds: _Optional[float] = ..., cancel_reason: _Optional[str] = ..., cancel_cause: _Optional[_Union[CancelCause, str]] = ...) -> None: ...
+    step: int
+    step_count: int
+    search: SearchResult
+    def __init__(self, id: _Optional[str] = ..., robots: _Optional[_Iterable[str]] = ..., phase: _Optional[_Union[MotionPhase, str]] = ..., progress: _Optional[float] = ..., planned_duration_seconds: _Optional[float] = ..., start_time_seconds: _Optional[float] = ..., cancel_reason: _Optional[str] = ..., cancel_cause: _Optional[_Union[CancelCause, str]] = ..., step: _Optional[int] = ..., step_count: _Optional[int] = ..., search: _Optional[_Union[SearchResult, _Mapping]] = ...) -> None: ...
+
+class SearchResult(_message.Message):
+    __slots__ = ("found", "joint_positions", "world_t_tcp", "time_seconds")
+    class JointPositionsEntry(_message.Message):
+        __slots__ = ("key", "value")
+        KEY_FIELD_NUMBER: _ClassVar[int]
+        VALUE_FIELD_NUMBER: _ClassVar[int]
+        key: str
+        value: float
+        def __init__(self, key: _Optional[str] = ..., value: _Optional[float] = ...) -> None: ...
+    FOUND_FIELD_NUMBER: _ClassVar[int]
+    JOINT_POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    WORLD_T_TCP_FIELD_NUMBER: _ClassVar[int]
+    TIME_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    found: bool
+    joint_positions: _containers.ScalarMap[str, float]
+    world_t_tcp: _geometry_pb2.Pose
+    time_seconds: float
+    def __init__(self, found: bool = ..., joint_positions: _Optional[_Mapping[str, float]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., time_seconds: _Optional[float] = ...) -> None: ...
+
+class PlanNote(_message.Message):
+    __slots__ = ("kind", "step", "robot", "wanted", "kept", "message")
+    KIND_FIELD_NUMBER: _ClassVar[int]
+    STEP_FIELD_NUMBER: _ClassVar[int]
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    WANTED_FIELD_NUMBER: _ClassVar[int]
+    KEPT_FIELD_NUMBER: _ClassVar[int]
+    MESSAGE_FIELD_NUMBER: _ClassVar[int]
+    kind: PlanNoteKind
+    step: int
+    robot: str
+    wanted: float
+    kept: float
+    message: str
+    def __init__(self, kind: _Optional[_Union[PlanNoteKind, str]] = ..., step: _Optional[int] = ..., robot: _Optional[str] = ..., wanted: _Optional[float] = ..., kept: _Optional[float] = ..., message: _Optional[str] = ...) -> None: ...
 
 class StartMotionResponse(_message.Message):
-    __slots__ = ("stamp", "motion")
+    __slots__ = ("stamp", "motion", "notes")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     MOTION_FIELD_NUMBER: _ClassVar[int]
+    NOTES_FIELD_NUMBER: _ClassVar[int]
     stamp: _geometry_pb2.Stamp
     motion: Motion
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., motion: _Optional[_Union[Motion, _Mapping]] = ...) -> None: ...
+    notes: _containers.RepeatedCompositeFieldContainer[PlanNote]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., motion: _Optional[_Union[Motion, _Mapping]] = ..., notes: _Optional[_Iterable[_Union[PlanNote, _Mapping]]] = ...) -> None: ...
+
+class PlanMotionRequest(_message.Message):
+    __slots__ = ("motion", "sample_seconds")
+    MOTION_FIELD_NUMBER: _ClassVar[int]
+    SAMPLE_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    motion: StartMotionRequest
+    sample_seconds: float
+    def __init__(self, motion: _Optional[_Union[StartMotionRequest, _Mapping]] = ..., sample_seconds: _Optional[float] = ...) -> None: ...
+
+class PlanMotionResponse(_message.Message):
+    __slots__ = ("stamp", "duration_seconds", "times", "steps", "robots", "notes")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    DURATION_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    TIMES_FIELD_NUMBER: _ClassVar[int]
+    STEPS_FIELD_NUMBER: _ClassVar[int]
+    ROBOTS_FIELD_NUMBER: _ClassVar[int]
+    NOTES_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    duration_seconds: float
+    times: _geometry_pb2.NumericArray
+    steps: _geometry_pb2.NumericArray
+    robots: _containers.RepeatedCompositeFieldContainer[RobotTrajectory]
+    notes: _containers.RepeatedCompositeFieldContainer[PlanNote]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., duration_seconds: _Optional[float] = ..., times: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., steps: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., robots: _Optional[_Iterable[_Union[RobotTrajectory, _Mapping]]] = ..., notes: _Optional[_Iterable[_Union[PlanNote, _Mapping]]] = ...) -> None: ...
+
+class RobotTrajectory(_message.Message):
+    __slots__ = ("robot", "joint_names", "positions", "velocities", "accelerations", "efforts", "world_t_tcp", "tcp_speeds")
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
+    POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    VELOCITIES_FIELD_NUMBER: _ClassVar[int]
+    ACCELERATIONS_FIELD_NUMBER: _ClassVar[int]
+    EFFORTS_FIELD_NUMBER: _ClassVar[int]
+    WORLD_T_TCP_FIELD_NUMBER: _ClassVar[int]
+    TCP_SPEEDS_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    joint_names: _containers.RepeatedScalarFieldContainer[str]
+    positions: _geometry_pb2.NumericArray
+    velocities: _geometry_pb2.NumericArray
+    accelerations: _geometry_pb2.NumericArray
+    efforts: _geometry_pb2.NumericArray
+    world_t_tcp: _geometry_pb2.NumericArray
+    tcp_speeds: _geometry_pb2.NumericArray
+    def __init__(self, robot: _Optional[str] = ..., joint_names: _Optional[_Iterable[str]] = ..., positions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., velocities: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., accelerations: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., efforts: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., tcp_speeds: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
+
+class CheckMotionRequest(_message.Message):
+    __slots__ = ("motion", "min_singular_value")
+    MOTION_FIELD_NUMBER: _ClassVar[int]
+    MIN_SINGULAR_VALUE_FIELD_NUMBER: _ClassVar[int]
+    motion: StartMotionRequest
+    min_singular_value: float
+    def __init__(self, motion: _Optional[_Union[StartMotionRequest, _Mapping]] = ..., min_singular_value: _Optional[float] = ...) -> None: ...
+
+class Violation(_message.Message):
+    __slots__ = ("kind", "step", "robot", "joint", "time_seconds", "path_fraction", "world_t_tcp", "value", "limit", "message")
+    KIND_FIELD_NUMBER: _ClassVar[int]
+    STEP_FIELD_NUMBER: _ClassVar[int]
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    JOINT_FIELD_NUMBER: _ClassVar[int]
+    TIME_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    PATH_FRACTION_FIELD_NUMBER: _ClassVar[int]
+    WORLD_T_TCP_FIELD_NUMBER: _ClassVar[int]
+    VALUE_FIELD_NUMBER: _ClassVar[int]
+    LIMIT_FIELD_NUMBER: _ClassVar[int]
+    MESSAGE_FIELD_NUMBER: _ClassVar[int]
+    kind: ViolationKind
+    step: int
+    robot: str
+    joint: str
+    time_seconds: float
+    path_fraction: float
+    world_t_tcp: _geometry_pb2.Pose
+    value: float
+    limit: float
+    message: str
+    def __init__(self, kind: _Optional[_Union[ViolationKind, str]] = ..., step: _Optional[int] = ..., robot: _Optional[str] = ..., joint: _Optional[str] = ..., time_seconds: _Optional[float] = ..., path_fraction: _Optional[float] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., value: _Optional[float] = ..., limit: _Optional[float] = ..., message: _Optional[str] = ...) -> None: ...
+
+class CheckMotionResponse(_message.Message):
+    __slots__ = ("stamp", "first_violation", "duration_seconds", "min_singular_value", "notes")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    FIRST_VIOLATION_FIELD_NUMBER: _ClassVar[int]
+    DURATION_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    MIN_SINGULAR_VALUE_FIELD_NUMBER: _ClassVar[int]
+    NOTES_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    first_violation: Violation
+    duration_seconds: float
+    min_singular_value: float
+    notes: _containers.RepeatedCompositeFieldContainer[PlanNote]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., first_violation: _Optional[_Union[Violation, _Mapping]] = ..., duration_seconds: _Optional[float] = ..., min_singular_value: _Optional[float] = ..., notes: _Optional[_Iterable[_Union[PlanNote, _Mapping]]] = ...) -> None: ...
+
+class SetpointTarget(_message.Message):
+    __slots__ = ("robot", "joint_names", "mode", "timeout_seconds", "busy_policy")
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
+    MODE_FIELD_NUMBER: _ClassVar[int]
+    TIMEOUT_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    BUSY_POLICY_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    joint_names: _containers.RepeatedScalarFieldContainer[str]
+    mode: SetpointMode
+    timeout_seconds: float
+    busy_policy: BusyPolicy
+    def __init__(self, robot: _Optional[str] = ..., joint_names: _Optional[_Iterable[str]] = ..., mode: _Optional[_Union[SetpointMode, str]] = ..., timeout_seconds: _Optional[float] = ..., busy_policy: _Optional[_Union[BusyPolicy, str]] = ...) -> None: ...
+
+class StreamSetpointsRequest(_message.Message):
+    __slots__ = ("target", "values")
+    TARGET_FIELD_NUMBER: _ClassVar[int]
+    VALUES_FIELD_NUMBER: _ClassVar[int]
+    target: SetpointTarget
+    values: _containers.RepeatedScalarFieldContainer[float]
+    def __init__(self, target: _Optional[_Union[SetpointTarget, _Mapping]] = ..., values: _Optional[_Iterable[float]] = ...) -> None: ...
+
+class StreamSetpointsResponse(_message.Message):
+    __slots__ = ("stamp", "motion", "positions", "velocities")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    MOTION_FIELD_NUMBER: _ClassVar[int]
+    POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    VELOCITIES_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    motion: Motion
+    positions: _containers.RepeatedScalarFieldContainer[float]
+    velocities: _containers.RepeatedScalarFieldContainer[float]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., motion: _Optional[_Union[Motion, _Mapping]] = ..., positions: _Optional[_Iterable[float]] = ..., velocities: _Optional[_Iterable[float]] = ...) -> None: ...
 
 class GetMotionRequest(_message.Message):
     __slots__ = ("id",)

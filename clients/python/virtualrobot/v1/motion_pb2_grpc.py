@@ -40,6 +40,21 @@ class MotionServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_motion__pb2.StartMotionRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_motion__pb2.StartMotionResponse.FromString,
                 _registered_method=True)
+        self.PlanMotion = channel.unary_unary(
+                '/virtualrobot.v1.MotionService/PlanMotion',
+                request_serializer=virtualrobot_dot_v1_dot_motion__pb2.PlanMotionRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_motion__pb2.PlanMotionResponse.FromString,
+                _registered_method=True)
+        self.CheckMotion = channel.unary_unary(
+                '/virtualrobot.v1.MotionService/CheckMotion',
+                request_serializer=virtualrobot_dot_v1_dot_motion__pb2.CheckMotionRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_motion__pb2.CheckMotionResponse.FromString,
+                _registered_method=True)
+        self.StreamSetpoints = channel.stream_stream(
+                '/virtualrobot.v1.MotionService/StreamSetpoints',
+                request_serializer=virtualrobot_dot_v1_dot_motion__pb2.StreamSetpointsRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_motion__pb2.StreamSetpointsResponse.FromString,
+                _registered_method=True)
         self.GetMotion = channel.unary_unary(
                 '/virtualrobot.v1.MotionService/GetMotion',
                 request_serializer=virtualrobot_dot_v1_dot_motion__pb2.GetMotionRequest.SerializeToString,
@@ -84,6 +99,29 @@ class MotionServiceServicer(object):
     def StartMotion(self, request, context):
         """Plans a motion outside the world thread and starts it; answers when it runs. Refused with the place and the reason
         when it would meet a limit, a singularity or an unreachable pose; then nothing moves.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def PlanMotion(self, request, context):
+        """What StartMotion would do: the trajectory in samples, with the speeds of joints and tool centre points and the time
+        it takes. Nothing moves.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def CheckMotion(self, request, context):
+        """Whether a motion keeps all limits, and which one it violates first, with time, place and amount. Nothing moves.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def StreamSetpoints(self, request_iterator, context):
+        """Moves joints by setpoints that the client sends as it goes, positions or velocities; the newest one of a tick counts.
+        The motion stops smoothly when the stream ends or falls silent. The first message says what is moved.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
@@ -146,6 +184,21 @@ def add_MotionServiceServicer_to_server(servicer, server):
                     servicer.StartMotion,
                     request_deserializer=virtualrobot_dot_v1_dot_motion__pb2.StartMotionRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_motion__pb2.StartMotionResponse.SerializeToString,
+            ),
+            'PlanMotion': grpc.unary_unary_rpc_method_handler(
+                    servicer.PlanMotion,
+                    request_deserializer=virtualrobot_dot_v1_dot_motion__pb2.PlanMotionRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_motion__pb2.PlanMotionResponse.SerializeToString,
+            ),
+            'CheckMotion': grpc.unary_unary_rpc_method_handler(
+                    servicer.CheckMotion,
+                    request_deserializer=virtualrobot_dot_v1_dot_motion__pb2.CheckMotionRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_motion__pb2.CheckMotionResponse.SerializeToString,
+            ),
+            'StreamSetpoints': grpc.stream_stream_rpc_method_handler(
+                    servicer.StreamSetpoints,
+                    request_deserializer=virtualrobot_dot_v1_dot_motion__pb2.StreamSetpointsRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_motion__pb2.StreamSetpointsResponse.SerializeToString,
             ),
             'GetMotion': grpc.unary_unary_rpc_method_handler(
                     servicer.GetMotion,
@@ -211,6 +264,87 @@ class MotionService(object):
             '/virtualrobot.v1.MotionService/StartMotion',
             virtualrobot_dot_v1_dot_motion__pb2.StartMotionRequest.SerializeToString,
             virtualrobot_dot_v1_dot_motion__pb2.StartMotionResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def PlanMotion(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/virtualrobot.v1.MotionService/PlanMotion',
+            virtualrobot_dot_v1_dot_motion__pb2.PlanMotionRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_motion__pb2.PlanMotionResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def CheckMotion(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/virtualrobot.v1.MotionService/CheckMotion',
+            virtualrobot_dot_v1_dot_motion__pb2.CheckMotionRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_motion__pb2.CheckMotionResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def StreamSetpoints(request_iterator,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.stream_stream(
+            request_iterator,
+            target,
+            '/virtualrobot.v1.MotionService/StreamSetpoints',
+            virtualrobot_dot_v1_dot_motion__pb2.StreamSetpointsRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_motion__pb2.StreamSetpointsResponse.FromString,
             options,
             channel_credentials,
             insecure,

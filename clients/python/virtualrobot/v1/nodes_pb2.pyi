@@ -84,7 +84,7 @@ class Part(_message.Message):
     def __init__(self, mass_kilograms: _Optional[float] = ..., inertial: _Optional[_Union[Inertial, _Mapping]] = ...) -> None: ...
 
 class Robot(_message.Message):
-    __slots__ = ("joint_names", "flange", "kinematics", "postures", "source", "kinematics_settings", "groups", "allowed_collisions")
+    __slots__ = ("joint_names", "flange", "kinematics", "postures", "source", "kinematics_settings", "groups", "allowed_collisions", "actuators")
     JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
     FLANGE_FIELD_NUMBER: _ClassVar[int]
     KINEMATICS_FIELD_NUMBER: _ClassVar[int]
@@ -93,6 +93,7 @@ class Robot(_message.Message):
     KINEMATICS_SETTINGS_FIELD_NUMBER: _ClassVar[int]
     GROUPS_FIELD_NUMBER: _ClassVar[int]
     ALLOWED_COLLISIONS_FIELD_NUMBER: _ClassVar[int]
+    ACTUATORS_FIELD_NUMBER: _ClassVar[int]
     joint_names: _containers.RepeatedScalarFieldContainer[str]
     flange: str
     kinematics: str
@@ -101,7 +102,30 @@ class Robot(_message.Message):
     kinematics_settings: _struct_pb2.Struct
     groups: _containers.RepeatedCompositeFieldContainer[JointGroup]
     allowed_collisions: _containers.RepeatedCompositeFieldContainer[LinkPair]
-    def __init__(self, joint_names: _Optional[_Iterable[str]] = ..., flange: _Optional[str] = ..., kinematics: _Optional[str] = ..., postures: _Optional[_Iterable[_Union[NamedPosture, _Mapping]]] = ..., source: _Optional[str] = ..., kinematics_settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., groups: _Optional[_Iterable[_Union[JointGroup, _Mapping]]] = ..., allowed_collisions: _Optional[_Iterable[_Union[LinkPair, _Mapping]]] = ...) -> None: ...
+    actuators: _containers.RepeatedCompositeFieldContainer[Actuator]
+    def __init__(self, joint_names: _Optional[_Iterable[str]] = ..., flange: _Optional[str] = ..., kinematics: _Optional[str] = ..., postures: _Optional[_Iterable[_Union[NamedPosture, _Mapping]]] = ..., source: _Optional[str] = ..., kinematics_settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., groups: _Optional[_Iterable[_Union[JointGroup, _Mapping]]] = ..., allowed_collisions: _Optional[_Iterable[_Union[LinkPair, _Mapping]]] = ..., actuators: _Optional[_Iterable[_Union[Actuator, _Mapping]]] = ...) -> None: ...
+
+class Actuator(_message.Message):
+    __slots__ = ("name", "terms", "offset", "lower", "upper")
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    TERMS_FIELD_NUMBER: _ClassVar[int]
+    OFFSET_FIELD_NUMBER: _ClassVar[int]
+    LOWER_FIELD_NUMBER: _ClassVar[int]
+    UPPER_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    terms: _containers.RepeatedCompositeFieldContainer[ActuatorTerm]
+    offset: float
+    lower: float
+    upper: float
+    def __init__(self, name: _Optional[str] = ..., terms: _Optional[_Iterable[_Union[ActuatorTerm, _Mapping]]] = ..., offset: _Optional[float] = ..., lower: _Optional[float] = ..., upper: _Optional[float] = ...) -> None: ...
+
+class ActuatorTerm(_message.Message):
+    __slots__ = ("joint", "ratio")
+    JOINT_FIELD_NUMBER: _ClassVar[int]
+    RATIO_FIELD_NUMBER: _ClassVar[int]
+    joint: str
+    ratio: float
+    def __init__(self, joint: _Optional[str] = ..., ratio: _Optional[float] = ...) -> None: ...
 
 class JointGroup(_message.Message):
     __slots__ = ("name", "joint_names", "base_link", "tip_link")

@@ -12,11 +12,22 @@ from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
 
 DESCRIPTOR: _descriptor.FileDescriptor
 
+class RedundancyPreference(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    REDUNDANCY_PREFERENCE_UNSPECIFIED: _ClassVar[RedundancyPreference]
+    REDUNDANCY_PREFERENCE_JOINT_LIMITS: _ClassVar[RedundancyPreference]
+    REDUNDANCY_PREFERENCE_MANIPULABILITY: _ClassVar[RedundancyPreference]
+    REDUNDANCY_PREFERENCE_POSTURE: _ClassVar[RedundancyPreference]
+
 class InverseStatus(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
     INVERSE_STATUS_UNSPECIFIED: _ClassVar[InverseStatus]
     INVERSE_STATUS_SOLVED: _ClassVar[InverseStatus]
     INVERSE_STATUS_UNREACHABLE: _ClassVar[InverseStatus]
+REDUNDANCY_PREFERENCE_UNSPECIFIED: RedundancyPreference
+REDUNDANCY_PREFERENCE_JOINT_LIMITS: RedundancyPreference
+REDUNDANCY_PREFERENCE_MANIPULABILITY: RedundancyPreference
+REDUNDANCY_PREFERENCE_POSTURE: RedundancyPreference
 INVERSE_STATUS_UNSPECIFIED: InverseStatus
 INVERSE_STATUS_SOLVED: InverseStatus
 INVERSE_STATUS_UNREACHABLE: InverseStatus
@@ -72,7 +83,7 @@ class JointDescription(_message.Message):
     def __init__(self, name: _Optional[str] = ..., type: _Optional[_Union[_nodes_pb2.JointType, str]] = ..., limits: _Optional[_Union[_nodes_pb2.JointLimits, _Mapping]] = ..., coordinate_count: _Optional[int] = ..., velocity_count: _Optional[int] = ...) -> None: ...
 
 class RobotState(_message.Message):
-    __slots__ = ("name", "positions", "velocities", "world_t_tcp", "tool", "tool_center_point", "tool_states", "speed_factor", "motion_ids")
+    __slots__ = ("name", "positions", "velocities", "world_t_tcp", "tool", "tool_center_point", "tool_states", "speed_factor", "motion_ids", "actuator_positions")
     class ToolStatesEntry(_message.Message):
         __slots__ = ("key", "value")
         KEY_FIELD_NUMBER: _ClassVar[int]
@@ -89,6 +100,7 @@ class RobotState(_message.Message):
     TOOL_STATES_FIELD_NUMBER: _ClassVar[int]
     SPEED_FACTOR_FIELD_NUMBER: _ClassVar[int]
     MOTION_IDS_FIELD_NUMBER: _ClassVar[int]
+    ACTUATOR_POSITIONS_FIELD_NUMBER: _ClassVar[int]
     name: str
     positions: _containers.RepeatedScalarFieldContainer[float]
     velocities: _containers.RepeatedScalarFieldContainer[float]
@@ -98,7 +110,8 @@ class RobotState(_message.Message):
     tool_states: _containers.ScalarMap[str, str]
     speed_factor: float
     motion_ids: _containers.RepeatedScalarFieldContainer[str]
-    def __init__(self, name: _Optional[str] = ..., positions: _Optional[_Iterable[float]] = ..., velocities: _Optional[_Iterable[float]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., tool: _Optional[str] = ..., tool_center_point: _Optional[str] = ..., tool_states: _Optional[_Mapping[str, str]] = ..., speed_factor: _Optional[float] = ..., motion_ids: _Optional[_Iterable[str]] = ...) -> None: ...
+    actuator_positions: _containers.RepeatedScalarFieldContainer[float]
+    def __init__(self, name: _Optional[str] = ..., positions: _Optional[_Iterable[float]] = ..., velocities: _Optional[_Iterable[float]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., tool: _Optional[str] = ..., tool_center_point: _Optional[str] = ..., tool_states: _Optional[_Mapping[str, str]] = ..., speed_factor: _Optional[float] = ..., motion_ids: _Optional[_Iterable[str]] = ..., actuator_positions: _Optional[_Iterable[float]] = ...) -> None: ...
 
 class GetRobotStatesRequest(_message.Message):
     __slots__ = ("names", "mask")
@@ -164,7 +177,7 @@ class SolveForwardResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., links: _Optional[_Iterable[str]] = ..., world_t_link: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
 
 class SolveInverseRequest(_message.Message):
-    __slots__ = ("robot", "reference_t_tcp", "reference", "seed", "configuration")
+    __slots__ = ("robot", "reference_t_tcp", "reference", "seed", "configuration", "redundancy")
     class SeedEntry(_message.Message):
         __slots__ = ("key", "value")
         KEY_FIELD_NUMBER: _ClassVar[int]
@@ -177,15 +190,43 @@ class SolveInverseRequest(_message.Message):
     REFERENCE_FIELD_NUMBER: _ClassVar[int]
     SEED_FIELD_NUMBER: _ClassVar[int]
     CONFIGURATION_FIELD_NUMBER: _ClassVar[int]
+    REDUNDANCY_FIELD_NUMBER: _ClassVar[int]
     robot: str
     reference_t_tcp: _geometry_pb2.Pose
     reference: str
     seed: _containers.ScalarMap[str, float]
     configuration: str
-    def __init__(self, robot: _Optional[str] = ..., reference_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., reference: _Optional[str] = ..., seed: _Optional[_Mapping[str, float]] = ..., configuration: _Optional[str] = ...) -> None: ...
+    redundancy: Redundancy
+    def __init__(self, robot: _Optional[str] = ..., reference_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., reference: _Optional[str] = ..., seed: _Optional[_Mapping[str, float]] = ..., configuration: _Optional[str] = ..., redundancy: _Optional[_Union[Redundancy, _Mapping]] = ...) -> None: ...
+
+class Redundancy(_message.Message):
+    __slots__ = ("locked_joints", "arm_angle_radians", "preference", "posture")
+    class LockedJointsEntry(_message.Message):
+        __slots__ = ("key", "value")
+        KEY_FIELD_NUMBER: _ClassVar[int]
+        VALUE_FIELD_NUMBER: _ClassVar[int]
+        key: str
+        value: float
+        def __init__(self, key: _Optional[str] = ..., value: _Optional[float] = ...) -> None: ...
+    class PostureEntry(_message.Message):
+        __slots__ = ("key", "value")
+        KEY_FIELD_NUMBER: _ClassVar[int]
+        VALUE_FIELD_NUMBER: _ClassVar[int]
+        key: str
+        value: float
+        def __init__(self, key: _Optional[str] = ..., value: _Optional[float] = ...) -> None: ...
+    LOCKED_JOINTS_FIELD_NUMBER: _ClassVar[int]
+    ARM_ANGLE_RADIANS_FIELD_NUMBER: _ClassVar[int]
+    PREFERENCE_FIELD_NUMBER: _ClassVar[int]
+    POSTURE_FIELD_NUMBER: _ClassVar[int]
+    locked_joints: _containers.ScalarMap[str, float]
+    arm_angle_radians: float
+    preference: RedundancyPreference
+    posture: _containers.ScalarMap[str, float]
+    def __init__(self, locked_joints: _Optional[_Mapping[str, float]] = ..., arm_angle_radians: _Optional[float] = ..., preference: _Optional[_Union[RedundancyPreference, str]] = ..., posture: _Optional[_Mapping[str, float]] = ...) -> None: ...
 
 class SolveInverseResponse(_message.Message):
-    __slots__ = ("stamp", "status", "joint_names", "solutions", "configurations", "position_error_meters", "rotation_error_radians", "explanation")
+    __slots__ = ("stamp", "status", "joint_names", "solutions", "configurations", "position_error_meters", "rotation_error_radians", "explanation", "arm_angles_radians")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     STATUS_FIELD_NUMBER: _ClassVar[int]
     JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
@@ -194,6 +235,7 @@ class SolveInverseResponse(_message.Message):
     POSITION_ERROR_METERS_FIELD_NUMBER: _ClassVar[int]
     ROTATION_ERROR_RADIANS_FIELD_NUMBER: _ClassVar[int]
     EXPLANATION_FIELD_NUMBER: _ClassVar[int]
+    ARM_ANGLES_RADIANS_FIELD_NUMBER: _ClassVar[int]
     stamp: _geometry_pb2.Stamp
     status: InverseStatus
     joint_names: _containers.RepeatedScalarFieldContainer[str]
@@ -202,7 +244,8 @@ class SolveInverseResponse(_message.Message):
     position_error_meters: float
     rotation_error_radians: float
     explanation: str
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., status: _Optional[_Union[InverseStatus, str]] = ..., joint_names: _Optional[_Iterable[str]] = ..., solutions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., configurations: _Optional[_Iterable[str]] = ..., position_error_meters: _Optional[float] = ..., rotation_error_radians: _Optional[float] = ..., explanation: _Optional[str] = ...) -> None: ...
+    arm_angles_radians: _containers.RepeatedScalarFieldContainer[float]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., status: _Optional[_Union[InverseStatus, str]] = ..., joint_names: _Optional[_Iterable[str]] = ..., solutions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., configurations: _Optional[_Iterable[str]] = ..., position_error_meters: _Optional[float] = ..., rotation_error_radians: _Optional[float] = ..., explanation: _Optional[str] = ..., arm_angles_radians: _Optional[_Iterable[float]] = ...) -> None: ...
 
 class SetKinematicsRequest(_message.Message):
     __slots__ = ("robot", "kinematics", "settings")

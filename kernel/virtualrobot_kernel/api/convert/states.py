@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from virtualrobot.v1 import geometry_pb2, kernel_pb2, motion_pb2, robot_pb2, signal_pb2
 
 from virtualrobot_kernel.api.convert.values import quaternion, vector_message
-from virtualrobot_kernel.motion.running import Phase
+from virtualrobot_kernel.motion.moving import Phase
 from virtualrobot_kernel.planning.robots import tcp_frame
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.state import CancelCause, Motion, Selection, Signal, Snapshot
@@ -65,7 +65,7 @@ def motion_message(snapshot: Snapshot, motion: Motion) -> motion_pb2.Motion:
         robots=[nodes[uid].name for uid in motion.robots if uid in nodes],
         phase=PHASES[motion.running.phase],
         progress=motion.running.progress,
-        planned_duration_seconds=motion.running.plan.duration,
+        planned_duration_seconds=motion.running.duration,
         start_time_seconds=motion.start_tick * snapshot.tick_seconds,
         cancel_reason=motion.cancellation.reason if motion.cancellation else "",
         cancel_cause=CAUSES[motion.cancellation.cause] if motion.cancellation else None,

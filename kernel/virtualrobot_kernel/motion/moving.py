@@ -1,0 +1,98 @@
+"""What the tick asks of every kind of motion that runs. Pure: each method returns the motion as it is afterwards."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import Enum
+from typing import NamedTuple, Protocol, Self
+
+import numpy as np
+
+from virtualrobot_kernel.motion.polynomial import Array
+
+
+class Phase(Enum):
+    """What a motion is doing; the names equal those of `MotionPhase` in the contract."""
+
+    RUNNING = "RUNNING"
+    PAUSING = "PAUSING"
+    PAUSED = "PAUSED"
+    STOPPING = "STOPPING"
+    WAITING = "WAITING"
+    SUCCEEDED = "SUCCEEDED"
+    CANCELLED = "CANCELLED"
+
+
+ENDED = (Phase.SUCCEEDED, Phase.CANCELLED)
+"""The phases that last."""
+
+
+class Given(NamedTuple):
+    """What a motion may look at in its tick."""
+
+    q: Array
+    """All coordinates of the world; those of motions that are older have made this tick already."""
+    signals: Mapping[str, bool]
+    """Every signal's value before this tick."""
+
+
+NOTHING = Given(np.zeros(0), {})
+"""For motions that look at nothing."""
+
+
+class Moving(Protocol):
+    """A motion that runs or has ended, of n joints."""
+
+    @property
+    def phase(self) -> Phase:
+        """What it is doing."""
+        ...
+
+    @property
+    def ended(self) -> bool:
+        """Whether it has succeeded or been cancelled."""
+        ...
+
+    @property
+    def progress(self) -> float:
+        """The share of it that is done, 0 to 1."""
+        ...
+
+    @property
+    def duration(self) -> float:
+        """How long it takes at full rate, in s; 0 where nobody can know."""
+        ...
+
+    @property
+    def signals(self) -> Mapping[str, bool]:
+        """The signals that it sets with this tick."""
+        ...
+
+    @property
+    def fault(self) -> tuple[str, str] | None:
+        """Why it stops or has stopped by itself: the name of a `CancelCause`, and words; None where it doesn't."""
+        ...
+
+    def sample(self) -> tuple[Array, Array, Array]:
+        """Return joint positions, velocities and accelerations (n,): rad or m, per s, per s²."""
+        ...
+
+    def advance(self, dt: float, override: float, given: Given = NOTHING) -> Self:
+        """Return the motion `dt` seconds later, with the speed `override` in (0, 1] that holds from now on."""
+        ...
+
+    def pause(self) -> Self:
+        """Return the motion slowing to standstill; raise KernelError (WRONG_STATE) when it stops or has ended."""
+        ...
+
+    def resume(self) -> Self:
+        """Return the motion going on after a pause; raise KernelError (WRONG_STATE) when it stops or has ended."""
+        ...
+
+    def cancel(self) -> Self:
+        """Return the motion braking to its end; one that stops or has ended stays as it is."""
+        ...
+
+    def abort(self) -> Self:
+        """Return the motion ended where it is: what it moved is gone."""
+        ...
