@@ -73,6 +73,16 @@ class Moving(Protocol):
         """Why it stops or has stopped by itself: the name of a `CancelCause`, and words; None where it doesn't."""
         ...
 
+    @property
+    def steps_done(self) -> int:
+        """How many steps are done: of a program; else 1 when it has succeeded."""
+        ...
+
+    @property
+    def found(self) -> bool | None:
+        """Whether a search has found its signal; None before it is over, and where nothing is searched."""
+        ...
+
     def sample(self) -> tuple[Array, Array, Array]:
         """Return joint positions, velocities and accelerations (n,): rad or m, per s, per s²."""
         ...

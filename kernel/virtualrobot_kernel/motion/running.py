@@ -78,6 +78,16 @@ class Running:
         return None
 
     @property
+    def steps_done(self) -> int:
+        """1 when it has succeeded."""
+        return 1 if self.phase is Phase.SUCCEEDED else 0
+
+    @property
+    def found(self) -> bool | None:
+        """Nothing is searched."""
+        return None
+
+    @property
     def path_states(self) -> list[PathState]:
         """The path parameter u of each track and its first two derivatives by time, in 1/s and 1/s²."""
         if self.brakes:

@@ -11,8 +11,8 @@ import ruckig
 from virtualrobot_kernel.motion import running
 from virtualrobot_kernel.motion.brake import nominal_time
 from virtualrobot_kernel.motion.limits import JointLimits
-from virtualrobot_kernel.motion.plan import Plan, plan_lin, plan_ptp, plan_together
 from virtualrobot_kernel.motion.moving import Phase
+from virtualrobot_kernel.motion.plan import Plan, plan_lin, plan_ptp, plan_together
 from virtualrobot_kernel.motion.running import Running
 
 from .motions import (

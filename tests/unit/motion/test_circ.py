@@ -12,9 +12,9 @@ from virtualrobot_kernel.errors import KernelError, LimitError, Reason
 from virtualrobot_kernel.motion import running
 from virtualrobot_kernel.motion.circle import Center, Via
 from virtualrobot_kernel.motion.limits import CartesianLimits
+from virtualrobot_kernel.motion.moving import Phase
 from virtualrobot_kernel.motion.plan import Plan, plan_circ, plan_lin
 from virtualrobot_kernel.motion.rotation import rotation_matrix, rotation_vector
-from virtualrobot_kernel.motion.moving import Phase
 from virtualrobot_plugins.chain.component import ChainKinematics
 from virtualrobot_sdk.kinematics import InverseOptions
 

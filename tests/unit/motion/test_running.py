@@ -12,8 +12,8 @@ import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion import running
 from virtualrobot_kernel.motion.limits import CartesianLimits
-from virtualrobot_kernel.motion.plan import Plan, plan_lin, plan_ptp
 from virtualrobot_kernel.motion.moving import Phase
+from virtualrobot_kernel.motion.plan import Plan, plan_lin, plan_ptp
 from virtualrobot_kernel.motion.running import Running
 
 from .motions import (

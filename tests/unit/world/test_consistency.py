@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.limits import JointLimits as PlanLimits
-from virtualrobot_kernel.motion.plan import Plan, plan_ptp
 from virtualrobot_kernel.motion.moving import Phase
+from virtualrobot_kernel.motion.plan import Plan, plan_ptp
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import (
     AttachNode,
