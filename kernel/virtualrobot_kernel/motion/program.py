@@ -1,0 +1,101 @@
+"""A program: motions, waits and signals one after the other, as data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from virtualrobot_kernel.motion.planned import Plan
+from virtualrobot_kernel.motion.polynomial import Array
+
+
+@dataclass(frozen=True, slots=True)
+class Wait:
+    """Stands still until the signal has the value, at most `seconds` (0: however long); or, without a signal, so long.
+
+    seconds: simulation time, whatever the speed override is.
+    """
+
+    seconds: float
+    signal: str = ""
+    value: bool = True
+
+    @property
+    def duration(self) -> float:
+        """The seconds that are planned for it: none for a signal."""
+        return 0.0 if self.signal else self.seconds
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """One thing after the other: all joints are at rest before and after it.
+
+    plan: what moves; without one all joints stand still. columns (k,): which of the program's joints the plan's are.
+    steps: nominal times (s) at which steps of the program begin, with their indexes. marks: nominal times at which
+    signals are set on the way; without a plan they are set at once. wait: what a stage without a plan waits for, after
+    its marks. until: the signal and the value that end the plan early (a search).
+    """
+
+    plan: Plan | None
+    columns: tuple[int, ...]
+    steps: tuple[tuple[float, int], ...]
+    marks: tuple[tuple[float, str, bool], ...] = ()
+    wait: Wait | None = None
+    until: tuple[str, bool] | None = None
+
+    @property
+    def duration(self) -> float:
+        """How long it takes at full rate, in s; waiting for a signal takes no time."""
+        if self.plan is not None:
+            return self.plan.duration
+        return self.wait.duration if self.wait else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Program:
+    """Stages one after the other for n joints, at least one stage.
+
+    start (n,): where the joints are when it starts. step_count: 0 for moves that are no program. Derived: begins, when
+    each stage begins, in s at full rate, and when the last one ends; lowest, highest (n,): the least and greatest value
+    that each joint stands at between stages.
+    """
+
+    stages: tuple[Stage, ...]
+    start: Array
+    step_count: int = 0
+    begins: tuple[float, ...] = field(init=False)
+    lowest: Array = field(init=False)
+    highest: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Derive what each tick and each start would have to compute again."""
+        start = np.array(self.start, dtype=np.float64)
+        lowest, highest, begins = start.copy(), start.copy(), [0.0]
+        for stage in self.stages:
+            begins.append(begins[-1] + stage.duration)
+            if stage.plan is not None:
+                columns = list(stage.columns)
+                lowest[columns] = np.minimum(lowest[columns], stage.plan.goal)
+                highest[columns] = np.maximum(highest[columns], stage.plan.goal)
+        object.__setattr__(self, "begins", tuple(begins))
+        for name, values in (("start", start), ("lowest", lowest), ("highest", highest)):
+            values.setflags(write=False)
+            object.__setattr__(self, name, values)
+
+    @property
+    def duration(self) -> float:
+        """How long all stages take at full rate, in s; waiting for signals takes no time."""
+        return self.begins[-1]
+
+    @property
+    def signals(self) -> frozenset[str]:
+        """The signals that it sets, waits for or searches by."""
+        named = {name for stage in self.stages for _, name, _ in stage.marks}
+        named |= {stage.wait.signal for stage in self.stages if stage.wait and stage.wait.signal}
+        return frozenset(named | {stage.until[0] for stage in self.stages if stage.until})
+
+
+def of_plan(plan: Plan) -> Program:
+    """Return the program that does nothing but follow one plan."""
+    return Program((Stage(plan, tuple(range(plan.q_count)), ((0.0, 0),)),), plan.start)

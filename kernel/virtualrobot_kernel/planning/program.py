@@ -1,0 +1,57 @@
+"""What a program is wished to do: its steps as data, before they are planned."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from virtualrobot_kernel.planning.moves import Move
+
+MAX_STEPS = 10_000
+"""The most steps of a program."""
+
+
+@dataclass(frozen=True, slots=True)
+class Zone:
+    """From where on a path may be rounded off: one of both is above 0.
+
+    meters: the radius about the corner on the way of the tool centre point. percent: the last part of these moves and
+    the first of the next ones, each of its own length, up to 50.
+    """
+
+    meters: float = 0.0
+    percent: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MoveStepWish:
+    """Moves that start and end together; with a zone they go over into the moves of the next step."""
+
+    moves: tuple[Move, ...]
+    zone: Zone | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SetSignalWish:
+    """Sets a signal."""
+
+    signal: str
+    value: bool
+
+
+@dataclass(frozen=True, slots=True)
+class WaitSignalWish:
+    """Stands still until a signal has a value; after `timeout` seconds (0: never) the program is cancelled."""
+
+    signal: str
+    value: bool
+    timeout: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class DwellWish:
+    """Stands still for some seconds."""
+
+    seconds: float
+
+
+StepWish = MoveStepWish | SetSignalWish | WaitSignalWish | DwellWish
