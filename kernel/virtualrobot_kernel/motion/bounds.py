@@ -1,0 +1,43 @@
+"""What a time law has to keep on parts of a path, beside the joints' own limits, and which kind of law it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
+from virtualrobot_kernel.motion.limits import CartesianLimits
+from virtualrobot_kernel.motion.polynomial import Array
+
+
+class TimeLaw(Enum):
+    """How the time is laid along a path; the names equal those of the contract."""
+
+    #: Keeps the limits of speed, acceleration and jerk.
+    JERK_LIMITED = "JERK_LIMITED"
+    #: The fastest that keeps the limits of speed and acceleration; the jerk has no limit.
+    TIME_OPTIMAL = "TIME_OPTIMAL"
+
+
+@dataclass(frozen=True, eq=False)
+class JointBound:
+    """On the parameters [begin, end] of a path the joints keep `share` (k,), in (0, 1], of their velocity limits."""
+
+    begin: float
+    end: float
+    share: Array
+
+
+@dataclass(frozen=True, eq=False)
+class TcpBound:
+    """On the parameters [begin, end] of a path the TCP that the joints `columns` of it move keeps Cartesian limits.
+
+    The limits are those of the vectors' lengths, for position and rotation each: velocity, acceleration (centripetal
+    part included) and jerk.
+    """
+
+    begin: float
+    end: float
+    columns: slice
+    tcp: TcpKinematics
+    limits: CartesianLimits

@@ -1,0 +1,140 @@
+"""What is limited along a path: rates by the path parameter s, each a vector with limits of its length.
+
+With f(s) = dx/ds of a quantity x and the law s(t), x has the velocity f s', the acceleration f s'' + f' s'^2 and the
+jerk f s''' + 3 f' s' s'' + f'' s'^3. A joint is a quantity of one component; the position and the rotation of a TCP
+have three.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from virtualrobot_kernel.motion.bounds import JointBound, TcpBound
+from virtualrobot_kernel.motion.limits import JointLimits
+from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
+
+#: Nodes of the polynomial that stands for a rate on one piece, and how exactly it has to: a share of the rate.
+_NODES, _EXACT = 9, 1e-6
+_SMALLEST_PIECE = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Rate:
+    """The rate f(s) of quantities, `size` components of it for each, on the range of `polynomial`.
+
+    limits (3, n / size): the greatest velocity, acceleration and jerk of each quantity.
+    """
+
+    polynomial: PiecewisePolynomial
+    size: int
+    limits: Array
+
+    @property
+    def begin(self) -> float:
+        """Where its range begins."""
+        return self.polynomial.start
+
+    @property
+    def end(self) -> float:
+        """Where its range ends."""
+        return self.polynomial.end
+
+
+def joint_rates(path: PiecewisePolynomial, limits: JointLimits, bounds: Sequence[JointBound]) -> list[Rate]:
+    """Return the rates of the joints on the whole path, and on the ranges where they have to be slower."""
+    whole = path.derivative()
+    rows = np.stack([limits.velocity, limits.acceleration, limits.jerk])
+    rates = [Rate(whole, 1, rows)]
+    for bound in bounds:
+        if bound.end > bound.begin and np.any(bound.share < 1.0):
+            slow = np.concatenate([rows[:1] * bound.share, rows[1:]])
+            rates.append(Rate(restricted(whole, bound.begin, bound.end), 1, slow))
+    return rates
+
+
+def tcp_rate(path: PiecewisePolynomial, bound: TcpBound) -> Rate:
+    """Return the rates of a TCP's position and rotation on the range of `bound`: J(q(s)) q'(s)."""
+    part = restricted(path, bound.begin, bound.end)
+
+    def twist(s: float) -> Array:
+        q, rate = part.state(s, 1)[:, bound.columns]
+        return bound.tcp.jacobian(q) @ rate
+
+    limits = bound.limits
+    rows = [
+        [limits.velocity, limits.rotation_velocity],
+        [limits.acceleration, limits.rotation_acceleration],
+        [limits.jerk, limits.rotation_jerk],
+    ]
+    return Rate(fitted(twist, part.breaks), 3, np.array(rows))
+
+
+def restricted(function: PiecewisePolynomial, begin: float, end: float) -> PiecewisePolynomial:
+    """Return the same function on [begin, end] alone, within the range of `function`."""
+    begin, end = max(begin, function.start), min(end, function.end)
+    inner = function.breaks[(function.breaks > begin) & (function.breaks < end)]
+    breaks = np.concatenate([[begin], inner, [end]])
+    pieces = np.searchsorted(function.breaks, breaks[:-1], side="right") - 1
+    shift = breaks[:-1] - function.breaks[pieces]
+    coefficients = function.coefficients[pieces].copy()
+    # Taylor shift by Horner's scheme (Knuth, The Art of Computer Programming 2, section 4.6.4).
+    terms = coefficients.shape[1]
+    for first in range(terms - 1):
+        for k in range(terms - 2, first - 1, -1):
+            coefficients[:, k] += shift[:, None] * coefficients[:, k + 1]
+    return PiecewisePolynomial(breaks, coefficients)
+
+
+def fitted(function: Callable[[float], Array], breaks: Array) -> PiecewisePolynomial:
+    """Return polynomials through Chebyshev points of a function that is smooth between `breaks`, halved where need be.
+
+    function: from a parameter to (n,).
+    """
+    nodes = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, _NODES))
+    to_coefficients = np.linalg.inv(np.vander(nodes, increasing=True))
+    found: list[tuple[float, Array]] = []
+    waiting = list(pairwise(breaks.tolist()))[::-1]
+    shortest = _SMALLEST_PIECE * float(breaks[-1] - breaks[0])
+    while waiting:
+        begin, end = waiting.pop()
+        width = end - begin
+        inside = np.nextafter(end, begin)
+        values = np.array([function(min(begin + width * float(x), inside)) for x in nodes])
+        coefficients = to_coefficients @ values
+        # The size of the highest terms is that of what is missing beyond them.
+        if np.abs(coefficients[-2:]).max() > _EXACT * max(float(np.abs(values).max()), 1e-12) and width > shortest:
+            waiting += [(0.5 * (begin + end), end), (begin, 0.5 * (begin + end))]
+            continue
+        found.append((begin, coefficients / (width ** np.arange(_NODES))[:, None]))
+    return PiecewisePolynomial(
+        np.array([*(begin for begin, _ in found), breaks[-1]]), np.stack([coefficients for _, coefficients in found])
+    )
+
+
+def stretch_needed(rates: Sequence[Rate], law: PiecewisePolynomial, taus: Array, orders: int = 3) -> Array:
+    """Return by how much the law has to be slower at each nominal time (m,), for every limit to be kept there.
+
+    A stretch by c divides velocities by c, accelerations by c², jerks by c³. orders: 2 leaves the jerk out.
+    """
+    s, s1, s2, s3 = law.states(taus, 3)[:, :, 0]
+    needed = np.zeros(len(taus))
+    for rate in rates:
+        at = np.flatnonzero((s >= rate.begin) & (s <= rate.end))
+        if not len(at):
+            continue
+        f, f1, f2 = rate.polynomial.states(s[at], 2)
+        x1, x2, x3 = s1[at, None], s2[at, None], s3[at, None]
+        vectors = [f * x1, f * x2 + f1 * x1**2]
+        if orders == 3:
+            vectors.append(f * x3 + 3.0 * f1 * x1 * x2 + f2 * x1**3)
+        for k, vector in enumerate(vectors):
+            values = (
+                np.abs(vector) if rate.size == 1 else np.linalg.norm(vector.reshape(len(at), -1, rate.size), axis=2)
+            )
+            share = (values / rate.limits[k]).max(axis=1) ** (1.0 / (k + 1))
+            needed[at] = np.maximum(needed[at], share)
+    return needed
