@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from virtualrobot_kernel.motion.course import Course
+from virtualrobot_kernel.motion.course import EvenCourse
 from virtualrobot_kernel.motion.limits import CartesianLimits
 from virtualrobot_kernel.motion.polynomial import Array
 
@@ -17,7 +17,7 @@ _CENTRIPETAL_ACCELERATION, _CENTRIPETAL_JERK, _NORMAL_JERK = 0.8, 0.4, 0.6
 
 
 @dataclass(frozen=True, eq=False)
-class Arc(Course):
+class Arc(EvenCourse):
     """position = start + radius * (sin(u * sweep) * along + (1 - cos(u * sweep)) * inward).
 
     along, inward (3,): unit vectors of the base frame at the start, tangential and to the centre; radius in m; sweep

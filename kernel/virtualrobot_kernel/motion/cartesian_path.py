@@ -1,4 +1,4 @@
-"""The joint path along a line or an arc: one continuous branch of the inverse kinematics, followed step by step.
+"""The joint path along a course: one continuous branch of the inverse kinematics, followed step by step.
 
 The path solves q'(u) = J(q)^+ twist(u) (resolved-rate motion, Whitney 1969; a redundant arm takes the least norm):
 a Runge-Kutta step predicts the next sample from the last one, Newton steps put it on the course, and a quintic Hermite
@@ -8,7 +8,8 @@ deviates most, is on the course. Since each sample comes from its neighbour, the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from bisect import bisect_right
+from dataclasses import dataclass, replace
 from math import ceil
 
 import numpy as np
@@ -27,6 +28,10 @@ DEVIATION = 1e-8
 SMALLEST_SINGULAR_VALUE = 0.01
 _LONGEST_STEP = (0.05, 0.2)
 _SHORTEST_STEP = 1e-6
+#: Differences for curvatures reach no farther than this share of the way from one knot to the next.
+_DIFFERENCE = 1e-3
+#: What a farthest path may meet.
+_ENDS = (Reason.LIMIT_EXCEEDED, Reason.SINGULARITY, Reason.UNREACHABLE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +74,7 @@ class _Follower:
         levers = np.linalg.norm(jacobian[:3], axis=0)[turning]
         lever = float(levers.max()) if len(levers) and levers.max() > 1e-6 else 1.0
         self.weights = np.array([1.0 / lever] * 3 + [1.0] * 3)
+        self.longest_difference = _DIFFERENCE * float(np.diff([0.0, *course.knots, 1.0]).min())
 
     def twist(self, u: float) -> Array:
         return self.course.twist(u) * self.weights
@@ -94,7 +100,7 @@ class _Follower:
                 **metadata,
             )
         # Differences over about 1e-4 rad: truncation and rounding are both below 1e-7 of the value.
-        step = 1e-4 / max(float(np.abs(rate).max()), 1e-4)
+        step = min(1e-4 / max(float(np.abs(rate).max()), 1e-4), self.longest_difference)
         before, after = (self.tcp.jacobian(q + sign * step * rate) for sign in (-1.0, 1.0))
         curvature = self.solve(after, self.twist(u + step)) - self.solve(before, self.twist(u - step))
         curvature /= 2.0 * step
@@ -116,9 +122,25 @@ class _Follower:
                 break
             q = q + self.solve(self.tcp.jacobian(q), error * self.weights)
             # A correction as long as the step itself would be another branch.
-            if not np.all(np.isfinite(q)) or np.abs(q - predicted).max() > 0.1 * np.abs(predicted - start.q).max():
+            farthest = 0.1 * np.abs(predicted - start.q).max() + 1e-9
+            if not np.all(np.isfinite(q)) or np.abs(q - predicted).max() > farthest:
                 return None
         return q if np.abs(self.course.deviation(u, self.tcp.pose(q))).max() < 1e-10 else None
+
+
+    def advanced(self, start: _Sample, u: float, limits: JointLimits, tolerance: float) -> _Sample | None:
+        """Return the sample at `u`, or None when the step is too long; raise KernelError when the arm can't do it."""
+        q = self.step(start, u)
+        if q is None:
+            return None
+        new = self.sample(u, q)
+        piece = _piece([start, new])
+        middle = 0.5 * (start.u + u)
+        if np.abs(self.course.deviation(middle, self.tcp.pose(piece.evaluate(middle)))).max() >= DEVIATION:
+            return None
+        _check_limits(self.course, piece, limits, tolerance)
+        _check_singularity(self.course, new)
+        return new
 
 
 def cartesian_path(tcp: TcpKinematics, course: Course, q_start: Array, limits: JointLimits) -> PiecewisePolynomial:
@@ -127,39 +149,71 @@ def cartesian_path(tcp: TcpKinematics, course: Course, q_start: Array, limits: J
     Raises LimitError, or KernelError with reason SINGULARITY or UNREACHABLE, that names the place along the course, and
     the joint with its value and limits, or the smallest singular value.
     """
+    return _piece(_followed(tcp, course, q_start, limits, None)[0])
+
+
+def farthest_path(
+    tcp: TcpKinematics, course: Course, q_start: Array, limits: JointLimits, resolution: float
+) -> tuple[PiecewisePolynomial | None, KernelError | None]:
+    """Return the joint path along `course` as far as the arm can go, and what ends it; None where it can't go at all.
+
+    The path ends less than `resolution`, a part of the course, before what `cartesian_path` would refuse; no joint is
+    beyond its limits, unless it is at the start. Raises KernelError when the start is in a singularity.
+    """
+    here = replace(limits, lower=np.minimum(limits.lower, q_start), upper=np.maximum(limits.upper, q_start))
+    samples, end = _followed(tcp, course, q_start, here, resolution)
+    return _piece(samples) if len(samples) > 1 else None, end
+
+
+def _followed(
+    tcp: TcpKinematics, course: Course, q_start: Array, limits: JointLimits, resolution: float | None
+) -> tuple[list[_Sample], KernelError | None]:
+    """Return samples along the course and, with a resolution, what ended them before its end; else that is raised."""
     follower = _Follower(tcp, course, q_start)
+    tolerance = TOLERANCE if resolution is None else 0.0
     longest = 1.0 / max(4, ceil(course.length / _LONGEST_STEP[0]), ceil(course.angle / _LONGEST_STEP[1]))
     samples = [follower.sample(0.0, q_start)]
     _check_singularity(course, samples[0])
-    step = longest
+    knots = [*course.knots, 1.0]
+    step, blocked, end = longest, 2.0, None
     while samples[-1].u < 1.0:
         last = samples[-1]
         if last.singular_slope < 0.0:
             # Never step over a singularity: at most half the way to where the singular value would vanish.
             step = min(step, max(-0.5 * last.singular_value / last.singular_slope, 10.0 * _SHORTEST_STEP))
-        u = 1.0 if last.u + step > 1.0 - 1e-9 else last.u + step
-        q = follower.step(last, u)
-        if q is not None:
-            new = follower.sample(u, q)
-            piece = _piece([last, new])
-            middle = 0.5 * (last.u + u)
-            if np.abs(course.deviation(middle, tcp.pose(piece.evaluate(middle)))).max() < DEVIATION:
-                _check_limits(course, piece, limits)
-                _check_singularity(course, new)
-                samples.append(new)
-                step = min(longest, 1.5 * step)
-                continue
-        step *= 0.5
+        if end is not None and resolution is not None:
+            step = min(step, 0.5 * (blocked - last.u))
+            if step < resolution:
+                return samples, end
+        # Steps up to the next knot are equally long, so that none is a sliver.
+        knot = knots[bisect_right(knots, last.u + 1e-12)]
+        count = ceil((knot - last.u) / step - 1e-6)
+        u = knot if count <= 1 else last.u + (knot - last.u) / count
+        try:
+            new = follower.advanced(last, u, limits, tolerance)
+        except KernelError as error:
+            if resolution is None or error.reason not in _ENDS:
+                raise
+            blocked, end = u, error
+            continue
+        if new is not None:
+            samples.append(new)
+            step = min(longest, 1.5 * step)
+            continue
+        step = 0.5 * min(step, u - last.u)
         if step < _SHORTEST_STEP:
             where, metadata = course.place(last.u)
-            raise KernelError(
+            lost = KernelError(
                 f"the arm cannot follow the {course.noun} beyond {where}: the next pose has no solution near this one; "
                 f"the smallest singular value of the Jacobian is {last.singular_value:.3g}",
                 reason=Reason.UNREACHABLE,
                 singular_value=last.singular_value,
                 **metadata,
             )
-    return _piece(samples)
+            if resolution is None:
+                raise lost
+            return samples, lost
+    return samples, None
 
 
 def _piece(samples: list[_Sample]) -> PiecewisePolynomial:
@@ -171,8 +225,8 @@ def _piece(samples: list[_Sample]) -> PiecewisePolynomial:
     )
 
 
-def _check_limits(course: Course, piece: PiecewisePolynomial, limits: JointLimits) -> None:
-    excursion = piece.first_excursion(limits.lower, limits.upper, TOLERANCE)
+def _check_limits(course: Course, piece: PiecewisePolynomial, limits: JointLimits, tolerance: float) -> None:
+    excursion = piece.first_excursion(limits.lower, limits.upper, tolerance)
     if excursion is not None:
         where, metadata = course.place(excursion.entered)
         raise limits.error(

@@ -11,7 +11,7 @@ from virtualrobot_sdk.kinematics import InverseOptions, InverseStatus, Kinematic
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.cartesian_path import TcpKinematics, cartesian_path
 from virtualrobot_kernel.motion.circle import Center, Via, arc
-from virtualrobot_kernel.motion.course import Course
+from virtualrobot_kernel.motion.course import Course, EvenCourse
 from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits, checked_joints, checked_scale
 from virtualrobot_kernel.motion.line import line_between
 from virtualrobot_kernel.motion.path import joint_line
@@ -87,7 +87,7 @@ def plan_circ(
 
 def _planned(
     name: str,
-    course_from: Callable[[Array], Course],
+    course_from: Callable[[Array], EvenCourse],
     kinematics: Kinematics,
     q_start: Sequence[float] | Array,
     limits: JointLimits,
@@ -139,7 +139,7 @@ def _out_of_reach(tcp: TcpKinematics, course: Course, q_start: Array) -> str | N
     return None
 
 
-def _bounds(course: Course, limits: CartesianLimits, velocity_scale: float) -> list[float]:
+def _bounds(course: EvenCourse, limits: CartesianLimits, velocity_scale: float) -> list[float]:
     """Return velocity, acceleration and jerk limits of the fraction u of the course; empty where nothing moves."""
     rotation = (limits.rotation_velocity, limits.rotation_acceleration, limits.rotation_jerk)
     rows = []

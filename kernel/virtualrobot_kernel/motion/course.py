@@ -1,4 +1,4 @@
-"""What LIN and CIRC share: a course of the tool centre point whose orientation turns about one fixed axis (slerp)."""
+"""Courses of the tool centre point: what all of them share, and what those share that turn about one fixed axis."""
 
 from __future__ import annotations
 
@@ -18,26 +18,33 @@ SHORTEST_LENGTH, SMALLEST_ANGLE = 1e-9, 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Course(ABC):
-    """Poses base_t_tcp(u), u in [0, 1], from `base_t_start` (4, 4) to the goal, with constant speed |dp/du|.
+    """Poses base_t_tcp(u), u in [0, 1], from `base_t_start` (4, 4) to the goal, twice continuously differentiable.
 
-    rotation (3,): rotation(u) = Rot(u * rotation) R_start, the rotation vector in rad in the base frame. `kind` and
-    `noun` are what the motion and its course are called.
+    `kind` and `noun` are what the motion and its course are called. Just outside of [0, 1] a course goes on smoothly.
     """
 
     kind: ClassVar[str]
     noun: ClassVar[str]
 
     base_t_start: Array
-    rotation: Array
 
     @property
     @abstractmethod
     def length(self) -> float:
         """The length of the way of the position in m."""
 
+    @property
     @abstractmethod
-    def position(self, u: float) -> Array:
-        """Return the position (3,) at the fraction `u` in m, base frame."""
+    def angle(self) -> float:
+        """The angle that the orientation turns in all, in rad."""
+
+    @abstractmethod
+    def travelled(self, u: float) -> tuple[float, float]:
+        """Return how much of length (m) and angle (rad) is done at the fraction `u`."""
+
+    @abstractmethod
+    def pose(self, u: float) -> Array:
+        """Return base_t_tcp (4, 4) at the fraction `u`."""
 
     @abstractmethod
     def twist(self, u: float) -> Array:
@@ -47,6 +54,49 @@ class Course(ABC):
     def stations(self) -> tuple[tuple[float, str], ...]:
         """Fractions that have a name, in the order in which they are asked whether the arm reaches them at all."""
         return ((1.0, "goal"),)
+
+    @property
+    def knots(self) -> tuple[float, ...]:
+        """Fractions, rising, between 0 and 1, where a derivative of the course jumps."""
+        return ()
+
+    def deviation(self, u: float, base_t_tcp: Array) -> Array:
+        """Return the twist (6,) that takes `base_t_tcp` to the course's pose at `u`: m and rad in the base frame."""
+        wanted = self.pose(u)
+        turn = rotation_vector(wanted[:3, :3] @ base_t_tcp[:3, :3].T)
+        return np.concatenate([wanted[:3, 3] - base_t_tcp[:3, 3], turn])
+
+    def place(self, u: float) -> tuple[str, dict[str, object]]:
+        """Return where `u` is, as words and as metadata: fraction, millimetres, degrees, position in the base frame."""
+        x, y, z = self.pose(u)[:3, 3]
+        way, turn = self.travelled(u)
+        travelled, whole = way * 1e3, self.length * 1e3
+        turned, angle = np.degrees(turn), np.degrees(self.angle)
+        words = (
+            f"at {100.0 * u:.1f}% of the {self.noun} ({travelled:.1f} of {whole:.1f} mm, {turned:.1f} of {angle:.1f} "
+            f"degrees, TCP at x {x:.4f}, y {y:.4f}, z {z:.4f} m in the base frame)"
+        )
+        position = f"{x:.6f}, {y:.6f}, {z:.6f}"
+        return words, {
+            "fraction": f"{u:.6f}",
+            "millimeters": f"{travelled:.3f}",
+            "degrees": f"{turned:.3f}",
+            "position": position,
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class EvenCourse(Course):
+    """A course with constant speed |dp/du| of the position, whose orientation turns about one fixed axis (slerp).
+
+    rotation (3,): rotation(u) = Rot(u * rotation) R_start, the rotation vector in rad in the base frame.
+    """
+
+    rotation: Array
+
+    @abstractmethod
+    def position(self, u: float) -> Array:
+        """Return the position (3,) at the fraction `u` in m, base frame."""
 
     def tangential(self, limits: CartesianLimits, speed: float) -> tuple[float, float, float]:
         """Return the greatest velocity, and with `speed` (0, 1] of it acceleration and jerk along the course.
@@ -61,35 +111,16 @@ class Course(ABC):
         """The angle that the orientation turns, in rad."""
         return float(np.linalg.norm(self.rotation))
 
+    def travelled(self, u: float) -> tuple[float, float]:
+        """Return how much of length (m) and angle (rad) is done at the fraction `u`."""
+        return u * self.length, u * self.angle
+
     def pose(self, u: float) -> Array:
         """Return base_t_tcp (4, 4) at the fraction `u`."""
         pose = self.base_t_start.copy()
         pose[:3, 3] = self.position(u)
         pose[:3, :3] = rotation_matrix(u * self.rotation) @ pose[:3, :3]
         return pose
-
-    def deviation(self, u: float, base_t_tcp: Array) -> Array:
-        """Return the twist (6,) that takes `base_t_tcp` to the course's pose at `u`: m and rad in the base frame."""
-        wanted = self.pose(u)
-        turn = rotation_vector(wanted[:3, :3] @ base_t_tcp[:3, :3].T)
-        return np.concatenate([wanted[:3, 3] - base_t_tcp[:3, 3], turn])
-
-    def place(self, u: float) -> tuple[str, dict[str, object]]:
-        """Return where `u` is, as words and as metadata: fraction, millimetres, degrees, position in the base frame."""
-        x, y, z = self.position(u)
-        travelled, whole = u * self.length * 1e3, self.length * 1e3
-        turned, turn = np.degrees(u * self.angle), np.degrees(self.angle)
-        words = (
-            f"at {100.0 * u:.1f}% of the {self.noun} ({travelled:.1f} of {whole:.1f} mm, {turned:.1f} of {turn:.1f} "
-            f"degrees, TCP at x {x:.4f}, y {y:.4f}, z {z:.4f} m in the base frame)"
-        )
-        position = f"{x:.6f}, {y:.6f}, {z:.6f}"
-        return words, {
-            "fraction": f"{u:.6f}",
-            "millimeters": f"{travelled:.3f}",
-            "degrees": f"{turned:.3f}",
-            "position": position,
-        }
 
 
 def turn_between(base_t_start: Array, base_t_goal: Array) -> Array:

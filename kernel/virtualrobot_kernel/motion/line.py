@@ -7,13 +7,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from virtualrobot_kernel.motion.course import SHORTEST_LENGTH, Course, turn_between
+from virtualrobot_kernel.motion.course import SHORTEST_LENGTH, EvenCourse, turn_between
 from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.rotation import check_pose
 
 
 @dataclass(frozen=True, eq=False)
-class Line(Course):
+class Line(EvenCourse):
     """position = start + u * translation, with the translation (3,) in m in the base frame."""
 
     kind: ClassVar[str] = "lin"
