@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import comb, perm
 
@@ -12,6 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from virtualrobot_kernel.errors import KernelError
 
 Array = NDArray[np.float64]
+
+#: Breaks nearer to each other than this share of the whole are one.
+_SHORTEST = 1e-12
 
 
 @dataclass(frozen=True)
@@ -138,6 +142,19 @@ class PiecewisePolynomial:
         scale = factor ** -np.arange(self.coefficients.shape[1], dtype=np.float64)
         return PiecewisePolynomial(breaks, self.coefficients * scale[None, :, None])
 
+    def between(self, begin: float, end: float) -> PiecewisePolynomial:
+        """Return the same function on [begin, end] only, start <= begin < end <= self.end, with the same parameter."""
+        inside = self.breaks[(self.breaks > begin) & (self.breaks < end)]
+        return self._with_breaks(np.concatenate([[begin], inside, [end]]))
+
+    def onto(self, begin: float, end: float) -> PiecewisePolynomial:
+        """Return the same function with its parameter mapped from [self.start, self.end] to [begin, end], begin < end."""
+        factor = (end - begin) / (self.end - self.start)
+        breaks = begin + (self.breaks - self.start) * factor
+        breaks[-1] = end
+        scale = factor ** -np.arange(self.coefficients.shape[1], dtype=np.float64)
+        return PiecewisePolynomial(breaks, self.coefficients * scale[None, :, None])
+
     def first_excursion(self, lower: Array, upper: Array, tolerance: float) -> Excursion | None:
         """Return where the function first leaves [lower - tolerance, upper + tolerance] (n,), or None.
 
@@ -178,6 +195,18 @@ class PiecewisePolynomial:
         origin = self._breaks[piece]
         return Excursion(origin + entered, origin + float(candidates[worst]), component, float(values[worst]))
 
+    def _with_breaks(self, breaks: Array) -> PiecewisePolynomial:
+        """Return the same function with other breaks, of which each old one that lies inside is one."""
+        middles = 0.5 * (breaks[:-1] + breaks[1:])
+        piece = np.clip(np.searchsorted(self.breaks, middles, side="right") - 1, 0, len(self.coefficients) - 1)
+        shift = (breaks[:-1] - self.breaks[piece])[:, None]
+        # Powers of x - new break instead of x - old break, by repeated synthetic division (Horner).
+        coefficients = self.coefficients[piece]
+        for k in range(coefficients.shape[1] - 1):
+            for i in range(coefficients.shape[1] - 2, k - 1, -1):
+                coefficients[:, i] += shift * coefficients[:, i + 1]
+        return PiecewisePolynomial(breaks, coefficients)
+
     def _locate(self, x: float) -> tuple[int, float, bool]:
         breaks = self._breaks
         if x >= breaks[-1]:
@@ -186,6 +215,26 @@ class PiecewisePolynomial:
             return 0, 0.0, False
         piece = bisect_right(breaks, x) - 1
         return piece, x - breaks[piece], True
+
+
+def joined(parts: Sequence[PiecewisePolynomial]) -> PiecewisePolynomial:
+    """Return one function made of functions (n components each) that follow each other, each from the last one's end."""
+    terms = max(part.coefficients.shape[1] for part in parts)
+    breaks = [parts[0].breaks, *(part.breaks[1:] for part in parts[1:])]
+    return PiecewisePolynomial(np.concatenate(breaks), np.concatenate([_padded(part, terms) for part in parts]))
+
+
+def stacked(parts: Sequence[PiecewisePolynomial]) -> PiecewisePolynomial:
+    """Return one function whose components are those of functions on the same range, one after the other."""
+    breaks = np.unique(np.concatenate([part.breaks for part in parts]))
+    apart = np.diff(breaks, append=np.inf) > _SHORTEST * (breaks[-1] - breaks[0])
+    parts = [part._with_breaks(np.append(breaks[apart][:-1], breaks[-1])) for part in parts]
+    terms = max(part.coefficients.shape[1] for part in parts)
+    return PiecewisePolynomial(parts[0].breaks, np.concatenate([_padded(part, terms) for part in parts], axis=2))
+
+
+def _padded(part: PiecewisePolynomial, terms: int) -> Array:
+    return np.pad(part.coefficients, ((0, 0), (0, terms - part.coefficients.shape[1]), (0, 0)))
 
 
 def _basis(local: float, terms: int, order: int, inside: bool) -> list[list[float]]:
