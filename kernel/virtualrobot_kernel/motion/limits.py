@@ -92,6 +92,11 @@ class CartesianLimits:
             if not (np.isfinite(value) and value > 0.0):
                 raise KernelError(f"the Cartesian {name} limit must be finite and above 0, not {value}", value=value)
 
+    def scaled(self, velocity_scale: float) -> CartesianLimits:
+        """Return the limits with both velocities times `velocity_scale` in (0, 1]; the others stay."""
+        scale = checked_scale(velocity_scale, "velocity scale")
+        return replace(self, velocity=self.velocity * scale, rotation_velocity=self.rotation_velocity * scale)
+
 
 def checked_scale(value: float, what: str) -> float:
     """Return `value` when it is in (0, 1], else raise KernelError; `what` names it."""

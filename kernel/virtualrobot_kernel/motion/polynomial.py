@@ -143,12 +143,12 @@ class PiecewisePolynomial:
         return PiecewisePolynomial(breaks, self.coefficients * scale[None, :, None])
 
     def between(self, begin: float, end: float) -> PiecewisePolynomial:
-        """Return the same function on [begin, end] only, start <= begin < end <= self.end, with the same parameter."""
+        """Return the same function on [begin, end] alone, start <= begin < end <= self.end."""
         inside = self.breaks[(self.breaks > begin) & (self.breaks < end)]
         return self._with_breaks(np.concatenate([[begin], inside, [end]]))
 
     def onto(self, begin: float, end: float) -> PiecewisePolynomial:
-        """Return the same function with its parameter mapped from [self.start, self.end] to [begin, end], begin < end."""
+        """Return the same function with its parameter mapped from [start, end] to these, begin < end."""
         factor = (end - begin) / (self.end - self.start)
         breaks = begin + (self.breaks - self.start) * factor
         breaks[-1] = end
@@ -218,7 +218,7 @@ class PiecewisePolynomial:
 
 
 def joined(parts: Sequence[PiecewisePolynomial]) -> PiecewisePolynomial:
-    """Return one function made of functions (n components each) that follow each other, each from the last one's end."""
+    """Return one function made of functions of n components each, of which each begins where the last one ends."""
     terms = max(part.coefficients.shape[1] for part in parts)
     breaks = [parts[0].breaks, *(part.breaks[1:] for part in parts[1:])]
     return PiecewisePolynomial(np.concatenate(breaks), np.concatenate([_padded(part, terms) for part in parts]))

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
+from virtualrobot_kernel.motion.bounds import TcpBound
+from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
 from virtualrobot_kernel.motion.circle import Center, Via
 from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
 from virtualrobot_kernel.motion.plan import Plan, plan_circ, plan_lin, plan_ptp, plan_together, plan_trajectory
@@ -107,25 +109,42 @@ Move = PointToPoint | Linear | Circular | JointTrajectory | ToolStateMove
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlannedMove:
-    """The plan of one move, and which joints of the robot its columns are."""
+    """The plan of one move, with one track, and which joints of the robot its columns are.
+
+    What its law keeps besides the joints' own limits: `speed_factor` of their velocities, and `tcp`, the limits of the
+    tool centre point where it is led along a course. tool_states: (tool, state) that are true once it has succeeded.
+    """
 
     robot: Node
     joint_names: tuple[str, ...]
     plan: Plan
     tool_states: tuple[tuple[str, str], ...] = ()
+    speed_factor: float = 1.0
+    tcp: TcpBound | None = None
 
 
 def plan_motion(snapshot: Snapshot, moves: Sequence[Move], solver_of: SolverOf) -> StartMotion:
     """Return the command that starts these moves together; raise KernelError with place and reason if it can't be."""
+    planned = plan_moves(snapshot, moves, solver_of)
+    joints = tuple((one.robot.name, name) for one in planned for name in one.joint_names)
+    return StartMotion(joints, together(planned), tuple(pair for one in planned for pair in one.tool_states))
+
+
+def plan_moves(snapshot: Snapshot, moves: Sequence[Move], solver_of: SolverOf) -> list[PlannedMove]:
+    """Return the plan of each of some moves that go together; raise KernelError with place and reason."""
     if not moves:
         raise KernelError("a motion needs at least one move", field="moves")
     planned = [PLANNERS[type(move)](snapshot, move, solver_of) for move in moves]
-    joints = tuple((one.robot.name, name) for one in planned for name in one.joint_names)
+    joints = [(one.robot.name, name) for one in planned for name in one.joint_names]
     if len(set(joints)) != len(joints):
         robot, joint = next(pair for pair in joints if joints.count(pair) > 1)
         raise KernelError(f"two moves of one motion move the joint {joint!r} of {robot!r}", robot=robot, joint=joint)
-    plan = planned[0].plan if len(planned) == 1 else plan_together([one.plan for one in planned])
-    return StartMotion(joints, plan, tuple(pair for one in planned for pair in one.tool_states))
+    return planned
+
+
+def together(planned: Sequence[PlannedMove]) -> Plan:
+    """Return the one plan of moves that start and end together, their joints one after the other."""
+    return planned[0].plan if len(planned) == 1 else plan_together([one.plan for one in planned])
 
 
 def joints_of(snapshot: Snapshot, moves: Sequence[Move]) -> set[tuple[int, str]]:
@@ -158,18 +177,21 @@ def _point_to_point(snapshot: Snapshot, move: PointToPoint, solver_of: SolverOf)
     node = snapshot.structure.node(move.robot, Kind.ROBOT)
     if isinstance(move.goal, PoseGoal):
         arm, goal = _solved(snapshot, node, move.goal, solver_of)
-        limits, start = _limits(snapshot, node, arm.joint_names)
+        limits, start = joint_limits(snapshot, node, arm.joint_names)
         goal = _nearest_turn(goal, start, limits)
-        return PlannedMove(node, arm.joint_names, plan_ptp(start, goal, limits, move.speed_factor or 1.0))
+        speed_factor = move.speed_factor or 1.0
+        plan = plan_ptp(start, goal, limits, speed_factor)
+        return PlannedMove(node, arm.joint_names, plan, speed_factor=speed_factor)
     positions = _positions(node, move.goal)
     return _to_joints(snapshot, node, positions, move.speed_factor)
 
 
 def _to_joints(snapshot: Snapshot, node: Node, positions: Mapping[str, float], speed_factor: float) -> PlannedMove:
     names = tuple(positions)
-    limits, start = _limits(snapshot, node, names)
+    limits, start = joint_limits(snapshot, node, names)
     goal = np.array([positions[name] for name in names])
-    return PlannedMove(node, names, plan_ptp(start, goal, limits, speed_factor or 1.0))
+    speed_factor = speed_factor or 1.0
+    return PlannedMove(node, names, plan_ptp(start, goal, limits, speed_factor), speed_factor=speed_factor)
 
 
 def _positions(node: Node, goal: Mapping[str, float] | PoseGoal | str) -> Mapping[str, float]:
@@ -187,32 +209,43 @@ def _positions(node: Node, goal: Mapping[str, float] | PoseGoal | str) -> Mappin
 def _linear(snapshot: Snapshot, move: Linear, solver_of: SolverOf) -> PlannedMove:
     node = snapshot.structure.node(move.robot, Kind.ROBOT)
     arm = arm_of(snapshot, node)
-    limits, start = _limits(snapshot, node, arm.joint_names)
+    limits, start = joint_limits(snapshot, node, arm.joint_names)
     base_t_goal = inverse(snapshot.world_t(arm.base)) @ _world_t_goal(snapshot, move.goal)
-    tip_t_tcp = flange_t_tcp(snapshot, node)
-    solver = solver_of(snapshot, arm)
-    plan = plan_lin(solver, start, base_t_goal, limits, _cartesian(move), move.speed_factor or 1.0, tip_t_tcp)
-    return PlannedMove(node, arm.joint_names, plan)
+    tcp = TcpKinematics(solver_of(snapshot, arm), flange_t_tcp(snapshot, node))
+    cartesian, speed_factor = _cartesian(move), move.speed_factor or 1.0
+    plan = plan_lin(tcp.kinematics, start, base_t_goal, limits, cartesian, speed_factor, tcp.tip_t_tcp)
+    return _led(node, arm, plan, tcp, cartesian, speed_factor)
 
 
 def _circular(snapshot: Snapshot, move: Circular, solver_of: SolverOf) -> PlannedMove:
     node = snapshot.structure.node(move.robot, Kind.ROBOT)
     arm = arm_of(snapshot, node)
-    limits, start = _limits(snapshot, node, arm.joint_names)
+    limits, start = joint_limits(snapshot, node, arm.joint_names)
     world_t_reference = snapshot.world_t(snapshot.structure.node(move.reference).uid)
     base_t_reference = inverse(snapshot.world_t(arm.base)) @ world_t_reference
+    tcp = TcpKinematics(solver_of(snapshot, arm), flange_t_tcp(snapshot, node))
+    cartesian, speed_factor = _cartesian(move), move.speed_factor or 1.0
     plan = plan_circ(
-        solver_of(snapshot, arm),
+        tcp.kinematics,
         start,
         move.shape.seen_from(base_t_reference),
         None if move.reference_t_goal is None else base_t_reference @ move.reference_t_goal,
         limits,
-        _cartesian(move),
-        move.speed_factor or 1.0,
-        flange_t_tcp(snapshot, node),
+        cartesian,
+        speed_factor,
+        tcp.tip_t_tcp,
         move.with_arc,
     )
-    return PlannedMove(node, arm.joint_names, plan)
+    return _led(node, arm, plan, tcp, cartesian, speed_factor)
+
+
+def _led(
+    node: Node, arm: Arm, plan: Plan, tcp: TcpKinematics, cartesian: CartesianLimits, speed_factor: float
+) -> PlannedMove:
+    """Return the move of an arm whose TCP is led along a course and keeps Cartesian limits."""
+    path = plan.tracks[0].path
+    bound = TcpBound(path.start, path.end, slice(0, path.dimension), tcp, cartesian.scaled(speed_factor))
+    return PlannedMove(node, arm.joint_names, plan, speed_factor=speed_factor, tcp=bound)
 
 
 def _cartesian(move: Linear | Circular) -> CartesianLimits:
@@ -228,7 +261,7 @@ def _joint_trajectory(snapshot: Snapshot, move: JointTrajectory, solver_of: Solv
         raise KernelError(
             f"a trajectory must name its joints, each once, not {list(move.joint_names)}", robot=node.name
         )
-    limits, start = _limits(snapshot, node, move.joint_names)
+    limits, start = joint_limits(snapshot, node, move.joint_names)
     return PlannedMove(
         node, move.joint_names, plan_trajectory(start, move.times, move.positions, move.velocities, limits)
     )
@@ -239,7 +272,7 @@ def _tool_state(snapshot: Snapshot, move: ToolStateMove, solver_of: SolverOf) ->
     tool, positions = _tool_positions(snapshot, node, move)
     # A state without joints, such as a vacuum, is there with the next tick.
     planned = _to_joints(snapshot, node, positions, move.speed_factor)
-    return PlannedMove(node, planned.joint_names, planned.plan, ((tool, move.state),))
+    return replace(planned, tool_states=((tool, move.state),))
 
 
 def _tool_positions(snapshot: Snapshot, node: Node, move: ToolStateMove) -> tuple[str, dict[str, float]]:
@@ -280,7 +313,7 @@ def _world_t_goal(snapshot: Snapshot, goal: PoseGoal) -> Pose:
     return snapshot.world_t(snapshot.structure.node(goal.reference).uid) @ goal.reference_t_tcp
 
 
-def _limits(snapshot: Snapshot, node: Node, names: Sequence[str]) -> tuple[JointLimits, NDArray[np.float64]]:
+def joint_limits(snapshot: Snapshot, node: Node, names: Sequence[str]) -> tuple[JointLimits, NDArray[np.float64]]:
     """Return the limits of joints and where they are now, (k,) each."""
     found = [single_joint(snapshot.structure, node, name) for name in names]
     limits = [joint.limits for joint, _, _ in found]

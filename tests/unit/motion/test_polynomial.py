@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.path import quintic_hermite
-from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
+from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial, joined, stacked
 
 
 def random_polynomial(rng: np.random.Generator, pieces: int = 5, degree: int = 5, n: int = 3) -> PiecewisePolynomial:
@@ -53,6 +53,48 @@ def test_stretching_scales_time_and_divides_derivatives(rng: np.random.Generator
     for order in range(4):
         expected = function.evaluate(x, order) / factor**order
         np.testing.assert_allclose(slow.evaluate(x * factor, order), expected, rtol=1e-9, atol=1e-9)
+
+
+def test_a_part_is_the_same_function_there(rng: np.random.Generator) -> None:
+    function = random_polynomial(rng)
+    begin, end = np.sort(rng.uniform(function.start, function.end, 2))
+    part = function.between(begin, end)
+    assert (part.start, part.end) == (begin, end)
+    x = np.linspace(begin, end, 100)
+    assert np.allclose(part.states(x, 3), function.states(x, 3), rtol=1e-10, atol=1e-10)
+    whole = function.between(function.start, function.end)
+    assert np.array_equal(whole.breaks, function.breaks) and np.array_equal(whole.coefficients, function.coefficients)
+
+
+def test_another_range_has_the_same_values_and_scaled_derivatives(rng: np.random.Generator) -> None:
+    function = random_polynomial(rng)
+    begin, length = rng.uniform(-2.0, 2.0), rng.uniform(0.1, 5.0)
+    moved = function.onto(begin, begin + length)
+    share = rng.random(100)
+    factor = length / (function.end - function.start)
+    x = function.start + share * (function.end - function.start)
+    for k in range(4):
+        values = moved.evaluate(begin + share * length, k) * factor**k
+        assert np.allclose(values, function.evaluate(x, k), rtol=1e-9, atol=1e-9)
+
+
+def test_functions_are_joined_and_stacked(rng: np.random.Generator) -> None:
+    function = random_polynomial(rng)
+    line = PiecewisePolynomial(function.breaks[[0, -1]], rng.normal(size=(1, 2, 2)))
+    cuts = np.sort(rng.uniform(function.start, function.end, 2))
+    ends = [function.start, *cuts, function.end]
+    again = joined([function.between(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)])
+    both = stacked([line, function])
+    x = rng.uniform(function.start, function.end, 200)
+    assert np.allclose(again.states(x, 3), function.states(x, 3), rtol=1e-10, atol=1e-10)
+    assert np.allclose(both.states(x, 3)[:, :, :2], line.states(x, 3), rtol=1e-10, atol=1e-10)
+    assert np.allclose(both.states(x, 3)[:, :, 2:], function.states(x, 3), rtol=1e-10, atol=1e-10)
+
+
+def test_breaks_that_differ_by_rounding_are_one_when_stacked(rng: np.random.Generator) -> None:
+    function = random_polynomial(rng)
+    close = PiecewisePolynomial(function.breaks * (1.0 + 1e-15), function.coefficients)
+    assert len(stacked([function, close.onto(function.start, function.end)]).breaks) == len(function.breaks)
 
 
 def test_the_first_excursion_is_found_between_the_breaks(rng: np.random.Generator) -> None:
