@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError
@@ -83,7 +85,7 @@ def test_functions_are_joined_and_stacked(rng: np.random.Generator) -> None:
     line = PiecewisePolynomial(function.breaks[[0, -1]], rng.normal(size=(1, 2, 2)))
     cuts = np.sort(rng.uniform(function.start, function.end, 2))
     ends = [function.start, *cuts, function.end]
-    again = joined([function.between(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)])
+    again = joined([function.between(a, b) for a, b in pairwise(ends)])
     both = stacked([line, function])
     x = rng.uniform(function.start, function.end, 200)
     assert np.allclose(again.states(x, 3), function.states(x, 3), rtol=1e-10, atol=1e-10)
