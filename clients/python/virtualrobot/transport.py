@@ -110,8 +110,13 @@ class Channel:
 
     def unary_stream(self, method: str, **options: Any) -> Callable[..., Stream[Any]]:  # noqa: ANN401
         """Return the function that makes a call with many answers; it has no time limit unless one is given."""
-        call = self._channel.unary_stream(method, **options)
+        return self._streaming(self._channel.unary_stream(method, **options))
 
+    def stream_stream(self, method: str, **options: Any) -> Callable[..., Stream[Any]]:  # noqa: ANN401
+        """Return the function that makes a call with many requests and many answers, without a time limit."""
+        return self._streaming(self._channel.stream_stream(method, **options))
+
+    def _streaming(self, call: Callable[..., Any]) -> Callable[..., Stream[Any]]:
         def start(request: object, timeout: float | None = None) -> Stream[Any]:
             self._check_open()
             return Stream(call(request, timeout=timeout, metadata=self._metadata), self._address)
