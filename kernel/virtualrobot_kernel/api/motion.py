@@ -21,7 +21,7 @@ from virtualrobot_kernel.planning.moves import Move, joints_of, plan_motion, sol
 from virtualrobot_kernel.world.change import moving_motion
 from virtualrobot_kernel.world.commands import CancelMotion, Command, PauseMotion, ResumeMotion, StopMotions
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion, Snapshot
-from virtualrobot_kernel.world.store import Applied
+from virtualrobot_kernel.world.store import Applied, check_revision
 
 GRACE_SECONDS = 1.0
 """How long a motion bound to its watch goes on when nobody watches, in seconds of the wall clock."""
@@ -43,6 +43,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         moves = [wished_move(message, f"moves[{place}]") for place, message in enumerate(request.moves)]
         check_enum(request, "busy_policy")
         check_enum(request, "on_disconnect")
+        check_revision(self._rooms.world.snapshot.structure, request.expected_revision or None)
         await self._cleared(moves, request.busy_policy, context)
         world = self._rooms.world
         # From the snapshot of the moment when it is planned: the robots may have moved while they waited.
@@ -50,7 +51,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
             solved_robots(world.snapshot, moves),
             lambda: plan_motion(world.snapshot, moves, self._rooms.solvers.of),
         )
-        started = self._rooms.submit([command], context)
+        started = self._rooms.submit([command], context, request.expected_revision or None)
         if request.on_disconnect != motion_pb2.DISCONNECT_POLICY_CONTINUE:
             # Not after the await below: a client that vanishes there would leave a motion that nothing stops.
             started.add_done_callback(partial(self._started, asyncio.get_running_loop()))

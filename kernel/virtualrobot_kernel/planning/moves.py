@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,6 +17,7 @@ from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
 from virtualrobot_kernel.motion.plan import Plan, plan_circ, plan_lin, plan_ptp, plan_together, plan_trajectory
 from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_of, flange_t_tcp, solve_inverse
 from virtualrobot_kernel.world.apply_robots import tool_state
+from virtualrobot_kernel.world.assumed import Assumed, Way, assume
 from virtualrobot_kernel.world.change import inverse, single_joint
 from virtualrobot_kernel.world.commands import StartMotion
 from virtualrobot_kernel.world.figures import Pose
@@ -127,19 +128,29 @@ def plan_motion(snapshot: Snapshot, moves: Sequence[Move], solver_of: SolverOf) 
     """Return the command that starts these moves together; raise KernelError with place and reason if it can't be."""
     planned = plan_moves(snapshot, moves, solver_of)
     joints = tuple((one.robot.name, name) for one in planned for name in one.joint_names)
-    return StartMotion(joints, together(planned), tuple(pair for one in planned for pair in one.tool_states))
+    tool_states = tuple(pair for one in planned for pair in one.tool_states)
+    return StartMotion(joints, together(planned), tool_states, assumed_by(snapshot, moves, joints))
 
 
 def plan_moves(snapshot: Snapshot, moves: Sequence[Move], solver_of: SolverOf) -> list[PlannedMove]:
     """Return the plan of each of some moves that go together; raise KernelError with place and reason."""
     if not moves:
         raise KernelError("a motion needs at least one move", field="moves")
-    planned = [PLANNERS[type(move)](snapshot, move, solver_of) for move in moves]
+    planned = [_planned(snapshot, move, solver_of) for move in moves]
     joints = [(one.robot.name, name) for one in planned for name in one.joint_names]
     if len(set(joints)) != len(joints):
         robot, joint = next(pair for pair in joints if joints.count(pair) > 1)
         raise KernelError(f"two moves of one motion move the joint {joint!r} of {robot!r}", robot=robot, joint=joint)
     return planned
+
+
+def _planned(snapshot: Snapshot, move: Move, solver_of: SolverOf) -> PlannedMove:
+    """Return the plan of a move; an error says for which robot it is."""
+    try:
+        return PLANNERS[type(move)](snapshot, move, solver_of)
+    except KernelError as error:
+        error.metadata.setdefault("robot", move.robot)
+        raise
 
 
 def together(planned: Sequence[PlannedMove]) -> Plan:
@@ -171,6 +182,32 @@ def solved_robots(snapshot: Snapshot, moves: Sequence[Move]) -> set[int]:
         for move in moves
         if isinstance(move, Linear | Circular) or (isinstance(move, PointToPoint) and isinstance(move.goal, PoseGoal))
     }
+
+
+def assumed_by(snapshot: Snapshot, moves: Sequence[Move], joints: Iterable[tuple[str, str]]) -> Assumed:
+    """Return what the plan of these moves, which moves these joints (robot, joint), assumes of the world."""
+    structure = snapshot.structure
+    ways: list[Way] = []
+    postures: list[tuple[int, str]] = []
+    tool_states: list[tuple[int, str]] = []
+    for move in moves:
+        robot = structure.node(move.robot, Kind.ROBOT)
+        if solved_robots(snapshot, [move]):
+            ways.append(Way(robot.uid, tuple(structure.node(name).uid for name in _references(move))))
+        elif isinstance(move, ToolStateMove):
+            tool_states.append((structure.node(_tool_positions(snapshot, robot, move)[0]).uid, move.state))
+        elif isinstance(move, PointToPoint) and isinstance(move.goal, str):
+            postures.append((robot.uid, move.goal))
+    uids = ((structure.node(robot, Kind.ROBOT).uid, joint) for robot, joint in joints)
+    return assume(structure, snapshot.state, uids, ways, postures, tool_states)
+
+
+def _references(move: Move) -> tuple[str, ...]:
+    """Return the nodes in whose frames the goals of a move are."""
+    if isinstance(move, Circular):
+        return (move.reference,)
+    goal = getattr(move, "goal", None)
+    return (goal.reference,) if isinstance(goal, PoseGoal) else ()
 
 
 def _point_to_point(snapshot: Snapshot, move: PointToPoint, solver_of: SolverOf) -> PlannedMove:

@@ -9,6 +9,7 @@ import numpy as np
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.motion import running
 from virtualrobot_kernel.motion.moving import Phase
+from virtualrobot_kernel.world import assumed
 from virtualrobot_kernel.world.apply_robots import tool_state
 from virtualrobot_kernel.world.change import (
     Change,
@@ -36,7 +37,7 @@ SLOWEST = 1e-9
 
 
 def start_motion(change: Change, command: StartMotion, forward: Forward) -> Change:
-    """Start a planned motion where the joints are; refused when they move, or are not where the plan starts."""
+    """Start a planned motion where the joints are; refused when they move, or when it was planned for another world."""
     structure, state = change.structure, change.state
     joints = tuple((structure.robot(robot)[0].uid, joint) for robot, joint in command.joints)
     for (robot, name), goal in zip(command.joints, command.plan.goal.tolist(), strict=True):
@@ -56,6 +57,7 @@ def start_motion(change: Change, command: StartMotion, forward: Forward) -> Chan
             robot=robot,
             joint=joint,
         )
+    assumed.check(command.assumed, structure, state)
     tool_states = tuple((tool_state(structure, tool, name)[0].uid, name) for tool, name in command.tool_states)
     owners = (robot.uid for tool, _ in tool_states if (robot := structure.robot_of(tool)))
     id = f"motion-{state.motion_count + 1}"

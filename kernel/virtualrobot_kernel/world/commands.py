@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.motion.plan import Plan
+from virtualrobot_kernel.world.assumed import Assumed
 from virtualrobot_kernel.world.figures import Figure, Pose
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Signal
 from virtualrobot_kernel.world.structure import NodeData, NodeSpec
@@ -143,7 +144,7 @@ class SetSpeedFactor:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StartMotion:
-    """Starts a planned motion; refused when the joints are not where the plan starts.
+    """Starts a planned motion; refused when the joints are not where the plan starts, or what it assumes has changed.
 
     `joints` names the plan's columns as (robot, joint); `tool_states` (tool, state) become true when it succeeds.
     """
@@ -151,6 +152,7 @@ class StartMotion:
     joints: tuple[tuple[str, str], ...]
     plan: Plan
     tool_states: tuple[tuple[str, str], ...] = ()
+    assumed: Assumed = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -71,6 +71,17 @@ class _SetClock:
 Item = TypeVar("Item", _Batch, _Step, _SetClock)
 
 
+def check_revision(structure: Structure, expected: int | None) -> None:
+    """Raise KernelError (STALE_REVISION) when the structure has another revision than the expected one (None: any)."""
+    if expected is not None and expected != structure.revision:
+        raise KernelError(
+            f"the structure has revision {structure.revision}, not {expected}; read it again and retry",
+            reason=Reason.STALE_REVISION,
+            revision=structure.revision,
+            expected_revision=expected,
+        )
+
+
 class World:
     """Owns the world thread. All methods may be called from any thread; results come as futures."""
 
@@ -189,14 +200,7 @@ class World:
 
     def _apply(self, batch: _Batch) -> Applied:
         before = self.snapshot
-        if batch.expected_revision is not None and batch.expected_revision != before.structure.revision:
-            raise KernelError(
-                f"the structure has revision {before.structure.revision}, not {batch.expected_revision}; "
-                "read it again and retry",
-                reason=Reason.STALE_REVISION,
-                revision=before.structure.revision,
-                expected_revision=batch.expected_revision,
-            )
+        check_revision(before.structure, batch.expected_revision)
         if batch.permit is not None:
             batch.permit(before, batch.commands)
         change = apply(before.structure, before.state, batch.commands, self._forward)

@@ -59,7 +59,7 @@ def served(world: World) -> api.MotionServicer:
     publications = Publications(world, asyncio.get_running_loop())
     solvers = SimpleNamespace(of=None)  # goals in joints need none
     rooms: Any = SimpleNamespace(world=world, publications=publications, turns=Turns(), solvers=solvers)
-    rooms.submit = lambda commands, context: world.submit(commands, "a test")
+    rooms.submit = lambda commands, context, revision=None: world.submit(commands, "a test", revision)
     return api.MotionServicer(rooms)
 
 
