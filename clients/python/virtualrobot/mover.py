@@ -164,6 +164,20 @@ class Mover:
         """Move to a posture with a name, such as `home`."""
         return self.start(self.ptp(posture, speed_factor=speed_factor), **options)
 
+    def move_actuators(
+        self,
+        positions: Mapping[str, float],
+        *,
+        speed_factor: float = 0.0,
+        **options: Any,  # noqa: ANN401
+    ) -> motion.Motion:
+        """Move to where actuators, by name and in their own units, have the joints; see `Robot.actuators`.
+
+        Example:
+            >>> palletizer.move_actuators({"motor_2": 30.0, "motor_3": 75.0})
+        """
+        return self.start(moves.actuated(self.name, positions, speed_factor=speed_factor), **options)
+
     def move_linear(
         self,
         reference_t_tcp: ArrayLike,

@@ -42,6 +42,13 @@ def point_to_point(
     return motion_pb2.Move(robot=robot, speed_factor=speed_factor, point_to_point=target)
 
 
+def actuated(robot: str, actuators: Mapping[str, float], *, speed_factor: float = 0.0) -> motion_pb2.Move:
+    """Return a move straight in joint space to where these actuators, by name and in their units, have the joints."""
+    goal = motion_pb2.ActuatorGoal(actuator_positions=joint_map(actuators))
+    move = motion_pb2.PointToPoint(actuators=goal)
+    return motion_pb2.Move(robot=robot, speed_factor=speed_factor, point_to_point=move)
+
+
 def linear(
     robot: str,
     reference_t_tcp: ArrayLike,

@@ -15,6 +15,7 @@ from virtualrobot.kinematics_check import KinematicsCheck
 from virtualrobot.leases import Lease, acquire
 from virtualrobot.mover import JointPositions, Mover
 from virtualrobot.robot_values import (
+    Actuator,
     ForwardSolution,
     InverseSolution,
     JointGroup,
@@ -71,6 +72,11 @@ class Robot(Mover):
             group.name: JointGroup(group.name, tuple(group.joint_names), group.base_link, group.tip_link)
             for group in self.description.groups
         }
+
+    @property
+    def actuators(self) -> list[Actuator]:
+        """What drives the joints, in the order of `RobotState.actuator_positions`; empty where motors are joints."""
+        return [Actuator.of(message) for message in self.description.actuators]
 
     @property
     def allowed_collisions(self) -> list[LinkPair]:

@@ -53,6 +53,7 @@ class RobotState:
         tool_states: the state of each mounted tool.
         speed_factor: by what its motions are slowed.
         motion_ids: the motions that move it.
+        actuator_positions: where its actuators are, in their units, in the order of `Robot.actuators`.
     """
 
     name: str
@@ -65,6 +66,7 @@ class RobotState:
     tool_states: dict[str, str]
     speed_factor: float
     motion_ids: tuple[str, ...]
+    actuator_positions: NDArray[np.float64]
 
     @staticmethod
     def of(message: robot_pb2.RobotState, stamp: geometry_pb2.Stamp) -> RobotState:
@@ -80,6 +82,37 @@ class RobotState:
             dict(message.tool_states),
             message.speed_factor,
             tuple(message.motion_ids),
+            np.array(message.actuator_positions, dtype=float),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Actuator:
+    """A motor or a cylinder; its position is `offset` plus the sum of ratio times joint.
+
+    Attributes:
+        name: unique within the robot.
+        ratios: its own unit per radian or meter, by joint.
+        offset: its position where those joints are at 0.
+        lower: the least position; -inf without a limit.
+        upper: the greatest position; inf without a limit.
+    """
+
+    name: str
+    ratios: dict[str, float]
+    offset: float
+    lower: float
+    upper: float
+
+    @staticmethod
+    def of(message: nodes_pb2.Actuator) -> Actuator:
+        """Return the actuator that a message tells."""
+        return Actuator(
+            message.name,
+            {term.joint: term.ratio for term in message.terms},
+            message.offset,
+            message.lower if message.HasField("lower") else -math.inf,
+            message.upper if message.HasField("upper") else math.inf,
         )
 
 

@@ -13,6 +13,7 @@ from virtualrobot_sdk.selfcheck import SelfCheck
 
 from virtualrobot_kernel.api.convert.nodes import JOINT_TYPE_NUMBERS, limits_message
 from virtualrobot_kernel.api.convert.robots import (
+    actuator_messages,
     group_messages,
     pair_messages,
     posture_messages,
@@ -83,6 +84,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
             kinematics_fault=self._rooms.solvers.fault_of(node),
             groups=group_messages(data),
             allowed_collisions=pair_messages(data),
+            actuators=actuator_messages(data),
         )
 
     async def GetRobotStates(

@@ -17,6 +17,7 @@ from virtualrobot_kernel.formats.urdf_elements import (
     text_attribute,
 )
 from virtualrobot_kernel.formats.urdf_joints import UrdfJoint, read_joints, tree_order
+from virtualrobot_kernel.formats.urdf_transmissions import read_transmissions
 from virtualrobot_kernel.formats.xml import (
     Element,
     children,
@@ -132,7 +133,8 @@ def read_urdf(
     order = tree_order(file.key, {name: line_of(element) for name, element in links.items()}, joints)
     robot = choose_name(root.get("name", "").strip())
     base = Joint(_free_name("base", joints), base_joint, axis=(0.0, 0.0, 1.0))
-    nodes = [NodeSpec(robot, Kind.ROBOT, data=RobotData(source=file.key))]
+    actuators = read_transmissions(file.key, root, [joint.joint for joint in joints], reader.warnings)
+    nodes = [NodeSpec(robot, Kind.ROBOT, data=RobotData(source=file.key, actuators=actuators))]
     for name, joint in order:
         nodes.append(_link_node(reader, robot, name, links[name], joint, base))
     return UrdfModel(robot, tuple(nodes), reader.mesh_count, tuple(reader.warnings + palette.warnings))

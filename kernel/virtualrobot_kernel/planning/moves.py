@@ -15,7 +15,9 @@ from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
 from virtualrobot_kernel.motion.circle import Center, Via
 from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
 from virtualrobot_kernel.motion.plan import Plan, plan_circ, plan_lin, plan_ptp, plan_together, plan_trajectory
+from virtualrobot_kernel.planning.actuators import check_plan
 from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_of, flange_t_tcp, solve_inverse
+from virtualrobot_kernel.world.actuators import joint_positions
 from virtualrobot_kernel.world.apply_robots import tool_state
 from virtualrobot_kernel.world.assumed import Assumed, Way, assume
 from virtualrobot_kernel.world.change import inverse, single_joint
@@ -46,12 +48,19 @@ class PoseGoal:
     configuration: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class ActuatorGoal:
+    """Where actuators shall be, in their units, by name."""
+
+    positions: Mapping[str, float]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class PointToPoint:
-    """A straight line in joint space to joints by name, to a pose, or to a posture by name."""
+    """A straight line in joint space to joints by name, to a pose, to a posture by name, or to actuator positions."""
 
     robot: str
-    goal: Mapping[str, float] | PoseGoal | str
+    goal: Mapping[str, float] | PoseGoal | str | ActuatorGoal
     speed_factor: float = 1.0
 
 
@@ -141,6 +150,8 @@ def plan_moves(snapshot: Snapshot, moves: Sequence[Move], solver_of: SolverOf) -
     if len(set(joints)) != len(joints):
         robot, joint = next(pair for pair in joints if joints.count(pair) > 1)
         raise KernelError(f"two moves of one motion move the joint {joint!r} of {robot!r}", robot=robot, joint=joint)
+    for one in planned:
+        check_plan(snapshot, one.robot, one.joint_names, one.plan)
     return planned
 
 
@@ -231,7 +242,9 @@ def _to_joints(snapshot: Snapshot, node: Node, positions: Mapping[str, float], s
     return PlannedMove(node, names, plan_ptp(start, goal, limits, speed_factor), speed_factor=speed_factor)
 
 
-def _positions(node: Node, goal: Mapping[str, float] | PoseGoal | str) -> Mapping[str, float]:
+def _positions(node: Node, goal: Mapping[str, float] | PoseGoal | str | ActuatorGoal) -> Mapping[str, float]:
+    if isinstance(goal, ActuatorGoal):
+        return joint_positions(node, goal.positions)
     if isinstance(goal, str):
         postures = node.data.postures if isinstance(node.data, RobotData) else {}
         if goal not in postures:

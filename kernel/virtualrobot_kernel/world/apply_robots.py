@@ -8,6 +8,7 @@ import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.world import index
+from virtualrobot_kernel.world.actuators import check_actuators
 from virtualrobot_kernel.world.apply_nodes import attached
 from virtualrobot_kernel.world.change import Change, Forward, check_joint_value, refuse_while_moving, single_joint
 from virtualrobot_kernel.world.commands import (
@@ -114,6 +115,7 @@ def set_joint_positions(change: Change, command: SetJointPositions, forward: For
         joint, place, _ = single_joint(change.structure, node, name)
         check_joint_value(node.name, joint, value)
         q[place] = value
+    check_actuators(change.structure, node, q)
     return replace(change, state=replace(change.state, q=q))
 
 

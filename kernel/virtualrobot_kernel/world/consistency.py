@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
+from virtualrobot_kernel.world.actuators import check_actuators
 from virtualrobot_kernel.world.change import Change, check_joint_value, refuse_while_moving, single_joint
 from virtualrobot_kernel.world.figures import Figure
 from virtualrobot_kernel.world.structure import Kind, Node, NodeData, RobotData, Structure, ToolData
@@ -16,6 +17,7 @@ def check_names(structure: Structure, node: Node) -> None:
         for name, posture in node.data.postures.items():
             _check_posture(structure, node, posture, f"the posture {name!r} of {node.name!r}")
         _check_groups(structure, node, node.data)
+        _check_actuators(structure, node, node.data)
     if isinstance(node.data, ToolData):
         owner = structure.robot_of(node.uid)
         for name, positions in node.data.states.items():
@@ -43,6 +45,7 @@ def check_robot(change: Change, robot: int) -> None:
     for joint, place in zip(found.joints, found.q_start, strict=True):
         if joint.type.coordinate_count == 1:
             check_joint_value(node.name, joint, float(change.state.q[place]))
+    check_actuators(structure, node, change.state.q)
     for named in (node, *structure.tools_of(robot)):
         check_names(structure, named)
 
@@ -108,6 +111,17 @@ def _check_groups(structure: Structure, robot: Node, data: RobotData) -> None:
     for name in (*named, *(name for pair in data.allowed_collisions for name in (pair.first, pair.second))):
         if name not in links:
             raise UnknownNameError(f"link of {robot.name!r} for its groups and allowed collisions", name, links)
+
+
+def _check_actuators(structure: Structure, robot: Node, data: RobotData) -> None:
+    """Raise KernelError unless the joints that actuators move are there, each with one coordinate."""
+    for actuator in data.actuators:
+        for joint, _ in actuator.terms:
+            try:
+                single_joint(structure, robot, joint)
+            except KernelError as error:
+                error.args = (f"the actuator {actuator.name!r} of {robot.name!r}: {error}",)
+                raise
 
 
 def _check_posture(structure: Structure, robot: Node, positions: Mapping[str, float], what: str) -> None:

@@ -20,8 +20,8 @@ from virtualrobot_kernel.world.structure import (
 def with_joint_renamed(structure: Structure, link: Node, joint: Joint, nodes: Mapping[int, Node]) -> dict[int, Node]:
     """Return `nodes` with the new name wherever they named the joint of a link that becomes `joint`.
 
-    Joints that mimic it, the robot's postures and groups and the states of its tools name it; the component's settings
-    are its own affair. `structure` and `link` are as they were before.
+    Joints that mimic it, the robot's postures, groups and actuators and the states of its tools name it; the
+    component's settings are its own affair. `structure` and `link` are as they were before.
     """
     assert isinstance(link.data, LinkData)
     old, new = link.data.joint.name, joint.name
@@ -44,13 +44,26 @@ def _with_other_name(data: NodeData, old: str, new: str) -> NodeData:
             return replace(data, joint=replace(data.joint, mimic=replace(mimic, joint=new)))
     if isinstance(data, ToolData) and _named(old, data.states.values()):
         return replace(data, states=_renamed(data.states, old, new))
-    if isinstance(data, RobotData) and _named(old, (*data.postures.values(), *(g.joint_names for g in data.groups))):
+    if isinstance(data, RobotData) and _named(old, _places_of_names(data)):
         groups = (
             replace(group, joint_names=tuple(new if name == old else name for name in group.joint_names))
             for group in data.groups
         )
-        return replace(data, postures=_renamed(data.postures, old, new), groups=tuple(groups))
+        actuators = (
+            replace(one, terms=tuple((new if name == old else name, ratio) for name, ratio in one.terms))
+            for one in data.actuators
+        )
+        return replace(
+            data, postures=_renamed(data.postures, old, new), groups=tuple(groups), actuators=tuple(actuators)
+        )
     return data
+
+
+def _places_of_names(data: RobotData) -> Iterable[Iterable[str]]:
+    """Yield whatever of a robot names joints."""
+    yield from data.postures.values()
+    yield from (group.joint_names for group in data.groups)
+    yield from (dict(actuator.terms) for actuator in data.actuators)
 
 
 def _named(name: str, places: Iterable[Iterable[str]]) -> bool:

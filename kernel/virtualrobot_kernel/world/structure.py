@@ -5,6 +5,7 @@ A node's row is its place in every per-node array. Rows follow the order of crea
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
@@ -138,6 +139,20 @@ class LinkPair:
 
 
 @dataclass(frozen=True, slots=True)
+class Actuator:
+    """A motor or a cylinder: its position is `offset` and the sum of ratio times joint, in a unit of its own.
+
+    `terms` are (joint, ratio), the ratio in that unit per radian or meter.
+    """
+
+    name: str
+    terms: tuple[tuple[str, float], ...]
+    offset: float = 0.0
+    lower: float = -math.inf
+    upper: float = math.inf
+
+
+@dataclass(frozen=True, slots=True)
 class RobotData:
     """What only robots have; an empty flange means the last link before the robot branches into moving parts.
 
@@ -151,6 +166,7 @@ class RobotData:
     kinematics_settings: Mapping[str, Any] = field(default_factory=dict)
     groups: tuple[JointGroup, ...] = ()
     allowed_collisions: tuple[LinkPair, ...] = ()
+    actuators: tuple[Actuator, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -70,7 +70,12 @@ def test_the_table_has_what_the_project_promises() -> None:
     assert all(re.fullmatch(r"[a-z0-9_]+", name) for name in names)
     assert all(model.installed for model in list_models())  # the tests' own environment has both packages
     assert all(model.description and model.license for model in list_models())
-    assert [model.name for model in list_models() if not model.package] == ["ar_manipulator", "puma560"]
+    assert [model.name for model in list_models() if not model.package] == [
+        "ar_manipulator",
+        "palletizer",
+        "parallel_gripper",
+        "puma560",
+    ]
 
 
 def test_a_name_that_is_not_in_the_table_is_refused_with_the_nearest() -> None:

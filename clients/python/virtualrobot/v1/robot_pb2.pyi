@@ -39,7 +39,7 @@ class GetRobotRequest(_message.Message):
     def __init__(self, name: _Optional[str] = ...) -> None: ...
 
 class GetRobotResponse(_message.Message):
-    __slots__ = ("stamp", "uid", "joints", "links", "tools", "flange", "kinematics", "chain_joints", "postures", "kinematics_settings", "kinematics_fault", "groups", "allowed_collisions")
+    __slots__ = ("stamp", "uid", "joints", "links", "tools", "flange", "kinematics", "chain_joints", "postures", "kinematics_settings", "kinematics_fault", "groups", "allowed_collisions", "actuators")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     UID_FIELD_NUMBER: _ClassVar[int]
     JOINTS_FIELD_NUMBER: _ClassVar[int]
@@ -53,6 +53,7 @@ class GetRobotResponse(_message.Message):
     KINEMATICS_FAULT_FIELD_NUMBER: _ClassVar[int]
     GROUPS_FIELD_NUMBER: _ClassVar[int]
     ALLOWED_COLLISIONS_FIELD_NUMBER: _ClassVar[int]
+    ACTUATORS_FIELD_NUMBER: _ClassVar[int]
     stamp: _geometry_pb2.Stamp
     uid: int
     joints: _containers.RepeatedCompositeFieldContainer[JointDescription]
@@ -66,7 +67,8 @@ class GetRobotResponse(_message.Message):
     kinematics_fault: str
     groups: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.JointGroup]
     allowed_collisions: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.LinkPair]
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., uid: _Optional[int] = ..., joints: _Optional[_Iterable[_Union[JointDescription, _Mapping]]] = ..., links: _Optional[_Iterable[str]] = ..., tools: _Optional[_Iterable[str]] = ..., flange: _Optional[str] = ..., kinematics: _Optional[str] = ..., chain_joints: _Optional[_Iterable[str]] = ..., postures: _Optional[_Iterable[_Union[_nodes_pb2.NamedPosture, _Mapping]]] = ..., kinematics_settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., kinematics_fault: _Optional[str] = ..., groups: _Optional[_Iterable[_Union[_nodes_pb2.JointGroup, _Mapping]]] = ..., allowed_collisions: _Optional[_Iterable[_Union[_nodes_pb2.LinkPair, _Mapping]]] = ...) -> None: ...
+    actuators: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.Actuator]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., uid: _Optional[int] = ..., joints: _Optional[_Iterable[_Union[JointDescription, _Mapping]]] = ..., links: _Optional[_Iterable[str]] = ..., tools: _Optional[_Iterable[str]] = ..., flange: _Optional[str] = ..., kinematics: _Optional[str] = ..., chain_joints: _Optional[_Iterable[str]] = ..., postures: _Optional[_Iterable[_Union[_nodes_pb2.NamedPosture, _Mapping]]] = ..., kinematics_settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., kinematics_fault: _Optional[str] = ..., groups: _Optional[_Iterable[_Union[_nodes_pb2.JointGroup, _Mapping]]] = ..., allowed_collisions: _Optional[_Iterable[_Union[_nodes_pb2.LinkPair, _Mapping]]] = ..., actuators: _Optional[_Iterable[_Union[_nodes_pb2.Actuator, _Mapping]]] = ...) -> None: ...
 
 class JointDescription(_message.Message):
     __slots__ = ("name", "type", "limits", "coordinate_count", "velocity_count")

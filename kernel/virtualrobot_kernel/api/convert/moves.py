@@ -9,6 +9,7 @@ from virtualrobot_kernel.api.convert.values import array, by_name, check_enum, f
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.circle import Center, Via
 from virtualrobot_kernel.planning.moves import (
+    ActuatorGoal,
     Circular,
     JointTrajectory,
     Linear,
@@ -42,7 +43,7 @@ def wished_move(message: motion_pb2.Move, what: str) -> Move:
     raise KernelError(f"{what} does not say how to move; give one of {names}", field=what)
 
 
-def _goal(message: motion_pb2.PointToPoint, what: str) -> dict[str, float] | PoseGoal | str:
+def _goal(message: motion_pb2.PointToPoint, what: str) -> dict[str, float] | PoseGoal | str | ActuatorGoal:
     kind = message.WhichOneof("goal")
     if kind == "joints":
         positions = by_name(message.joints.joint_positions)
@@ -51,7 +52,10 @@ def _goal(message: motion_pb2.PointToPoint, what: str) -> dict[str, float] | Pos
         return _pose_goal(message.pose, f"{what}.pose")
     if kind == "posture":
         return message.posture
-    raise KernelError(f"{what} has no goal; give joints, pose or posture", field=what)
+    if kind == "actuators":
+        positions = by_name(message.actuators.actuator_positions)
+        return ActuatorGoal({name: finite(value, f"{what}.actuators[{name!r}]") for name, value in positions.items()})
+    raise KernelError(f"{what} has no goal; give joints, pose, posture or actuators", field=what)
 
 
 def _pose_goal(message: motion_pb2.PoseGoal, what: str) -> PoseGoal:

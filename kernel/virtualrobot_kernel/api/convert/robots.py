@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from google.protobuf.struct_pb2 import Struct, Value
@@ -9,7 +10,7 @@ from virtualrobot.v1 import nodes_pb2
 
 from virtualrobot_kernel.api.convert.values import by_name, finite
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.world.structure import JointGroup, LinkPair, RobotData
+from virtualrobot_kernel.world.structure import Actuator, JointGroup, LinkPair, RobotData
 
 
 def robot_data(message: nodes_pb2.Robot, what: str) -> RobotData:
@@ -30,7 +31,28 @@ def robot_data(message: nodes_pb2.Robot, what: str) -> RobotData:
         settings(message.kinematics_settings, f"{what}.robot.kinematics_settings"),
         groups,
         tuple(LinkPair(pair.first, pair.second, pair.reason) for pair in message.allowed_collisions),
+        _actuators(message, what),
     )
+
+
+def _actuators(message: nodes_pb2.Robot, what: str) -> tuple[Actuator, ...]:
+    actuators = tuple(_actuator(one, f"{what}.robot.actuators[{i}]") for i, one in enumerate(message.actuators))
+    if len({one.name for one in actuators} - {""}) != len(actuators):
+        raise KernelError(f"the actuators of {what!r} must have names that differ", robot=what)
+    return actuators
+
+
+def _actuator(message: nodes_pb2.Actuator, what: str) -> Actuator:
+    terms = {term.joint: finite(term.ratio, f"{what}: the ratio of {term.joint!r}") for term in message.terms}
+    if not terms or len(terms) != len(message.terms) or 0.0 in terms.values():
+        raise KernelError(
+            f"{what}, {message.name!r}, needs terms with joints that differ and ratios other than 0", field=what
+        )
+    lower = finite(message.lower, f"{what}.lower") if message.HasField("lower") else -math.inf
+    upper = finite(message.upper, f"{what}.upper") if message.HasField("upper") else math.inf
+    if lower > upper:
+        raise KernelError(f"the limits of {what}, {message.name!r}, are {lower:g} to {upper:g}; the lower one first")
+    return Actuator(message.name, tuple(terms.items()), finite(message.offset, f"{what}.offset"), lower, upper)
 
 
 def robot_message(data: RobotData, joint_names: tuple[str, ...]) -> nodes_pb2.Robot:
@@ -44,6 +66,7 @@ def robot_message(data: RobotData, joint_names: tuple[str, ...]) -> nodes_pb2.Ro
         kinematics_settings=settings_message(data),
         groups=group_messages(data),
         allowed_collisions=pair_messages(data),
+        actuators=actuator_messages(data),
     )
 
 
@@ -76,6 +99,20 @@ def pair_messages(data: RobotData) -> list[nodes_pb2.LinkPair]:
     return [
         nodes_pb2.LinkPair(first=pair.first, second=pair.second, reason=pair.reason)
         for pair in data.allowed_collisions
+    ]
+
+
+def actuator_messages(data: RobotData) -> list[nodes_pb2.Actuator]:
+    """Return what moves a robot's joints; infinite limits are absent."""
+    return [
+        nodes_pb2.Actuator(
+            name=one.name,
+            terms=[nodes_pb2.ActuatorTerm(joint=joint, ratio=ratio) for joint, ratio in one.terms],
+            offset=one.offset,
+            lower=one.lower if math.isfinite(one.lower) else None,
+            upper=one.upper if math.isfinite(one.upper) else None,
+        )
+        for one in data.actuators
     ]
 
 

@@ -9,6 +9,7 @@ from virtualrobot.v1 import geometry_pb2, kernel_pb2, motion_pb2, robot_pb2, sig
 from virtualrobot_kernel.api.convert.values import quaternion, vector_message
 from virtualrobot_kernel.motion.moving import Phase
 from virtualrobot_kernel.planning.robots import tcp_frame
+from virtualrobot_kernel.world.actuators import actuator_positions
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.state import CancelCause, Motion, Selection, Signal, Snapshot
 from virtualrobot_kernel.world.structure import Kind, Node
@@ -38,6 +39,7 @@ def _robot_state(snapshot: Snapshot, node: Node) -> robot_pb2.RobotState:
         tool_center_point=selection.tool_center_point,
         tool_states={tool.name: state.tool_states.get(tool.uid, "") for tool in structure.tools_of(node.uid)},
         speed_factor=state.speed_factors.get(node.uid, 1.0),
+        actuator_positions=actuator_positions(structure, node, state.q),
         motion_ids=[motion.id for motion in state.motions if node.uid in motion.robots],
         world_t_tcp=geometry_pb2.Pose(
             position=vector_message(frame[:3, 3].tolist()), orientation=geometry_pb2.Quaternion(x=x, y=y, z=z, w=w)

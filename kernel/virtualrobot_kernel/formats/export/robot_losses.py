@@ -72,6 +72,7 @@ def _settings(robot: Node) -> list[str]:
         "the flange": bool(data.flange),
         "postures": bool(data.postures),
         "joint groups": bool(data.groups),
+        "actuators": bool(data.actuators),
         "pairs of links that may touch": bool(data.allowed_collisions),
         "the kinematics component": data.kinematics != AUTOMATIC_KINEMATICS or bool(data.kinematics_settings),
     }

@@ -62,7 +62,8 @@ def test_a_robot_comes_back(name: str, tmp_path: Path, rng: np.random.Generator)
     assert exported.warnings == ()
     assert file.name == "arm.urdf" and exported.files[0][0] == "arm.urdf"
     back = read_back(file, library)
-    assert len(back.warnings) == len(model.warnings), "some models name materials that nobody has"
+    told = [warning for warning in model.warnings if "transmission" not in warning]
+    assert len(back.warnings) == len(told), "some models name materials that nobody has"
     assert back.nodes[0].name == "arm" and back.mesh_count == model.mesh_count
     assert [node.name for node in back.nodes] == [node.name for node in model.nodes]
     for place, (one, again) in enumerate(zip(model.nodes[1:], back.nodes[1:], strict=True)):
