@@ -67,7 +67,7 @@ def tick_milliseconds(arms: int) -> float:
     for _ in range(ROUNDS):
         start = time.perf_counter()
         for _ in range(TICKS):
-            state = advance(snapshot.state, snapshot.tick_seconds)
+            state = advance(snapshot.structure, snapshot.state, snapshot.tick_seconds, world_poses)
             poses = world_poses(snapshot.structure, state)
             snapshot = Snapshot(
                 snapshot.structure, state, poses, snapshot.revision + 1, time.time(), snapshot.tick_seconds

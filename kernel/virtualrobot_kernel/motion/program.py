@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.motion.polynomial import Array
@@ -58,7 +59,7 @@ class Program:
 
     start (n,): where the joints are when it starts. step_count: 0 for moves that are no program. Derived: begins, when
     each stage begins, in s at full rate, and when the last one ends; lowest, highest (n,): the least and greatest value
-    that each joint stands at between stages.
+    that each joint stands at between stages; places: the columns of each stage, None for all joints in their order.
     """
 
     stages: tuple[Stage, ...]
@@ -67,6 +68,7 @@ class Program:
     begins: tuple[float, ...] = field(init=False)
     lowest: Array = field(init=False)
     highest: Array = field(init=False)
+    places: tuple[NDArray[np.int64] | None, ...] = field(init=False)
 
     def __post_init__(self) -> None:
         """Derive what each tick and each start would have to compute again."""
@@ -78,7 +80,10 @@ class Program:
                 columns = list(stage.columns)
                 lowest[columns] = np.minimum(lowest[columns], stage.plan.goal)
                 highest[columns] = np.maximum(highest[columns], stage.plan.goal)
+        every = tuple(range(len(start)))
+        places = (None if stage.columns == every else np.array(stage.columns, np.int64) for stage in self.stages)
         object.__setattr__(self, "begins", tuple(begins))
+        object.__setattr__(self, "places", tuple(places))
         for name, values in (("start", start), ("lowest", lowest), ("highest", highest)):
             values.setflags(write=False)
             object.__setattr__(self, name, values)

@@ -37,7 +37,8 @@ class Running:
     it runs, in (0, 1]. ramp, ramp_tau, elapsed: the rate's law, tau at its start and the time since (s). waiting: for
     how long a wanted change has found no ramp that fits (s). brakes: the laws u(t) of the tracks that brake, instead
     of the plan's own; none while it does not. Then `elapsed` counts from their start, `tau` is the nominal time of
-    the track that is furthest behind, and the rate and its ramp are what they were before.
+    the track that is furthest behind, and the rate and its ramp are what they were before. left: what it did not need
+    of the last seconds that it was advanced by, because it reached its goal.
     """
 
     plan: Plan
@@ -51,6 +52,7 @@ class Running:
     elapsed: float
     waiting: float = 0.0
     brakes: tuple[PiecewisePolynomial, ...] = ()
+    left: float = 0.0
 
     @property
     def ended(self) -> bool:
@@ -175,8 +177,9 @@ def _advanced(running: Running, dt: float) -> Running:
     elapsed = running.elapsed + dt
     rate, slope, _, gone = running.ramp.state(elapsed)
     tau = max(running.tau, running.ramp_tau + gone)
-    phase = running.phase
+    phase, left = running.phase, 0.0
     if tau >= running.plan.duration - _END_TOLERANCE:
+        left = min(dt, max(0.0, tau - running.plan.duration) / rate) if rate > 0.0 else 0.0
         phase, tau, rate, slope = Phase.SUCCEEDED, running.plan.duration, 0.0, 0.0
     elif elapsed >= running.ramp.length and running.ramp.goal == 0.0 and phase in _SLOWING:
         phase = Phase.PAUSED if phase is Phase.PAUSING else Phase.CANCELLED
@@ -191,6 +194,7 @@ def _advanced(running: Running, dt: float) -> Running:
         running.ramp_tau,
         elapsed,
         waiting,
+        left=left,
     )
 
 

@@ -15,6 +15,7 @@ from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
 from virtualrobot_kernel.motion.circle import Center, Via
 from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
 from virtualrobot_kernel.motion.plan import Plan, plan_circ, plan_lin, plan_ptp, plan_together, plan_trajectory
+from virtualrobot_kernel.motion.program import of_plan
 from virtualrobot_kernel.planning.actuators import check_plan
 from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_of, flange_t_tcp, solve_inverse
 from virtualrobot_kernel.world.actuators import joint_positions
@@ -137,8 +138,8 @@ def plan_motion(snapshot: Snapshot, moves: Sequence[Move], solver_of: SolverOf) 
     """Return the command that starts these moves together; raise KernelError with place and reason if it can't be."""
     planned = plan_moves(snapshot, moves, solver_of)
     joints = tuple((one.robot.name, name) for one in planned for name in one.joint_names)
-    tool_states = tuple(pair for one in planned for pair in one.tool_states)
-    return StartMotion(joints, together(planned), tool_states, assumed_by(snapshot, moves, joints))
+    tool_states = tuple((0, *pair) for one in planned for pair in one.tool_states)
+    return StartMotion(joints, of_plan(together(planned)), tool_states, assumed=assumed_by(snapshot, moves, joints))
 
 
 def plan_moves(snapshot: Snapshot, moves: Sequence[Move], solver_of: SolverOf) -> list[PlannedMove]:

@@ -15,8 +15,9 @@ from virtualrobot_kernel.numeric.forest import forward_forest
 from virtualrobot_kernel.planning.extract import extract_chain
 from virtualrobot_kernel.world.change import check_joint_value, inverse, single_joint
 from virtualrobot_kernel.world.figures import Pose
-from virtualrobot_kernel.world.state import Selection, Snapshot, State
-from virtualrobot_kernel.world.structure import JointType, LinkData, Node, RobotIndex, Structure, ToolData
+from virtualrobot_kernel.world.state import Snapshot, State
+from virtualrobot_kernel.world.structure import JointType, LinkData, Node, RobotIndex, Structure
+from virtualrobot_kernel.world.tcp import world_t_tcp
 
 REMEMBERED = 256
 """How many arms are kept ready."""
@@ -164,19 +165,7 @@ def _below(first: NDArray, rest: NDArray) -> NDArray:
 
 def tcp_frame(snapshot: Snapshot, robot: Node) -> Pose:
     """Return world_t_tcp (4, 4) of the chosen tool centre point; without a tool the flange."""
-    tool, point = chosen_tcp(snapshot, robot)
-    if tool is None:
-        return snapshot.world_t(snapshot.structure.robots[robot.uid].flange)
-    return snapshot.world_t(tool.uid) @ point
-
-
-def chosen_tcp(snapshot: Snapshot, robot: Node) -> tuple[Node | None, Pose]:
-    """Return the chosen tool (None: none) and tool_t_tcp (4, 4)."""
-    selection = snapshot.state.selections.get(robot.uid, Selection())
-    tool = snapshot.structure.nodes.get(selection.tool)
-    if tool is None or not isinstance(tool.data, ToolData):
-        return None, np.eye(4)
-    return tool, tool.data.tool_center_points.get(selection.tool_center_point, np.eye(4))
+    return world_t_tcp(snapshot.structure, snapshot.state, snapshot.world_t_node, robot)
 
 
 def flange_t_tcp(snapshot: Snapshot, robot: Node) -> Pose:
@@ -205,8 +194,7 @@ def forward_links(snapshot: Snapshot, robot: Node, positions: Mapping[str, float
         q[place] = value
     world = world_poses(structure, replace(snapshot.state, q=q))
     index = structure.robots[robot.uid]
-    tool, point = chosen_tcp(snapshot, robot)
-    tcp = world[structure.rows[index.flange]] if tool is None else world[structure.rows[tool.uid]] @ point
+    tcp = world_t_tcp(structure, snapshot.state, world, robot)
     return world[[structure.rows[uid] for uid in index.links]], tcp
 
 

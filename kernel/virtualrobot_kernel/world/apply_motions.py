@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
-from virtualrobot_kernel.motion import running
+from virtualrobot_kernel.motion import program_run
 from virtualrobot_kernel.motion.moving import Phase
 from virtualrobot_kernel.world import assumed
 from virtualrobot_kernel.world.apply_robots import tool_state
@@ -40,26 +40,32 @@ def start_motion(change: Change, command: StartMotion, forward: Forward) -> Chan
     """Start a planned motion where the joints are; refused when they move, or when it was planned for another world."""
     structure, state = change.structure, change.state
     joints = tuple((structure.robot(robot)[0].uid, joint) for robot, joint in command.joints)
-    for (robot, name), goal in zip(command.joints, command.plan.goal.tolist(), strict=True):
+    program = command.program
+    for (robot, name), *ends in zip(command.joints, program.lowest.tolist(), program.highest.tolist(), strict=True):
         # Limits may have changed since the motion was planned.
-        check_joint_value(robot, single_joint(structure, structure.robot(robot)[0], name)[0], goal)
+        joint = single_joint(structure, structure.robot(robot)[0], name)[0]
+        for end in ends:
+            check_joint_value(robot, joint, end)
+    for name in program.signals:
+        if name not in state.signals:
+            raise UnknownNameError("signal", name, state.signals)
     for uid in dict.fromkeys(uid for uid, _ in joints):
         refuse_while_moving(change, structure.nodes[uid], {joint for joint in joints if joint[0] == uid})
     q_index, v_index = joint_places(structure, joints)
-    off = np.abs(state.q[q_index] - command.plan.start)
+    off = np.abs(state.q[q_index] - program.start)
     if len(off) and off.max() > START_TOLERANCE:
         worst = int(off.argmax())
         robot, joint = command.joints[worst]
         raise KernelError(
             f"the joint {joint!r} of {robot!r} is at {state.q[q_index][worst]:g}, but the motion was planned from "
-            f"{command.plan.start[worst]:g}; plan again",
+            f"{program.start[worst]:g}; plan again",
             reason=Reason.STALE_REVISION,
             robot=robot,
             joint=joint,
         )
     assumed.check(command.assumed, structure, state)
-    tool_states = tuple((tool_state(structure, tool, name)[0].uid, name) for tool, name in command.tool_states)
-    owners = (robot.uid for tool, _ in tool_states if (robot := structure.robot_of(tool)))
+    tool_states = tuple((at, tool_state(structure, tool, name)[0].uid, name) for at, tool, name in command.tool_states)
+    owners = (robot.uid for _, tool, _ in tool_states if (robot := structure.robot_of(tool)))
     id = f"motion-{state.motion_count + 1}"
     motion = Motion(
         id=id,
@@ -67,11 +73,14 @@ def start_motion(change: Change, command: StartMotion, forward: Forward) -> Chan
         joints=joints,
         q_index=q_index,
         v_index=v_index,
-        running=running.start(command.plan, 1.0),
+        running=program_run.start(program, 1.0),
         start_tick=state.tick,
         tool_states=tool_states,
+        step_count=program.step_count,
+        signals=program.signals,
+        searcher=structure.robot(command.searcher)[0].uid if command.searcher else 0,
     )
-    motion = replace(motion, running=running.start(command.plan, override(state, motion)))
+    motion = replace(motion, running=program_run.start(program, override(state, motion)))
     state = replace(state, motions=(*state.motions, motion), motion_count=state.motion_count + 1)
     return replace(change, state=state, created=(*change.created, id))
 

@@ -187,9 +187,17 @@ def create_signal(change: Change, command: CreateSignal, forward: Forward) -> Ch
 
 
 def remove_signal(change: Change, command: RemoveSignal, forward: Forward) -> Change:
-    """Take a signal away."""
+    """Take a signal away; refused while a program runs that names it."""
     if command.name not in change.state.signals:
         raise UnknownNameError("signal", command.name, change.state.signals)
+    for motion in change.state.motions:
+        if command.name in motion.signals:
+            raise KernelError(
+                f"the program {motion.id!r} names the signal {command.name!r}; wait for its end or cancel it",
+                reason=Reason.WRONG_STATE,
+                signal=command.name,
+                motion=motion.id,
+            )
     signals = {name: signal for name, signal in change.state.signals.items() if name != command.name}
     return replace(change, state=replace(change.state, signals=signals))
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot_kernel.motion.plan import Plan
+from virtualrobot_kernel.motion.program import Program
 from virtualrobot_kernel.world.assumed import Assumed
 from virtualrobot_kernel.world.figures import Figure, Pose
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Signal
@@ -146,12 +146,14 @@ class SetSpeedFactor:
 class StartMotion:
     """Starts a planned motion; refused when the joints are not where the plan starts, or what it assumes has changed.
 
-    `joints` names the plan's columns as (robot, joint); `tool_states` (tool, state) become true when it succeeds.
+    `joints` names the program's columns as (robot, joint); `tool_states` (step, tool, state) become true when their
+    step is done; `searcher` is the robot that searches in the last step, if one does.
     """
 
     joints: tuple[tuple[str, str], ...]
-    plan: Plan
-    tool_states: tuple[tuple[str, str], ...] = ()
+    program: Program
+    tool_states: tuple[tuple[int, str, str], ...] = ()
+    searcher: str = ""
     assumed: Assumed = ()
 
 

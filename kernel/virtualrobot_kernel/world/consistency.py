@@ -85,7 +85,7 @@ def refuse_while_tools_move(change: Change, nodes: Iterable[Node]) -> None:
     """Raise KernelError (ROBOT_BUSY) when a motion is about to bring a tool among the nodes into a state."""
     tools = {node.uid: node.name for node in nodes if node.kind is Kind.TOOL}
     for motion in change.state.motions:
-        for tool, state in motion.tool_states:
+        for _, tool, state in motion.tool_states:
             if tool in tools:
                 raise KernelError(
                     f"the motion {motion.id!r} brings the tool {tools[tool]!r} into the state {state!r}; "

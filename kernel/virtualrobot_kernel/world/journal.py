@@ -57,13 +57,13 @@ def replay(
     """Return the world at `last_tick`: the same commands at the same ticks give the same world, bit for bit."""
     change = Change(structure, state)
     for entry in entries:
-        change = _waited(change, entry.tick, tick_seconds)
+        change = _waited(change, entry.tick, tick_seconds, forward)
         change = apply(change.structure, change.state, entry.commands, forward)
-    return _waited(change, last_tick, tick_seconds)
+    return _waited(change, last_tick, tick_seconds, forward)
 
 
-def _waited(change: Change, tick: int, tick_seconds: float) -> Change:
+def _waited(change: Change, tick: int, tick_seconds: float, forward: Forward) -> Change:
     state = change.state
     while state.tick < tick:
-        state = advance(state, tick_seconds)
+        state = advance(change.structure, state, tick_seconds, forward)
     return Change(change.structure, state)

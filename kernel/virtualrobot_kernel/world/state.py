@@ -40,6 +40,7 @@ class CancelCause(Enum):
     WORLD_CLEARED = "world cleared"
     LEASE_EXPIRED = "lease expired"
     LEASE_TAKEN = "lease taken"
+    SIGNAL_TIMEOUT = "signal timeout"
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,11 +52,26 @@ class Cancellation:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Search:
+    """What a search came to: at which tick it was over, and where the robot was then.
+
+    joint_positions: by name, rad or m; world_t_tcp (4, 4): the chosen tool centre point.
+    """
+
+    found: bool
+    tick: int
+    joint_positions: Mapping[str, float]
+    world_t_tcp: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Motion:
     """A motion that runs or has ended: what it moves and where it is on its path.
 
     `q_index` and `v_index` say where each column of the path goes in q and v; `joints` names the columns as
-    (robot uid, joint name); `tool_states` become true when the motion succeeds; `end_tick` is 0 until it has ended.
+    (robot uid, joint name); `tool_states` (step, tool uid, state) become true when their step is done; `step_count` is
+    0 for moves that are no program; `signals` are all that it names; `searcher` is the robot that searches (a uid; 0:
+    none) and `search` what it came to; `end_tick` is 0 until it has ended.
     """
 
     id: str
@@ -65,7 +81,11 @@ class Motion:
     v_index: NDArray[np.int32]
     running: Moving
     start_tick: int
-    tool_states: tuple[tuple[int, str], ...] = ()
+    tool_states: tuple[tuple[int, int, str], ...] = ()
+    step_count: int = 0
+    signals: frozenset[str] = frozenset()
+    searcher: int = 0
+    search: Search | None = None
     cancellation: Cancellation | None = None
     end_tick: int = 0
 

@@ -170,7 +170,7 @@ class World:
             wait = self._pacer.wait_seconds(time.monotonic())
             if wait == 0.0:
                 self._pacer.ticked(time.monotonic())
-                self._publish(self.snapshot.structure, advance(self.snapshot.state, self.clock.tick_seconds))
+                self._publish(self.snapshot.structure, self._ticked(self.snapshot.state))
                 wait = 0.0
             try:
                 item = self._queue.get(timeout=wait) if wait is None or wait > 0.0 else self._queue.get_nowait()
@@ -216,10 +216,16 @@ class World:
         if not 1 <= ticks <= MAX_STEPS:
             raise KernelError(f"a step takes 1 to {MAX_STEPS} ticks, not {ticks}", ticks=ticks)
         state = self.snapshot.state
+        last = state.tick + ticks
         for _ in range(ticks):
-            state = advance(state, self.clock.tick_seconds)
+            before, state = state, self._ticked(state)
+            if state.signals is not before.signals and state.tick < last:
+                self._publish(self.snapshot.structure, state)  # whoever watches signals is told every change
         self._publish(self.snapshot.structure, state)
         return self.snapshot
+
+    def _ticked(self, state: State) -> State:
+        return advance(self.snapshot.structure, state, self.clock.tick_seconds, self._forward)
 
     def _set_clock(self, mode: Mode, speed_factor: float) -> Snapshot:
         if not 0.01 <= speed_factor <= 100.0:

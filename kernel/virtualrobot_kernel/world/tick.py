@@ -6,50 +6,72 @@ from dataclasses import replace
 
 from virtualrobot_kernel.motion.moving import Given, Phase
 from virtualrobot_kernel.world.apply_motions import override
-from virtualrobot_kernel.world.change import frozen
-from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion, Signal, State
+from virtualrobot_kernel.world.change import Forward, frozen
+from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion, Search, Signal, State
+from virtualrobot_kernel.world.structure import Structure
+from virtualrobot_kernel.world.tcp import world_t_tcp
 
 REMEMBERED = 256
 """How many motions that have ended the state remembers."""
 
 
-def advance(state: State, tick_seconds: float) -> State:
+def advance(structure: Structure, state: State, tick_seconds: float, forward: Forward) -> State:
     """Return the state one tick later."""
     if not state.motions:
         return replace(state, tick=state.tick + 1)
     q, v = state.q.copy(), state.v.copy()
     given = Given(q, {name: signal.value for name, signal in state.signals.items()})
     signals: dict[str, Signal] = {}
-    going: list[Motion] = []
-    ended: list[Motion] = []
+    motions: list[Motion] = []
     tool_states = dict(state.tool_states)
     for motion in state.motions:
+        # One without length has succeeded before its first tick.
+        done = motion.running.steps_done if state.tick > motion.start_tick else 0
         now = motion.running.advance(tick_seconds, override(state, motion), given)
         motion = replace(motion, running=now)
         for name, value in now.signals.items():
-            if signal := state.signals.get(name):  # else it was removed meanwhile
+            if (signal := signals.get(name) or state.signals[name]).value is not value:
                 signals[name] = replace(signal, value=value)
         if now.fault and not motion.cancellation:
             motion = replace(motion, cancellation=Cancellation(CancelCause[now.fault[0]], now.fault[1]))
         position, velocity, _ = now.sample()
         q[motion.q_index] = position
         v[motion.v_index] = velocity
+        for step, tool, name in motion.tool_states:
+            if done <= step < now.steps_done:
+                tool_states[tool] = name
         if now.ended:
             v[motion.v_index] = 0.0
-            cancellation = motion.cancellation
-            if now.phase is Phase.SUCCEEDED:  # even when a cancel came too late
-                tool_states.update(motion.tool_states)
-                cancellation = None
-            ended.append(replace(motion, end_tick=state.tick + 1, cancellation=cancellation))
-        else:
-            going.append(motion)
-    return replace(
+            # None where a cancel came too late.
+            cancellation = None if now.phase is Phase.SUCCEEDED else motion.cancellation
+            motion = replace(motion, end_tick=state.tick + 1, cancellation=cancellation)
+        motions.append(motion)
+    later = replace(
         state,
         tick=state.tick + 1,
         q=frozen(q),
         v=frozen(v),
         signals={**state.signals, **signals} if signals else state.signals,
-        motions=tuple(going),
-        ended=(*state.ended, *ended)[-REMEMBERED:],
         tool_states=tool_states,
+    )
+    for place, motion in enumerate(motions):
+        if motion.running.found is not None and motion.search is None and motion.searcher:
+            # What was found was found as the tick began; what was not, at its goal.
+            at = state if motion.running.found else later
+            motions[place] = replace(motion, search=_search(structure, at, motion, forward))
+    ended = tuple(motion for motion in motions if motion.running.ended)
+    going = tuple(motion for motion in motions if not motion.running.ended)
+    return replace(later, motions=going, ended=(*state.ended, *ended)[-REMEMBERED:])
+
+
+def _search(structure: Structure, state: State, motion: Motion, forward: Forward) -> Search:
+    """Return what the search of a motion came to in this state."""
+    robot = structure.nodes[motion.searcher]
+    positions = state.q[motion.q_index].tolist()
+    named = zip(motion.joints, positions, strict=True)
+    return Search(
+        bool(motion.running.found),
+        state.tick,
+        {name: position for (uid, name), position in named if uid == robot.uid},
+        world_t_tcp(structure, state, forward(structure, state), robot),
     )

@@ -81,7 +81,7 @@ def _placed(snapshot: Snapshot, command: commands.PlacePart) -> Iterable[int]:
 def _started(snapshot: Snapshot, command: commands.StartMotion) -> Iterable[int]:
     structure = snapshot.structure
     yield from named_nodes(structure, (robot for robot, _ in command.joints))
-    for tool in named_nodes(structure, (tool for tool, _ in command.tool_states)):
+    for tool in named_nodes(structure, (tool for _, tool, _ in command.tool_states)):
         yield from _owner(structure, Kind.TOOL, tool)
 
 

@@ -24,10 +24,9 @@ from virtualrobot_kernel.world.commands import (
 )
 from virtualrobot_kernel.world.state import Signal
 from virtualrobot_kernel.world.structure import Kind, LinkData, NodeSpec, RobotData, ToolData
-from virtualrobot_kernel.world.tick import advance
 
-from tests.unit.planning.cell import TICK, cell, chain, pictured, tcp
-from tests.unit.world.builders import after, shifted, world_t
+from tests.unit.planning.cell import cell, chain, pictured, tcp
+from tests.unit.world.builders import after, shifted, ticked, world_t
 
 
 def line(change: Change, reference: str) -> Linear:
@@ -152,8 +151,7 @@ def test_a_frame_on_a_joint_counts_where_the_joint_stands() -> None:
 
     going = after(change, plan_motion(pictured(change), [PointToPoint("belt", {"slide": 1.0})], chain))
     command = plan_motion(pictured(going), [line(going, "belt.tray")], chain)
-    later = replace(going, state=advance(going.state, TICK))
-    assert len(after(later, command).state.motions) == 2
+    assert len(after(ticked(going), command).state.motions) == 2
 
 
 def test_what_carries_arm_and_goal_may_be_moved_with_both() -> None:

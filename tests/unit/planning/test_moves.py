@@ -11,12 +11,9 @@ from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import CreateNodes
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind, NodeSpec, ToolData
-from virtualrobot_kernel.world.tick import advance
 from virtualrobot_sdk.kinematics import Kinematics
 
-from tests.unit.world.builders import after, arm, empty
-
-TICK = 0.004
+from tests.unit.world.builders import TICK, after, arm, empty, ticked
 
 
 def pictured(change: Change) -> Snapshot:
@@ -39,9 +36,9 @@ def test_a_tool_state_without_joints_is_there_with_the_next_tick(cell: Change) -
     cup = started.structure.node("cup").uid
     assert started.state.tool_states[cup] == "off"
     assert started.state.motions[0].robots == (started.structure.node("arm").uid,)
-    ticked = advance(started.state, TICK)
-    assert ticked.tool_states[cup] == "on"
-    assert not ticked.motions
+    later = ticked(started).state
+    assert later.tool_states[cup] == "on"
+    assert not later.motions
 
 
 def test_moves_of_different_joints_go_together_and_those_of_the_same_do_not(cell: Change) -> None:

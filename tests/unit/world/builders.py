@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world import index
@@ -22,7 +24,9 @@ from virtualrobot_kernel.world.structure import (
     RobotData,
     ToolData,
 )
+from virtualrobot_kernel.world.tick import advance
 
+TICK = 0.004
 LIMITS = JointLimits(-2.0, 2.0, 1.0, 4.0, 40.0)
 Z = (0.0, 0.0, 1.0)
 
@@ -95,3 +99,11 @@ def world_t(change: Change, name: str) -> Pose:
     """Return where a node is in the world, shape (4, 4)."""
     structure = change.structure
     return world_poses(structure, change.state)[structure.rows[structure.node(name).uid]]
+
+
+def ticked(change: Change, ticks: int = 1) -> Change:
+    """Return the world some ticks of 4 ms later."""
+    state = change.state
+    for _ in range(ticks):
+        state = advance(change.structure, state, TICK, world_poses)
+    return replace(change, state=state)

@@ -12,10 +12,9 @@ from virtualrobot_kernel.world.actuators import actuator_positions, joint_positi
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import CreateNodes, SetJointPositions, UpdateNode
 from virtualrobot_kernel.world.structure import Actuator, Node, NodeSpec, RobotData
-from virtualrobot_kernel.world.tick import advance
 
-from tests.unit.planning.test_moves import TICK, nobody, pictured
-from tests.unit.world.builders import after, arm, empty
+from tests.unit.planning.test_moves import nobody, pictured
+from tests.unit.world.builders import after, arm, empty, ticked
 
 
 def geared(*actuators: Actuator) -> Change:
@@ -61,9 +60,10 @@ def test_a_move_to_actuator_positions_ends_there(rng: np.random.Generator, ratio
     wanted = ratios @ joints
     world = geared(*coupled(ratios, np.zeros(2)))
     goal = ActuatorGoal({"two": float(wanted[1]), "one": float(wanted[0])})
-    state = after(world, plan_motion(pictured(world), [PointToPoint("arm", goal)], nobody)).state
-    while state.motions:
-        state = advance(state, TICK)
+    going = after(world, plan_motion(pictured(world), [PointToPoint("arm", goal)], nobody))
+    while going.state.motions:
+        going = ticked(going)
+    state = going.state
     np.testing.assert_allclose(actuator_positions(world.structure, node(world), state.q), wanted, atol=1e-9)
 
 

@@ -7,7 +7,8 @@ import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.limits import JointLimits as PlanLimits
 from virtualrobot_kernel.motion.moving import Phase
-from virtualrobot_kernel.motion.plan import Plan, plan_ptp
+from virtualrobot_kernel.motion.plan import plan_ptp
+from virtualrobot_kernel.motion.program import Program, of_plan
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import (
     AttachNode,
@@ -32,11 +33,8 @@ from virtualrobot_kernel.world.structure import (
     RobotData,
     ToolData,
 )
-from virtualrobot_kernel.world.tick import advance
 
-from tests.unit.world.builders import LIMITS, Z, after, arm, empty, link, part, shifted
-
-TICK = 0.004
+from tests.unit.world.builders import LIMITS, Z, after, arm, empty, link, part, shifted, ticked
 
 
 @pytest.fixture
@@ -44,7 +42,7 @@ def cell() -> Change:
     return after(empty(), arm())
 
 
-def plan(**joints: tuple[float, float]) -> Plan:
+def plan(**joints: tuple[float, float]) -> Program:
     """Return the motion of joints from the first to the second value."""
     count = len(joints)
     limits = PlanLimits(
@@ -56,7 +54,7 @@ def plan(**joints: tuple[float, float]) -> Plan:
         np.full(count, 40.0),
     )
     start, goal = zip(*joints.values(), strict=True)
-    return plan_ptp(np.array(start), np.array(goal), limits)
+    return of_plan(plan_ptp(np.array(start), np.array(goal), limits))
 
 
 def moving(cell: Change, **joints: tuple[float, float]) -> Change:
@@ -66,16 +64,14 @@ def moving(cell: Change, **joints: tuple[float, float]) -> Change:
 
 def test_the_slowest_factors_multiply_to_no_standstill(cell: Change) -> None:
     slow = after(moving(cell, a=(0.0, 1.0)), SetSpeedFactor("", 1e-200), SetSpeedFactor("arm", 1e-200))
-    state = slow.state
-    for _ in range(200):
-        state = advance(state, TICK)
+    state = ticked(slow, 200).state
     assert state.motions[0].running.phase is Phase.RUNNING
     assert 0.0 < state.q[0] < 1.0
 
 
 def test_a_stop_leaves_a_motion_without_length_its_success(cell: Change) -> None:
-    gripped = StartMotion((("arm", "f"),), plan(f=(0.04, 0.04)), (("arm_gripper", "closed"),))
-    state = advance(after(cell, gripped, StopMotions()).state, TICK)
+    gripped = StartMotion((("arm", "f"),), plan(f=(0.04, 0.04)), ((0, "arm_gripper", "closed"),))
+    state = ticked(after(cell, gripped, StopMotions())).state
     (motion,) = state.ended
     assert (motion.running.phase, motion.cancellation) == (Phase.SUCCEEDED, None)
     assert list(state.tool_states.values()) == ["closed"]
@@ -169,7 +165,7 @@ def test_a_moving_robot_keeps_what_its_motion_is_about(cell: Change, command: Co
         cell,
         CreateNodes((NodeSpec("adapter", Kind.ADAPTER, "arm.hand"),)),
         AttachNode("arm_gripper", "adapter"),
-        StartMotion((("arm", "f"),), plan(f=(0.04, 0.0)), (("arm_gripper", "closed"),)),
+        StartMotion((("arm", "f"),), plan(f=(0.04, 0.0)), ((0, "arm_gripper", "closed"),)),
     )
     with pytest.raises(KernelError) as refused:
         after(mounted, command)
@@ -216,9 +212,10 @@ def test_a_deep_tree_can_be_removed(cell: Change) -> None:
 
 def test_where_a_motion_may_end_a_joint_may_be(cell: Change) -> None:
     """The planner lets a goal be outside by 1e-6 rad: such a scene must load again."""
-    state = moving(cell, a=(0.0, 2.0 + 0.9e-6)).state
-    while state.motions:
-        state = advance(state, TICK)
+    going = moving(cell, a=(0.0, 2.0 + 0.9e-6))
+    while going.state.motions:
+        going = ticked(going)
+    state = going.state
     assert state.q[0] > 2.0
     again = after(cell, SetJointPositions("arm", coordinates=state.q))
     np.testing.assert_array_equal(again.state.q, state.q)

@@ -28,9 +28,8 @@ from virtualrobot_kernel.world.structure import (
     Structure,
     ToolData,
 )
-from virtualrobot_kernel.world.tick import advance
 
-from tests.unit.world.builders import LIMITS, Z, after, arm, empty, link, shifted
+from tests.unit.world.builders import LIMITS, Z, after, arm, empty, link, shifted, ticked
 from tests.unit.world.test_consistency import plan
 
 FINGER = JointLimits(0.0, 0.04, 0.2, 1.0, 10.0)
@@ -134,9 +133,7 @@ def test_another_robot_s_motion_goes_on(cell: Change) -> None:
     """The joints behind the renamed one are where they were, and so is their motion."""
     moving = after(cell, StartMotion((("behind", "a"),), plan(a=(0.0, 1.0))))
     command: Command = UpdateNode("arm.one", data=turn("shoulder"))
-    renamed_first, moved_first = after(moving, command).state, moving.state
-    for _ in range(100):
-        renamed_first, moved_first = advance(renamed_first, 0.004), advance(moved_first, 0.004)
+    renamed_first, moved_first = ticked(after(moving, command), 100).state, ticked(moving, 100).state
     np.testing.assert_array_equal(renamed_first.q, moved_first.q)
     assert 0.0 < positions(moving.structure, moved_first, "behind")["a"] < 1.0
 

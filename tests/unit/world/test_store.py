@@ -10,6 +10,7 @@ import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.limits import JointLimits as MotionLimits
 from virtualrobot_kernel.motion.plan import plan_ptp
+from virtualrobot_kernel.motion.program import of_plan
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.commands import (
@@ -49,7 +50,7 @@ def turn(goal: float, start: float = 0.0) -> StartMotion:
         name: np.array([value]) for name, value in (("lower", -2), ("upper", 2), ("velocity", 1), ("acceleration", 4))
     }
     limits = MotionLimits(("a",), **one, jerk=np.array([40.0]))
-    return StartMotion((("arm", "a"),), plan_ptp([start], [goal], limits))
+    return StartMotion((("arm", "a"),), of_plan(plan_ptp([start], [goal], limits)))
 
 
 def test_a_batch_is_published_with_its_results(world: World) -> None:

@@ -1,0 +1,273 @@
+"""A program that runs: the stages of a Program, one after the other. Pure: methods return what it is afterwards.
+
+A stage begins in the tick in which the one before has ended, with what remains of that tick, so a program takes as
+long as its stages do. Signals are read as they were at the tick's beginning, those that the program itself has set in
+the tick included. Every value that it sets holds for a tick at least: where a signal is set twice within one tick, the
+later value is told a tick later, and the program does not leave its stage before.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.motion import running
+from virtualrobot_kernel.motion.moving import ENDED, NOTHING, Given, Phase
+from virtualrobot_kernel.motion.polynomial import Array
+from virtualrobot_kernel.motion.program import Program, Stage, Wait
+from virtualrobot_kernel.motion.running import Running
+
+MOST_STAGES = 64
+"""How many stages a tick may end at the most: a tick must stay short, whatever a program says."""
+
+_TOLERANCE = 1e-9
+_NO_SIGNALS: Mapping[str, bool] = {}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ProgramRun:
+    """Where a program is.
+
+    at: the stage; all are done when it is their number. running: how far the stage's plan is; None where it has none
+    or has not begun. waited: how long the stage has waited (s). held (n,): where the joints are that the stage does not
+    move. marked: how many of the stage's marks have been passed. due: signals to set that no tick has told yet.
+    """
+
+    program: Program
+    phase: Phase
+    at: int
+    running: Running | None
+    waited: float
+    held: Array
+    marked: int
+    due: tuple[tuple[str, bool], ...]
+    signals: Mapping[str, bool]
+    found: bool | None = None
+    fault: tuple[str, str] | None = None
+
+    @property
+    def ended(self) -> bool:
+        """Whether it has succeeded or been cancelled."""
+        return self.phase in ENDED
+
+    @property
+    def duration(self) -> float:
+        """How long it takes at full rate, in s; waiting for signals takes no time."""
+        return self.program.duration
+
+    @property
+    def progress(self) -> float:
+        """The share of its duration that is done, 0 to 1; 1 for a program without length."""
+        total = self.program.duration
+        if total <= 0.0:
+            return 1.0
+        return min(1.0, (self.program.begins[self.at] + self._gone) / total)
+
+    @property
+    def steps_done(self) -> int:
+        """How many steps are done; for moves that are no program 1 when they have succeeded."""
+        if self.phase is Phase.SUCCEEDED:
+            return max(1, self.program.step_count)
+        if self.at == len(self.program.stages):
+            return self.program.step_count
+        steps = self.program.stages[self.at].steps
+        return steps[max(0, bisect_right(steps, self._gone, key=_time) - 1)][1]
+
+    @property
+    def _gone(self) -> float:
+        """The planned seconds of the stage that are over."""
+        if self.running is not None:
+            return self.running.tau
+        if self.at == len(self.program.stages):
+            return 0.0
+        return min(self.waited, self.program.stages[self.at].duration)
+
+    def sample(self) -> tuple[Array, Array, Array]:
+        """Return joint positions, velocities and accelerations (n,): rad or m, per s, per s²."""
+        if self.running is None:
+            return self.held, np.zeros_like(self.held), np.zeros_like(self.held)
+        moved = self.running.sample()
+        columns = self.program.places[self.at]
+        if columns is None:
+            return moved
+        q, v, a = self.held.copy(), np.zeros_like(self.held), np.zeros_like(self.held)
+        q[columns], v[columns], a[columns] = moved
+        return q, v, a
+
+    def advance(self, dt: float, override: float, given: Given = NOTHING) -> ProgramRun:
+        """Return the program `dt` seconds later, with the speed `override` in (0, 1] of its motions."""
+        if self.ended:
+            return self
+        return _advanced(_searched(self, given), dt, override, given)
+
+    def pause(self) -> ProgramRun:
+        """Return the program slowing to standstill; at once PAUSED where it stands; a pausing or paused one as it is.
+
+        Raises KernelError (WRONG_STATE) when it is stopping or has ended.
+        """
+        if self.phase in (Phase.PAUSING, Phase.PAUSED):
+            return self
+        _refuse(self, "paused")
+        if self.running is None:
+            return replace(self, phase=Phase.PAUSED)
+        return replace(self, running=self.running.pause(), phase=Phase.PAUSING)
+
+    def resume(self) -> ProgramRun:
+        """Return the program going on after a pause; one that runs or waits as it is.
+
+        Raises KernelError (WRONG_STATE) when it is stopping or has ended.
+        """
+        if self.phase in (Phase.RUNNING, Phase.WAITING):
+            return self
+        _refuse(self, "resumed")
+        if self.running is not None:
+            return replace(self, running=self.running.resume(), phase=Phase.RUNNING)
+        waits = self.at < len(self.program.stages) and self.program.stages[self.at].wait is not None
+        return replace(self, phase=Phase.WAITING if waits else Phase.RUNNING)
+
+    def cancel(self) -> ProgramRun:
+        """Return the program braking to its end; one that stands ends at once, one that stops or has ended stays so.
+
+        Where a motion stands still no later at its goal than by braking it runs on to it; the program is cancelled
+        there, unless nothing follows: then it has succeeded.
+        """
+        if self.phase in (*ENDED, Phase.STOPPING):
+            return self
+        stopping = self.running.cancel() if self.running is not None else None
+        if self.due or (stopping is not None and stopping.phase is Phase.STOPPING):
+            return replace(self, running=stopping, phase=Phase.STOPPING)
+        return replace(self, running=stopping, phase=Phase.CANCELLED)
+
+    def abort(self) -> ProgramRun:
+        """Return the program ended where it is: what it moved is gone."""
+        return replace(self, phase=Phase.CANCELLED)
+
+
+def start(program: Program, override: float) -> ProgramRun:
+    """Return a program at its start, at rest; one without length, signals and waits has succeeded already."""
+    first = program.stages[0]
+    begun = running.start(first.plan, override) if first.plan is not None else None
+    over = begun is not None and begun.ended and not first.marks and len(program.stages) == 1
+    found = False if over and first.until else None
+    phase = Phase.SUCCEEDED if over else Phase.RUNNING
+    return ProgramRun(program, phase, 0, begun, 0.0, program.start, 0, (), _NO_SIGNALS, found)
+
+
+def _searched(run: ProgramRun, given: Given) -> ProgramRun:
+    """Brake where the signal of a search has its value as the tick begins, moving or about to move."""
+    if run.found is not None or run.running is None or run.phase not in (Phase.RUNNING, Phase.PAUSING):
+        return run
+    until = run.program.stages[run.at].until
+    if until is None or given.signals.get(until[0]) != until[1]:
+        return run
+    return replace(run, running=run.running.cancel(), phase=Phase.STOPPING, found=True)
+
+
+def _advanced(run: ProgramRun, dt: float, override: float, given: Given) -> ProgramRun:
+    program, stages = run.program, run.program.stages
+    phase, at, moving, waited, held, marked = run.phase, run.at, run.running, run.waited, run.held, run.marked
+    due, told = list(run.due), dict[str, bool]()
+    found, fault = run.found, None
+    left = dt
+    for _ in range(MOST_STAGES):
+        over = False
+        if at < len(stages) and not (phase is Phase.PAUSED and moving is None):
+            stage = stages[at]
+            if stage.plan is not None:
+                if moving is None and phase is not Phase.STOPPING:
+                    moving = running.start(stage.plan, override)
+                if moving is not None:
+                    if not moving.ended:
+                        moving = moving.advance(left, override, given)
+                        left = moving.left
+                    marked = _mark(stage, moving.tau, marked, due)
+                    over = moving.phase is Phase.SUCCEEDED
+                    phase = phase if moving.ended else moving.phase
+            elif phase is not Phase.STOPPING:
+                marked = _mark(stage, 0.0, marked, due)
+                over = stage.wait is None
+                if stage.wait is not None:
+                    over, waited, left, fault = _waited(stage, stage.wait, waited, left, told, given)
+                    phase = Phase.WAITING
+                    if fault:
+                        phase = Phase.CANCELLED
+        if over:
+            if stages[at].until is not None and found is None:
+                found = False
+            held = _arrived(program, at, held)
+            at, moving, waited, marked = at + 1, None, 0.0, 0
+            if phase is Phase.WAITING:
+                phase = Phase.RUNNING
+            elif phase is Phase.PAUSING and at < len(stages):
+                phase = Phase.PAUSED  # it stands before what comes next
+        _tell(due, told)
+        if due or not over or phase is not Phase.RUNNING or at == len(stages):
+            break
+    if not due and phase not in (Phase.PAUSED, *ENDED):
+        if at == len(stages):
+            phase = Phase.SUCCEEDED
+        elif phase is Phase.STOPPING and (moving is None or moving.ended):
+            phase = Phase.SUCCEEDED if found else Phase.CANCELLED
+    return ProgramRun(program, phase, at, moving, waited, held, marked, tuple(due), told, found, fault)
+
+
+def _mark(stage: Stage, tau: float, marked: int, due: list[tuple[str, bool]]) -> int:
+    """Put the marks up to nominal time `tau` on the list of what is due; return how many have been passed."""
+    while marked < len(stage.marks) and stage.marks[marked][0] <= tau + _TOLERANCE:
+        due.append(stage.marks[marked][1:])
+        marked += 1
+    return marked
+
+
+def _tell(due: list[tuple[str, bool]], told: dict[str, bool]) -> None:
+    """Move from `due` to `told` what this tick can tell: one value of each signal, in order."""
+    while due and told.get(due[0][0], due[0][1]) == due[0][1]:
+        name, value = due.pop(0)
+        told[name] = value
+
+
+def _waited(
+    stage: Stage, wait: Wait, waited: float, left: float, told: Mapping[str, bool], given: Given
+) -> tuple[bool, float, float, tuple[str, str] | None]:
+    """Return whether a wait is over, how long it has taken, what is left of the tick, and the fault when it failed."""
+    if wait.signal and told.get(wait.signal, given.signals.get(wait.signal)) == wait.value:
+        return True, waited, left, None
+    waited += left
+    if wait.seconds == 0.0 or waited < wait.seconds - _TOLERANCE:
+        return False, waited, 0.0, None
+    if not wait.signal:
+        return True, waited, max(0.0, waited - wait.seconds), None
+    step, wanted = stage.steps[0][1], "on" if wait.value else "off"
+    words = f"step {step}: the signal {wait.signal!r} was not {wanted} within {wait.seconds:g} s"
+    return False, waited, 0.0, ("SIGNAL_TIMEOUT", words)
+
+
+def _arrived(program: Program, at: int, held: Array) -> Array:
+    """Return where the joints (n,) are after the stage `at`."""
+    plan = program.stages[at].plan
+    if plan is None:
+        return held
+    columns = program.places[at]
+    if columns is None:
+        return plan.goal
+    held = held.copy()
+    held[columns] = plan.goal
+    return held
+
+
+def _time(step: tuple[float, int]) -> float:
+    return step[0]
+
+
+def _refuse(run: ProgramRun, what: str) -> None:
+    if run.phase in (*ENDED, Phase.STOPPING):
+        raise KernelError(
+            f"a motion that is {run.phase.value} cannot be {what}; only one that is RUNNING, WAITING, PAUSING or "
+            "PAUSED can",
+            reason=Reason.WRONG_STATE,
+            phase=run.phase.value,
+        )
