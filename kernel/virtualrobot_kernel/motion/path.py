@@ -44,7 +44,7 @@ def smooth_path(times: Array, positions: Array, velocities: Array | None) -> Pie
     slope = np.diff(positions, axis=0) / h
     if velocities is None:
         velocities = np.zeros_like(positions)
-        velocities[1:-1] = _solve_tridiagonal(
+        velocities[1:-1] = solve_tridiagonal(
             (1.0 / h[:-1, 0])[1:],
             (2.0 / h[:-1] + 2.0 / h[1:])[:, 0],
             (1.0 / h[1:, 0])[:-1],
@@ -54,13 +54,13 @@ def smooth_path(times: Array, positions: Array, velocities: Array | None) -> Pie
     # Third derivative of the piece before a knot = that of the piece after it, for the quintics of quintic_hermite.
     before = (60.0 * slope[:-1] - 36.0 * velocities[1:-1] - 24.0 * velocities[:-2]) / h[:-1] ** 2
     after = (60.0 * slope[1:] - 36.0 * velocities[1:-1] - 24.0 * velocities[2:]) / h[1:] ** 2
-    accelerations[1:-1] = _solve_tridiagonal(
+    accelerations[1:-1] = solve_tridiagonal(
         (-3.0 / h[:-1, 0])[1:], (9.0 / h[:-1] + 9.0 / h[1:])[:, 0], (-3.0 / h[1:, 0])[:-1], after - before
     )
     return quintic_hermite(times, positions, velocities, accelerations)
 
 
-def _solve_tridiagonal(below: Array, diagonal: Array, above: Array, right: Array) -> Array:
+def solve_tridiagonal(below: Array, diagonal: Array, above: Array, right: Array) -> Array:
     """Solve a diagonally dominant tridiagonal system (m,) for k right sides (m, k) (Thomas algorithm)."""
     count = len(diagonal)
     if count == 0:

@@ -22,8 +22,8 @@ def rotation_matrix(vector: Array) -> Array:
     """Return the rotation (3, 3) about `vector` (3,) by its length (Rodrigues' formula)."""
     angle = float(np.linalg.norm(vector))
     if angle < 1e-12:
-        return np.eye(3) + _skew(vector)
-    axis = _skew(vector / angle)
+        return np.eye(3) + skew(vector)
+    axis = skew(vector / angle)
     return np.eye(3) + np.sin(angle) * axis + (1.0 - np.cos(angle)) * (axis @ axis)
 
 
@@ -54,5 +54,21 @@ def rotation_vector(rotation: Array) -> Array:
     return quaternion[1:] * (2.0 * np.arctan2(length, quaternion[0]) / length)
 
 
-def _skew(v: Array) -> Array:
+def left_jacobian(vector: Array) -> Array:
+    """Return J (3, 3) with angular velocity = J d(vector)/dt of the rotation about `vector` (3,) by its length.
+
+    Source: Chirikjian, Stochastic Models, Information Theory, and Lie Groups 2 (2012), section 10.8.6.
+    """
+    angle = float(np.linalg.norm(vector))
+    cross = skew(vector)
+    if angle < 1e-2:
+        square = angle * angle
+        first, second = 0.5 - square / 24.0 + square**2 / 720.0, 1.0 / 6.0 - square / 120.0 + square**2 / 5040.0
+    else:
+        first, second = (1.0 - np.cos(angle)) / angle**2, (angle - np.sin(angle)) / angle**3
+    return np.eye(3) + first * cross + second * (cross @ cross)
+
+
+def skew(v: Array) -> Array:
+    """Return the matrix (3, 3) that gives v x w when applied to w."""
     return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])

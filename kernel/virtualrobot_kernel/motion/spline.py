@@ -1,0 +1,231 @@
+"""The spline through poses: the tool centre point passes each one; velocity and acceleration never jump on its way.
+
+
+The parameter u grows with the chords, sqrt(distance² + (0.1 m/rad times turn)²) from pose to pose, so that a curve is
+gone evenly. Velocities and accelerations at the poses are those of the cubic spline, which on chords approximates a
+smooth curve to the fourth order (Floater, Chordal cubic spline interpolation is fourth-order accurate, IMA Journal of
+Numerical Analysis 2006), position and orientation alike: the turn from pose to pose, a rotation vector in the base
+frame, is for the angular velocity what the chord is for the velocity. Between two poses position and rotation vector
+are quintics, the latter with the derivatives that make angular velocity and acceleration continuous (as in Park,
+Ravani, Smooth invariant interpolation of rotations, ACM Transactions on Graphics 1997). So the curve is the same
+whatever frame it is given in, and passes each pose exactly.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import ClassVar
+
+import numpy as np
+
+from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.motion.course import Course, turn_between
+from virtualrobot_kernel.motion.path import quintic_hermite, solve_tridiagonal
+from virtualrobot_kernel.motion.polynomial import Array
+from virtualrobot_kernel.motion.rotation import check_pose, left_jacobian, rotation_matrix
+
+#: The most goals of a spline.
+MOST_GOALS = 1000
+#: Poses nearer to each other than this are the same, in m and in rad.
+SAME = 1e-5
+#: What a turn of one radian counts as, in meters.
+TURN_LENGTH = 0.1
+#: At a pose the velocity is at most this times the smaller of the mean ones before and after it, and the acceleration
+#: this much of it by the longer of both times: else a curve would swing out where far poses follow near ones, or turn
+#: where two poses in a row have the same orientation. Evenly spread poses on a smooth curve stay far below.
+_FASTEST, _SHARPEST = 2.0, 4.0
+#: Into how many parts the way between two poses is divided to tell its length.
+_PARTS = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Spline(Course):
+    """The course through poses (n + 1, 4, 4), the first one being the start.
+
+    u (n + 1,): where each one is passed, from 0 to 1. coefficients (n, 6, 6): between two of them, by ascending powers
+    of u - u[k], the position in m and the rotation vector in rad by which the orientation is turned from pose k; base
+    frame. ways (m, 3): rows of u, length in m and angle in rad so far.
+    """
+
+    kind: ClassVar[str] = "spline"
+    noun: ClassVar[str] = "spline"
+
+    poses: Array
+    u: Array
+    coefficients: Array
+    ways: Array
+
+    @property
+    def length(self) -> float:
+        """The length of the way of the position in m, to about a thousandth."""
+        return float(self.ways[-1, 1])
+
+    @property
+    def angle(self) -> float:
+        """The angle that the orientation turns in all in rad, to about a thousandth."""
+        return float(self.ways[-1, 2])
+
+    @property
+    def stations(self) -> tuple[tuple[float, str], ...]:
+        """The goals, in order."""
+        return tuple((float(u), f"goals[{k}]") for k, u in enumerate(self.u[1:]))
+
+    @property
+    def knots(self) -> tuple[float, ...]:
+        """Where poses are passed on the way."""
+        return tuple(self.u[1:-1].tolist())
+
+    def travelled(self, u: float) -> tuple[float, float]:
+        """Return how much of length (m) and angle (rad) is done at the fraction `u`."""
+        length, angle = (float(np.interp(u, self.ways[:, 0], self.ways[:, k])) for k in (1, 2))
+        return length, angle
+
+    def pose(self, u: float) -> Array:
+        """Return base_t_tcp (4, 4) at the fraction `u`."""
+        piece, powers, _ = self._located(u)
+        values = powers @ self.coefficients[piece]
+        pose = np.eye(4)
+        pose[:3, 3] = values[:3]
+        pose[:3, :3] = rotation_matrix(values[3:]) @ self.poses[piece, :3, :3]
+        return pose
+
+    def twist(self, u: float) -> Array:
+        """Return the derivative (6,) of the pose by u: m, then rad, base frame, at the TCP."""
+        piece, powers, slopes = self._located(u)
+        turn = powers @ self.coefficients[piece, :, 3:]
+        rates = slopes @ self.coefficients[piece]
+        rates[3:] = left_jacobian(turn) @ rates[3:]
+        return rates
+
+    def place(self, u: float) -> tuple[str, dict[str, object]]:
+        """Return where `u` is, as of every course, and which goal is the nearest on the way."""
+        words, metadata = super().place(u)
+        nearest = int(np.argmin(np.abs(self.u - u)))
+        goal = "the start" if nearest == 0 else f"goals[{nearest - 1}]"
+        return f"{words}, nearest to {goal},", {**metadata, "goal": nearest - 1}
+
+    def _located(self, u: float) -> tuple[int, Array, Array]:
+        """Return the piece of `u`, the powers of its local parameter (6,) and their derivatives."""
+        knots = self.u
+        piece = min(max(bisect_right(knots, u) - 1, 0), len(knots) - 2)
+        powers = (u - knots[piece]) ** np.arange(6.0)
+        slopes = np.arange(6.0)
+        slopes[1:] *= powers[:-1]
+        return piece, powers, slopes
+
+
+def spline(base_t_start: Array, base_t_goals: Sequence[Array]) -> Spline:
+    """Return the spline from a pose (4, 4) through others, all in the base frame, the last one being its end.
+
+    From pose to pose the orientation turns the shorter way. Raises KernelError when there is no goal or more than
+    1,000, when one is not a pose, or one the same as the one before it.
+    """
+    if not 0 < len(base_t_goals) <= MOST_GOALS:
+        raise KernelError(f"a spline has 1 to {MOST_GOALS} goals, not {len(base_t_goals)}", goals=len(base_t_goals))
+    for number, goal in enumerate(base_t_goals):
+        check_pose(goal, f"goals[{number}] of a spline")
+    poses = np.array([base_t_start, *base_t_goals], dtype=np.float64)
+    turns = np.array([turn_between(one, other) for one, other in pairwise(poses)])
+    chords = np.diff(poses[:, :3, 3], axis=0)
+    _check_apart(chords, turns)
+    widths = np.hypot(np.linalg.norm(chords, axis=1), TURN_LENGTH * np.linalg.norm(turns, axis=1))
+    widths /= widths.sum()
+    u = np.concatenate([[0.0], np.cumsum(widths)])
+    u[-1] = 1.0
+    widths = np.diff(u)
+    speeds, accelerations = _rates_at_knots(widths, chords)
+    path = quintic_hermite(u, poses[:, :3, 3], speeds, accelerations)
+    spins, spin_ups = _rates_at_knots(widths, turns)
+    rotations = [
+        _rotation_piece(width, turn, spins[k : k + 2], spin_ups[k : k + 2])
+        for k, (width, turn) in enumerate(zip(widths, turns, strict=True))
+    ]
+    coefficients = np.concatenate([path.coefficients, rotations], axis=2)
+    course = Spline(poses[0], poses, u, coefficients, np.zeros((2, 3)))
+    return Spline(poses[0], poses, u, coefficients, _ways(course))
+
+
+def _check_apart(chords: Array, turns: Array) -> None:
+    """Raise KernelError when a pose is the same as the one before it."""
+    same = (np.linalg.norm(chords, axis=1) < SAME) & (np.linalg.norm(turns, axis=1) < SAME)
+    for number in np.flatnonzero(same):
+        before = "the start of the spline" if number == 0 else f"goals[{number - 1}]"
+        raise KernelError(
+            f"goals[{number}] of a spline is the same pose as {before}: {1e3 * np.linalg.norm(chords[number]):.3g} mm "
+            f"and {np.linalg.norm(turns[number]):.3g} rad away; leave it out, or let them be {1e3 * SAME:g} mm or "
+            f"{SAME:g} rad apart",
+            goal=number,
+        )
+
+
+def _rates_at_knots(widths: Array, rises: Array) -> tuple[Array, Array]:
+    """Return first and second derivatives (n + 1, 3) at the ends of n pieces of these widths (n,) and rises (n, 3).
+
+    Those of the cubic spline (de Boor, A Practical Guide to Splines, chapter IV), within `_FASTEST` and `_SHARPEST`.
+    At its ends the second derivative goes on as in the next piece, as when the first and last inner knot are none; by
+    no more than one step of it, so that a long piece does not amplify what short ones beside it do.
+    """
+    h, slopes = widths[:, None], rises / widths[:, None]
+    second = np.zeros((len(widths) + 1, 3))
+    if len(widths) == 2:
+        second[:] = 2.0 * (slopes[1] - slopes[0]) / (h[0] + h[1])
+    elif len(widths) > 2:
+        first, last = min(widths[0] / widths[1], 1.0), min(widths[-1] / widths[-2], 1.0)
+        diagonal, above = 2.0 * (widths[:-1] + widths[1:]), widths[1:-1].copy()
+        below = above.copy()
+        diagonal[0] += widths[0] * (1.0 + first)
+        above[0] -= widths[0] * first
+        diagonal[-1] += widths[-1] * (1.0 + last)
+        below[-1] -= widths[-1] * last
+        second[1:-1] = solve_tridiagonal(below, diagonal, above, 6.0 * np.diff(slopes, axis=0))
+        second[0] = second[1] + first * (second[1] - second[2])
+        second[-1] = second[-2] + last * (second[-2] - second[-3])
+    speeds = np.empty_like(second)
+    speeds[:-1] = slopes - h * (2.0 * second[:-1] + second[1:]) / 6.0
+    speeds[-1] = slopes[-1] + h[-1] * (second[-2] + 2.0 * second[-1]) / 6.0
+    amounts = np.linalg.norm(slopes, axis=1)
+    slowest = np.minimum(np.append(amounts, amounts[-1]), np.append(amounts[0], amounts))
+    longest = np.maximum(np.append(widths, 0.0), np.append(0.0, widths))
+    return _at_most(speeds, _FASTEST * slowest), _at_most(second, _SHARPEST * slowest / longest)
+
+
+def _at_most(vectors: Array, greatest: Array) -> Array:
+    """Return vectors (n, 3), those that are longer than `greatest` (n,) as long as that."""
+    lengths = np.linalg.norm(vectors, axis=1)
+    return vectors * np.minimum(1.0, greatest / np.maximum(lengths, 1e-300))[:, None]
+
+
+def _rotation_piece(width: float, turn: Array, spins: Array, spin_ups: Array) -> Array:
+    """Return the quintic (6, 3) of the rotation vector from 0 to `turn` (3,) with angular velocity and acceleration.
+
+    spins, spin_ups (2, 3): angular velocity and acceleration by u at both ends. With the rotation vector r, r' and
+    r'' the angular velocity is J r' and its derivative J r'' + J' r', J being the left Jacobian of the rotations.
+    """
+    inverse = np.linalg.inv(left_jacobian(turn))
+    end_rate = inverse @ spins[1]
+    # J' along r', by differences: J is smooth, and of the order of 1.
+    step = 1e-3 / max(float(np.linalg.norm(end_rate)), 1e-9)
+    shift = step * end_rate
+    slope = (8.0 * (left_jacobian(turn + shift) - left_jacobian(turn - shift))
+             - (left_jacobian(turn + 2.0 * shift) - left_jacobian(turn - 2.0 * shift))) / (12.0 * step)  # fmt: skip
+    end_curvature = inverse @ (spin_ups[1] - slope @ end_rate)
+    piece = quintic_hermite(
+        np.array([0.0, width]),
+        np.array([np.zeros(3), turn]),
+        np.array([spins[0], end_rate]),
+        np.array([spin_ups[0], end_curvature]),
+    )
+    return piece.coefficients[0]
+
+
+def _ways(course: Spline) -> Array:
+    """Return rows of u, length and angle so far, by the midpoint rule."""
+    marks = np.concatenate([begin + np.arange(_PARTS) / _PARTS * (end - begin) for begin, end in pairwise(course.u)])
+    marks = np.append(marks, 1.0)
+    twists = np.array([course.twist(0.5 * (begin + end)) for begin, end in pairwise(marks)])
+    speeds = np.stack([np.linalg.norm(twists[:, :3], axis=1), np.linalg.norm(twists[:, 3:], axis=1)], axis=1)
+    done = np.cumsum(speeds * np.diff(marks)[:, None], axis=0)
+    return np.column_stack([marks, np.concatenate([np.zeros((1, 2)), done])])
