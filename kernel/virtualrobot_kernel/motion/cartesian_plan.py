@@ -1,4 +1,4 @@
-"""The planners of Cartesian motions, LIN and CIRC: one mechanism, whatever the course of the tool centre point is."""
+"""The planners of LIN, CIRC and splines: one mechanism, whatever the course of the tool centre point is."""
 
 from __future__ import annotations
 
@@ -9,15 +9,18 @@ from numpy.typing import ArrayLike
 from virtualrobot_sdk.kinematics import InverseOptions, InverseStatus, Kinematics
 
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.motion.bounds import TcpBound, TimeLaw
 from virtualrobot_kernel.motion.cartesian_path import TcpKinematics, cartesian_path
 from virtualrobot_kernel.motion.circle import Center, Via, arc
 from virtualrobot_kernel.motion.course import Course, EvenCourse
 from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits, checked_joints, checked_scale
 from virtualrobot_kernel.motion.line import line_between
 from virtualrobot_kernel.motion.path import joint_line
+from virtualrobot_kernel.motion.path_law import path_law
 from virtualrobot_kernel.motion.planned import Plan, Track, peaks, planned
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 from virtualrobot_kernel.motion.profile import jerk_limited_profile
+from virtualrobot_kernel.motion.spline import spline
 
 #: A motion that has to be slowed down for a joint is slowed down by this much more.
 _MARGIN = 1.001
@@ -85,6 +88,27 @@ def plan_circ(
     )
 
 
+def plan_spline(
+    kinematics: Kinematics,
+    q_start: Sequence[float] | Array,
+    base_t_goals: Sequence[Array],
+    limits: JointLimits,
+    cartesian_limits: CartesianLimits | None = None,
+    velocity_scale: float = 1.0,
+    tip_t_tcp: ArrayLike | None = None,
+) -> Plan:
+    """Return the motion along a smooth curve through poses (4, 4) of the TCP, base frame; it ends at the last one.
+
+    Position and rotation keep `cartesian_limits` in space, speeds times `velocity_scale` in (0, 1], and the joints
+    their limits. What makes no spline: see `spline.spline`. Other errors as for `plan_lin`, with the goal that is
+    nearest to the place; a singularity on the way to a goal out of reach is UNREACHABLE.
+    """
+    start, tcp = checked_start("spline", kinematics, q_start, limits, tip_t_tcp)
+    course = spline(tcp.pose(start), base_t_goals)
+    path = _path("spline", tcp, course, start, limits)
+    return led(course.kind, path, tcp, limits, cartesian_limits or CartesianLimits(), velocity_scale)
+
+
 def _planned(
     name: str,
     course_from: Callable[[Array], EvenCourse],
@@ -95,23 +119,56 @@ def _planned(
     velocity_scale: float,
     tip_t_tcp: ArrayLike | None,
 ) -> Plan:
-    q_start = checked_joints(q_start, len(limits.names), f"the start of a {name} motion")
-    limits.check(q_start, f"the start of the {name} motion")
-    tcp = TcpKinematics(kinematics, np.eye(4) if tip_t_tcp is None else np.array(tip_t_tcp, dtype=np.float64))
+    q_start, tcp = checked_start(name, kinematics, q_start, limits, tip_t_tcp)
     course = course_from(tcp.pose(q_start))
     bounds = _bounds(course, cartesian_limits, checked_scale(velocity_scale, "velocity scale"))
     if not bounds:
         return planned(course.kind, joint_line(q_start, q_start), jerk_limited_profile(0.0, 1.0, 1.0, 1.0), limits)
+    path = _path(name, tcp, course, q_start, limits)
+    law = slowed_down(path, jerk_limited_profile(1.0, *bounds), limits.scaled(velocity_scale))
+    return planned(course.kind, path, law, limits, course_limits=(bounds[1], bounds[2]))
+
+
+def checked_start(
+    name: str,
+    kinematics: Kinematics,
+    q_start: Sequence[float] | Array,
+    limits: JointLimits,
+    tip_t_tcp: ArrayLike | None,
+) -> tuple[Array, TcpKinematics]:
+    """Return the start (k,) of a motion and the TCP that it leads; raise LimitError when it is outside its limits."""
+    start = checked_joints(q_start, len(limits.names), f"the start of a {name} motion")
+    limits.check(start, f"the start of the {name} motion")
+    return start, TcpKinematics(kinematics, np.eye(4) if tip_t_tcp is None else np.array(tip_t_tcp, dtype=np.float64))
+
+
+def led(
+    kind: str,
+    path: PiecewisePolynomial,
+    tcp: TcpKinematics,
+    limits: JointLimits,
+    cartesian_limits: CartesianLimits,
+    velocity_scale: float,
+) -> Plan:
+    """Return the plan along a joint path by the law that keeps the limits of the joints and of the TCP in space."""
+    slow = cartesian_limits.scaled(velocity_scale)
+    bound = TcpBound(path.start, path.end, slice(0, path.dimension), tcp, slow)
+    law = path_law(path, limits.scaled(velocity_scale), (), (bound,), TimeLaw.JERK_LIMITED)
+    peaks = np.abs(law.states(np.linspace(0.0, law.end, 2000), 3)[2:, :, 0]).max(axis=1)
+    return planned(kind, path, law, limits, course_limits=(float(peaks[0]), float(peaks[1])))
+
+
+def _path(
+    name: str, tcp: TcpKinematics, course: Course, q_start: Array, limits: JointLimits
+) -> PiecewisePolynomial:
     try:
-        path = cartesian_path(tcp, course, q_start, limits)
+        return cartesian_path(tcp, course, q_start, limits)
     except KernelError as error:
         out = _out_of_reach(tcp, course, q_start) if error.reason is Reason.SINGULARITY else None
         if out is None:
             raise
         message = f"the {out} of the {name} motion is out of reach; on the way there {error}"
         raise KernelError(message, reason=Reason.UNREACHABLE, **error.metadata) from error
-    law = slowed_down(path, jerk_limited_profile(1.0, *bounds), limits.scaled(velocity_scale))
-    return planned(course.kind, path, law, limits, course_limits=(bounds[1], bounds[2]))
 
 
 def slowed_down(path: PiecewisePolynomial, law: PiecewisePolynomial, limits: JointLimits) -> PiecewisePolynomial:

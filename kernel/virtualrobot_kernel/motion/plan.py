@@ -1,4 +1,4 @@
-"""The planners: PTP, LIN, CIRC and joint trajectories become plans of plain arrays, or are refused with the place."""
+"""The planners: PTP, LIN, CIRC, splines and joint trajectories become plans, or are refused with the place."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from virtualrobot_kernel.errors import KernelError, LimitError
-from virtualrobot_kernel.motion.cartesian_plan import plan_circ, plan_lin
+from virtualrobot_kernel.motion.cartesian_plan import plan_circ, plan_lin, plan_spline
 from virtualrobot_kernel.motion.limits import TOLERANCE, JointLimits, checked_joints
 from virtualrobot_kernel.motion.path import joint_line, smooth_path
 from virtualrobot_kernel.motion.planned import Plan, plan_together, planned
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 from virtualrobot_kernel.motion.profile import jerk_limited_profile
 
-__all__ = ["Plan", "plan_circ", "plan_lin", "plan_ptp", "plan_together", "plan_trajectory"]
+__all__ = ["Plan", "plan_circ", "plan_lin", "plan_ptp", "plan_spline", "plan_together", "plan_trajectory"]
 
 
 def plan_ptp(

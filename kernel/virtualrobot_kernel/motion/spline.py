@@ -1,6 +1,5 @@
 """The spline through poses: the tool centre point passes each one; velocity and acceleration never jump on its way.
 
-
 The parameter u grows with the chords, sqrt(distance² + (0.1 m/rad times turn)²) from pose to pose, so that a curve is
 gone evenly. Velocities and accelerations at the poses are those of the cubic spline, which on chords approximates a
 smooth curve to the fourth order (Floater, Chordal cubic spline interpolation is fourth-order accurate, IMA Journal of
