@@ -10,43 +10,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
-from virtualrobot_kernel.motion.bounds import TcpBound
 from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
 from virtualrobot_kernel.motion.circle import Center, Via
-from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
+from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.plan import Plan, plan_circ, plan_lin, plan_ptp, plan_together, plan_trajectory
 from virtualrobot_kernel.motion.program import of_plan
 from virtualrobot_kernel.planning.actuators import check_plan
+from virtualrobot_kernel.planning.planned_move import (
+    PlannedMove,
+    PoseGoal,
+    cartesian_limits,
+    joint_limits,
+    led_move,
+    world_t_goal,
+)
 from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_of, flange_t_tcp, solve_inverse
 from virtualrobot_kernel.world.actuators import joint_positions
 from virtualrobot_kernel.world.apply_robots import tool_state
 from virtualrobot_kernel.world.assumed import Assumed, Way, assume
-from virtualrobot_kernel.world.change import inverse, single_joint
+from virtualrobot_kernel.world.change import inverse
 from virtualrobot_kernel.world.commands import StartMotion
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.state import Selection, Snapshot
 from virtualrobot_kernel.world.structure import Kind, Node, RobotData
-
-LINE_VELOCITY = 0.25
-"""The speed of a line or an arc where none is given, in m/s."""
-
-LINE_ACCELERATION = 1.0
-"""The acceleration of a line or an arc where none is given, in m/s^2."""
-
-JERK_RATIO = 10.0
-"""The jerk of a line or an arc in m/s^3 is its acceleration times this (1/s): full acceleration after 0.1 s."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PoseGoal:
-    """Where the chosen tool centre point shall be: `reference_t_tcp` (4, 4) in the frame of the node `reference`.
-
-    With `configuration` only the posture of that name will do.
-    """
-
-    reference_t_tcp: Pose
-    reference: str = ""
-    configuration: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,22 +102,6 @@ class ToolStateMove:
 
 
 Move = PointToPoint | Linear | Circular | JointTrajectory | ToolStateMove
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PlannedMove:
-    """The plan of one move, with one track, and which joints of the robot its columns are.
-
-    What its law keeps besides the joints' own limits: `speed_factor` of their velocities, and `tcp`, the limits of the
-    tool centre point where it is led along a course. tool_states: (tool, state) that are true once it has succeeded.
-    """
-
-    robot: Node
-    joint_names: tuple[str, ...]
-    plan: Plan
-    tool_states: tuple[tuple[str, str], ...] = ()
-    speed_factor: float = 1.0
-    tcp: TcpBound | None = None
 
 
 def plan_motion(snapshot: Snapshot, moves: Sequence[Move], solver_of: SolverOf) -> StartMotion:
@@ -261,11 +231,11 @@ def _linear(snapshot: Snapshot, move: Linear, solver_of: SolverOf) -> PlannedMov
     node = snapshot.structure.node(move.robot, Kind.ROBOT)
     arm = arm_of(snapshot, node)
     limits, start = joint_limits(snapshot, node, arm.joint_names)
-    base_t_goal = inverse(snapshot.world_t(arm.base)) @ _world_t_goal(snapshot, move.goal)
+    base_t_goal = inverse(snapshot.world_t(arm.base)) @ world_t_goal(snapshot, move.goal)
     tcp = TcpKinematics(solver_of(snapshot, arm), flange_t_tcp(snapshot, node))
-    cartesian, speed_factor = _cartesian(move), move.speed_factor or 1.0
+    cartesian, speed_factor = cartesian_limits(move.max_velocity, move.max_acceleration), move.speed_factor or 1.0
     plan = plan_lin(tcp.kinematics, start, base_t_goal, limits, cartesian, speed_factor, tcp.tip_t_tcp)
-    return _led(node, arm, plan, tcp, cartesian, speed_factor)
+    return led_move(node, arm, plan, tcp, cartesian, speed_factor)
 
 
 def _circular(snapshot: Snapshot, move: Circular, solver_of: SolverOf) -> PlannedMove:
@@ -275,7 +245,7 @@ def _circular(snapshot: Snapshot, move: Circular, solver_of: SolverOf) -> Planne
     world_t_reference = snapshot.world_t(snapshot.structure.node(move.reference).uid)
     base_t_reference = inverse(snapshot.world_t(arm.base)) @ world_t_reference
     tcp = TcpKinematics(solver_of(snapshot, arm), flange_t_tcp(snapshot, node))
-    cartesian, speed_factor = _cartesian(move), move.speed_factor or 1.0
+    cartesian, speed_factor = cartesian_limits(move.max_velocity, move.max_acceleration), move.speed_factor or 1.0
     plan = plan_circ(
         tcp.kinematics,
         start,
@@ -287,23 +257,7 @@ def _circular(snapshot: Snapshot, move: Circular, solver_of: SolverOf) -> Planne
         tcp.tip_t_tcp,
         move.with_arc,
     )
-    return _led(node, arm, plan, tcp, cartesian, speed_factor)
-
-
-def _led(
-    node: Node, arm: Arm, plan: Plan, tcp: TcpKinematics, cartesian: CartesianLimits, speed_factor: float
-) -> PlannedMove:
-    """Return the move of an arm whose TCP is led along a course and keeps Cartesian limits."""
-    path = plan.tracks[0].path
-    bound = TcpBound(path.start, path.end, slice(0, path.dimension), tcp, cartesian.scaled(speed_factor))
-    return PlannedMove(node, arm.joint_names, plan, speed_factor=speed_factor, tcp=bound)
-
-
-def _cartesian(move: Linear | Circular) -> CartesianLimits:
-    acceleration = move.max_acceleration or LINE_ACCELERATION
-    return CartesianLimits(
-        velocity=move.max_velocity or LINE_VELOCITY, acceleration=acceleration, jerk=JERK_RATIO * acceleration
-    )
+    return led_move(node, arm, plan, tcp, cartesian, speed_factor)
 
 
 def _joint_trajectory(snapshot: Snapshot, move: JointTrajectory, solver_of: SolverOf) -> PlannedMove:
@@ -348,7 +302,7 @@ PLANNERS: dict[type, Callable[[Snapshot, Any, SolverOf], PlannedMove]] = {
 def _solved(
     snapshot: Snapshot, node: Node, goal: PoseGoal, solver_of: SolverOf
 ) -> tuple[Arm, NDArray[np.float64]]:
-    arm, result = solve_inverse(snapshot, node, _world_t_goal(snapshot, goal), {}, solver_of, goal.configuration)
+    arm, result = solve_inverse(snapshot, node, world_t_goal(snapshot, goal), {}, solver_of, goal.configuration)
     if not len(result.solutions):
         raise KernelError(
             f"{node.name!r} cannot reach the pose: {result.reason}",
@@ -358,21 +312,6 @@ def _solved(
             rotation_error_radians=result.rotation_error,
         )
     return arm, result.solutions[0]
-
-
-def _world_t_goal(snapshot: Snapshot, goal: PoseGoal) -> Pose:
-    return snapshot.world_t(snapshot.structure.node(goal.reference).uid) @ goal.reference_t_tcp
-
-
-def joint_limits(snapshot: Snapshot, node: Node, names: Sequence[str]) -> tuple[JointLimits, NDArray[np.float64]]:
-    """Return the limits of joints and where they are now, (k,) each."""
-    found = [single_joint(snapshot.structure, node, name) for name in names]
-    limits = [joint.limits for joint, _, _ in found]
-    columns = {
-        field: np.array([getattr(one, field) for one in limits])
-        for field in ("lower", "upper", "velocity", "acceleration", "jerk")
-    }
-    return JointLimits(tuple(names), **columns), snapshot.state.q[[place for _, place, _ in found]]
 
 
 def _nearest_turn(goal: NDArray[np.float64], start: NDArray[np.float64], limits: JointLimits) -> NDArray[np.float64]:

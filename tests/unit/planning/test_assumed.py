@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.planning.moves import Linear, Move, PointToPoint, PoseGoal, ToolStateMove, plan_motion
+from virtualrobot_kernel.planning.moves import Linear, Move, PointToPoint, ToolStateMove, plan_motion
+from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.world.change import Change, inverse
 from virtualrobot_kernel.world.commands import (
     AttachNode,

@@ -15,9 +15,9 @@ from virtualrobot_kernel.planning.moves import (
     Linear,
     Move,
     PointToPoint,
-    PoseGoal,
     ToolStateMove,
 )
+from virtualrobot_kernel.planning.planned_move import PoseGoal
 
 
 def wished_move(message: motion_pb2.Move, what: str) -> Move:

@@ -1,0 +1,92 @@
+"""What the planners of all kinds of moves share: goals, limits, and the plan of one move."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from virtualrobot_kernel.motion.bounds import TcpBound
+from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
+from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
+from virtualrobot_kernel.motion.plan import Plan
+from virtualrobot_kernel.planning.notes import Note
+from virtualrobot_kernel.planning.robots import Arm
+from virtualrobot_kernel.world.change import single_joint
+from virtualrobot_kernel.world.figures import Pose
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import Node
+
+LINE_VELOCITY = 0.25
+"""The speed of a line or an arc where none is given, in m/s."""
+
+LINE_ACCELERATION = 1.0
+"""The acceleration of a line or an arc where none is given, in m/s^2."""
+
+JERK_RATIO = 10.0
+"""The jerk of a line or an arc in m/s^3 is its acceleration times this (1/s): full acceleration after 0.1 s."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PoseGoal:
+    """Where the chosen tool centre point shall be: `reference_t_tcp` (4, 4) in the frame of the node `reference`.
+
+    With `configuration` only the posture of that name will do.
+    """
+
+    reference_t_tcp: Pose
+    reference: str = ""
+    configuration: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlannedMove:
+    """The plan of one move, with one track, and which joints of the robot its columns are.
+
+    What its law keeps besides the joints' own limits: `speed_factor` of their velocities, and `tcp`, the limits of the
+    tool centre point where it is led along a course. tool_states: (tool, state) that are true once it has succeeded.
+    notes: what is other than asked, as of step 0.
+    """
+
+    robot: Node
+    joint_names: tuple[str, ...]
+    plan: Plan
+    tool_states: tuple[tuple[str, str], ...] = ()
+    speed_factor: float = 1.0
+    tcp: TcpBound | None = None
+    notes: tuple[Note, ...] = ()
+
+
+def led_move(
+    node: Node, arm: Arm, plan: Plan, tcp: TcpKinematics, cartesian: CartesianLimits, speed_factor: float
+) -> PlannedMove:
+    """Return the move of an arm whose TCP is led along a course and keeps Cartesian limits."""
+    path = plan.tracks[0].path
+    bound = TcpBound(path.start, path.end, slice(0, path.dimension), tcp, cartesian.scaled(speed_factor))
+    return PlannedMove(node, arm.joint_names, plan, speed_factor=speed_factor, tcp=bound)
+
+
+def cartesian_limits(max_velocity: float, max_acceleration: float) -> CartesianLimits:
+    """Return the limits of a TCP that is led, in m/s and m/s^2; 0 stands for the defaults."""
+    acceleration = max_acceleration or LINE_ACCELERATION
+    return CartesianLimits(
+        velocity=max_velocity or LINE_VELOCITY, acceleration=acceleration, jerk=JERK_RATIO * acceleration
+    )
+
+
+def world_t_goal(snapshot: Snapshot, goal: PoseGoal) -> Pose:
+    """Return world_t_tcp (4, 4) of a goal, where its reference is now."""
+    return snapshot.world_t(snapshot.structure.node(goal.reference).uid) @ goal.reference_t_tcp
+
+
+def joint_limits(snapshot: Snapshot, node: Node, names: Sequence[str]) -> tuple[JointLimits, NDArray[np.float64]]:
+    """Return the limits of joints and where they are now, (k,) each."""
+    found = [single_joint(snapshot.structure, node, name) for name in names]
+    limits = [joint.limits for joint, _, _ in found]
+    columns = {
+        field: np.array([getattr(one, field) for one in limits])
+        for field in ("lower", "upper", "velocity", "acceleration", "jerk")
+    }
+    return JointLimits(tuple(names), **columns), snapshot.state.q[[place for _, place, _ in found]]
