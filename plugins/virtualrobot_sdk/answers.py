@@ -79,6 +79,10 @@ def checked_result(value: object, chain: SerialChain, options: InverseOptions) -
         raise nonsense(f"inverse returned {_kind(names)} as configurations; they must be a tuple of texts")
     if len(names) != len(solutions):
         raise nonsense(f"inverse named {len(names)} configurations for {len(solutions)} solutions")
+    angles = value.arm_angles
+    if not isinstance(angles, tuple | list) or len(angles) not in (0, len(solutions)):
+        said = f"{len(angles)} arm angles" if isinstance(angles, tuple | list) else f"{_kind(angles)} as arm angles"
+        raise nonsense(f"inverse returned {said} for {len(solutions)} solutions; it must be a tuple of as many numbers")
     result = replace(
         value,
         solutions=solutions,
@@ -86,7 +90,10 @@ def checked_result(value: object, chain: SerialChain, options: InverseOptions) -
         position_error=_number("position_error", value.position_error),
         rotation_error=_number("rotation_error", value.rotation_error),
         reason=_text("the reason", value.reason),
+        arm_angles=tuple(_number("an arm angle", angle) for angle in angles),
     )
+    if not math.isfinite(sum(result.arm_angles)):
+        raise nonsense(f"inverse returned the arm angles {list(result.arm_angles)}; they must be finite")
     _finite("inverse", solutions)
     if options.respect_limits:
         outside = (solutions < chain.lower - _SLACK) | (solutions > chain.upper + _SLACK)

@@ -76,8 +76,11 @@ def rigid_target(value: ArrayLike, orthonormalise: Callable[[Floats], float] = o
     raise ArgumentError(f"the target pose is no rigid transform: it {said}; it is {target.tolist()}", off=off)
 
 
-def check_options(options: InverseOptions) -> None:
-    """Raise ArgumentError when a tolerance is not positive or a count is negative."""
+def check_options(options: InverseOptions, has_arm_angle: bool = False) -> None:
+    """Raise ArgumentError when a tolerance is not positive, a count is negative, or an arm angle makes no sense.
+
+    An arm angle makes sense for components that have one, which they say by `has_arm_angle`.
+    """
     if not 0.0 < options.position_tolerance < math.inf:
         raise _refused("position_tolerance", options.position_tolerance, "a positive number")
     if not 0.0 < options.rotation_tolerance < math.inf:
@@ -86,6 +89,14 @@ def check_options(options: InverseOptions) -> None:
         raise _refused("max_restarts", options.max_restarts, "0 or more")
     if options.random_seed < 0:
         raise _refused("random_seed", options.random_seed, "0 or more")
+    if options.arm_angle is not None and not has_arm_angle:
+        raise ArgumentError(
+            f"the arm angle {options.arm_angle:g} cannot be given: this component knows none; it is for arms of seven "
+            "joints with spherical shoulder and wrist, solved by `arm_angle`",
+            arm_angle=options.arm_angle,
+        )
+    if options.arm_angle is not None and not math.isfinite(options.arm_angle):
+        raise _refused("arm_angle", options.arm_angle, "a finite number of radians")
 
 
 def _refused(option: str, value: float, right: str) -> ArgumentError:

@@ -75,6 +75,8 @@ class InverseOptions:
     """What random starts are drawn by: equal calls give equal answers to the last bit."""
     configuration: str = ""
     """The name of the only configuration that is wanted; empty: any. A component refuses names that it doesn't know."""
+    arm_angle: float | None = None
+    """The angle of the elbow about the line from shoulder to wrist in rad; None: any. Not all components have one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,6 +101,8 @@ class InverseResult:
     """Steps made in all starts."""
     reason: str = ""
     """Why there is no solution, in words and numbers; of a solved pose, at which singularity it is, if any."""
+    arm_angles: tuple[float, ...] = ()
+    """The arm angle of each solution (rad); empty where the component knows none."""
 
 
 class Kinematics(Protocol):

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from virtualrobot import motion, moves
 from virtualrobot.errors import InvalidArgumentError
+from virtualrobot.redundancy import Lock, Prefer, redundancy
 from virtualrobot.services import Services
 from virtualrobot.v1 import motion_pb2, robot_pb2
 from virtualrobot.wire import joint_map
@@ -27,6 +28,11 @@ class Mover:
     - `wait`: whether to return only at the end.
     - `preempt`: cancel motions in the way instead of being refused with `RobotBusyError`.
     - `on_disconnect`: what the kernel does when this program vanishes, `stop` or `continue`.
+
+    Moves to poses take wishes for joints that the pose does not need, as `solve_inverse` does:
+
+    - `lock`: joints that stand still, radians or meters by name, or a list of names: where they are now.
+    - `prefer`: what free joints are used for: `limits`, `manipulability`, or a posture to be near, by joint name.
     """
 
     def __init__(self, services: Services, name: str) -> None:
@@ -42,19 +48,29 @@ class Mover:
     # Moves: data that is not started yet, for Client.move_together.
 
     def ptp(
-        self, goal: JointPositions | str, *, reference: str = "", configuration: str = "", speed_factor: float = 0.0
+        self,
+        goal: JointPositions | str,
+        *,
+        reference: str = "",
+        configuration: str = "",
+        speed_factor: float = 0.0,
+        lock: Lock = (),
+        arm_angle: float | None = None,
+        prefer: Prefer = "",
     ) -> motion_pb2.Move:
         """Return a point-to-point move: all joints start and end together, straight in joint space.
 
         `goal` is joint values by name, joint values in order (all joints, or those of the chain), a 4x4 pose
         `reference_t_tcp` in the frame of the node `reference` (empty: world), or the name of a posture.
-        `configuration` names the only configuration that will do for a pose, such as `right up noflip`.
+        `configuration` names the only configuration that will do for a pose, such as `right up noflip`, and
+        `arm_angle` says where the elbow shall be, in radians.
         """
         if not isinstance(goal, str | Mapping) and np.shape(goal) != (4, 4):
             goal = self._named(goal)
-        return moves.point_to_point(
+        move = moves.point_to_point(
             self.name, goal, reference=reference, configuration=configuration, speed_factor=speed_factor
         )
+        return self._wished(move, lock, prefer, arm_angle)
 
     def linear(
         self,
@@ -64,9 +80,12 @@ class Mover:
         velocity: float = 0.0,
         acceleration: float = 0.0,
         speed_factor: float = 0.0,
+        lock: Lock = (),
+        prefer: Prefer = "",
     ) -> motion_pb2.Move:
         """Return a straight move of the tool centre point to a 4x4 pose; 0 means 0.25 m/s and 1 m/s^2."""
-        return moves.linear(self.name, reference_t_tcp, reference, velocity, acceleration, speed_factor)
+        move = moves.linear(self.name, reference_t_tcp, reference, velocity, acceleration, speed_factor)
+        return self._wished(move, lock, prefer)
 
     def circular(
         self,
@@ -81,6 +100,8 @@ class Mover:
         velocity: float = 0.0,
         acceleration: float = 0.0,
         speed_factor: float = 0.0,
+        lock: Lock = (),
+        prefer: Prefer = "",
     ) -> motion_pb2.Move:
         """Return a move of the tool centre point along an arc of a circle to the 4x4 pose `goal`.
 
@@ -93,7 +114,7 @@ class Mover:
         - `reference`: the node in whose frame all this is given (empty: world).
         - `velocity`, `acceleration`, `speed_factor`: as for `linear`.
         """
-        return moves.circular(
+        move = moves.circular(
             self.name,
             via,
             goal,
@@ -106,6 +127,7 @@ class Mover:
             acceleration=acceleration,
             speed_factor=speed_factor,
         )
+        return self._wished(move, lock, prefer)
 
     def trajectory(
         self,
@@ -149,16 +171,24 @@ class Mover:
         reference: str = "",
         configuration: str = "",
         speed_factor: float = 0.0,
+        lock: Lock = (),
+        arm_angle: float | None = None,
+        prefer: Prefer = "",
         **options: Any,  # noqa: ANN401
     ) -> motion.Motion:
         """Move the tool centre point to a 4x4 pose, point to point, with the posture nearest to the present one.
 
-        With `configuration` it is the nearest of that name; see `InverseSolution.configurations`.
+        With `configuration` it is the nearest of that name; see `InverseSolution.configurations`. `arm_angle` says
+        where the elbow shall be about the line from shoulder to wrist, in radians, for arms such as the iiwa.
+
+        Example:
+            >>> panda.move_pose(goal, lock={"panda_joint7": 0.5})
+            >>> iiwa.move_pose(goal, arm_angle=0.3)
         """
         move = moves.point_to_point(
             self.name, reference_t_tcp, reference=reference, configuration=configuration, speed_factor=speed_factor
         )
-        return self.start(move, **options)
+        return self.start(self._wished(move, lock, prefer, arm_angle), **options)
 
     def move_to(self, posture: str, *, speed_factor: float = 0.0, **options: Any) -> motion.Motion:  # noqa: ANN401
         """Move to a posture with a name, such as `home`."""
@@ -186,6 +216,8 @@ class Mover:
         velocity: float = 0.0,
         acceleration: float = 0.0,
         speed_factor: float = 0.0,
+        lock: Lock = (),
+        prefer: Prefer = "",
         **options: Any,  # noqa: ANN401
     ) -> motion.Motion:
         """Move the tool centre point straight to a 4x4 pose; 0 means 0.25 m/s and 1 m/s^2.
@@ -200,6 +232,8 @@ class Mover:
                 velocity=velocity,
                 acceleration=acceleration,
                 speed_factor=speed_factor,
+                lock=lock,
+                prefer=prefer,
             ),
             **options,
         )
@@ -217,6 +251,8 @@ class Mover:
         velocity: float = 0.0,
         acceleration: float = 0.0,
         speed_factor: float = 0.0,
+        lock: Lock = (),
+        prefer: Prefer = "",
         **options: Any,  # noqa: ANN401
     ) -> motion.Motion:
         """Move the tool centre point along an arc; see `circular`.
@@ -237,6 +273,8 @@ class Mover:
                 velocity=velocity,
                 acceleration=acceleration,
                 speed_factor=speed_factor,
+                lock=lock,
+                prefer=prefer,
             ),
             **options,
         )
@@ -259,6 +297,26 @@ class Mover:
         """Cancel every motion of this robot; return them."""
         response = self._services.motion.Stop(motion_pb2.StopRequest(robots=[self.name]))
         return [motion.Motion(self._services, message) for message in response.motions]
+
+    def _wished(
+        self, move: motion_pb2.Move, lock: Lock, prefer: Prefer, arm_angle: float | None = None
+    ) -> motion_pb2.Move:
+        """Return a move with what is wished of joints that its goal does not need."""
+        wish = redundancy(lock, arm_angle, prefer, joints_now=self._joints_now)
+        if wish is not None:
+            move.redundancy.CopyFrom(wish)
+        return move
+
+    def _joints_now(self) -> dict[str, float]:
+        """Return where the joints with one coordinate are, by name."""
+        request = robot_pb2.GetRobotStatesRequest(names=[self.name])
+        now = list(self._services.robot.GetRobotStates(request).robots[0].positions)
+        here: dict[str, float] = {}
+        for joint in self.description.joints:
+            values, now = now[: joint.coordinate_count], now[joint.coordinate_count :]
+            if len(values) == 1:
+                here[joint.name] = values[0]
+        return here
 
     def _named(self, positions: JointPositions | None) -> dict[str, float]:
         """Return joint values by name; values in order are those of all joints or of the chain."""

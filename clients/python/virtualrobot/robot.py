@@ -14,6 +14,7 @@ from virtualrobot.geometry import Matrix, poses_from_rows
 from virtualrobot.kinematics_check import KinematicsCheck
 from virtualrobot.leases import Lease, acquire
 from virtualrobot.mover import JointPositions, Mover
+from virtualrobot.redundancy import Lock, Prefer, redundancy
 from virtualrobot.robot_values import (
     Actuator,
     ForwardSolution,
@@ -171,10 +172,22 @@ class Robot(Mover):
         seed: JointPositions | None = None,
         reference: str = "",
         configuration: str = "",
+        *,
+        lock: Lock = (),
+        arm_angle: float | None = None,
+        prefer: Prefer = "",
     ) -> InverseSolution:
         """Return the joints that bring the tool centre point to a 4x4 pose, nearest to `seed` (default: now) first.
 
-        `configuration` names the only one that is wanted, such as `right up noflip`.
+        Args:
+            reference_t_tcp: the pose.
+            seed: where to start from; joints that are not named start as they are now.
+            reference: the node in whose frame the pose is given (empty: world).
+            configuration: the name of the only one that is wanted, such as `right up noflip`.
+            lock: joints that stand still, radians or meters by name, or a list of names: where they are now.
+            arm_angle: where the elbow is about the line from shoulder to wrist, radians, for arms such as the iiwa.
+            prefer: what free joints are used for: `limits` or `manipulability` (to stay away from limits or from
+                singularities), or a posture to be near, by joint name.
 
         Example:
             >>> robot.solve_inverse(virtualrobot.pose(0.5, 0.1, 0.6, roll=np.pi)).best
@@ -186,6 +199,7 @@ class Robot(Mover):
             reference=reference,
             seed=self._named(seed),
             configuration=configuration,
+            redundancy=redundancy(lock, arm_angle, prefer, joints_now=self._joints_now),
         )
         return InverseSolution.of(self._services.robot.SolveInverse(request))
 
@@ -223,13 +237,7 @@ class Robot(Mover):
 
     def gravity_torques(self, positions: Mapping[str, float] | None = None) -> dict[str, float]:
         """Return what holds each joint at rest, N m (sliding joints: N), now or with some joints elsewhere."""
-        now = self.positions.tolist()
-        here: dict[str, float] = {}
-        for joint in self.description.joints:
-            values, now = now[: joint.coordinate_count], now[joint.coordinate_count :]
-            if len(values) == 1:
-                here[joint.name] = values[0]
-        found = self.solve_inverse_dynamics({**here, **(positions or {})})
+        found = self.solve_inverse_dynamics({**self._joints_now(), **(positions or {})})
         return dict(zip(found.joint_names, found.gravity_efforts[0].tolist(), strict=True))
 
     @property

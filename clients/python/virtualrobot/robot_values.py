@@ -161,6 +161,7 @@ class InverseSolution:
         position_error_meters: how far the best attempt was off.
         rotation_error_radians: how far the best attempt was off.
         explanation: why there is no solution, in words.
+        arm_angles: the arm angle of each solution in radians, for arms that have one; otherwise empty.
     """
 
     joint_names: tuple[str, ...]
@@ -169,6 +170,7 @@ class InverseSolution:
     position_error_meters: float
     rotation_error_radians: float
     explanation: str
+    arm_angles: tuple[float, ...] = ()
 
     @staticmethod
     def of(message: robot_pb2.SolveInverseResponse) -> InverseSolution:
@@ -182,6 +184,7 @@ class InverseSolution:
             message.position_error_meters,
             message.rotation_error_radians,
             message.explanation,
+            tuple(message.arm_angles_radians),
         )
 
     @property

@@ -12,6 +12,7 @@ from virtualrobot.v1 import robot_pb2, robot_pb2_grpc
 from virtualrobot_sdk.selfcheck import SelfCheck
 
 from virtualrobot_kernel.api.convert.nodes import JOINT_TYPE_NUMBERS, limits_message
+from virtualrobot_kernel.api.convert.redundancy import wished_redundancy
 from virtualrobot_kernel.api.convert.robots import (
     actuator_messages,
     group_messages,
@@ -136,7 +137,8 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         reference = snapshot.structure.node(request.reference)
         world_t_tcp = snapshot.world_t(reference.uid) @ pose(request.reference_t_tcp, "reference_t_tcp")
         seed, solver_of = dict(request.seed), self._rooms.solvers.of
-        solve = partial(solve_inverse, snapshot, node, world_t_tcp, seed, solver_of, request.configuration)
+        redundancy = wished_redundancy(request.redundancy, "redundancy")
+        solve = partial(solve_inverse, snapshot, node, world_t_tcp, seed, solver_of, request.configuration, redundancy)
         arm, result = await self._rooms.turns.run([node.uid], solve)
         solved = len(result.solutions) > 0
         return robot_pb2.SolveInverseResponse(
@@ -148,6 +150,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
             position_error_meters=result.position_error,
             rotation_error_radians=result.rotation_error,
             explanation=result.reason,
+            arm_angles_radians=result.arm_angles,
         )
 
     async def SetKinematics(

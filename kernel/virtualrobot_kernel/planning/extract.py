@@ -1,4 +1,4 @@
-"""Cut a serial chain out of the forest: the joints between a base row and a tip row, fixed ones folded in."""
+"""Cut a serial chain out of the forest: joints between a base row and a tip row, fixed and locked ones folded in."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from virtualrobot_sdk.kinematics import Codes, Floats, Integers, SerialChain
+from virtualrobot_sdk.reference import joint_motion
 
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.numeric.forest import FIXED, PRISMATIC, REVOLUTE
@@ -77,3 +78,36 @@ def extract_chain(
         joint_names=tuple(joint_names[i] for i in coordinates),
     )
     return chain, np.array(coordinates, np.int32)
+
+
+def lock_coordinates(chain: SerialChain, values: Mapping[int, float]) -> tuple[SerialChain, Integers]:
+    """Return the chain whose coordinates (from 0) in `values` stand still at these radians or metres.
+
+    Also the coordinates that are left, (k - locked,), in order. At least one must be left.
+    """
+    free = np.array([i for i in range(len(chain.joint_names)) if i not in values], np.int32)
+    moving: list[int] = []
+    pre: list[Floats] = []
+    pose = np.eye(4)
+    for i, coordinate in enumerate(chain.q_index):
+        pose = pose @ chain.pre[i]
+        if coordinate not in values:
+            moving.append(i)
+            pre.append(pose)
+            pose = np.eye(4)
+            continue
+        value = np.array(chain.multiplier[i] * values[int(coordinate)] + chain.offset[i])
+        pose = pose @ joint_motion(int(chain.joint_type[i]), chain.axis[i], value)
+    reduced = SerialChain(
+        pre=np.array(pre),
+        axis=np.ascontiguousarray(chain.axis[moving]),
+        joint_type=np.ascontiguousarray(chain.joint_type[moving]),
+        q_index=np.searchsorted(free, chain.q_index[moving]).astype(np.int32),
+        multiplier=np.ascontiguousarray(chain.multiplier[moving]),
+        offset=np.ascontiguousarray(chain.offset[moving]),
+        post=pose @ chain.post,
+        lower=np.array(chain.lower[free]),
+        upper=np.array(chain.upper[free]),
+        joint_names=tuple(chain.joint_names[i] for i in free),
+    )
+    return reduced, free

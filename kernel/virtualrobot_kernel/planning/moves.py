@@ -24,7 +24,8 @@ from virtualrobot_kernel.planning.planned_move import (
     led_move,
     world_t_goal,
 )
-from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_of, flange_t_tcp, solve_inverse
+from virtualrobot_kernel.planning.redundancy import FREE, Redundancy
+from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_of, arm_on_path, flange_t_tcp, solve_inverse
 from virtualrobot_kernel.world.actuators import joint_positions
 from virtualrobot_kernel.world.apply_robots import tool_state
 from virtualrobot_kernel.world.assumed import Assumed, Way, assume
@@ -49,6 +50,7 @@ class PointToPoint:
     robot: str
     goal: Mapping[str, float] | PoseGoal | str | ActuatorGoal
     speed_factor: float = 1.0
+    redundancy: Redundancy = FREE
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,6 +62,7 @@ class Linear:
     speed_factor: float = 1.0
     max_velocity: float = 0.0
     max_acceleration: float = 0.0
+    redundancy: Redundancy = FREE
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,6 +81,7 @@ class Circular:
     speed_factor: float = 1.0
     max_velocity: float = 0.0
     max_acceleration: float = 0.0
+    redundancy: Redundancy = FREE
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -151,8 +155,10 @@ def joints_of(snapshot: Snapshot, moves: Sequence[Move]) -> set[tuple[int, str]]
             names = move.joint_names
         elif isinstance(move, PointToPoint) and not isinstance(move.goal, PoseGoal):
             names = tuple(_positions(node, move.goal))
-        else:
+        elif isinstance(move, PointToPoint):
             names = arm_of(snapshot, node).joint_names
+        else:
+            names = arm_on_path(snapshot, node, move.redundancy).joint_names
         needed |= {(node.uid, name) for name in names}
     return needed
 
@@ -195,7 +201,7 @@ def _references(move: Move) -> tuple[str, ...]:
 def _point_to_point(snapshot: Snapshot, move: PointToPoint, solver_of: SolverOf) -> PlannedMove:
     node = snapshot.structure.node(move.robot, Kind.ROBOT)
     if isinstance(move.goal, PoseGoal):
-        arm, goal = _solved(snapshot, node, move.goal, solver_of)
+        arm, goal = _solved(snapshot, node, move.goal, solver_of, move.redundancy)
         limits, start = joint_limits(snapshot, node, arm.joint_names)
         goal = _nearest_turn(goal, start, limits)
         speed_factor = move.speed_factor or 1.0
@@ -229,7 +235,7 @@ def _positions(node: Node, goal: Mapping[str, float] | PoseGoal | str | Actuator
 
 def _linear(snapshot: Snapshot, move: Linear, solver_of: SolverOf) -> PlannedMove:
     node = snapshot.structure.node(move.robot, Kind.ROBOT)
-    arm = arm_of(snapshot, node)
+    arm = arm_on_path(snapshot, node, move.redundancy)
     limits, start = joint_limits(snapshot, node, arm.joint_names)
     base_t_goal = inverse(snapshot.world_t(arm.base)) @ world_t_goal(snapshot, move.goal)
     tcp = TcpKinematics(solver_of(snapshot, arm), flange_t_tcp(snapshot, node))
@@ -240,7 +246,7 @@ def _linear(snapshot: Snapshot, move: Linear, solver_of: SolverOf) -> PlannedMov
 
 def _circular(snapshot: Snapshot, move: Circular, solver_of: SolverOf) -> PlannedMove:
     node = snapshot.structure.node(move.robot, Kind.ROBOT)
-    arm = arm_of(snapshot, node)
+    arm = arm_on_path(snapshot, node, move.redundancy)
     limits, start = joint_limits(snapshot, node, arm.joint_names)
     world_t_reference = snapshot.world_t(snapshot.structure.node(move.reference).uid)
     base_t_reference = inverse(snapshot.world_t(arm.base)) @ world_t_reference
@@ -300,9 +306,10 @@ PLANNERS: dict[type, Callable[[Snapshot, Any, SolverOf], PlannedMove]] = {
 
 
 def _solved(
-    snapshot: Snapshot, node: Node, goal: PoseGoal, solver_of: SolverOf
+    snapshot: Snapshot, node: Node, goal: PoseGoal, solver_of: SolverOf, redundancy: Redundancy
 ) -> tuple[Arm, NDArray[np.float64]]:
-    arm, result = solve_inverse(snapshot, node, world_t_goal(snapshot, goal), {}, solver_of, goal.configuration)
+    world_t_tcp = world_t_goal(snapshot, goal)
+    arm, result = solve_inverse(snapshot, node, world_t_tcp, {}, solver_of, goal.configuration, redundancy)
     if not len(result.solutions):
         raise KernelError(
             f"{node.name!r} cannot reach the pose: {result.reason}",

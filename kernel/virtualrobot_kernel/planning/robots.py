@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.kinematics import InverseOptions, InverseResult, Kinematics, SerialChain
 
-from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.errors import KernelError, LimitError, Reason, UnknownNameError
+from virtualrobot_kernel.motion.limits import TOLERANCE
 from virtualrobot_kernel.numeric.forest import forward_forest
-from virtualrobot_kernel.planning.extract import extract_chain
+from virtualrobot_kernel.planning.extract import extract_chain, lock_coordinates
+from virtualrobot_kernel.planning.redundancy import FREE, Redundancy
 from virtualrobot_kernel.world.change import check_joint_value, inverse, single_joint
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.state import Snapshot, State
@@ -32,6 +34,7 @@ class Arm:
     """The serial chain of a robot from `base` to `flange` (uids), and where its k coordinates are in q, shape (k,).
 
     `path` holds the rows of the forest between them, base first; `chain` is None when no joint moves the flange.
+    Joints that are `locked`, by their place in q, stand still at these values: they are no coordinates of the chain.
     """
 
     robot: Node
@@ -40,6 +43,7 @@ class Arm:
     q_index: NDArray[np.int32]
     path: NDArray[np.int32]
     chain: SerialChain | None
+    locked: Mapping[int, float] = field(default_factory=dict)
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -137,16 +141,86 @@ def _built(structure: Structure, state: State, robot: Node, index: RobotIndex, b
     return Arm(robot, base, index.flange, q_index, rows, chain)
 
 
+def locked_arm(arm: Arm, joints: Mapping[str, float]) -> Arm:
+    """Return the arm with joints that stand still at these radians or metres; the arm itself without any.
+
+    Raises UnknownNameError for a joint that isn't the arm's, LimitError for a value outside limits, and KernelError
+    when no joint is left.
+    """
+    if not joints:
+        return arm
+    chain, robot = arm.serial(), arm.robot.name
+    values: dict[int, float] = {}
+    for name, value in joints.items():
+        if name not in chain.joint_names:
+            raise UnknownNameError(f"joint that moves the flange of {robot!r}", name, chain.joint_names)
+        place = chain.joint_names.index(name)
+        lower, upper = float(chain.lower[place]), float(chain.upper[place])
+        if not lower - TOLERANCE <= value <= upper + TOLERANCE:
+            raise LimitError(
+                f"the joint {name!r} of {robot!r} cannot be locked at {value:g}; its limits are {lower:g} to {upper:g}",
+                robot=robot,
+                joint=name,
+                value=value,
+                lower=lower,
+                upper=upper,
+            )
+        values[place] = float(value)
+    if len(values) == len(chain.joint_names):
+        raise KernelError(
+            f"all joints that move the flange of {robot!r} are locked ({', '.join(chain.joint_names)}); leave at least "
+            "one free",
+            robot=robot,
+        )
+    reduced, free = lock_coordinates(chain, values)
+    locked = {int(arm.q_index[place]): value for place, value in values.items()}
+    return replace(arm, q_index=arm.q_index[free], chain=reduced, locked=locked)
+
+
+def arm_on_path(snapshot: Snapshot, robot: Node, redundancy: Redundancy) -> Arm:
+    """Return the arm that leads the tool centre point along a path: without the joints that are locked.
+
+    Raises KernelError when a locked joint is not where it is to stand, or an arm angle is asked for.
+    """
+    if redundancy.arm_angle is not None:
+        raise KernelError(
+            f"the arm angle {redundancy.arm_angle:g} is for goals of point-to-point moves; on a path of the tool "
+            "centre point it follows from where the path starts and from the preference",
+            robot=robot.name,
+            field="arm_angle_radians",
+        )
+    whole = arm_of(snapshot, robot)
+    arm = locked_arm(whole, redundancy.locked_joints)
+    names = dict(zip(whole.q_index.tolist(), whole.joint_names, strict=True))
+    for place, value in arm.locked.items():
+        now = float(snapshot.state.q[place])
+        if abs(now - value) > TOLERANCE:
+            raise KernelError(
+                f"the joint {names[place]!r} of {robot.name!r} is locked at {value:.9g}, but it is at {now:.9g}; a "
+                f"path of the tool centre point can lock a joint only where it is at its start, to {TOLERANCE:g}",
+                robot=robot.name,
+                joint=names[place],
+                value=value,
+                current=now,
+            )
+    return arm
+
+
 def tip_of(snapshot: Snapshot, arm: Arm) -> Callable[[NDArray[np.float64]], Pose]:
     """Return what gives base_t_flange (4, 4) of an arm at q (k,): the tree's forward pass, of the arm's rows only."""
     forest, rows = snapshot.structure.forest, arm.path
     coordinate = {int(place): i for i, place in enumerate(arm.q_index)}
+    multiplier, offset = forest.multiplier[rows], forest.offset[rows]
+    for place, value in arm.locked.items():
+        still = forest.q_index[rows] == place
+        offset = np.where(still, multiplier * value + offset, offset)
+        multiplier = np.where(still, 0.0, multiplier)
     fixed = (
         np.arange(1, len(rows) + 1, dtype=np.int32),
         np.arange(-1, len(rows), dtype=np.int32),
         *(_below(np.zeros_like(column[:1]), column[rows]) for column in (forest.joint_type, forest.axis)),
         np.array([0, *(coordinate.get(int(place), 0) for place in forest.q_index[rows])], np.int32),
-        *(_below(np.zeros_like(column[:1]), column[rows]) for column in (forest.multiplier, forest.offset)),
+        *(_below(np.zeros_like(column[:1]), column) for column in (multiplier, offset)),
         _below(np.eye(4)[None], snapshot.state.parent_t_node[rows]),
     )
 
@@ -205,13 +279,37 @@ def solve_inverse(
     seed: Mapping[str, float],
     solver_of: SolverOf,
     configuration: str = "",
+    redundancy: Redundancy = FREE,
 ) -> tuple[Arm, InverseResult]:
     """Return the arm and the joints that bring its chosen tool centre point to `world_t_tcp` (4, 4).
 
-    Only those of one configuration where it is named; an unknown name is refused with the component's own words.
+    Only those of one configuration where it is named; an unknown name is refused with the component's own words. The
+    solutions have all joints of the arm; those that are locked are where they are locked.
     """
     arm = arm_of(snapshot, robot)
-    solver = solver_of(snapshot, arm)
+    reduced = locked_arm(arm, redundancy.locked_joints)
+    solver = solver_of(snapshot, reduced)
     base_t_tip = inverse(snapshot.world_t(arm.base)) @ world_t_tcp @ inverse(flange_t_tcp(snapshot, robot))
-    options = InverseOptions(seed=joint_vector(snapshot, arm, seed), configuration=configuration)
-    return arm, solver.inverse(base_t_tip, options)
+    options = InverseOptions(
+        seed=joint_vector(snapshot, reduced, seed), configuration=configuration, arm_angle=redundancy.arm_angle
+    )
+    result = solver.inverse(base_t_tip, options)
+    if redundancy.arm_angle is not None and len(result.solutions) and not result.arm_angles:
+        raise KernelError(
+            f"the kinematics component of {robot.name!r} knows no arm angle, so {redundancy.arm_angle:g} cannot be "
+            "given; choose `arm_angle`",
+            robot=robot.name,
+            field="arm_angle_radians",
+        )
+    return arm, replace(result, solutions=_expanded(arm, reduced, result.solutions))
+
+
+def _expanded(arm: Arm, reduced: Arm, solutions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return solutions (m, k) of all joints from those of an arm with locked ones."""
+    if not reduced.locked:
+        return solutions
+    every = np.empty((len(solutions), len(arm.q_index)))
+    free = dict(zip(reduced.q_index.tolist(), solutions.T, strict=True))
+    for column, place in zip(every.T, arm.q_index.tolist(), strict=True):
+        column[:] = free[place] if place in free else reduced.locked[place]
+    return every

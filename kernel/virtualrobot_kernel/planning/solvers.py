@@ -6,6 +6,7 @@ import logging
 import queue
 import threading
 import weakref
+from collections import OrderedDict
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -27,8 +28,10 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import Applied
 from virtualrobot_kernel.world.structure import Node, NodeSpec, RobotData, Structure
 
-AUTOMATIC = ("closed_form", "chain")
+AUTOMATIC = ("closed_form", "arm_angle", "chain")
 """What a robot gets that names no component: the first that takes it; only the last one's refusal counts."""
+LOCKED_ARMS = 32
+"""How many components of arms with locked joints are kept ready."""
 CHECK_SEED = 20061
 """What the postures of a self-check are drawn by: the same component on the same robot is always judged alike."""
 
@@ -122,6 +125,7 @@ class Solvers:
         """Take components from this catalog."""
         self._catalog = catalog
         self._kept: dict[int, Tried | _Refused] = {}
+        self._locked_arms: OrderedDict[tuple[int, frozenset[tuple[int, float]]], Tried] = OrderedDict()
         self._locks: dict[int, threading.Lock] = {}
         self._lock = threading.Lock()
         self._closed = False
@@ -133,11 +137,29 @@ class Solvers:
         """Return the component that solves an arm, made and tried now when it has to be.
 
         Raises KernelError: WRONG_STATE when no joint moves the arm's flange; PLUGIN_FAILED when the component can't be
-        made, does not fit or has failed; what it says itself when it refuses robot or settings.
+        made, does not fit or has failed; what it says itself when it refuses robot or settings. An arm with locked
+        joints gets the component that its geometry allows, whatever the robot has.
         """
+        if arm.locked:
+            return self._of_locked(snapshot, arm)
         kept = self._kept_for(snapshot, arm)
         if isinstance(kept, _Refused):
             raise _again(kept.error)
+        return kept.solver
+
+    def _of_locked(self, snapshot: Snapshot, arm: Arm) -> Solver:
+        """Return the component of an arm with locked joints: of those used last some are kept."""
+        chain, uid = arm.serial(), arm.robot.uid
+        key = uid, frozenset(arm.locked.items())
+        with self._lock_of(uid):
+            kept = self._locked_arms.get(key)
+            if kept is None or not _fits(kept, chain, "", {}) or kept.solver.running.fault:
+                kept = self._tried(snapshot, arm, "", {})
+            with self._lock:
+                self._locked_arms[key] = kept
+                self._locked_arms.move_to_end(key)
+                while len(self._locked_arms) > LOCKED_ARMS:
+                    self._locked_arms.popitem(last=False)
         return kept.solver
 
     def name_of(self, snapshot: Snapshot, arm: Arm) -> str:
@@ -223,8 +245,10 @@ class Solvers:
     def close(self) -> None:
         """End all components; no other is made."""
         self._closed = True
-        running = [kept.solver.running for kept in list(self._kept.values()) if isinstance(kept, Tried)]
+        every = [*self._kept.values(), *self._locked_arms.values()]
+        running = [kept.solver.running for kept in every if isinstance(kept, Tried)]
         self._kept.clear()
+        self._locked_arms.clear()
         with ThreadPoolExecutor(max(1, len(running))) as pool:
             list(pool.map(Running.close, running))
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from virtualrobot.v1 import motion_pb2
 
+from virtualrobot_kernel.api.convert.redundancy import wished_redundancy
 from virtualrobot_kernel.api.convert.values import array, by_name, check_enum, finite, pose, vector
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.circle import Center, Via
@@ -18,10 +21,26 @@ from virtualrobot_kernel.planning.moves import (
     ToolStateMove,
 )
 from virtualrobot_kernel.planning.planned_move import PoseGoal
+from virtualrobot_kernel.planning.redundancy import FREE
 
 
 def wished_move(message: motion_pb2.Move, what: str) -> Move:
     """Return what a client wishes one robot to do; raise KernelError that names the field that is wrong."""
+    move = _move(message, what)
+    redundancy = wished_redundancy(message.redundancy, f"{what}.redundancy")
+    if redundancy is FREE:
+        return move
+    if isinstance(move, JointTrajectory | ToolStateMove) or (
+        isinstance(move, PointToPoint) and not isinstance(move.goal, PoseGoal)
+    ):
+        raise KernelError(
+            f"{what}.redundancy is for goals that are poses; this move says where its joints go, so leave it out",
+            field=f"{what}.redundancy",
+        )
+    return replace(move, redundancy=redundancy)
+
+
+def _move(message: motion_pb2.Move, what: str) -> Move:
     kind = message.WhichOneof("move")
     factor = finite(message.speed_factor, f"{what}.speed_factor")
     if factor and not 0.0 < factor <= 1.0:
