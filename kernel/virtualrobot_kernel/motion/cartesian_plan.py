@@ -16,14 +16,17 @@ from virtualrobot_kernel.motion.course import Course, EvenCourse
 from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits, checked_joints, checked_scale
 from virtualrobot_kernel.motion.line import line_between
 from virtualrobot_kernel.motion.path import joint_line
-from virtualrobot_kernel.motion.path_law import path_law
+from virtualrobot_kernel.motion.path_law import law_along, path_law
 from virtualrobot_kernel.motion.planned import Plan, Track, peaks, planned
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 from virtualrobot_kernel.motion.profile import jerk_limited_profile
+from virtualrobot_kernel.motion.rates import Rate, joint_rates
 from virtualrobot_kernel.motion.spline import spline
 
 #: A motion that has to be slowed down for a joint is slowed down by this much more.
 _MARGIN = 1.001
+#: One that has to be slowed down uniformly by more than this gets a law of its own.
+_SLOWED = 1.02
 #: Starts of the search that tells a place out of reach from a singularity on the way to a reachable one.
 _RESTARTS = 200
 
@@ -41,8 +44,8 @@ def plan_lin(
 
     base_t_goal: (4, 4), where the TCP ends; tip_t_tcp: (4, 4), the TCP at the kinematics' last frame (identity when
     None). The law along the line keeps `cartesian_limits`, with speeds times `velocity_scale` in (0, 1]; where a joint
-    cannot follow, the whole motion is slowed down uniformly until every joint keeps its velocity, acceleration and
-    jerk. Errors: see `cartesian_path`; a singularity on the way to a goal out of reach is UNREACHABLE.
+    cannot follow, the motion is slowed down until every joint keeps its velocity, acceleration and jerk. Errors: see
+    `cartesian_path`; a singularity on the way to a goal out of reach is UNREACHABLE.
     """
     goal = np.array(base_t_goal, dtype=np.float64)
     return _planned(
@@ -125,7 +128,7 @@ def _planned(
     if not bounds:
         return planned(course.kind, joint_line(q_start, q_start), jerk_limited_profile(0.0, 1.0, 1.0, 1.0), limits)
     path = _path(name, tcp, course, q_start, limits)
-    law = slowed_down(path, jerk_limited_profile(1.0, *bounds), limits.scaled(velocity_scale))
+    law = _law(path, bounds, limits.scaled(velocity_scale))
     return planned(course.kind, path, law, limits, course_limits=(bounds[1], bounds[2]))
 
 
@@ -169,6 +172,17 @@ def _path(
             raise
         message = f"the {out} of the {name} motion is out of reach; on the way there {error}"
         raise KernelError(message, reason=Reason.UNREACHABLE, **error.metadata) from error
+
+
+def _law(path: PiecewisePolynomial, bounds: Sequence[float], limits: JointLimits) -> PiecewisePolynomial:
+    """Return the faster of the course's own law, slowed down uniformly, and one slowed down where it has to be."""
+    own = jerk_limited_profile(1.0, *bounds)
+    uniform = slowed_down(path, own, limits)
+    if uniform.end <= _SLOWED * own.end:
+        return uniform
+    course = PiecewisePolynomial(path.breaks[[0, -1]], np.ones((1, 1, 1)))
+    local = law_along([*joint_rates(path, limits, ()), Rate(course, 1, np.array(bounds)[:, None])])
+    return min(uniform, local, key=lambda law: law.end)
 
 
 def slowed_down(path: PiecewisePolynomial, law: PiecewisePolynomial, limits: JointLimits) -> PiecewisePolynomial:

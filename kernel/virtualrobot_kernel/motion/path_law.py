@@ -7,13 +7,17 @@ from collections.abc import Sequence
 import numpy as np
 
 from virtualrobot_kernel.motion.bounds import JointBound, TcpBound, TimeLaw
+from virtualrobot_kernel.motion.law_search import cells_of, longest_window, search, spend
 from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
-from virtualrobot_kernel.motion.profile import jerk_limited_profile
 from virtualrobot_kernel.motion.rates import Rate, joint_rates, stretch_needed, tcp_rate
 
-#: A law that has to be slower becomes so by this much more.
-_MARGIN = 1.0005
+#: By how much slower than by its fine grid a law is.
+_MARGIN = 1.0002
+#: The windows that are tried: each this much shorter than the one before, so many at most, and how often each of the
+#: best is tried with another budget.
+_SHORTER, _WINDOWS, _BUDGETS = 0.7, 8, 3
+_COARSE, _FINE = 500, 5000
 
 
 def path_law(
@@ -29,31 +33,50 @@ def path_law(
     `joints` says so only a share of their velocity, and where `tcps` says so the limits of a tool centre point.
     """
     del law
-    rates = [*joint_rates(path, limits, joints), *(tcp_rate(path, bound) for bound in tcps)]
-    return _uniform(path, rates)
+    return law_along([*joint_rates(path, limits, joints), *(tcp_rate(path, bound) for bound in tcps)])
 
 
-def _uniform(path: PiecewisePolynomial, rates: Sequence[Rate]) -> PiecewisePolynomial:
-    """Return the double S from end to end, stretched until every limit is kept."""
-    unit = jerk_limited_profile(path.end - path.start, 1.0, 1.0, 1.0)
-    profile = PiecewisePolynomial(unit.breaks, unit.coefficients + _offset(path.start, unit.coefficients))
-    return _kept(profile, rates)
+def law_along(rates: Sequence[Rate]) -> PiecewisePolynomial:
+    """Return the jerk-limited law over the range of the first rate that keeps the limits of all; see `law_search`."""
+    cells = cells_of(rates)
+    usual = np.ones(cells.count)
+    found: dict[float, PiecewisePolynomial] = {}
+    window = longest_window(cells) / _SHORTER
+    for _ in range(_WINDOWS):
+        law = search(cells, window, usual)
+        if law is not None:
+            found[window] = _stretched(law, rates, _COARSE)
+            ends = [one.end for one in found.values()]
+            if len(ends) > 2 and ends[-1] > ends[-2] > ends[-3]:
+                break
+        window *= _SHORTER
+    best = min(found, key=lambda one: found[one].end)
+    tried = [found[best]]
+    for window in (best, best * _SHORTER):
+        budget = usual
+        for _ in range(_BUDGETS):
+            law = search(cells, window, budget)
+            if law is None:
+                break
+            taus = _grid(law, rates, _COARSE)
+            needed = stretch_needed(rates, law, taus)
+            tried.append(law.stretched(law.end * float(needed.max())))
+            budget = spend(cells, budget, law, taus, needed[2], window)
+    return kept(min(tried, key=lambda one: one.end), rates)
 
 
-def _offset(start: float, coefficients: Array) -> Array:
-    return np.array([start] + [0.0] * (coefficients.shape[1] - 1))[None, :, None]
+def kept(law: PiecewisePolynomial, rates: Sequence[Rate]) -> PiecewisePolynomial:
+    """Return the law as fast as the limits of the rates allow, by a fine grid and a margin for what lies between."""
+    law = _stretched(law, rates, _FINE)
+    return law.stretched(law.end * _MARGIN)
 
 
-def _kept(law: PiecewisePolynomial, rates: Sequence[Rate]) -> PiecewisePolynomial:
-    """Return the law as fast or as slow as the limits want it to be, verified on a second, finer grid."""
-    law = law.stretched(law.end * float(stretch_needed(rates, law, _grid(law, rates, 2000)).max()))
-    while (need := float(stretch_needed(rates, law, _grid(law, rates, 7001)).max())) > 1.0:
-        law = law.stretched(law.end * need * _MARGIN)
-    return law
+def _stretched(law: PiecewisePolynomial, rates: Sequence[Rate], points: int) -> PiecewisePolynomial:
+    return law.stretched(law.end * float(stretch_needed(rates, law, _grid(law, rates, points)).max()))
 
 
 def _grid(law: PiecewisePolynomial, rates: Sequence[Rate], points: int) -> Array:
-    """Return nominal times that cover the law, both sides of each of its breaks included."""
+    """Return increasing nominal times that cover the law, both sides of each of its breaks included."""
     breaks = law.breaks
     points = max(points, 8 * sum(len(rate.polynomial.coefficients) for rate in rates))
-    return np.concatenate([np.linspace(breaks[0], breaks[-1], points), breaks, np.nextafter(breaks, -np.inf)])
+    return np.sort(np.concatenate([np.linspace(breaks[0], breaks[-1], points), breaks, np.nextafter(breaks, -np.inf)]))

@@ -43,6 +43,12 @@ class Rate:
         """Where its range ends."""
         return self.polynomial.end
 
+    def lengths(self, vectors: Array) -> Array:
+        """Return the lengths (m, n / size) of the quantities' vectors (m, n)."""
+        if self.size == 1:
+            return np.abs(vectors)
+        return np.linalg.norm(vectors.reshape(len(vectors), -1, self.size), axis=2)
+
 
 def joint_rates(path: PiecewisePolynomial, limits: JointLimits, bounds: Sequence[JointBound]) -> list[Rate]:
     """Return the rates of the joints on the whole path, and on the ranges where they have to be slower."""
@@ -115,26 +121,21 @@ def fitted(function: Callable[[float], Array], breaks: Array) -> PiecewisePolyno
     )
 
 
-def stretch_needed(rates: Sequence[Rate], law: PiecewisePolynomial, taus: Array, orders: int = 3) -> Array:
-    """Return by how much the law has to be slower at each nominal time (m,), for every limit to be kept there.
+def stretch_needed(rates: Sequence[Rate], law: PiecewisePolynomial, taus: Array) -> Array:
+    """Return by how much the law has to be slower at each nominal time (m,), for each limit to be kept there: (3, m).
 
-    A stretch by c divides velocities by c, accelerations by c², jerks by c³. orders: 2 leaves the jerk out.
+    Rows: velocity, acceleration, jerk. A stretch by c divides velocities by c, accelerations by c², jerks by c³.
     """
     s, s1, s2, s3 = law.states(taus, 3)[:, :, 0]
-    needed = np.zeros(len(taus))
+    needed = np.zeros((3, len(taus)))
     for rate in rates:
         at = np.flatnonzero((s >= rate.begin) & (s <= rate.end))
         if not len(at):
             continue
         f, f1, f2 = rate.polynomial.states(s[at], 2)
         x1, x2, x3 = s1[at, None], s2[at, None], s3[at, None]
-        vectors = [f * x1, f * x2 + f1 * x1**2]
-        if orders == 3:
-            vectors.append(f * x3 + 3.0 * f1 * x1 * x2 + f2 * x1**3)
-        for k, vector in enumerate(vectors):
-            values = (
-                np.abs(vector) if rate.size == 1 else np.linalg.norm(vector.reshape(len(at), -1, rate.size), axis=2)
-            )
-            share = (values / rate.limits[k]).max(axis=1) ** (1.0 / (k + 1))
-            needed[at] = np.maximum(needed[at], share)
-    return needed
+        vectors = (f * x1, f * x2 + f1 * x1**2, f * x3 + 3.0 * f1 * x1 * x2 + f2 * x1**3)
+        for row, vector, limit in zip(needed, vectors, rate.limits, strict=True):
+            share = rate.lengths(vector) / limit
+            row[at] = np.maximum(row[at], share.max(axis=1))
+    return needed ** np.array([[1.0], [1.0 / 2.0], [1.0 / 3.0]])

@@ -5,12 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from virtualrobot_kernel.motion.bounds import JointBound, TcpBound, TimeLaw
+from virtualrobot_kernel.motion.brake import nominal_time
 from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
-from virtualrobot_kernel.motion.path import smooth_path
+from virtualrobot_kernel.motion.cartesian_plan import slowed_down
+from virtualrobot_kernel.motion.limits import CartesianLimits
+from virtualrobot_kernel.motion.path import joint_line, smooth_path
 from virtualrobot_kernel.motion.path_law import path_law
+from virtualrobot_kernel.motion.plan import plan_lin, plan_ptp
 from virtualrobot_kernel.motion.planned import Track
+from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
+from virtualrobot_kernel.motion.profile import jerk_limited_profile
 
-from .motions import FINE, arm_limits, kinematics, random_line
+from .motions import FINE, arm_limits, kinematics, random_limits, random_line
 
 
 @pytest.mark.parametrize("name", ["iiwa", "xarm6", "puma560"])
@@ -43,3 +49,56 @@ def test_a_law_is_at_rest_at_both_ends_and_covers_the_whole_path(rng: np.random.
     assert law.coefficients.shape[1] == 4
     np.testing.assert_allclose(law.state(0.0, 2)[:, 0], [times[0], 0.0, 0.0], atol=1e-9)
     np.testing.assert_allclose(law.state(law.end, 2)[:, 0], [times[-1], 0.0, 0.0], atol=1e-9)
+
+
+def test_on_a_straight_path_it_is_nearly_as_fast_as_the_double_s(rng: np.random.Generator) -> None:
+    """The double S is ruckig's, whose law is the fastest one."""
+    for _ in range(6):
+        limits = random_limits(rng, 7)
+        start, goal = rng.uniform(limits.lower, limits.upper, (2, 7))
+        goal = start + rng.choice([1.0, 0.05]) * (goal - start)
+        law = path_law(joint_line(start, goal), limits, [], [], TimeLaw.JERK_LIMITED)
+        best = plan_ptp(start, goal, limits).duration
+        assert best <= law.end <= 1.06 * best
+
+
+def test_a_line_near_a_singularity_is_slow_only_there() -> None:
+    """The wrist of the Puma is singular where joint 5 is 0: the line passes it at 0.1 rad, in its middle."""
+    chain, limits = kinematics("puma560"), arm_limits("puma560")
+    middle = np.array([0.1, -0.7, -0.5, 0.2, 0.1, 0.3])
+    start, goal = chain.forward(middle)[-1], chain.forward(middle)[-1]
+    start[1, 3] -= 0.1
+    goal[1, 3] += 0.1
+    plan = plan_lin(chain, plan_lin(chain, middle, start, limits).goal, goal, limits)
+    path = plan.tracks[0].path
+    usual = CartesianLimits()
+    own = jerk_limited_profile(1.0, usual.velocity / 0.2, usual.acceleration / 0.2, usual.jerk / 0.2)
+    assert plan.duration < 0.6 * slowed_down(path, own, limits).end
+    _, v, a, j = plan.derivatives(np.arange(0.0, plan.duration, FINE))
+    assert np.all(np.abs(v) <= limits.velocity)
+    assert np.all(np.abs(a) <= limits.acceleration)
+    assert np.all(np.abs(j) <= limits.jerk)
+    # The position is u times 0.2 m along the line.
+    _, u1, u2, u3 = np.abs(plan.tracks[0].time_law.states(np.arange(0.0, plan.duration, FINE), 3)[:, :, 0]).max(axis=1)
+    assert 0.2 * u1 <= usual.velocity
+    assert 0.2 * u2 <= usual.acceleration
+    assert 0.2 * u3 <= usual.jerk
+
+
+def test_a_limit_on_a_part_of_the_path_slows_that_part_alone(rng: np.random.Generator) -> None:
+    path, limits = smooth_path(np.arange(6.0), rng.uniform(-1.5, 1.5, (6, 7)), None), arm_limits("iiwa")
+    free = path_law(path, limits, [], [], TimeLaw.JERK_LIMITED)
+    slow = path_law(path, limits, [JointBound(2.2, 2.6, np.full(7, 0.1))], [], TimeLaw.JERK_LIMITED)
+
+    def seconds(law: PiecewisePolynomial, begin: float, end: float) -> float:
+        return nominal_time(law, end, 0.0) - nominal_time(law, begin, 0.0)
+
+    assert seconds(slow, 2.2, 2.6) > 2.0 * seconds(free, 2.2, 2.6)
+    assert seconds(slow, 3.5, 5.0) < 1.1 * seconds(free, 3.5, 5.0)
+
+
+def test_the_same_path_has_the_same_law_to_the_last_bit(rng: np.random.Generator) -> None:
+    path = smooth_path(np.arange(5.0), rng.uniform(-1.5, 1.5, (5, 7)), None)
+    one, other = (path_law(path, arm_limits("iiwa"), [], [], TimeLaw.JERK_LIMITED) for _ in range(2))
+    np.testing.assert_array_equal(one.breaks, other.breaks)
+    np.testing.assert_array_equal(one.coefficients, other.coefficients)
