@@ -1,0 +1,44 @@
+"""Splines through poses: from goals, each in the frame of a node of its own, to a planned move."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
+from virtualrobot_kernel.motion.cartesian_plan import plan_spline
+from virtualrobot_kernel.planning.planned_move import (
+    PlannedMove,
+    PoseGoal,
+    cartesian_limits,
+    joint_limits,
+    led_move,
+    world_t_goal,
+)
+from virtualrobot_kernel.planning.robots import SolverOf, arm_of, flange_t_tcp
+from virtualrobot_kernel.world.change import inverse
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import Kind
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Spline:
+    """A smooth curve of the tool centre point through poses; 0 stands for the default speed, as for a line."""
+
+    robot: str
+    goals: tuple[PoseGoal, ...]
+    speed_factor: float = 1.0
+    max_velocity: float = 0.0
+    max_acceleration: float = 0.0
+
+
+def spline_move(snapshot: Snapshot, move: Spline, solver_of: SolverOf) -> PlannedMove:
+    """Return the planned move; raise KernelError with the place and the goal nearest to it."""
+    node = snapshot.structure.node(move.robot, Kind.ROBOT)
+    arm = arm_of(snapshot, node)
+    limits, start = joint_limits(snapshot, node, arm.joint_names)
+    base_t_world = inverse(snapshot.world_t(arm.base))
+    goals = [base_t_world @ world_t_goal(snapshot, goal) for goal in move.goals]
+    tcp = TcpKinematics(solver_of(snapshot, arm), flange_t_tcp(snapshot, node))
+    cartesian, speed_factor = cartesian_limits(move.max_velocity, move.max_acceleration), move.speed_factor or 1.0
+    plan = plan_spline(tcp.kinematics, start, goals, limits, cartesian, speed_factor, tcp.tip_t_tcp)
+    return led_move(node, arm, plan, tcp, cartesian, speed_factor)
