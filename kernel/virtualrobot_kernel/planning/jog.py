@@ -21,7 +21,8 @@ from virtualrobot_kernel.planning.planned_move import (
     joint_limits,
     led_move,
 )
-from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_of, flange_t_tcp, tcp_frame
+from virtualrobot_kernel.planning.redundancy import FREE, Redundancy
+from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_on_path, flange_t_tcp, tcp_frame
 from virtualrobot_kernel.world.actuators import actuators_of
 from virtualrobot_kernel.world.change import inverse, single_joint
 from virtualrobot_kernel.world.state import Snapshot
@@ -69,6 +70,7 @@ class CartesianJog:
     velocity: float = 0.0
     distance: float | None = None
     speed_factor: float = 1.0
+    redundancy: Redundancy = FREE
 
 
 def joint_jog(snapshot: Snapshot, move: JointJog, solver_of: SolverOf) -> PlannedMove:
@@ -90,7 +92,7 @@ def joint_jog(snapshot: Snapshot, move: JointJog, solver_of: SolverOf) -> Planne
 def cartesian_jog(snapshot: Snapshot, move: CartesianJog, solver_of: SolverOf) -> PlannedMove:
     """Return the planned move of a tool centre point."""
     node = snapshot.structure.node(move.robot, Kind.ROBOT)
-    arm = arm_of(snapshot, node)
+    arm = arm_on_path(snapshot, node, move.redundancy)
     limits, start = joint_limits(snapshot, node, arm.joint_names)
     direction = _base_direction(snapshot, node, arm, move)
     tcp = TcpKinematics(solver_of(snapshot, arm), flange_t_tcp(snapshot, node))

@@ -16,6 +16,7 @@ from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.plan import Plan, plan_circ, plan_lin, plan_ptp, plan_together, plan_trajectory
 from virtualrobot_kernel.motion.program import of_plan
 from virtualrobot_kernel.planning.actuators import check_plan
+from virtualrobot_kernel.planning.jog import CartesianJog, JogFrame, JointJog, cartesian_jog, joint_jog
 from virtualrobot_kernel.planning.planned_move import (
     PlannedMove,
     PoseGoal,
@@ -26,6 +27,7 @@ from virtualrobot_kernel.planning.planned_move import (
 )
 from virtualrobot_kernel.planning.redundancy import FREE, Redundancy
 from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_of, arm_on_path, flange_t_tcp, solve_inverse
+from virtualrobot_kernel.planning.spline import Spline, spline_move
 from virtualrobot_kernel.world.actuators import joint_positions
 from virtualrobot_kernel.world.apply_robots import tool_state
 from virtualrobot_kernel.world.assumed import Assumed, Way, assume
@@ -105,7 +107,10 @@ class ToolStateMove:
     speed_factor: float = 1.0
 
 
-Move = PointToPoint | Linear | Circular | JointTrajectory | ToolStateMove
+Move = PointToPoint | Linear | Circular | Spline | JointTrajectory | ToolStateMove | JointJog | CartesianJog
+
+LED = (Linear, Circular, Spline, CartesianJog)
+"""What leads the tool centre point along a course."""
 
 
 def plan_motion(snapshot: Snapshot, moves: Sequence[Move], solver_of: SolverOf) -> StartMotion:
@@ -153,6 +158,8 @@ def joints_of(snapshot: Snapshot, moves: Sequence[Move]) -> set[tuple[int, str]]
             names: Sequence[str] = tuple(_tool_positions(snapshot, node, move)[1])
         elif isinstance(move, JointTrajectory):
             names = move.joint_names
+        elif isinstance(move, JointJog):
+            names = (move.joint,)
         elif isinstance(move, PointToPoint) and not isinstance(move.goal, PoseGoal):
             names = tuple(_positions(node, move.goal))
         elif isinstance(move, PointToPoint):
@@ -168,7 +175,7 @@ def solved_robots(snapshot: Snapshot, moves: Sequence[Move]) -> set[int]:
     return {
         snapshot.structure.node(move.robot, Kind.ROBOT).uid
         for move in moves
-        if isinstance(move, Linear | Circular) or (isinstance(move, PointToPoint) and isinstance(move.goal, PoseGoal))
+        if isinstance(move, LED) or (isinstance(move, PointToPoint) and isinstance(move.goal, PoseGoal))
     }
 
 
@@ -194,6 +201,10 @@ def _references(move: Move) -> tuple[str, ...]:
     """Return the nodes in whose frames the goals of a move are."""
     if isinstance(move, Circular):
         return (move.reference,)
+    if isinstance(move, Spline):
+        return tuple(dict.fromkeys(goal.reference for goal in move.goals))
+    if isinstance(move, CartesianJog):
+        return (move.node,) if move.frame is JogFrame.NODE else ()
     goal = getattr(move, "goal", None)
     return (goal.reference,) if isinstance(goal, PoseGoal) else ()
 
@@ -302,6 +313,9 @@ PLANNERS: dict[type, Callable[[Snapshot, Any, SolverOf], PlannedMove]] = {
     Circular: _circular,
     JointTrajectory: _joint_trajectory,
     ToolStateMove: _tool_state,
+    Spline: spline_move,
+    JointJog: joint_jog,
+    CartesianJog: cartesian_jog,
 }
 
 

@@ -14,7 +14,8 @@ from virtualrobot_kernel.planning.planned_move import (
     led_move,
     world_t_goal,
 )
-from virtualrobot_kernel.planning.robots import SolverOf, arm_of, flange_t_tcp
+from virtualrobot_kernel.planning.redundancy import FREE, Redundancy
+from virtualrobot_kernel.planning.robots import SolverOf, arm_on_path, flange_t_tcp
 from virtualrobot_kernel.world.change import inverse
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind
@@ -29,12 +30,13 @@ class Spline:
     speed_factor: float = 1.0
     max_velocity: float = 0.0
     max_acceleration: float = 0.0
+    redundancy: Redundancy = FREE
 
 
 def spline_move(snapshot: Snapshot, move: Spline, solver_of: SolverOf) -> PlannedMove:
     """Return the planned move; raise KernelError with the place and the goal nearest to it."""
     node = snapshot.structure.node(move.robot, Kind.ROBOT)
-    arm = arm_of(snapshot, node)
+    arm = arm_on_path(snapshot, node, move.redundancy)
     limits, start = joint_limits(snapshot, node, arm.joint_names)
     base_t_world = inverse(snapshot.world_t(arm.base))
     goals = [base_t_world @ world_t_goal(snapshot, goal) for goal in move.goals]

@@ -7,10 +7,13 @@ from dataclasses import replace
 import numpy as np
 from virtualrobot.v1 import motion_pb2
 
+from virtualrobot_kernel.api.convert.jogs import cartesian_jog, joint_jog
 from virtualrobot_kernel.api.convert.redundancy import wished_redundancy
 from virtualrobot_kernel.api.convert.values import array, by_name, check_enum, finite, pose, vector
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.circle import Center, Via
+from virtualrobot_kernel.motion.spline import MOST_GOALS
+from virtualrobot_kernel.planning.jog import JointJog
 from virtualrobot_kernel.planning.moves import (
     ActuatorGoal,
     Circular,
@@ -22,6 +25,7 @@ from virtualrobot_kernel.planning.moves import (
 )
 from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.planning.redundancy import FREE
+from virtualrobot_kernel.planning.spline import Spline
 
 
 def wished_move(message: motion_pb2.Move, what: str) -> Move:
@@ -30,7 +34,7 @@ def wished_move(message: motion_pb2.Move, what: str) -> Move:
     redundancy = wished_redundancy(message.redundancy, f"{what}.redundancy")
     if redundancy is FREE:
         return move
-    if isinstance(move, JointTrajectory | ToolStateMove) or (
+    if isinstance(move, JointTrajectory | ToolStateMove | JointJog) or (
         isinstance(move, PointToPoint) and not isinstance(move.goal, PoseGoal)
     ):
         raise KernelError(
@@ -54,8 +58,14 @@ def _move(message: motion_pb2.Move, what: str) -> Move:
         return Linear(message.robot, goal, factor, *_rates(linear, f"{what}.linear"))
     if kind == "circular":
         return _circular(message.robot, message.circular, factor, f"{what}.circular")
+    if kind == "spline":
+        return _spline(message.robot, message.spline, factor, f"{what}.spline")
     if kind == "joint_trajectory":
         return _trajectory(message, what)
+    if kind == "joint_jog":
+        return joint_jog(message.robot, message.joint_jog, factor, f"{what}.joint_jog")
+    if kind == "cartesian_jog":
+        return cartesian_jog(message.robot, message.cartesian_jog, factor, f"{what}.cartesian_jog")
     if kind == "tool_state":
         return ToolStateMove(message.robot, message.tool_state.tool, message.tool_state.state, factor)
     names = ", ".join(field.name for field in message.DESCRIPTOR.oneofs_by_name["move"].fields)
@@ -84,11 +94,11 @@ def _pose_goal(message: motion_pb2.PoseGoal, what: str) -> PoseGoal:
 
 
 def _path_goal(message: motion_pb2.PoseGoal, what: str) -> PoseGoal:
-    """Return where a path of the tool centre point ends; raise KernelError when it names a configuration."""
+    """Return where a path of the tool centre point leads; raise KernelError when it names a configuration."""
     if message.configuration:
         raise KernelError(
-            f"{what}.configuration is {message.configuration!r}; a line or an arc keeps the configuration that it "
-            "starts in, so leave it empty",
+            f"{what}.configuration is {message.configuration!r}; a line, an arc or a spline keeps the configuration "
+            "that it starts in, so leave it empty",
             field=f"{what}.configuration",
         )
     return _pose_goal(message, what)
@@ -120,6 +130,13 @@ def _center(message: motion_pb2.ArcCenter, what: str) -> Center:
     )
 
 
+def _spline(robot: str, spline: motion_pb2.Spline, factor: float, what: str) -> Spline:
+    if not 0 < len(spline.goals) <= MOST_GOALS:
+        raise KernelError(f"{what}.goals has 1 to {MOST_GOALS} poses, not {len(spline.goals)}", field=f"{what}.goals")
+    goals = tuple(_path_goal(goal, f"{what}.goals[{number}]") for number, goal in enumerate(spline.goals))
+    return Spline(robot, goals, factor, *_rates(spline, what))
+
+
 def _trajectory(message: motion_pb2.Move, what: str) -> JointTrajectory:
     trajectory, what = message.joint_trajectory, f"{what}.joint_trajectory"
     if message.speed_factor not in (0.0, 1.0):
@@ -135,8 +152,8 @@ def _trajectory(message: motion_pb2.Move, what: str) -> JointTrajectory:
     )
 
 
-def _rates(message: motion_pb2.Linear | motion_pb2.Circular, what: str) -> tuple[float, float]:
-    """Return the greatest speed and acceleration of a line or an arc, 0 for the default."""
+def _rates(message: motion_pb2.Linear | motion_pb2.Circular | motion_pb2.Spline, what: str) -> tuple[float, float]:
+    """Return the greatest speed and acceleration of a line, an arc or a spline, 0 for the default."""
     return (
         _rate(message.max_velocity_meters_per_second, f"{what}.max_velocity_meters_per_second"),
         _rate(message.max_acceleration_meters_per_second_squared, f"{what}.max_acceleration_meters_per_second_squared"),
