@@ -26,6 +26,9 @@ from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 DEVIATION = 1e-8
 #: A Jacobian whose smallest singular value (linear rows over the largest lever arm) is below this is singular.
 SMALLEST_SINGULAR_VALUE = 0.01
+#: A farthest path may start with a smaller one, down to this, when it leads away from the singularity: the lever arm of
+#: another start is another, and where a path has ended one that leads back begins.
+_SMALLEST_TO_LEAVE = 0.001
 _LONGEST_STEP = (0.05, 0.2)
 _SHORTEST_STEP = 1e-6
 #: Differences for curvatures reach no farther than this share of the way from one knot to the next.
@@ -139,7 +142,7 @@ class _Follower:
         if np.abs(self.course.deviation(middle, self.tcp.pose(piece.evaluate(middle)))).max() >= DEVIATION:
             return None
         _check_limits(self.course, piece, limits, tolerance)
-        _check_singularity(self.course, new)
+        _check_singularity(self.course, new, min(SMALLEST_SINGULAR_VALUE, start.singular_value))
         return new
 
 
@@ -158,7 +161,8 @@ def farthest_path(
     """Return the joint path along `course` as far as the arm can go, and what ends it; None where it can't go at all.
 
     The path ends less than `resolution`, a part of the course, before what `cartesian_path` would refuse; no joint is
-    beyond its limits, unless it is at the start. Raises KernelError when the start is in a singularity.
+    beyond its limits, unless it is at the start. Raises KernelError when the start is in a singularity, or near one
+    into which the course leads.
     """
     here = replace(limits, lower=np.minimum(limits.lower, q_start), upper=np.maximum(limits.upper, q_start))
     samples, end = _followed(tcp, course, q_start, here, resolution)
@@ -173,7 +177,9 @@ def _followed(
     tolerance = TOLERANCE if resolution is None else 0.0
     longest = 1.0 / max(4, ceil(course.length / _LONGEST_STEP[0]), ceil(course.angle / _LONGEST_STEP[1]))
     samples = [follower.sample(0.0, q_start)]
-    _check_singularity(course, samples[0])
+    first = samples[0]
+    leaves = resolution is not None and first.singular_slope > 0.0
+    _check_singularity(course, first, _SMALLEST_TO_LEAVE if leaves else SMALLEST_SINGULAR_VALUE)
     knots = [*course.knots, 1.0]
     step, blocked, end = longest, 2.0, None
     while samples[-1].u < 1.0:
@@ -237,8 +243,8 @@ def _check_limits(course: Course, piece: PiecewisePolynomial, limits: JointLimit
         )
 
 
-def _check_singularity(course: Course, sample: _Sample) -> None:
-    if sample.singular_value < SMALLEST_SINGULAR_VALUE:
+def _check_singularity(course: Course, sample: _Sample, smallest: float) -> None:
+    if sample.singular_value < smallest:
         where, metadata = course.place(sample.u)
         raise KernelError(
             f"the {course.noun} meets a singularity {where}: the smallest singular value of the Jacobian is "

@@ -109,7 +109,12 @@ def plan_spline(
     start, tcp = checked_start("spline", kinematics, q_start, limits, tip_t_tcp)
     course = spline(tcp.pose(start), base_t_goals)
     path = _path("spline", tcp, course, start, limits)
-    return led(course.kind, path, tcp, limits, cartesian_limits or CartesianLimits(), velocity_scale)
+    slow = (cartesian_limits or CartesianLimits()).scaled(velocity_scale)
+    bound = TcpBound(path.start, path.end, slice(0, path.dimension), tcp, slow)
+    law = path_law(path, limits.scaled(velocity_scale), (), (bound,), TimeLaw.JERK_LIMITED)
+    # What speeds up or slows down the motion accelerates the TCP as much as the law itself does, and not more.
+    _, acceleration, jerk = np.abs(law.states(np.linspace(0.0, law.end, 2000), 3)[1:, :, 0]).max(axis=1).tolist()
+    return planned(course.kind, path, law, limits, course_limits=(acceleration, jerk))
 
 
 def _planned(
@@ -124,10 +129,21 @@ def _planned(
 ) -> Plan:
     q_start, tcp = checked_start(name, kinematics, q_start, limits, tip_t_tcp)
     course = course_from(tcp.pose(q_start))
-    bounds = _bounds(course, cartesian_limits, checked_scale(velocity_scale, "velocity scale"))
-    if not bounds:
+    checked_scale(velocity_scale, "velocity scale")
+    if not (course.length or course.angle):
         return planned(course.kind, joint_line(q_start, q_start), jerk_limited_profile(0.0, 1.0, 1.0, 1.0), limits)
-    path = _path(name, tcp, course, q_start, limits)
+    return along(course, _path(name, tcp, course, q_start, limits), limits, cartesian_limits, velocity_scale)
+
+
+def along(
+    course: EvenCourse,
+    path: PiecewisePolynomial,
+    limits: JointLimits,
+    cartesian_limits: CartesianLimits,
+    velocity_scale: float,
+) -> Plan:
+    """Return the plan along the joint path of a line, an arc or the like, on [0, 1]; see `plan_lin` for its law."""
+    bounds = _bounds(course, cartesian_limits, velocity_scale)
     law = _law(path, bounds, limits.scaled(velocity_scale))
     return planned(course.kind, path, law, limits, course_limits=(bounds[1], bounds[2]))
 
@@ -143,22 +159,6 @@ def checked_start(
     start = checked_joints(q_start, len(limits.names), f"the start of a {name} motion")
     limits.check(start, f"the start of the {name} motion")
     return start, TcpKinematics(kinematics, np.eye(4) if tip_t_tcp is None else np.array(tip_t_tcp, dtype=np.float64))
-
-
-def led(
-    kind: str,
-    path: PiecewisePolynomial,
-    tcp: TcpKinematics,
-    limits: JointLimits,
-    cartesian_limits: CartesianLimits,
-    velocity_scale: float,
-) -> Plan:
-    """Return the plan along a joint path by the law that keeps the limits of the joints and of the TCP in space."""
-    slow = cartesian_limits.scaled(velocity_scale)
-    bound = TcpBound(path.start, path.end, slice(0, path.dimension), tcp, slow)
-    law = path_law(path, limits.scaled(velocity_scale), (), (bound,), TimeLaw.JERK_LIMITED)
-    peaks = np.abs(law.states(np.linspace(0.0, law.end, 2000), 3)[2:, :, 0]).max(axis=1)
-    return planned(kind, path, law, limits, course_limits=(float(peaks[0]), float(peaks[1])))
 
 
 def _path(
@@ -211,14 +211,12 @@ def _out_of_reach(tcp: TcpKinematics, course: Course, q_start: Array) -> str | N
 
 
 def _bounds(course: EvenCourse, limits: CartesianLimits, velocity_scale: float) -> list[float]:
-    """Return velocity, acceleration and jerk limits of the fraction u of the course; empty where nothing moves."""
+    """Return velocity, acceleration and jerk limits of the fraction u of the course, which has a length or an angle."""
     rotation = (limits.rotation_velocity, limits.rotation_acceleration, limits.rotation_jerk)
     rows = []
     if (length := course.length) > 0.0:
         rows.append([value / length for value in course.tangential(limits, velocity_scale)])
     if (angle := course.angle) > 0.0:
         rows.append([value / angle for value in rotation])
-    if not rows:
-        return []
     velocity, acceleration, jerk = (min(column) for column in zip(*rows, strict=True))
     return [velocity * velocity_scale, acceleration, jerk]

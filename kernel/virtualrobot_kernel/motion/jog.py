@@ -13,7 +13,7 @@ from virtualrobot_sdk.kinematics import Kinematics
 
 from virtualrobot_kernel.errors import KernelError, LimitError
 from virtualrobot_kernel.motion.cartesian_path import farthest_path
-from virtualrobot_kernel.motion.cartesian_plan import checked_start, led
+from virtualrobot_kernel.motion.cartesian_plan import along, checked_start
 from virtualrobot_kernel.motion.limits import TOLERANCE, CartesianLimits, JointLimits, checked_joints, checked_scale
 from virtualrobot_kernel.motion.line import Line
 from virtualrobot_kernel.motion.path import joint_line
@@ -99,10 +99,11 @@ def plan_cartesian_jog(
     wanted = max(course.length, course.angle)
     path, error = farthest_path(tcp, course, start, limits, SMALLEST_JOG / wanted)
     if error is None and path is not None:
-        return led(course.kind, path, tcp, limits, cartesian_limits, velocity_scale), None
+        return along(course, path, limits, cartesian_limits, velocity_scale), None
     kept = path.end * wanted if path is not None else 0.0
     if path is None or kept < SMALLEST_JOG:
         error = error or KernelError("it has no length")
         raise type(error)(f"the jog cannot move: {error}", reason=error.reason, **error.metadata)
-    plan = led(course.kind, path.stretched(1.0), tcp, limits, cartesian_limits, velocity_scale)
+    shorter = _Jog(course.base_t_start, path.end * rotation, path.end * translation)
+    plan = along(shorter, path.stretched(1.0), limits, cartesian_limits, velocity_scale)
     return plan, JogEnd(wanted, kept, str(error))

@@ -164,15 +164,16 @@ def _rates_at_knots(widths: Array, rises: Array) -> tuple[Array, Array]:
     """Return first and second derivatives (n + 1, 3) at the ends of n pieces of these widths (n,) and rises (n, 3).
 
     Those of the cubic spline (de Boor, A Practical Guide to Splines, chapter IV), within `_FASTEST` and `_SHARPEST`.
-    At its ends the second derivative goes on as in the next piece, as when the first and last inner knot are none; by
-    no more than one step of it, so that a long piece does not amplify what short ones beside it do.
+    At its ends the second derivative goes on as in the next piece, as if the first and last inner knot were none; but
+    less and less of that the longer the piece is compared with the next, whose curve would be amplified.
     """
     h, slopes = widths[:, None], rises / widths[:, None]
     second = np.zeros((len(widths) + 1, 3))
     if len(widths) == 2:
         second[:] = 2.0 * (slopes[1] - slopes[0]) / (h[0] + h[1])
     elif len(widths) > 2:
-        first, last = min(widths[0] / widths[1], 1.0), min(widths[-1] / widths[-2], 1.0)
+        first, last = widths[0] / widths[1], widths[-1] / widths[-2]
+        first, last = min(first, 1.0 / first), min(last, 1.0 / last)
         diagonal, above = 2.0 * (widths[:-1] + widths[1:]), widths[1:-1].copy()
         below = above.copy()
         diagonal[0] += widths[0] * (1.0 + first)

@@ -12,7 +12,15 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.brake import nominal_time
 from virtualrobot_kernel.motion.circle import Center, Via
 from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
-from virtualrobot_kernel.motion.plan import Plan, plan_circ, plan_lin, plan_ptp, plan_together, plan_trajectory
+from virtualrobot_kernel.motion.plan import (
+    Plan,
+    plan_circ,
+    plan_lin,
+    plan_ptp,
+    plan_spline,
+    plan_together,
+    plan_trajectory,
+)
 from virtualrobot_kernel.motion.rotation import rotation_matrix
 from virtualrobot_kernel.motion.running import Running
 from virtualrobot_plugins.chain.component import ChainKinematics
@@ -136,6 +144,38 @@ def distances_from_circle(positions: np.ndarray, circle: tuple[np.ndarray, float
     center, radius, normal = circle
     height = (positions - center) @ normal
     return np.hypot(np.linalg.norm(positions - center - height[:, None] * normal, axis=1) - radius, height)
+
+
+class RandomSpline(NamedTuple):
+    """A motion along a spline that could be planned, with what it was planned from."""
+
+    plan: Plan
+    start: np.ndarray
+    goals: list[np.ndarray]
+    cartesian: CartesianLimits
+    tool: np.ndarray
+
+
+def random_spline(rng: np.random.Generator, name: str, count: int = 5) -> RandomSpline:
+    """Return a motion along a spline through poses within 15 cm of its start, with a tool."""
+    chain = kinematics(name)
+    cartesian = CartesianLimits(*rng.uniform(0.5, 2.0, 6) * (0.25, 1.0, 10.0, 1.0, 5.0, 50.0))
+    tool = np.eye(4)
+    tool[:3, 3] = rng.uniform(-0.1, 0.1, 3)
+    for _ in range(400):
+        q = rng.uniform(0.8 * chain.lower + 0.2 * chain.upper, 0.2 * chain.lower + 0.8 * chain.upper)
+        start, goals = chain.forward(q)[-1] @ tool, []
+        for _ in range(count):
+            goal = start.copy()
+            goal[:3, 3] += rng.uniform(-0.15, 0.15, 3)
+            goal[:3, :3] = rotation_matrix(rng.normal(size=3) * 0.2) @ goal[:3, :3]
+            goals.append(goal)
+        try:
+            plan = plan_spline(chain, q, goals, arm_limits(name), cartesian, tip_t_tcp=tool)
+        except KernelError:
+            continue
+        return RandomSpline(plan, q, goals, cartesian, tool)
+    raise AssertionError(f"no spline of 400 could be planned for {name}")
 
 
 def random_trajectory(rng: np.random.Generator, joints: int = 4) -> tuple[Plan, np.ndarray, np.ndarray]:

@@ -28,6 +28,7 @@ from .motions import (
     random_limits,
     random_line,
     random_ptp,
+    random_spline,
     random_trajectory,
 )
 
@@ -35,6 +36,7 @@ MAKERS: dict[str, Callable[[np.random.Generator], Plan]] = {
     "ptp": random_ptp,
     "lin": lambda rng: random_line(rng, "iiwa")[0],
     "circ": lambda rng: random_arc(rng, "iiwa").plan,
+    "spline": lambda rng: random_spline(rng, "iiwa").plan,
     "trajectory": lambda rng: random_trajectory(rng)[0],
     "group": random_group,
 }
