@@ -14,13 +14,12 @@ from virtualrobot_kernel.api.author import author
 from virtualrobot_kernel.api.convert.moves import wished_move
 from virtualrobot_kernel.api.convert.states import motion_message
 from virtualrobot_kernel.api.convert.values import check_enum, stamp
+from virtualrobot_kernel.api.motion_calls import find_motion, make_way
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import Rooms
-from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
-from virtualrobot_kernel.planning.moves import Move, joints_of, plan_motion, solved_robots
-from virtualrobot_kernel.world.change import moving_motion
+from virtualrobot_kernel.planning.moves import joints_of, plan_motion, solved_robots
 from virtualrobot_kernel.world.commands import CancelMotion, Command, PauseMotion, ResumeMotion, StopMotions
-from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion, Snapshot
+from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot
 from virtualrobot_kernel.world.store import Applied, check_revision
 
 GRACE_SECONDS = 1.0
@@ -44,7 +43,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         check_enum(request, "busy_policy")
         check_enum(request, "on_disconnect")
         check_revision(self._rooms.world.snapshot.structure, request.expected_revision or None)
-        await self._cleared(moves, request.busy_policy, context)
+        await make_way(self._rooms, lambda snapshot: joints_of(snapshot, moves), request.busy_policy, context)
         world = self._rooms.world
         # From the snapshot of the moment when it is planned: the robots may have moved while they waited.
         command = await self._rooms.turns.run(
@@ -56,7 +55,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
             # Not after the await below: a client that vanishes there would leave a motion that nothing stops.
             started.add_done_callback(partial(self._started, asyncio.get_running_loop()))
         applied = await asyncio.wrap_future(started)
-        motion = _find(applied.snapshot, str(applied.created[0]))
+        motion = find_motion(applied.snapshot, str(applied.created[0]))
         return motion_pb2.StartMotionResponse(
             stamp=stamp(applied.snapshot), motion=motion_message(applied.snapshot, motion)
         )
@@ -64,7 +63,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
     async def GetMotion(self, request: motion_pb2.GetMotionRequest, context: object) -> motion_pb2.GetMotionResponse:
         """Tell how a motion is doing."""
         snapshot = self._rooms.world.snapshot
-        motion = motion_message(snapshot, _find(snapshot, request.id))
+        motion = motion_message(snapshot, find_motion(snapshot, request.id))
         return motion_pb2.GetMotionResponse(stamp=stamp(snapshot), motion=motion)
 
     async def ListMotions(
@@ -87,11 +86,11 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         id = request.id
         pause = 1.0 / rate(request.max_rate_hertz)
         snapshot = self._rooms.world.snapshot
-        _find(snapshot, id)
+        find_motion(snapshot, id)
         self._watchers[id] += 1
         try:
             while True:
-                motion = _find(snapshot, id)
+                motion = find_motion(snapshot, id)
                 yield motion_pb2.WatchMotionResponse(stamp=stamp(snapshot), motion=motion_message(snapshot, motion))
                 if motion not in snapshot.state.motions:
                     return
@@ -132,29 +131,6 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         stopped = [one for one in motions if one.cancellation and one.id in going]
         return motion_pb2.StopResponse(motions=[motion_message(snapshot, motion) for motion in stopped])
 
-    async def _cleared(self, moves: Sequence[Move], policy: int, context: object) -> None:
-        """Refuse, or cancel and wait for standstill, when joints that the moves need move already."""
-        world = self._rooms.world
-        snapshot = world.snapshot
-        while motion := moving_motion(snapshot.state, joints_of(snapshot, moves)):
-            if policy != motion_pb2.BUSY_POLICY_PREEMPT:
-                names = ", ".join(repr(snapshot.structure.nodes[uid].name) for uid in motion.robots)
-                raise KernelError(
-                    f"{names} moves in {motion.id!r}; wait for its end, cancel it, or start with PREEMPT",
-                    reason=Reason.ROBOT_BUSY,
-                    motion=motion.id,
-                )
-            if not motion.cancellation:
-                cancellation = Cancellation(CancelCause.PREEMPTED, f"preempted by {author(context)}")
-                try:
-                    snapshot = (await self._submit([CancelMotion(motion.id, cancellation)], context)).snapshot
-                except KernelError as error:
-                    if error.reason not in (Reason.WRONG_STATE, Reason.UNKNOWN_NAME):
-                        raise
-                    snapshot = world.snapshot  # it has just ended by itself
-            else:
-                snapshot = await self._rooms.publications.newer_than(snapshot)
-
     async def _progressed(self, seen: Snapshot, id: str, pause: float) -> Snapshot:
         """Return a later snapshot, after `pause` seconds or once the motion has ended."""
         await self._rooms.publications.end_of_motion(id, pause)
@@ -162,7 +138,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
 
     async def _changed(self, command: Command, id: str, context: object) -> motion_pb2.Motion:
         applied = await self._submit([command], context)
-        return motion_message(applied.snapshot, _find(applied.snapshot, id))
+        return motion_message(applied.snapshot, find_motion(applied.snapshot, id))
 
     async def _submit(self, commands: Sequence[Command], context: object) -> Applied:
         return await asyncio.wrap_future(self._rooms.submit(commands, context))
@@ -189,12 +165,3 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         if any(motion.id == id for motion in self._rooms.world.snapshot.state.motions):
             reason = f"nobody has watched it for {GRACE_SECONDS:g} s"
             self._rooms.world.submit([CancelMotion(id, Cancellation(CancelCause.UNWATCHED, reason))], "kernel")
-
-
-def _find(snapshot: Snapshot, id: str) -> Motion:
-    """Return a motion that runs or has ended lately; raise UnknownNameError."""
-    motions = (*snapshot.state.motions, *snapshot.state.ended)
-    for motion in motions:
-        if motion.id == id:
-            return motion
-    raise UnknownNameError("motion", id, (motion.id for motion in motions))

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.world import apply_motions, apply_nodes, apply_robots, commands
+from virtualrobot_kernel.world import apply_motions, apply_nodes, apply_robots, apply_setpoints, commands
 from virtualrobot_kernel.world.change import Change, Forward, frozen
 from virtualrobot_kernel.world.state import State
 from virtualrobot_kernel.world.structure import Structure
@@ -29,6 +29,9 @@ HANDLERS: dict[type, Callable[[Change, Any, Forward], Change]] = {
     commands.SetSignal: apply_robots.set_signal,
     commands.SetSpeedFactor: apply_robots.set_speed_factor,
     commands.StartMotion: apply_motions.start_motion,
+    commands.StartFollowing: apply_setpoints.start_following,
+    commands.SetSetpoint: apply_setpoints.set_setpoint,
+    commands.EndSetpoints: apply_setpoints.end_setpoints,
     commands.PauseMotion: apply_motions.pause_motion,
     commands.ResumeMotion: apply_motions.resume_motion,
     commands.CancelMotion: apply_motions.cancel_motion,

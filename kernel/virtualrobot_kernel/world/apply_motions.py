@@ -93,20 +93,20 @@ def override(state: State, motion: Motion) -> float:
 
 def pause_motion(change: Change, command: PauseMotion, forward: Forward) -> Change:
     """Slow a motion to standstill; a paused one stays paused."""
-    motion = _running(change.state, command.id)
-    return _with(change, replace(motion, running=motion.running.pause()))
+    motion = running_motion(change.state, command.id)
+    return replaced(change, replace(motion, running=motion.running.pause()))
 
 
 def resume_motion(change: Change, command: ResumeMotion, forward: Forward) -> Change:
     """Let a motion go on."""
-    motion = _running(change.state, command.id)
-    return _with(change, replace(motion, running=motion.running.resume()))
+    motion = running_motion(change.state, command.id)
+    return replaced(change, replace(motion, running=motion.running.resume()))
 
 
 def cancel_motion(change: Change, command: CancelMotion, forward: Forward) -> Change:
     """Slow a motion to standstill and end it."""
-    motion = _running(change.state, command.id)
-    return _with(change, _cancelled(motion, command.cancellation))
+    motion = running_motion(change.state, command.id)
+    return replaced(change, _cancelled(motion, command.cancellation))
 
 
 def stop_motions(change: Change, command: StopMotions, forward: Forward) -> Change:
@@ -125,7 +125,7 @@ def _all_cancelled(change: Change, robots: set[int] | None, cancellation: Cancel
     """Cancel every motion that moves one of these robots (None: every motion)."""
     for motion in change.state.motions:
         if robots is None or not robots.isdisjoint(motion.robots):
-            change = _with(change, _cancelled(motion, cancellation))
+            change = replaced(change, _cancelled(motion, cancellation))
     return change
 
 
@@ -135,7 +135,8 @@ def _cancelled(motion: Motion, cancellation: Cancellation) -> Motion:
     return replace(motion, running=motion.running.cancel(), cancellation=motion.cancellation or cancellation)
 
 
-def _running(state: State, id: str) -> Motion:
+def running_motion(state: State, id: str) -> Motion:
+    """Return a motion that has not ended; raise KernelError (WRONG_STATE) for one that has, and for unknown ones."""
     for motion in state.motions:
         if motion.id == id:
             return motion
@@ -145,8 +146,8 @@ def _running(state: State, id: str) -> Motion:
     raise UnknownNameError("running motion", id, (motion.id for motion in state.motions))
 
 
-def _with(change: Change, motion: Motion) -> Change:
-    """Put a motion in the place of the one with its id; one that has ended (it was paused) moves no joint any more."""
+def replaced(change: Change, motion: Motion) -> Change:
+    """Return the world with a motion in place of the one with its id; one that has ended moves no joint any more."""
     state = change.state
     if motion.running.phase is Phase.CANCELLED:
         motions = tuple(other for other in state.motions if other.id != motion.id)

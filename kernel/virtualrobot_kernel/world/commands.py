@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from virtualrobot_kernel.motion.follow import SetpointMode
 from virtualrobot_kernel.motion.program import Program
 from virtualrobot_kernel.world.assumed import Assumed
 from virtualrobot_kernel.world.figures import Figure, Pose
@@ -158,6 +159,34 @@ class StartMotion:
 
 
 @dataclass(frozen=True, slots=True)
+class StartFollowing:
+    """Starts a motion of some joints of a robot that follows setpoints, its present positions being the first one.
+
+    timeout: after how long without a setpoint it stops, in seconds of simulation time.
+    """
+
+    robot: str
+    joint_names: tuple[str, ...]
+    mode: SetpointMode
+    timeout: float
+
+
+@dataclass(frozen=True, slots=True)
+class SetSetpoint:
+    """Gives a motion that follows setpoints its newest one: a value for each joint, rad or m, or per second."""
+
+    id: str
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class EndSetpoints:
+    """Tells a motion that follows setpoints that the newest one was the last: it ends there, or at standstill."""
+
+    id: str
+
+
+@dataclass(frozen=True, slots=True)
 class PauseMotion:
     """Slows a motion to standstill on its path."""
 
@@ -215,6 +244,9 @@ Command = (
     | SetSignal
     | SetSpeedFactor
     | StartMotion
+    | StartFollowing
+    | SetSetpoint
+    | EndSetpoints
     | PauseMotion
     | ResumeMotion
     | CancelMotion

@@ -41,6 +41,8 @@ class CancelCause(Enum):
     LEASE_EXPIRED = "lease expired"
     LEASE_TAKEN = "lease taken"
     SIGNAL_TIMEOUT = "signal timeout"
+    SETPOINT_TIMEOUT = "setpoint timeout"
+    SETPOINT_REFUSED = "setpoint refused"
 
 
 @dataclass(frozen=True, slots=True)

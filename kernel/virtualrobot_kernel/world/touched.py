@@ -85,13 +85,13 @@ def _started(snapshot: Snapshot, command: commands.StartMotion) -> Iterable[int]
         yield from _owner(structure, Kind.TOOL, tool)
 
 
-def _resumed(snapshot: Snapshot, command: commands.ResumeMotion | commands.CancelMotion) -> Iterable[int]:
+def _motion(snapshot: Snapshot, command: Any) -> Iterable[int]:  # noqa: ANN401 any command that names a motion
     return next((motion.robots for motion in snapshot.state.motions if motion.id == command.id), ())
 
 
 def _cancelled(snapshot: Snapshot, command: commands.CancelMotion) -> Iterable[int]:
     # Whoever preempts means to move the robot: a start that is refused in the end must not have stopped its owner.
-    return _resumed(snapshot, command) if command.cancellation.cause is CancelCause.PREEMPTED else ()
+    return _motion(snapshot, command) if command.cancellation.cause is CancelCause.PREEMPTED else ()
 
 
 def _owner(structure: Structure, kind: Kind, uid: int) -> Iterable[int]:
@@ -123,8 +123,11 @@ TOUCHED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.SetSignal: _nothing,
     commands.SetSpeedFactor: _speed,
     commands.StartMotion: _started,
+    commands.StartFollowing: _robot,
+    commands.SetSetpoint: _motion,
+    commands.EndSetpoints: _motion,
     commands.PauseMotion: _nothing,
-    commands.ResumeMotion: _resumed,
+    commands.ResumeMotion: _motion,
     commands.CancelMotion: _cancelled,
     commands.StopMotions: _nothing,
     commands.HaltRobots: _nothing,

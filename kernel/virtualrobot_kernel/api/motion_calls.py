@@ -1,0 +1,51 @@
+"""What calls about motions share: find one, and make way for one."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+
+from virtualrobot.v1 import motion_pb2
+
+from virtualrobot_kernel.api.author import author
+from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
+from virtualrobot_kernel.world.change import moving_motion
+from virtualrobot_kernel.world.commands import CancelMotion
+from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion, Snapshot
+
+
+def find_motion(snapshot: Snapshot, id: str) -> Motion:
+    """Return a motion that runs or has ended lately; raise UnknownNameError."""
+    motions = (*snapshot.state.motions, *snapshot.state.ended)
+    for motion in motions:
+        if motion.id == id:
+            return motion
+    raise UnknownNameError("motion", id, (motion.id for motion in motions))
+
+
+async def make_way(
+    rooms: Rooms, needed: Callable[[Snapshot], set[tuple[int, str]]], policy: int, context: object
+) -> None:
+    """Refuse, or cancel and wait for standstill, when joints that are `needed` (robot uid, joint name) move already."""
+    world = rooms.world
+    snapshot = world.snapshot
+    while motion := moving_motion(snapshot.state, needed(snapshot)):
+        if policy != motion_pb2.BUSY_POLICY_PREEMPT:
+            names = ", ".join(repr(snapshot.structure.nodes[uid].name) for uid in motion.robots)
+            raise KernelError(
+                f"{names} moves in {motion.id!r}; wait for its end, cancel it, or start with PREEMPT",
+                reason=Reason.ROBOT_BUSY,
+                motion=motion.id,
+            )
+        if not motion.cancellation:
+            cancellation = Cancellation(CancelCause.PREEMPTED, f"preempted by {author(context)}")
+            try:
+                cancel = rooms.submit([CancelMotion(motion.id, cancellation)], context)
+                snapshot = (await asyncio.wrap_future(cancel)).snapshot
+            except KernelError as error:
+                if error.reason not in (Reason.WRONG_STATE, Reason.UNKNOWN_NAME):
+                    raise
+                snapshot = world.snapshot  # it has just ended by itself
+        else:
+            snapshot = await rooms.publications.newer_than(snapshot)

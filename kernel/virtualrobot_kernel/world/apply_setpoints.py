@@ -1,0 +1,73 @@
+"""Commands about motions that follow setpoints: start one, give it a setpoint, tell it that no more will come."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.motion import follow
+from virtualrobot_kernel.motion.follow import Following
+from virtualrobot_kernel.motion.limits import JointLimits
+from virtualrobot_kernel.world.apply_motions import replaced, running_motion
+from virtualrobot_kernel.world.change import Change, Forward, joint_places, refuse_while_moving, single_joint
+from virtualrobot_kernel.world.commands import EndSetpoints, SetSetpoint, StartFollowing
+from virtualrobot_kernel.world.state import Motion
+from virtualrobot_kernel.world.structure import Node, Structure
+
+
+def start_following(change: Change, command: StartFollowing, forward: Forward) -> Change:
+    """Start a motion that follows setpoints; refused when the joints move, or have limits that cannot be kept."""
+    structure, state = change.structure, change.state
+    node = structure.robot(command.robot)[0]
+    names = command.joint_names
+    if not names or len(set(names)) != len(names):
+        raise KernelError(f"setpoints of {node.name!r} need joints, each once, not {list(names)}", robot=node.name)
+    limits = _limits(structure, node, names)
+    joints = tuple((node.uid, name) for name in names)
+    refuse_while_moving(change, node, set(joints))
+    q_index, v_index = joint_places(structure, joints)
+    id = f"motion-{state.motion_count + 1}"
+    motion = Motion(
+        id=id,
+        robots=(node.uid,),
+        joints=joints,
+        q_index=q_index,
+        v_index=v_index,
+        running=follow.start(command.mode, limits, state.q[q_index], command.timeout),
+        start_tick=state.tick,
+    )
+    state = replace(state, motions=(*state.motions, motion), motion_count=state.motion_count + 1)
+    return replace(change, state=state, created=(*change.created, id))
+
+
+def set_setpoint(change: Change, command: SetSetpoint, forward: Forward) -> Change:
+    """Give a motion its newest setpoint; refused when it is not possible, and for motions that have ended."""
+    motion = running_motion(change.state, command.id)
+    return replaced(change, replace(motion, running=_following(motion).set(command.values)))
+
+
+def end_setpoints(change: Change, command: EndSetpoints, forward: Forward) -> Change:
+    """Let a motion come to its end at its newest setpoint, or at standstill."""
+    motion = running_motion(change.state, command.id)
+    return replaced(change, replace(motion, running=_following(motion).close()))
+
+
+def _following(motion: Motion) -> Following:
+    if not isinstance(motion.running, Following):
+        raise KernelError(
+            f"the motion {motion.id!r} was planned and follows no setpoints",
+            reason=Reason.WRONG_STATE,
+            motion=motion.id,
+        )
+    return motion.running
+
+
+def _limits(structure: Structure, node: Node, names: tuple[str, ...]) -> JointLimits:
+    limits = [single_joint(structure, node, name)[0].limits for name in names]
+    columns = {
+        field: np.array([getattr(one, field) for one in limits])
+        for field in ("lower", "upper", "velocity", "acceleration", "jerk")
+    }
+    return JointLimits(names, **columns)
