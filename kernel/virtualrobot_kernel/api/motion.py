@@ -11,13 +11,13 @@ from functools import partial
 from virtualrobot.v1 import motion_pb2, motion_pb2_grpc
 
 from virtualrobot_kernel.api.author import author
-from virtualrobot_kernel.api.convert.moves import wished_move
+from virtualrobot_kernel.api.convert.program import note_messages
 from virtualrobot_kernel.api.convert.states import motion_message
 from virtualrobot_kernel.api.convert.values import check_enum, stamp
-from virtualrobot_kernel.api.motion_calls import find_motion, make_way
+from virtualrobot_kernel.api.motion_calls import find_motion, in_turn, make_way, wished
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import Rooms
-from virtualrobot_kernel.planning.moves import joints_of, plan_motion, solved_robots
+from virtualrobot_kernel.planning.plan_program import plan_wish
 from virtualrobot_kernel.world.commands import CancelMotion, Command, PauseMotion, ResumeMotion, StopMotions
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot
 from virtualrobot_kernel.world.store import Applied, check_revision
@@ -39,25 +39,26 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         self, request: motion_pb2.StartMotionRequest, context: object
     ) -> motion_pb2.StartMotionResponse:
         """Plan in a worker thread, then start between two ticks."""
-        moves = [wished_move(message, f"moves[{place}]") for place, message in enumerate(request.moves)]
         check_enum(request, "busy_policy")
         check_enum(request, "on_disconnect")
-        check_revision(self._rooms.world.snapshot.structure, request.expected_revision or None)
-        await make_way(self._rooms, lambda snapshot: joints_of(snapshot, moves), request.busy_policy, context)
         world = self._rooms.world
+        check_revision(world.snapshot.structure, request.expected_revision or None)
+        wish, joints, robots = await wished(self._rooms, request)
+        await make_way(self._rooms, lambda _: joints, request.busy_policy, context)
         # From the snapshot of the moment when it is planned: the robots may have moved while they waited.
-        command = await self._rooms.turns.run(
-            solved_robots(world.snapshot, moves),
-            lambda: plan_motion(world.snapshot, moves, self._rooms.solvers.of),
+        planned = await in_turn(
+            self._rooms, robots, lambda given_up: plan_wish(world.snapshot, wish, self._rooms.solvers.of, given_up)
         )
-        started = self._rooms.submit([command], context, request.expected_revision or None)
+        started = self._rooms.submit([planned.command], context, request.expected_revision or None)
         if request.on_disconnect != motion_pb2.DISCONNECT_POLICY_CONTINUE:
             # Not after the await below: a client that vanishes there would leave a motion that nothing stops.
             started.add_done_callback(partial(self._started, asyncio.get_running_loop()))
         applied = await asyncio.wrap_future(started)
         motion = find_motion(applied.snapshot, str(applied.created[0]))
         return motion_pb2.StartMotionResponse(
-            stamp=stamp(applied.snapshot), motion=motion_message(applied.snapshot, motion)
+            stamp=stamp(applied.snapshot),
+            motion=motion_message(applied.snapshot, motion),
+            notes=note_messages(planned.notes),
         )
 
     async def GetMotion(self, request: motion_pb2.GetMotionRequest, context: object) -> motion_pb2.GetMotionResponse:

@@ -1,19 +1,25 @@
-"""What calls about motions share: find one, and make way for one."""
+"""What calls about motions share: find one, understand what is wished, make way for it, plan it in a thread."""
 
 from __future__ import annotations
 
 import asyncio
+import threading
 from collections.abc import Callable
+from typing import TypeVar
 
 from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.api.author import author
+from virtualrobot_kernel.api.convert.program import wished_motion
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
+from virtualrobot_kernel.planning.moves import joints_of, solved_robots
+from virtualrobot_kernel.planning.program import MotionWish
 from virtualrobot_kernel.world.change import moving_motion
 from virtualrobot_kernel.world.commands import CancelMotion
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion, Snapshot
 
+Result = TypeVar("Result")
 
 def find_motion(snapshot: Snapshot, id: str) -> Motion:
     """Return a motion that runs or has ended lately; raise UnknownNameError."""
@@ -49,3 +55,30 @@ async def make_way(
                 snapshot = world.snapshot  # it has just ended by itself
         else:
             snapshot = await rooms.publications.newer_than(snapshot)
+
+
+async def wished(
+    rooms: Rooms, request: motion_pb2.StartMotionRequest
+) -> tuple[MotionWish, set[tuple[int, str]], set[int]]:
+    """Return what a client wishes, the joints (robot uid, name) that it needs, and the robots (uids) to be solved."""
+
+    def work() -> tuple[MotionWish, set[tuple[int, str]], set[int]]:
+        snapshot, wish = rooms.world.snapshot, wished_motion(request)
+        return wish, joints_of(snapshot, wish.every_move), solved_robots(snapshot, wish.every_move)
+
+    if not request.steps:
+        return work()
+    # Thousands of steps would hold up every other call.
+    return await asyncio.get_running_loop().run_in_executor(rooms.workers, work)
+
+
+async def in_turn(rooms: Rooms, robots: set[int], work: Callable[[Callable[[], bool]], Result]) -> Result:
+    """Return what `work` returns in a thread that counts for these robots (uids).
+
+    It is given what tells whether the call was cancelled, so that it can stop then.
+    """
+    gone = threading.Event()
+    try:
+        return await rooms.turns.run(robots, lambda: work(gone.is_set))
+    finally:
+        gone.set()

@@ -59,7 +59,8 @@ class Program:
 
     start (n,): where the joints are when it starts. step_count: 0 for moves that are no program. Derived: begins, when
     each stage begins, in s at full rate, and when the last one ends; lowest, highest (n,): the least and greatest value
-    that each joint stands at between stages; places: the columns of each stage, None for all joints in their order.
+    that each joint stands at between stages; places: the columns of each stage, None for all joints in their order;
+    signals: those that it sets, waits for or searches by.
     """
 
     stages: tuple[Stage, ...]
@@ -69,6 +70,7 @@ class Program:
     lowest: Array = field(init=False)
     highest: Array = field(init=False)
     places: tuple[NDArray[np.int64] | None, ...] = field(init=False)
+    signals: frozenset[str] = field(init=False)
 
     def __post_init__(self) -> None:
         """Derive what each tick and each start would have to compute again."""
@@ -82,6 +84,10 @@ class Program:
                 highest[columns] = np.maximum(highest[columns], stage.plan.goal)
         every = tuple(range(len(start)))
         places = (None if stage.columns == every else np.array(stage.columns, np.int64) for stage in self.stages)
+        named = {name for stage in self.stages for _, name, _ in stage.marks}
+        named |= {stage.wait.signal for stage in self.stages if stage.wait and stage.wait.signal}
+        named |= {stage.until[0] for stage in self.stages if stage.until}
+        object.__setattr__(self, "signals", frozenset(named))
         object.__setattr__(self, "begins", tuple(begins))
         object.__setattr__(self, "places", tuple(places))
         for name, values in (("start", start), ("lowest", lowest), ("highest", highest)):
@@ -93,14 +99,7 @@ class Program:
         """How long all stages take at full rate, in s; waiting for signals takes no time."""
         return self.begins[-1]
 
-    @property
-    def signals(self) -> frozenset[str]:
-        """The signals that it sets, waits for or searches by."""
-        named = {name for stage in self.stages for _, name, _ in stage.marks}
-        named |= {stage.wait.signal for stage in self.stages if stage.wait and stage.wait.signal}
-        return frozenset(named | {stage.until[0] for stage in self.stages if stage.until})
 
-
-def of_plan(plan: Plan) -> Program:
-    """Return the program that does nothing but follow one plan."""
-    return Program((Stage(plan, tuple(range(plan.q_count)), ((0.0, 0),)),), plan.start)
+def of_plan(plan: Plan, until: tuple[str, bool] | None = None) -> Program:
+    """Return the program that does nothing but follow one plan, as a search where `until` says by what."""
+    return Program((Stage(plan, tuple(range(plan.q_count)), ((0.0, 0),), until=until),), plan.start)

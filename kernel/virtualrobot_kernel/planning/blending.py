@@ -88,7 +88,8 @@ def plan_run(
     between, the corner is reached exactly and at rest, which a note tells. numbers: what the steps are called in plans,
     notes and errors; from 0 without it. Raises KernelError that names the step which can't be planned.
     """
-    planned_steps, notes = _each(snapshot, steps, solver_of, range(len(steps)) if numbers is None else numbers), []
+    planned_steps = _each(snapshot, steps, solver_of, range(len(steps)) if numbers is None else numbers)
+    notes = [replace(note, step=step.number) for step in planned_steps for one in step.moves for note in one.notes]
     runs: list[PlannedRun] = []
     group: list[_Step] = []
     for place, step in enumerate(planned_steps):

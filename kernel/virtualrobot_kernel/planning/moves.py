@@ -57,7 +57,10 @@ class PointToPoint:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Linear:
-    """A straight line of the tool centre point; 0 stands for the default speed (m/s) and acceleration (m/s^2)."""
+    """A straight line of the tool centre point; 0 stands for the default speed (m/s) and acceleration (m/s^2).
+
+    until: the signal and the value with which it ends before its goal, a search.
+    """
 
     robot: str
     goal: PoseGoal
@@ -65,6 +68,7 @@ class Linear:
     max_velocity: float = 0.0
     max_acceleration: float = 0.0
     redundancy: Redundancy = FREE
+    until: tuple[str, bool] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,10 +119,32 @@ LED = (Linear, Circular, Spline, CartesianJog)
 
 def plan_motion(snapshot: Snapshot, moves: Sequence[Move], solver_of: SolverOf) -> StartMotion:
     """Return the command that starts these moves together; raise KernelError with place and reason if it can't be."""
-    planned = plan_moves(snapshot, moves, solver_of)
+    return start_of(snapshot, moves, plan_moves(snapshot, moves, solver_of))
+
+
+def start_of(snapshot: Snapshot, moves: Sequence[Move], planned: Sequence[PlannedMove]) -> StartMotion:
+    """Return the command that starts moves together that are planned."""
+    search = search_of(snapshot, moves)
     joints = tuple((one.robot.name, name) for one in planned for name in one.joint_names)
     tool_states = tuple((0, *pair) for one in planned for pair in one.tool_states)
-    return StartMotion(joints, of_plan(together(planned)), tool_states, assumed=assumed_by(snapshot, moves, joints))
+    program = of_plan(together(planned), search.until if search else None)
+    searcher = search.robot if search else ""
+    return StartMotion(joints, program, tool_states, searcher, assumed_by(snapshot, moves, joints))
+
+
+def search_of(snapshot: Snapshot, moves: Sequence[Move]) -> Linear | None:
+    """Return the one of some moves that searches, or None; raise KernelError for two, or for an unknown signal."""
+    searches = [move for move in moves if isinstance(move, Linear) and move.until]
+    if len(searches) > 1:
+        raise KernelError(
+            f"{searches[0].robot!r} and {searches[1].robot!r} both search; only one of the moves that go together can",
+            robot=searches[1].robot,
+        )
+    for search in searches:
+        assert search.until
+        if search.until[0] not in snapshot.state.signals:
+            raise UnknownNameError("signal", search.until[0], snapshot.state.signals)
+    return searches[0] if searches else None
 
 
 def plan_moves(snapshot: Snapshot, moves: Sequence[Move], solver_of: SolverOf) -> list[PlannedMove]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from virtualrobot_kernel.planning.moves import Move
+from virtualrobot_kernel.planning.moves import Linear, Move
 
 MAX_STEPS = 10_000
 """The most steps of a program."""
@@ -28,6 +28,11 @@ class MoveStepWish:
 
     moves: tuple[Move, ...]
     zone: Zone | None = None
+
+    @property
+    def searches(self) -> bool:
+        """Whether one of its moves is a search."""
+        return any(isinstance(move, Linear) and move.until is not None for move in self.moves)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,3 +60,18 @@ class DwellWish:
 
 
 StepWish = MoveStepWish | SetSignalWish | WaitSignalWish | DwellWish
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MotionWish:
+    """What a motion shall do: either moves that go together, or the steps of a program."""
+
+    moves: tuple[Move, ...] = ()
+    steps: tuple[StepWish, ...] = ()
+
+    @property
+    def every_move(self) -> tuple[Move, ...]:
+        """All moves, whenever they are made."""
+        return self.moves + tuple(
+            move for step in self.steps if isinstance(step, MoveStepWish) for move in step.moves
+        )

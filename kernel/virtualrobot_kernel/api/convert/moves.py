@@ -55,7 +55,12 @@ def _move(message: motion_pb2.Move, what: str) -> Move:
     if kind == "linear":
         linear = message.linear
         goal = _path_goal(linear.goal, f"{what}.linear.goal")
-        return Linear(message.robot, goal, factor, *_rates(linear, f"{what}.linear"))
+        until = None
+        if linear.HasField("until"):
+            if not linear.until.signal:
+                raise KernelError(f"{what}.linear.until.signal is empty: which signal?", field=f"{what}.linear.until")
+            until = linear.until.signal, linear.until.value
+        return Linear(message.robot, goal, factor, *_rates(linear, f"{what}.linear"), until)
     if kind == "circular":
         return _circular(message.robot, message.circular, factor, f"{what}.circular")
     if kind == "spline":

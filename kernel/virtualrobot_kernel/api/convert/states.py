@@ -6,12 +6,12 @@ from collections.abc import Iterable
 
 from virtualrobot.v1 import geometry_pb2, kernel_pb2, motion_pb2, robot_pb2, signal_pb2
 
-from virtualrobot_kernel.api.convert.values import quaternion, vector_message
+from virtualrobot_kernel.api.convert.values import pose_message, quaternion, vector_message
 from virtualrobot_kernel.motion.moving import Phase
 from virtualrobot_kernel.planning.robots import tcp_frame
 from virtualrobot_kernel.world.actuators import actuator_positions
 from virtualrobot_kernel.world.clock import Clock, Mode
-from virtualrobot_kernel.world.state import CancelCause, Motion, Selection, Signal, Snapshot
+from virtualrobot_kernel.world.state import CancelCause, Motion, Search, Selection, Signal, Snapshot
 from virtualrobot_kernel.world.structure import Kind, Node
 
 CAUSES = {cause: getattr(motion_pb2, f"CANCEL_CAUSE_{cause.name}") for cause in CancelCause}
@@ -71,6 +71,19 @@ def motion_message(snapshot: Snapshot, motion: Motion) -> motion_pb2.Motion:
         start_time_seconds=motion.start_tick * snapshot.tick_seconds,
         cancel_reason=motion.cancellation.reason if motion.cancellation else "",
         cancel_cause=CAUSES[motion.cancellation.cause] if motion.cancellation else None,
+        # After the last step it is still at that one.
+        step=min(motion.running.steps_done, max(0, motion.step_count - 1)),
+        step_count=motion.step_count,
+        search=_search_message(snapshot, motion.search) if motion.search else None,
+    )
+
+
+def _search_message(snapshot: Snapshot, search: Search) -> motion_pb2.SearchResult:
+    return motion_pb2.SearchResult(
+        found=search.found,
+        joint_positions=search.joint_positions,
+        world_t_tcp=pose_message(search.world_t_tcp),
+        time_seconds=search.tick * snapshot.tick_seconds,
     )
 
 

@@ -1,0 +1,106 @@
+"""What a motion shall do, moves or the steps of a program: to wishes that `planning` understands; notes to messages."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from virtualrobot.v1 import motion_pb2
+
+from virtualrobot_kernel.api.convert.moves import wished_move
+from virtualrobot_kernel.api.convert.values import finite
+from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.planning.notes import Note, NoteKind
+from virtualrobot_kernel.planning.program import (
+    DwellWish,
+    MotionWish,
+    MoveStepWish,
+    SetSignalWish,
+    StepWish,
+    WaitSignalWish,
+    Zone,
+)
+
+KINDS = {kind: getattr(motion_pb2, f"PLAN_NOTE_KIND_{kind.name}") for kind in NoteKind}
+MOST_PERCENT = 50.0
+
+
+def wished_motion(message: motion_pb2.StartMotionRequest) -> MotionWish:
+    """Return what a client wishes; raise KernelError that names the field, and in a program the step, that is wrong."""
+    moves = tuple(wished_move(move, f"moves[{place}]") for place, move in enumerate(message.moves))
+    steps = []
+    for place, step in enumerate(message.steps):
+        try:
+            steps.append(_step(step, f"steps[{place}]"))
+        except KernelError as error:
+            error.metadata["step"] = str(place)
+            raise
+    return MotionWish(moves, tuple(steps))
+
+
+def note_messages(notes: Iterable[Note]) -> list[motion_pb2.PlanNote]:
+    """Return what a planner made other than it was asked to."""
+    return [
+        motion_pb2.PlanNote(
+            kind=KINDS[note.kind],
+            step=note.step,
+            robot=note.robot,
+            wanted=note.wanted,
+            kept=note.kept,
+            message=note.message,
+        )
+        for note in notes
+    ]
+
+
+def _step(message: motion_pb2.ProgramStep, what: str) -> StepWish:
+    kind = message.WhichOneof("step")
+    if kind == "move":
+        return _move_step(message.move, f"{what}.move")
+    if kind == "set_signal":
+        return SetSignalWish(_named(message.set_signal.signal, f"{what}.set_signal"), message.set_signal.value)
+    if kind == "wait_signal":
+        wait = message.wait_signal
+        signal = _named(wait.condition.signal, f"{what}.wait_signal.condition")
+        timeout = finite(wait.timeout_seconds, f"{what}.wait_signal.timeout_seconds")
+        if timeout < 0.0:
+            raise KernelError(
+                f"{what}.wait_signal.timeout_seconds must be 0 (never) or above, not {timeout:g}", timeout=timeout
+            )
+        return WaitSignalWish(signal, wait.condition.value, timeout)
+    if kind == "dwell":
+        seconds = finite(message.dwell.seconds, f"{what}.dwell.seconds")
+        if seconds <= 0.0:
+            raise KernelError(f"{what}.dwell.seconds must be above 0, not {seconds:g}", seconds=seconds)
+        return DwellWish(seconds)
+    names = ", ".join(field.name for field in message.DESCRIPTOR.oneofs_by_name["step"].fields)
+    raise KernelError(f"{what} does not say what to do; give one of {names}", field=what)
+
+
+def _move_step(message: motion_pb2.MoveStep, what: str) -> MoveStepWish:
+    if not message.moves:
+        raise KernelError(f"{what}.moves is empty: which robot shall move?", field=f"{what}.moves")
+    moves = tuple(wished_move(move, f"{what}.moves[{place}]") for place, move in enumerate(message.moves))
+    return MoveStepWish(moves, _zone(message, what))
+
+
+def _zone(message: motion_pb2.MoveStep, what: str) -> Zone | None:
+    kind = message.WhichOneof("zone")
+    if kind == "blend_distance_meters":
+        meters = finite(message.blend_distance_meters, f"{what}.{kind}")
+        if meters <= 0.0:
+            raise KernelError(f"{what}.{kind} must be above 0, not {meters:g}; leave it out to stop", zone=meters)
+        return Zone(meters=meters)
+    if kind == "blend_percent":
+        percent = finite(message.blend_percent, f"{what}.{kind}")
+        if not 0.0 < percent <= MOST_PERCENT:
+            raise KernelError(
+                f"{what}.{kind} must be above 0 and at most {MOST_PERCENT:g}, not {percent:g}", zone=percent
+            )
+        return Zone(percent=percent)
+    return None
+
+
+def _named(signal: str, what: str) -> str:
+    if not signal:
+        raise KernelError(f"{what}.signal is empty: which signal?", field=f"{what}.signal")
+    return signal
