@@ -60,7 +60,7 @@ def _move(message: motion_pb2.Move, what: str) -> Move:
             if not linear.until.signal:
                 raise KernelError(f"{what}.linear.until.signal is empty: which signal?", field=f"{what}.linear.until")
             until = linear.until.signal, linear.until.value
-        return Linear(message.robot, goal, factor, *_rates(linear, f"{what}.linear"), until)
+        return Linear(message.robot, goal, factor, *_rates(linear, f"{what}.linear"), until=until)
     if kind == "circular":
         return _circular(message.robot, message.circular, factor, f"{what}.circular")
     if kind == "spline":
