@@ -181,7 +181,7 @@ def _law(path: PiecewisePolynomial, bounds: Sequence[float], limits: JointLimits
     if uniform.end <= _SLOWED * own.end:
         return uniform
     course = PiecewisePolynomial(path.breaks[[0, -1]], np.ones((1, 1, 1)))
-    local = law_along([*joint_rates(path, limits, ()), Rate(course, 1, np.array(bounds)[:, None])])
+    local = law_along([*joint_rates(path, limits, ()), Rate(course, 1, np.array(bounds)[:, None])], TimeLaw.JERK_LIMITED)
     return min(uniform, local, key=lambda law: law.end)
 
 

@@ -53,12 +53,17 @@ class Cells:
         return len(self.nodes) - 1
 
 
-def cells_of(rates: Sequence[Rate]) -> Cells:
-    """Return the cells for the rates, the first of which covers the whole path."""
+def nodes_of(rates: Sequence[Rate]) -> Array:
+    """Return the nodes (N + 1,) of the path of the first rate: its breaks, where ranges end, and points between."""
     edges = np.unique(np.concatenate([rates[0].polynomial.breaks, *([rate.begin, rate.end] for rate in rates)]))
     each = max(_CELLS_PER_PIECE, -(-_CELLS // (len(edges) - 1)))
     steps = np.arange(each) / each
-    nodes = np.append((edges[:-1, None] + np.diff(edges)[:, None] * steps).ravel(), edges[-1])
+    return np.append((edges[:-1, None] + np.diff(edges)[:, None] * steps).ravel(), edges[-1])
+
+
+def cells_of(rates: Sequence[Rate]) -> Cells:
+    """Return the cells for the rates, the first of which covers the whole path."""
+    nodes = nodes_of(rates)
     inside = np.nextafter(nodes[1:], nodes[:-1])
     points = np.stack([nodes[:-1], 0.5 * (nodes[:-1] + nodes[1:]), inside], axis=1)
     columns: list[list[Array]] = []

@@ -11,6 +11,7 @@ from virtualrobot_kernel.motion.law_search import cells_of, longest_window, sear
 from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 from virtualrobot_kernel.motion.rates import Rate, joint_rates, stretch_needed, tcp_rate
+from virtualrobot_kernel.motion.time_optimal import time_optimal_law
 
 #: By how much slower than by its fine grid a law is.
 _MARGIN = 1.0002
@@ -30,14 +31,17 @@ def path_law(
     """Return the law u(tau) over the whole path q(u), at rest at both ends, that keeps every limit.
 
     path: twice continuously differentiable. What is kept: the velocity, acceleration and jerk of the joints, where
-    `joints` says so only a share of their velocity, and where `tcps` says so the limits of a tool centre point.
+    `joints` says so only a share of their velocity, and where `tcps` says so the limits of a tool centre point. A time-optimal law has no limit of jerk.
     """
-    del law
-    return law_along([*joint_rates(path, limits, joints), *(tcp_rate(path, bound) for bound in tcps)])
+    return law_along([*joint_rates(path, limits, joints), *(tcp_rate(path, bound) for bound in tcps)], law)
 
 
-def law_along(rates: Sequence[Rate]) -> PiecewisePolynomial:
-    """Return the jerk-limited law over the range of the first rate that keeps the limits of all; see `law_search`."""
+def law_along(rates: Sequence[Rate], law: TimeLaw) -> PiecewisePolynomial:
+    """Return the law of this kind over the range of the first rate that keeps the limits of all."""
+    return time_optimal_law(rates) if law is TimeLaw.TIME_OPTIMAL else _jerk_limited(rates)
+
+
+def _jerk_limited(rates: Sequence[Rate]) -> PiecewisePolynomial:
     cells = cells_of(rates)
     usual = np.ones(cells.count)
     found: dict[float, PiecewisePolynomial] = {}
@@ -62,10 +66,10 @@ def law_along(rates: Sequence[Rate]) -> PiecewisePolynomial:
             needed = stretch_needed(rates, law, taus)
             tried.append(law.stretched(law.end * float(needed.max())))
             budget = spend(cells, budget, law, taus, needed[2], window)
-    return kept(min(tried, key=lambda one: one.end), rates)
+    return _kept(min(tried, key=lambda one: one.end), rates)
 
 
-def kept(law: PiecewisePolynomial, rates: Sequence[Rate]) -> PiecewisePolynomial:
+def _kept(law: PiecewisePolynomial, rates: Sequence[Rate]) -> PiecewisePolynomial:
     """Return the law as fast as the limits of the rates allow, by a fine grid and a margin for what lies between."""
     law = _stretched(law, rates, _FINE)
     return law.stretched(law.end * _MARGIN)
