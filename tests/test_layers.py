@@ -30,11 +30,13 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # The client knows nothing of the kernel; an application knows only the client library.
     CLIENT: ("virtualrobot", "numpy", "grpc", "grpc_status", "google", "click", "platformdirs"),
     f"{CLIENT}/apps": ("virtualrobot", "numpy", "click"),
-    # What is pure has no native library, no gRPC and no protobuf; ruckig makes the time laws of what is planned, and
-    # in the tick the next step of what follows setpoints, which nobody can plan: a pure function of a few microseconds.
+    # What is pure has no native library, no gRPC and no protobuf; ruckig and toppra make the time laws of what is
+    # planned, and ruckig in the tick the next step of what follows setpoints, which nobody can plan: a pure function of
+    # a few microseconds.
     f"{KERNEL}/world": PURE,
     f"{KERNEL}/motion": MOTION,
     f"{KERNEL}/motion/profile.py": (*MOTION, "ruckig"),
+    f"{KERNEL}/motion/time_optimal.py": (*MOTION, "toppra"),
     f"{KERNEL}/motion/online.py": (*MOTION, "ruckig"),
     # Each native library has one room.
     KERNEL: ROOM,

@@ -20,7 +20,7 @@ from virtualrobot_kernel.motion.path_law import law_along, path_law
 from virtualrobot_kernel.motion.planned import Plan, Track, peaks, planned
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 from virtualrobot_kernel.motion.profile import jerk_limited_profile
-from virtualrobot_kernel.motion.rates import Rate, joint_rates
+from virtualrobot_kernel.motion.rates import Rate, course_rate, joint_rates
 from virtualrobot_kernel.motion.spline import spline
 
 #: A motion that has to be slowed down for a joint is slowed down by this much more.
@@ -39,13 +39,15 @@ def plan_lin(
     cartesian_limits: CartesianLimits | None = None,
     velocity_scale: float = 1.0,
     tip_t_tcp: ArrayLike | None = None,
+    time_law: TimeLaw = TimeLaw.JERK_LIMITED,
 ) -> Plan:
     """Return the linear motion: the TCP moves on a straight line, its orientation turns about one axis (slerp).
 
     base_t_goal: (4, 4), where the TCP ends; tip_t_tcp: (4, 4), the TCP at the kinematics' last frame (identity when
     None). The law along the line keeps `cartesian_limits`, with speeds times `velocity_scale` in (0, 1]; where a joint
-    cannot follow, the motion is slowed down until every joint keeps its velocity, acceleration and jerk. Errors: see
-    `cartesian_path`; a singularity on the way to a goal out of reach is UNREACHABLE.
+    cannot follow, the motion is slowed down until every joint keeps its velocity, acceleration and jerk. A time-optimal
+    law keeps the velocities and accelerations, of joints and TCP, and no jerk. Errors: see `cartesian_path`; a
+    singularity on the way to a goal out of reach is UNREACHABLE.
     """
     goal = np.array(base_t_goal, dtype=np.float64)
     return _planned(
@@ -57,6 +59,7 @@ def plan_lin(
         cartesian_limits or CartesianLimits(),
         velocity_scale,
         tip_t_tcp,
+        time_law,
     )
 
 
@@ -70,6 +73,7 @@ def plan_circ(
     velocity_scale: float = 1.0,
     tip_t_tcp: ArrayLike | None = None,
     with_arc: bool = False,
+    time_law: TimeLaw = TimeLaw.JERK_LIMITED,
 ) -> Plan:
     """Return the circular motion: the TCP moves on an arc through a point or about a centre.
 
@@ -88,6 +92,7 @@ def plan_circ(
         cartesian_limits or CartesianLimits(),
         velocity_scale,
         tip_t_tcp,
+        time_law,
     )
 
 
@@ -99,6 +104,7 @@ def plan_spline(
     cartesian_limits: CartesianLimits | None = None,
     velocity_scale: float = 1.0,
     tip_t_tcp: ArrayLike | None = None,
+    time_law: TimeLaw = TimeLaw.JERK_LIMITED,
 ) -> Plan:
     """Return the motion along a smooth curve through poses (4, 4) of the TCP, base frame; it ends at the last one.
 
@@ -111,9 +117,11 @@ def plan_spline(
     path = _path("spline", tcp, course, start, limits)
     slow = (cartesian_limits or CartesianLimits()).scaled(velocity_scale)
     bound = TcpBound(path.start, path.end, slice(0, path.dimension), tcp, slow)
-    law = path_law(path, limits.scaled(velocity_scale), (), (bound,), TimeLaw.JERK_LIMITED)
+    law = path_law(path, limits.scaled(velocity_scale), (), (bound,), time_law)
     # What speeds up or slows down the motion accelerates the TCP as much as the law itself does, and not more.
     _, acceleration, jerk = np.abs(law.states(np.linspace(0.0, law.end, 2000), 3)[1:, :, 0]).max(axis=1).tolist()
+    if time_law is TimeLaw.TIME_OPTIMAL:
+        jerk = acceleration * slow.jerk / slow.acceleration
     return planned(course.kind, path, law, limits, course_limits=(acceleration, jerk))
 
 
@@ -126,13 +134,14 @@ def _planned(
     cartesian_limits: CartesianLimits,
     velocity_scale: float,
     tip_t_tcp: ArrayLike | None,
+    time_law: TimeLaw,
 ) -> Plan:
     q_start, tcp = checked_start(name, kinematics, q_start, limits, tip_t_tcp)
     course = course_from(tcp.pose(q_start))
     checked_scale(velocity_scale, "velocity scale")
     if not (course.length or course.angle):
         return planned(course.kind, joint_line(q_start, q_start), jerk_limited_profile(0.0, 1.0, 1.0, 1.0), limits)
-    return along(course, _path(name, tcp, course, q_start, limits), limits, cartesian_limits, velocity_scale)
+    return along(course, _path(name, tcp, course, q_start, limits), limits, cartesian_limits, velocity_scale, time_law)
 
 
 def along(
@@ -141,11 +150,18 @@ def along(
     limits: JointLimits,
     cartesian_limits: CartesianLimits,
     velocity_scale: float,
+    time_law: TimeLaw = TimeLaw.JERK_LIMITED,
 ) -> Plan:
     """Return the plan along the joint path of a line, an arc or the like, on [0, 1]; see `plan_lin` for its law."""
     bounds = _bounds(course, cartesian_limits, velocity_scale)
-    law = _law(path, bounds, limits.scaled(velocity_scale))
-    return planned(course.kind, path, law, limits, course_limits=(bounds[1], bounds[2]))
+    slow = limits.scaled(velocity_scale)
+    if time_law is TimeLaw.TIME_OPTIMAL:
+        rate = course_rate(course, path, cartesian_limits.scaled(velocity_scale))
+        law = law_along([*joint_rates(path, slow, ()), rate], time_law)
+    else:
+        law = _law(path, bounds, slow)
+    peak = float(np.abs(2.0 * law.coefficients[:, 2]).max())
+    return planned(course.kind, path, law, limits, course_limits=(max(bounds[1], peak), bounds[2]))
 
 
 def checked_start(
@@ -161,9 +177,7 @@ def checked_start(
     return start, TcpKinematics(kinematics, np.eye(4) if tip_t_tcp is None else np.array(tip_t_tcp, dtype=np.float64))
 
 
-def _path(
-    name: str, tcp: TcpKinematics, course: Course, q_start: Array, limits: JointLimits
-) -> PiecewisePolynomial:
+def _path(name: str, tcp: TcpKinematics, course: Course, q_start: Array, limits: JointLimits) -> PiecewisePolynomial:
     try:
         return cartesian_path(tcp, course, q_start, limits)
     except KernelError as error:
@@ -181,7 +195,8 @@ def _law(path: PiecewisePolynomial, bounds: Sequence[float], limits: JointLimits
     if uniform.end <= _SLOWED * own.end:
         return uniform
     course = PiecewisePolynomial(path.breaks[[0, -1]], np.ones((1, 1, 1)))
-    local = law_along([*joint_rates(path, limits, ()), Rate(course, 1, np.array(bounds)[:, None])], TimeLaw.JERK_LIMITED)
+    rates = [*joint_rates(path, limits, ()), Rate(course, 1, np.array(bounds)[:, None])]
+    local = law_along(rates, TimeLaw.JERK_LIMITED)
     return min(uniform, local, key=lambda law: law.end)
 
 

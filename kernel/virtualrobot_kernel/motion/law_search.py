@@ -30,6 +30,8 @@ _PASSES = 3
 #: By how much less or more of the jerk is spent at once.
 _CHANGE = (0.5, 2.0)
 _TINY = 1e-200
+#: A place where everything is by this slower than where it is fastest stands still.
+STILL = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +138,9 @@ def spend(cells: Cells, budget: Array, law: PiecewisePolynomial, taus: Array, ne
 
 def _ceiling(cells: Cells) -> Array:
     """Return the greatest s'^2 (N,) that velocity and curvature allow."""
-    velocity = 1.0 / np.maximum(cells.speed.max(axis=(1, 2)), _TINY) ** 2
+    speed = cells.speed.max(axis=(1, 2))
+    # Where nothing moves there is no limit but this one.
+    velocity = 1.0 / np.maximum(speed, STILL * speed.max()) ** 2
     acceleration = _CURVATURE_ACCELERATION / np.sqrt(np.maximum(cells.bend.max(axis=(1, 2)), _TINY))
     jerk = (_CURVATURE_JERK / np.maximum(cells.jerk[2].max(axis=(1, 2)), _TINY)) ** (2.0 / 3.0)
     return np.minimum(np.minimum(velocity, acceleration), jerk)

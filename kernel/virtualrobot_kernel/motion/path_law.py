@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.bounds import JointBound, TcpBound, TimeLaw
 from virtualrobot_kernel.motion.law_search import cells_of, longest_window, search, spend
 from virtualrobot_kernel.motion.limits import JointLimits
@@ -31,13 +32,16 @@ def path_law(
     """Return the law u(tau) over the whole path q(u), at rest at both ends, that keeps every limit.
 
     path: twice continuously differentiable. What is kept: the velocity, acceleration and jerk of the joints, where
-    `joints` says so only a share of their velocity, and where `tcps` says so the limits of a tool centre point. A time-optimal law has no limit of jerk.
+    `joints` says so only a share of their velocity, and where `tcps` says so the limits of a tool centre point. A
+    time-optimal law has no limit of jerk.
     """
     return law_along([*joint_rates(path, limits, joints), *(tcp_rate(path, bound) for bound in tcps)], law)
 
 
 def law_along(rates: Sequence[Rate], law: TimeLaw) -> PiecewisePolynomial:
     """Return the law of this kind over the range of the first rate that keeps the limits of all."""
+    if not any(np.any(rate.polynomial.coefficients) for rate in rates):
+        raise KernelError("a time law needs a path along which something moves; this one stands still")
     return time_optimal_law(rates) if law is TimeLaw.TIME_OPTIMAL else _jerk_limited(rates)
 
 

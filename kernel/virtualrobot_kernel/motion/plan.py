@@ -8,24 +8,30 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from virtualrobot_kernel.errors import KernelError, LimitError
+from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.cartesian_plan import plan_circ, plan_lin, plan_spline
 from virtualrobot_kernel.motion.limits import TOLERANCE, JointLimits, checked_joints
 from virtualrobot_kernel.motion.path import joint_line, smooth_path
 from virtualrobot_kernel.motion.planned import Plan, plan_together, planned
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 from virtualrobot_kernel.motion.profile import jerk_limited_profile
+from virtualrobot_kernel.motion.time_optimal import trapezoid
 
 __all__ = ["Plan", "plan_circ", "plan_lin", "plan_ptp", "plan_spline", "plan_together", "plan_trajectory"]
 
 
 def plan_ptp(
-    q_start: Sequence[float] | Array, q_goal: Sequence[float] | Array, limits: JointLimits, velocity_scale: float = 1.0
+    q_start: Sequence[float] | Array,
+    q_goal: Sequence[float] | Array,
+    limits: JointLimits,
+    velocity_scale: float = 1.0,
+    time_law: TimeLaw = TimeLaw.JERK_LIMITED,
 ) -> Plan:
     """Return the point-to-point motion: the straight line between two joint positions (k,), phase-synchronised.
 
-    All joints share one jerk-limited law, the fastest that keeps every joint's velocity (times `velocity_scale` in
-    (0, 1]), acceleration and jerk. Continuous joints move by the plain difference. Raises LimitError naming a joint
-    whose start or goal is outside its limits.
+    All joints share one law, the fastest that keeps every joint's velocity (times `velocity_scale` in (0, 1]),
+    acceleration and, unless it is time-optimal, jerk. Continuous joints move by the plain difference. Raises LimitError
+    naming a joint whose start or goal is outside its limits.
     """
     q_start = checked_joints(q_start, len(limits.names), "the start of a PTP motion")
     q_goal = checked_joints(q_goal, len(limits.names), "the goal of a PTP motion")
@@ -38,7 +44,7 @@ def plan_ptp(
         bounds = [
             float((values[moving] / travel[moving]).min()) for values in (slow.velocity, slow.acceleration, slow.jerk)
         ]
-        law = jerk_limited_profile(1.0, *bounds)
+        law = jerk_limited_profile(1.0, *bounds) if time_law is TimeLaw.JERK_LIMITED else trapezoid(1.0, *bounds[:2])
     else:
         law = jerk_limited_profile(0.0, 1.0, 1.0, 1.0)
     return planned("ptp", joint_line(q_start, q_goal), law, limits, q_goal)

@@ -14,7 +14,8 @@ from itertools import pairwise
 import numpy as np
 
 from virtualrobot_kernel.motion.bounds import JointBound, TcpBound
-from virtualrobot_kernel.motion.limits import JointLimits
+from virtualrobot_kernel.motion.course import Course
+from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 
 #: Nodes of the polynomial that stands for a rate on one piece, and how exactly it has to: a share of the rate.
@@ -70,13 +71,22 @@ def tcp_rate(path: PiecewisePolynomial, bound: TcpBound) -> Rate:
         q, rate = part.state(s, 1)[:, bound.columns]
         return bound.tcp.jacobian(q) @ rate
 
-    limits = bound.limits
-    rows = [
-        [limits.velocity, limits.rotation_velocity],
-        [limits.acceleration, limits.rotation_acceleration],
-        [limits.jerk, limits.rotation_jerk],
-    ]
-    return Rate(fitted(twist, part.breaks), 3, np.array(rows))
+    return Rate(fitted(twist, part.breaks), 3, _rows(bound.limits))
+
+
+def course_rate(course: Course, path: PiecewisePolynomial, limits: CartesianLimits) -> Rate:
+    """Return the rates of position and rotation along the course that the TCP of a joint path on [0, 1] follows."""
+    return Rate(fitted(course.twist, np.unique([path.start, *course.knots, path.end])), 3, _rows(limits))
+
+
+def _rows(limits: CartesianLimits) -> Array:
+    return np.array(
+        [
+            [limits.velocity, limits.rotation_velocity],
+            [limits.acceleration, limits.rotation_acceleration],
+            [limits.jerk, limits.rotation_jerk],
+        ]
+    )
 
 
 def restricted(function: PiecewisePolynomial, begin: float, end: float) -> PiecewisePolynomial:

@@ -13,17 +13,19 @@ from collections.abc import Sequence
 import numpy as np
 
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.motion.law_search import nodes_of
+from virtualrobot_kernel.motion.law_search import STILL, nodes_of
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 from virtualrobot_kernel.motion.rates import Rate, stretch_needed
 
 #: Sides of the polygon that stands for the circle of the accelerations of a position or a rotation.
-_SIDES = 24
+_SIDES = 16
 #: How often it is solved again with less where the last solution exceeded the limits between its nodes.
 _ROUNDS = 2
+#: A solution that has to be slowed down by no more than this is not solved again.
+_GOOD = 1.0005
 #: Looks at each cell, and by how much slower than by them a law is.
 _LOOKS, _MARGIN = 24, 1.0001
-_TINY = 1e-200
+_TINY = 1e-100
 
 
 def trapezoid(length: float, max_velocity: float, max_acceleration: float) -> PiecewisePolynomial:
@@ -56,6 +58,8 @@ def time_optimal_law(rates: Sequence[Rate]) -> PiecewisePolynomial:
         taus = (law.breaks[:-1, None] + np.diff(law.breaks)[:, None] * np.linspace(0.0, 1.0 - 1e-9, _LOOKS)).ravel()
         needed = stretch_needed(rates, law, taus)[:2].max(axis=0).reshape(-1, _LOOKS).max(axis=1)
         laws.append(law.stretched(law.end * float(needed.max()) * _MARGIN))
+        if needed.max() < _GOOD:
+            break
         beside = np.maximum(np.append(needed, 0.0), np.append(0.0, needed))
         share *= np.maximum(beside, 1.0)
     return min(laws, key=lambda law: law.end)
@@ -115,7 +119,7 @@ def _solved(nodes: Array, speed: Array, slope: Array, bend: Array) -> Array:
         def compute_constraint_params(self, path: object, gridpoints: Array, *_: object) -> tuple:
             eye, ones = np.eye(len(some)), np.ones(2 * len(some))
             both = np.concatenate([eye, -eye])
-            top = np.stack([np.zeros(len(nodes)), (unit / np.maximum(speed, _TINY)) ** 2], axis=1)
+            top = np.stack([np.zeros(len(nodes)), (unit / np.maximum(speed, STILL * speed.max())) ** 2], axis=1)
             linear = (slope, bend, np.zeros_like(slope), both, ones)
             return *canlinear_colloc_to_interpolate(*linear, None, None, gridpoints, identical=True)[:5], None, top
 

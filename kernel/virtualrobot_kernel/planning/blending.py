@@ -64,7 +64,7 @@ class _Step:
     plan: Plan
     snapshot: Snapshot
     obstacle: str
-    law: TimeLaw | None
+    law: TimeLaw
 
     @property
     def columns(self) -> list[Column]:
@@ -125,10 +125,16 @@ def _each(
             error.metadata["step"] = str(number)
             error.args = (f"step {number}: {error}",)
             raise
-        step = _Step(number, wish.zone, moves, together(moves), snapshot, _unjoined(wish, moves), TimeLaw.JERK_LIMITED)
+        step = _Step(number, wish.zone, moves, together(moves), snapshot, _unjoined(wish, moves), _law(wish))
         snapshot = arrived(snapshot, step.columns, step.plan.goal)
         result.append(step)
     return result
+
+
+def _law(wish: MoveStepWish) -> TimeLaw:
+    """Return the law of a step: time-optimal when all its moves are."""
+    laws = {getattr(move, "time_law", TimeLaw.JERK_LIMITED) for move in wish.moves}
+    return TimeLaw.TIME_OPTIMAL if laws == {TimeLaw.TIME_OPTIMAL} else TimeLaw.JERK_LIMITED
 
 
 def _unjoined(wish: MoveStepWish, moves: Sequence[PlannedMove]) -> str:
@@ -242,7 +248,7 @@ class _Frame:
                 bounds.append(self._placed(tcp, uid, part))
         joints = [bound for bound in joints if bound.end > bound.begin]
         bounds = [bound for bound in bounds if bound.end > bound.begin]
-        law = path_law(whole.path, self.limits, joints, bounds, self.steps[0].law or TimeLaw.JERK_LIMITED)
+        law = path_law(whole.path, self.limits, joints, bounds, self.steps[0].law)
         goal = arrived(self.steps[-1].snapshot, self.steps[-1].columns, self.steps[-1].plan.goal).state.q[self.q_index]
         plan = planned("blend", whole.path, law, self.limits, goal)
         middles = [nominal_time(law, 0.5 * (begin + end), 0.0) for begin, end in whole.corners]

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
+from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
 from virtualrobot_kernel.motion.circle import Center, Via
 from virtualrobot_kernel.motion.limits import JointLimits
@@ -53,6 +54,7 @@ class PointToPoint:
     goal: Mapping[str, float] | PoseGoal | str | ActuatorGoal
     speed_factor: float = 1.0
     redundancy: Redundancy = FREE
+    time_law: TimeLaw = TimeLaw.JERK_LIMITED
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,6 +71,7 @@ class Linear:
     max_acceleration: float = 0.0
     redundancy: Redundancy = FREE
     until: tuple[str, bool] | None = None
+    time_law: TimeLaw = TimeLaw.JERK_LIMITED
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,6 +91,7 @@ class Circular:
     max_velocity: float = 0.0
     max_acceleration: float = 0.0
     redundancy: Redundancy = FREE
+    time_law: TimeLaw = TimeLaw.JERK_LIMITED
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,6 +113,7 @@ class ToolStateMove:
     tool: str
     state: str
     speed_factor: float = 1.0
+    time_law: TimeLaw = TimeLaw.JERK_LIMITED
 
 
 Move = PointToPoint | Linear | Circular | Spline | JointTrajectory | ToolStateMove | JointJog | CartesianJog
@@ -242,18 +247,21 @@ def _point_to_point(snapshot: Snapshot, move: PointToPoint, solver_of: SolverOf)
         limits, start = joint_limits(snapshot, node, arm.joint_names)
         goal = _nearest_turn(goal, start, limits)
         speed_factor = move.speed_factor or 1.0
-        plan = plan_ptp(start, goal, limits, speed_factor)
+        plan = plan_ptp(start, goal, limits, speed_factor, move.time_law)
         return PlannedMove(node, arm.joint_names, plan, speed_factor=speed_factor)
     positions = _positions(node, move.goal)
-    return _to_joints(snapshot, node, positions, move.speed_factor)
+    return _to_joints(snapshot, node, positions, move.speed_factor, move.time_law)
 
 
-def _to_joints(snapshot: Snapshot, node: Node, positions: Mapping[str, float], speed_factor: float) -> PlannedMove:
+def _to_joints(
+    snapshot: Snapshot, node: Node, positions: Mapping[str, float], speed_factor: float, time_law: TimeLaw
+) -> PlannedMove:
     names = tuple(positions)
     limits, start = joint_limits(snapshot, node, names)
     goal = np.array([positions[name] for name in names])
     speed_factor = speed_factor or 1.0
-    return PlannedMove(node, names, plan_ptp(start, goal, limits, speed_factor), speed_factor=speed_factor)
+    plan = plan_ptp(start, goal, limits, speed_factor, time_law)
+    return PlannedMove(node, names, plan, speed_factor=speed_factor)
 
 
 def _positions(node: Node, goal: Mapping[str, float] | PoseGoal | str | ActuatorGoal) -> Mapping[str, float]:
@@ -277,7 +285,7 @@ def _linear(snapshot: Snapshot, move: Linear, solver_of: SolverOf) -> PlannedMov
     base_t_goal = inverse(snapshot.world_t(arm.base)) @ world_t_goal(snapshot, move.goal)
     tcp = TcpKinematics(solver_of(snapshot, arm), flange_t_tcp(snapshot, node))
     cartesian, speed_factor = cartesian_limits(move.max_velocity, move.max_acceleration), move.speed_factor or 1.0
-    plan = plan_lin(tcp.kinematics, start, base_t_goal, limits, cartesian, speed_factor, tcp.tip_t_tcp)
+    plan = plan_lin(tcp.kinematics, start, base_t_goal, limits, cartesian, speed_factor, tcp.tip_t_tcp, move.time_law)
     return led_move(node, arm, plan, tcp, cartesian, speed_factor)
 
 
@@ -299,6 +307,7 @@ def _circular(snapshot: Snapshot, move: Circular, solver_of: SolverOf) -> Planne
         speed_factor,
         tcp.tip_t_tcp,
         move.with_arc,
+        move.time_law,
     )
     return led_move(node, arm, plan, tcp, cartesian, speed_factor)
 
@@ -319,7 +328,7 @@ def _tool_state(snapshot: Snapshot, move: ToolStateMove, solver_of: SolverOf) ->
     node = snapshot.structure.node(move.robot, Kind.ROBOT)
     tool, positions = _tool_positions(snapshot, node, move)
     # A state without joints, such as a vacuum, is there with the next tick.
-    planned = _to_joints(snapshot, node, positions, move.speed_factor)
+    planned = _to_joints(snapshot, node, positions, move.speed_factor, move.time_law)
     return replace(planned, tool_states=((tool, move.state),))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
 from virtualrobot_kernel.motion.cartesian_plan import plan_spline
 from virtualrobot_kernel.planning.planned_move import (
@@ -31,6 +32,7 @@ class Spline:
     max_velocity: float = 0.0
     max_acceleration: float = 0.0
     redundancy: Redundancy = FREE
+    time_law: TimeLaw = TimeLaw.JERK_LIMITED
 
 
 def spline_move(snapshot: Snapshot, move: Spline, solver_of: SolverOf) -> PlannedMove:
@@ -42,5 +44,5 @@ def spline_move(snapshot: Snapshot, move: Spline, solver_of: SolverOf) -> Planne
     goals = [base_t_world @ world_t_goal(snapshot, goal) for goal in move.goals]
     tcp = TcpKinematics(solver_of(snapshot, arm), flange_t_tcp(snapshot, node))
     cartesian, speed_factor = cartesian_limits(move.max_velocity, move.max_acceleration), move.speed_factor or 1.0
-    plan = plan_spline(tcp.kinematics, start, goals, limits, cartesian, speed_factor, tcp.tip_t_tcp)
+    plan = plan_spline(tcp.kinematics, start, goals, limits, cartesian, speed_factor, tcp.tip_t_tcp, move.time_law)
     return led_move(node, arm, plan, tcp, cartesian, speed_factor)

@@ -11,9 +11,10 @@ from virtualrobot_kernel.api.convert.jogs import cartesian_jog, joint_jog
 from virtualrobot_kernel.api.convert.redundancy import wished_redundancy
 from virtualrobot_kernel.api.convert.values import array, by_name, check_enum, finite, pose, vector
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.circle import Center, Via
 from virtualrobot_kernel.motion.spline import MOST_GOALS
-from virtualrobot_kernel.planning.jog import JointJog
+from virtualrobot_kernel.planning.jog import CartesianJog, JointJog
 from virtualrobot_kernel.planning.moves import (
     ActuatorGoal,
     Circular,
@@ -30,7 +31,7 @@ from virtualrobot_kernel.planning.spline import Spline
 
 def wished_move(message: motion_pb2.Move, what: str) -> Move:
     """Return what a client wishes one robot to do; raise KernelError that names the field that is wrong."""
-    move = _move(message, what)
+    move = _in_time(_move(message, what), message, what)
     redundancy = wished_redundancy(message.redundancy, f"{what}.redundancy")
     if redundancy is FREE:
         return move
@@ -42,6 +43,20 @@ def wished_move(message: motion_pb2.Move, what: str) -> Move:
             field=f"{what}.redundancy",
         )
     return replace(move, redundancy=redundancy)
+
+
+def _in_time(move: Move, message: motion_pb2.Move, what: str) -> Move:
+    """Return the move with the time law that the message says."""
+    check_enum(message, "time_law")
+    if message.time_law == motion_pb2.TIME_LAW_UNSPECIFIED:
+        return move
+    if isinstance(move, JointTrajectory):
+        raise KernelError(f"{what}.joint_trajectory has its own times; give no time_law", field=f"{what}.time_law")
+    if isinstance(move, JointJog | CartesianJog):
+        if message.time_law == motion_pb2.TIME_LAW_JERK_LIMITED:
+            return move
+        raise KernelError(f"{what}.time_law is for other moves; a jog is jerk-limited", field=f"{what}.time_law")
+    return replace(move, time_law=TimeLaw(motion_pb2.TimeLaw.Name(message.time_law).removeprefix("TIME_LAW_")))
 
 
 def _move(message: motion_pb2.Move, what: str) -> Move:
