@@ -25,6 +25,7 @@ class Mover:
     cancelled. Their common options:
 
     - `speed_factor`: the part of the joints' greatest speed that is used, above 0, up to 1.
+    - `time_law`: `jerk_limited`, the default, or `time_optimal`, which keeps speeds and accelerations and no jerk.
     - `wait`: whether to return only at the end.
     - `preempt`: cancel motions in the way instead of being refused with `RobotBusyError`.
     - `on_disconnect`: what the kernel does when this program vanishes, `stop` or `continue`.
@@ -54,6 +55,7 @@ class Mover:
         reference: str = "",
         configuration: str = "",
         speed_factor: float = 0.0,
+        time_law: str = "",
         lock: Lock = (),
         arm_angle: float | None = None,
         prefer: Prefer = "",
@@ -68,7 +70,12 @@ class Mover:
         if not isinstance(goal, str | Mapping) and np.shape(goal) != (4, 4):
             goal = self._named(goal)
         move = moves.point_to_point(
-            self.name, goal, reference=reference, configuration=configuration, speed_factor=speed_factor
+            self.name,
+            goal,
+            reference=reference,
+            configuration=configuration,
+            speed_factor=speed_factor,
+            time_law=time_law,
         )
         return self._wished(move, lock, prefer, arm_angle)
 
@@ -80,11 +87,12 @@ class Mover:
         velocity: float = 0.0,
         acceleration: float = 0.0,
         speed_factor: float = 0.0,
+        time_law: str = "",
         lock: Lock = (),
         prefer: Prefer = "",
     ) -> motion_pb2.Move:
         """Return a straight move of the tool centre point to a 4x4 pose; 0 means 0.25 m/s and 1 m/s^2."""
-        move = moves.linear(self.name, reference_t_tcp, reference, velocity, acceleration, speed_factor)
+        move = moves.linear(self.name, reference_t_tcp, reference, velocity, acceleration, speed_factor, time_law)
         return self._wished(move, lock, prefer)
 
     def circular(
@@ -100,6 +108,7 @@ class Mover:
         velocity: float = 0.0,
         acceleration: float = 0.0,
         speed_factor: float = 0.0,
+        time_law: str = "",
         lock: Lock = (),
         prefer: Prefer = "",
     ) -> motion_pb2.Move:
@@ -126,6 +135,7 @@ class Mover:
             velocity=velocity,
             acceleration=acceleration,
             speed_factor=speed_factor,
+            time_law=time_law,
         )
         return self._wished(move, lock, prefer)
 
@@ -155,14 +165,21 @@ class Mover:
         """Start one move; see the options of the class."""
         return motion.start(self._services, [move], **options)
 
-    def move_joints(self, goal: JointPositions, *, speed_factor: float = 0.0, **options: Any) -> motion.Motion:  # noqa: ANN401
+    def move_joints(
+        self,
+        goal: JointPositions,
+        *,
+        speed_factor: float = 0.0,
+        time_law: str = "",
+        **options: Any,  # noqa: ANN401
+    ) -> motion.Motion:
         """Move joints to values by name, or in order (all joints, or those of the chain).
 
         Example:
             >>> robot.move_joints({"lbr_iiwa_joint_4": -1.57}, speed_factor=0.5)
         """
         named = goal if isinstance(goal, Mapping) else self._named(goal)
-        return self.start(self.ptp(named, speed_factor=speed_factor), **options)
+        return self.start(self.ptp(named, speed_factor=speed_factor, time_law=time_law), **options)
 
     def move_pose(
         self,
@@ -171,6 +188,7 @@ class Mover:
         reference: str = "",
         configuration: str = "",
         speed_factor: float = 0.0,
+        time_law: str = "",
         lock: Lock = (),
         arm_angle: float | None = None,
         prefer: Prefer = "",
@@ -186,19 +204,32 @@ class Mover:
             >>> iiwa.move_pose(goal, arm_angle=0.3)
         """
         move = moves.point_to_point(
-            self.name, reference_t_tcp, reference=reference, configuration=configuration, speed_factor=speed_factor
+            self.name,
+            reference_t_tcp,
+            reference=reference,
+            configuration=configuration,
+            speed_factor=speed_factor,
+            time_law=time_law,
         )
         return self.start(self._wished(move, lock, prefer, arm_angle), **options)
 
-    def move_to(self, posture: str, *, speed_factor: float = 0.0, **options: Any) -> motion.Motion:  # noqa: ANN401
+    def move_to(
+        self,
+        posture: str,
+        *,
+        speed_factor: float = 0.0,
+        time_law: str = "",
+        **options: Any,  # noqa: ANN401
+    ) -> motion.Motion:
         """Move to a posture with a name, such as `home`."""
-        return self.start(self.ptp(posture, speed_factor=speed_factor), **options)
+        return self.start(self.ptp(posture, speed_factor=speed_factor, time_law=time_law), **options)
 
     def move_actuators(
         self,
         positions: Mapping[str, float],
         *,
         speed_factor: float = 0.0,
+        time_law: str = "",
         **options: Any,  # noqa: ANN401
     ) -> motion.Motion:
         """Move to where actuators, by name and in their own units, have the joints; see `Robot.actuators`.
@@ -206,7 +237,7 @@ class Mover:
         Example:
             >>> palletizer.move_actuators({"motor_2": 30.0, "motor_3": 75.0})
         """
-        return self.start(moves.actuated(self.name, positions, speed_factor=speed_factor), **options)
+        return self.start(moves.actuated(self.name, positions, speed_factor=speed_factor, time_law=time_law), **options)
 
     def move_linear(
         self,
@@ -216,6 +247,7 @@ class Mover:
         velocity: float = 0.0,
         acceleration: float = 0.0,
         speed_factor: float = 0.0,
+        time_law: str = "",
         lock: Lock = (),
         prefer: Prefer = "",
         **options: Any,  # noqa: ANN401
@@ -232,6 +264,7 @@ class Mover:
                 velocity=velocity,
                 acceleration=acceleration,
                 speed_factor=speed_factor,
+                time_law=time_law,
                 lock=lock,
                 prefer=prefer,
             ),
@@ -251,6 +284,7 @@ class Mover:
         velocity: float = 0.0,
         acceleration: float = 0.0,
         speed_factor: float = 0.0,
+        time_law: str = "",
         lock: Lock = (),
         prefer: Prefer = "",
         **options: Any,  # noqa: ANN401
@@ -273,6 +307,7 @@ class Mover:
                 velocity=velocity,
                 acceleration=acceleration,
                 speed_factor=speed_factor,
+                time_law=time_law,
                 lock=lock,
                 prefer=prefer,
             ),

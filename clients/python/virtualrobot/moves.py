@@ -11,12 +11,27 @@ from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.v1 import motion_pb2
 from virtualrobot.wire import array_message, joint_map, pose_message, vector_message
 
+TIME_LAWS = {
+    "": motion_pb2.TIME_LAW_UNSPECIFIED,
+    "jerk_limited": motion_pb2.TIME_LAW_JERK_LIMITED,
+    "time_optimal": motion_pb2.TIME_LAW_TIME_OPTIMAL,
+}
+"""How the time can be laid along the path of a move."""
+
 
 def pose_goal(reference_t_tcp: ArrayLike, reference: str, configuration: str = "") -> motion_pb2.PoseGoal:
     """Return a goal for the tool centre point: a 4x4 pose in the frame of the node `reference` (empty: world)."""
     return motion_pb2.PoseGoal(
         reference_t_tcp=pose_message(reference_t_tcp), reference=reference, configuration=configuration
     )
+
+
+def time_law_number(name: str) -> motion_pb2.TimeLaw:
+    """Return the enum value of a time law; empty means the kernel's usual one."""
+    if name not in TIME_LAWS:
+        names = ", ".join(repr(law) for law in TIME_LAWS if law)
+        raise InvalidArgumentError(f"time_law is one of {names}, or empty for the first, not {name!r}")
+    return TIME_LAWS[name]
 
 
 def point_to_point(
@@ -26,6 +41,7 @@ def point_to_point(
     reference: str = "",
     configuration: str = "",
     speed_factor: float = 0.0,
+    time_law: str = "",
 ) -> motion_pb2.Move:
     """Return a move straight in joint space: to joints by name, to a posture by its name, or to a 4x4 pose.
 
@@ -39,14 +55,18 @@ def point_to_point(
         target = motion_pb2.PointToPoint(joints=motion_pb2.JointGoal(joint_positions=joint_map(goal)))
     else:
         target = motion_pb2.PointToPoint(pose=pose_goal(goal, reference, configuration))
-    return motion_pb2.Move(robot=robot, speed_factor=speed_factor, point_to_point=target)
+    law = time_law_number(time_law)
+    return motion_pb2.Move(robot=robot, speed_factor=speed_factor, time_law=law, point_to_point=target)
 
 
-def actuated(robot: str, actuators: Mapping[str, float], *, speed_factor: float = 0.0) -> motion_pb2.Move:
+def actuated(
+    robot: str, actuators: Mapping[str, float], *, speed_factor: float = 0.0, time_law: str = ""
+) -> motion_pb2.Move:
     """Return a move straight in joint space to where these actuators, by name and in their units, have the joints."""
     goal = motion_pb2.ActuatorGoal(actuator_positions=joint_map(actuators))
     move = motion_pb2.PointToPoint(actuators=goal)
-    return motion_pb2.Move(robot=robot, speed_factor=speed_factor, point_to_point=move)
+    law = time_law_number(time_law)
+    return motion_pb2.Move(robot=robot, speed_factor=speed_factor, time_law=law, point_to_point=move)
 
 
 def linear(
@@ -56,6 +76,7 @@ def linear(
     velocity: float = 0.0,
     acceleration: float = 0.0,
     speed_factor: float = 0.0,
+    time_law: str = "",
 ) -> motion_pb2.Move:
     """Return a move along a straight line; velocity in m/s, acceleration in m/s^2, 0 for the kernel's usual ones."""
     line = motion_pb2.Linear(
@@ -63,7 +84,8 @@ def linear(
         max_velocity_meters_per_second=velocity,
         max_acceleration_meters_per_second_squared=acceleration,
     )
-    return motion_pb2.Move(robot=robot, speed_factor=speed_factor, linear=line)
+    law = time_law_number(time_law)
+    return motion_pb2.Move(robot=robot, speed_factor=speed_factor, time_law=law, linear=line)
 
 
 def circular(
@@ -79,6 +101,7 @@ def circular(
     velocity: float = 0.0,
     acceleration: float = 0.0,
     speed_factor: float = 0.0,
+    time_law: str = "",
 ) -> motion_pb2.Move:
     """Return a move along an arc through the point `via`, or about `center`, (3,) in m each; see `Mover.circular`."""
     if (via is None) == (center is None):
@@ -100,7 +123,8 @@ def circular(
             arc.center.axis.CopyFrom(vector_message(axis, "the axis"))
         if angle is not None:
             arc.center.angle_radians = angle
-    return motion_pb2.Move(robot=robot, speed_factor=speed_factor, circular=arc)
+    law = time_law_number(time_law)
+    return motion_pb2.Move(robot=robot, speed_factor=speed_factor, time_law=law, circular=arc)
 
 
 def trajectory(
