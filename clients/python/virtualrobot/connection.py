@@ -8,7 +8,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from virtualrobot import motion
+from virtualrobot import motion, plans
 from virtualrobot.assets import Assets
 from virtualrobot.clock import Clock
 from virtualrobot.denavit_hartenberg import Row, table_message
@@ -153,6 +153,40 @@ class Client:
             >>> client.move_together([left.ptp("home"), right.linear(goal)], wait=True)
         """
         return motion.start(self._services, moves, **options)
+
+    def plan(self, wishes: Iterable[plans.Wish], *, sample_seconds: float = 0.0) -> plans.MotionPlan:
+        """Return what a motion would do, in samples: joints, efforts, tool centre points, duration. Nothing moves.
+
+        Args:
+            wishes: moves that start and end together, or the steps of a program.
+            sample_seconds: the time between samples, at least a tick; 0 means a tick.
+
+        Raises:
+            VirtualRobotError: as the start of the motion would; TooLargeError for more samples than one answer holds.
+
+        Example:
+            >>> plan = client.plan([left.ptp("home"), right.linear(goal)])
+            >>> plan.duration_seconds, plan.robots["right"].tcp_speeds.max()
+            (2.31, 0.25)
+        """
+        return plans.plan(self._services, wishes, sample_seconds=sample_seconds)
+
+    def check(self, wishes: Iterable[plans.Wish], *, min_singular_value: float = 0.0) -> plans.MotionCheck:
+        """Return whether a motion keeps all limits, and else the first one that it violates. Nothing moves.
+
+        Args:
+            wishes: moves that start and end together, or the steps of a program.
+            min_singular_value: the smallest singular value of the Jacobian that is accepted, its linear rows divided by
+                the longest lever arm; 0 means that only lines and arcs keep away from singularities, by 0.01.
+
+        Raises:
+            VirtualRobotError: when it is no motion at all, such as for unknown names.
+
+        Example:
+            >>> print(client.check([arm.linear(goal)]).first_violation)
+            the joint 'lbr_iiwa_joint_4' of 'arm' leaves its range, up to -2.14 rad after 1.32 s, ...
+        """
+        return plans.check(self._services, wishes, min_singular_value=min_singular_value)
 
     def motions(self, running_only: bool = True) -> list[motion.Motion]:
         """Return the motions that run, whoever started them; with False also the last ones that ended."""

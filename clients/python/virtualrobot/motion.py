@@ -184,11 +184,13 @@ def start(
     wait: bool = True,
     preempt: bool = False,
     on_disconnect: str = "stop",
+    expected_revision: int = 0,
 ) -> Motion:
     """Start a motion; return its handle, after its end with `wait`.
 
     `preempt` cancels motions in the way instead of being refused. `on_disconnect` says what the kernel does when this
-    program vanishes: `stop` or `continue`.
+    program vanishes: `stop` or `continue`. With an `expected_revision` of the structure the start is refused
+    (StaleRevisionError) when there is another one.
     """
     policies = {"stop": motion_pb2.DISCONNECT_POLICY_STOP, "continue": motion_pb2.DISCONNECT_POLICY_CONTINUE}
     if on_disconnect not in policies:
@@ -198,6 +200,7 @@ def start(
             moves=moves,
             busy_policy=motion_pb2.BUSY_POLICY_PREEMPT if preempt else motion_pb2.BUSY_POLICY_REJECT,
             on_disconnect=policies[on_disconnect],
+            expected_revision=expected_revision,
         )
     )
     motion = Motion(services, response.motion)

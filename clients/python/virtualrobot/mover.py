@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from virtualrobot import motion, moves
+from virtualrobot import motion, moves, plans
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.redundancy import Lock, Prefer, redundancy
 from virtualrobot.services import Services
@@ -327,6 +327,27 @@ class Mover:
         """Pass joint positions at given times; see `trajectory`."""
         move = self.trajectory(times, positions, velocities, joints=joints, speed_factor=speed_factor)
         return self.start(move, **options)
+
+    # Before moving; nothing moves.
+
+    def plan(self, move: motion_pb2.Move, *, sample_seconds: float = 0.0) -> plans.MotionPlan:
+        """Return what a move would do, in samples `sample_seconds` apart; see `Client.plan`.
+
+        Example:
+            >>> plan = robot.plan(robot.linear(goal))
+            >>> np.abs(plan.robots[robot.name].efforts).max(axis=0)
+            array([...])
+        """
+        return plans.plan(self._services, [move], sample_seconds=sample_seconds)
+
+    def check(self, move: motion_pb2.Move, *, min_singular_value: float = 0.0) -> plans.MotionCheck:
+        """Return whether a move keeps all limits, and else the first one that it violates; see `Client.check`.
+
+        Example:
+            >>> robot.check(robot.ptp("home")).ok
+            True
+        """
+        return plans.check(self._services, [move], min_singular_value=min_singular_value)
 
     def stop(self) -> list[motion.Motion]:
         """Cancel every motion of this robot; return them."""

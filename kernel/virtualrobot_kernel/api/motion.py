@@ -1,4 +1,4 @@
-"""MotionService: start, watch, pause, resume, cancel, stop."""
+"""MotionService: start, plan, check, watch, pause, resume, cancel, stop."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from virtualrobot_kernel.api.convert.program import note_messages
 from virtualrobot_kernel.api.convert.states import motion_message
 from virtualrobot_kernel.api.convert.values import check_enum, stamp
 from virtualrobot_kernel.api.motion_calls import find_motion, in_turn, make_way, wished
+from virtualrobot_kernel.api.motion_plans import checked_motion, planned_motion
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.planning.plan_program import plan_wish
@@ -60,6 +61,18 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
             motion=motion_message(applied.snapshot, motion),
             notes=note_messages(planned.notes),
         )
+
+    async def PlanMotion(
+        self, request: motion_pb2.PlanMotionRequest, context: object
+    ) -> motion_pb2.PlanMotionResponse:
+        """Tell what StartMotion would do."""
+        return await planned_motion(self._rooms, request)
+
+    async def CheckMotion(
+        self, request: motion_pb2.CheckMotionRequest, context: object
+    ) -> motion_pb2.CheckMotionResponse:
+        """Tell whether a motion keeps all limits."""
+        return await checked_motion(self._rooms, request)
 
     async def GetMotion(self, request: motion_pb2.GetMotionRequest, context: object) -> motion_pb2.GetMotionResponse:
         """Tell how a motion is doing."""

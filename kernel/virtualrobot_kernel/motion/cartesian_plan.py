@@ -184,8 +184,10 @@ def _path(name: str, tcp: TcpKinematics, course: Course, q_start: Array, limits:
         out = _out_of_reach(tcp, course, q_start) if error.reason is Reason.SINGULARITY else None
         if out is None:
             raise
-        message = f"the {out} of the {name} motion is out of reach; on the way there {error}"
-        raise KernelError(message, reason=Reason.UNREACHABLE, **error.metadata) from error
+        place, off = out
+        message = f"the {place} of the {name} motion is out of reach; on the way there {error}"
+        metadata = {**error.metadata, "position_error_meters": off}
+        raise KernelError(message, reason=Reason.UNREACHABLE, **metadata) from error
 
 
 def _law(path: PiecewisePolynomial, bounds: Sequence[float], limits: JointLimits) -> PiecewisePolynomial:
@@ -215,13 +217,14 @@ def slowed_down(path: PiecewisePolynomial, law: PiecewisePolynomial, limits: Joi
     return law
 
 
-def _out_of_reach(tcp: TcpKinematics, course: Course, q_start: Array) -> str | None:
-    """Return the name of the first place of the course that no posture reaches, with or without limits."""
+def _out_of_reach(tcp: TcpKinematics, course: Course, q_start: Array) -> tuple[str, float] | None:
+    """Return the first place of the course that no posture reaches, with or without limits, and by how many m."""
     options = InverseOptions(seed=q_start, respect_limits=False, max_restarts=_RESTARTS)
     for u, name in course.stations:
         base_t_tip = course.pose(u) @ np.linalg.inv(tcp.tip_t_tcp)
-        if tcp.kinematics.inverse(base_t_tip, options).status is InverseStatus.UNREACHABLE:
-            return name
+        result = tcp.kinematics.inverse(base_t_tip, options)
+        if result.status is InverseStatus.UNREACHABLE:
+            return name, result.position_error
     return None
 
 

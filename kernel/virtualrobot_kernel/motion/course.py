@@ -67,8 +67,12 @@ class Course(ABC):
         return np.concatenate([wanted[:3, 3] - base_t_tcp[:3, 3], turn])
 
     def place(self, u: float) -> tuple[str, dict[str, object]]:
-        """Return where `u` is, as words and as metadata: fraction, millimetres, degrees, position in the base frame."""
-        x, y, z = self.pose(u)[:3, 3]
+        """Return where `u` is, as words and as metadata: fraction, millimetres, degrees, pose in the base frame.
+
+        The pose is told as position and rotation vector, three numbers each, in m and rad.
+        """
+        pose = self.pose(u)
+        x, y, z = pose[:3, 3]
         way, turn = self.travelled(u)
         travelled, whole = way * 1e3, self.length * 1e3
         turned, angle = np.degrees(turn), np.degrees(self.angle)
@@ -82,6 +86,7 @@ class Course(ABC):
             "millimeters": f"{travelled:.3f}",
             "degrees": f"{turned:.3f}",
             "position": position,
+            "rotation": ", ".join(f"{part:.9f}" for part in rotation_vector(pose[:3, :3])),
         }
 
 

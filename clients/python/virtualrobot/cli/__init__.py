@@ -20,6 +20,8 @@ _COMMANDS = {
     "ls": ("virtualrobot.cli.scene", "Draw the scene tree."),
     "state": ("virtualrobot.cli.state", "Show clock, robots, signals and motions."),
     "move": ("virtualrobot.cli.move", "Move a robot."),
+    "plan": ("virtualrobot.cli.plan", "Show what a move would do."),
+    "check": ("virtualrobot.cli.plan", "Tell whether a move keeps all limits."),
     "stop": ("virtualrobot.cli.move", "Stop all robots, or some."),
     "leases": ("virtualrobot.cli.state", "Show who has leased which robots."),
     "signal": ("virtualrobot.cli.signals", "Show, set, create or wait for digital signals."),

@@ -1,0 +1,114 @@
+"""Where a robot shall go, as the commands `move`, `plan` and `check` take it."""
+
+from __future__ import annotations
+
+import functools
+import math
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from virtualrobot.cli.options import Numbers, degrees_option, pose_of_numbers
+
+if TYPE_CHECKING:
+    from virtualrobot.robot import Robot
+    from virtualrobot.v1 import motion_pb2
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """What the words on the command line say; one of joints, pose and posture is given."""
+
+    joints: tuple[str, ...]
+    pose: tuple[float, ...] | None
+    posture: str
+    reference: str
+    linear: bool
+    via: tuple[float, ...] | None
+    speed: float
+    degrees: bool
+
+    def move(self, robot: Robot) -> motion_pb2.Move:
+        """Return the move that these words mean for a robot."""
+        if self.pose is None:
+            goal = self.posture or joint_goal(robot, self.joints, self.degrees)
+            return robot.ptp(goal, speed_factor=self.speed)
+        where = pose_of_numbers(self.pose, self.degrees, robot.tcp if not self.reference else None)
+        if self.via is not None:
+            return robot.circular(self.via, where, reference=self.reference, speed_factor=self.speed)
+        make = robot.linear if self.linear else robot.ptp
+        return make(where, reference=self.reference, speed_factor=self.speed)
+
+
+def order_options(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command the arguments that say where a robot shall go, as `robot` and `order`."""
+
+    @click.argument("robot")
+    @click.argument("more", nargs=-1, metavar="[JOINT=VALUE]...")
+    @click.option("--joints", metavar="VALUES", help="JOINT=VALUE,... or all values in order: 0,0.5,0,-1.2,0,0.8,0")
+    @click.option("--pose", type=Numbers(3, 6), metavar="X,Y,Z[,R,P,Y]", help="Where the tool centre point goes.")
+    @click.option("--to", "posture", metavar="POSTURE", help="A posture with a name, such as home.")
+    @click.option("--reference", default="", help="The node in whose frame the pose is given [world].")
+    @click.option("--linear", is_flag=True, help="Along a straight line; with --pose.")
+    @click.option("--via", type=Numbers(3), metavar="X,Y,Z", help="Along an arc through this point; with --pose.")
+    @click.option("--speed", type=float, default=1.0, help="The part of the greatest joint speed, in (0, 1] [1].")
+    @degrees_option
+    @functools.wraps(function)
+    def command(
+        *arguments: Any,  # noqa: ANN401 those of the command
+        more: tuple[str, ...],
+        joints: str | None,
+        pose: tuple[float, ...] | None,
+        posture: str | None,
+        reference: str,
+        linear: bool,
+        via: tuple[float, ...] | None,
+        speed: float,
+        degrees: bool,
+        **options: Any,  # noqa: ANN401
+    ) -> Any:  # noqa: ANN401
+        words = tuple(word for word in (joints, *more) if word)
+        if bool(words) + (pose is not None) + bool(posture) != 1:
+            raise click.UsageError("say where to, in one way: --joints, --pose or --to")
+        if linear and pose is None:
+            raise click.UsageError("--linear goes with --pose")
+        if via is not None and (pose is None or linear):
+            raise click.UsageError("--via goes with --pose and without --linear")
+        if not 0 < speed <= 1:
+            raise click.UsageError(f"--speed is above 0, up to 1, not {speed:g}")
+        order = Order(words, pose, posture or "", reference, linear, via, speed, degrees)
+        return function(*arguments, order=order, **options)
+
+    return command
+
+
+def joint_goal(robot: Robot, words: Sequence[str], degrees: bool) -> dict[str, float] | list[float]:
+    """Return joint values by name from `name=value` words, or in order from numbers; `degrees` for turning joints."""
+    from virtualrobot.errors import UnknownNameError
+    from virtualrobot.v1 import nodes_pb2
+
+    entries = [entry for word in words for entry in re.split(r"[\s,]+", word.strip(" ,"))]
+    named = ["=" in entry for entry in entries]
+    if any(named) and not all(named):
+        raise click.UsageError("give joint values either all by name or all in order")
+    try:
+        values = [float(entry.rpartition("=")[2]) for entry in entries]
+    except ValueError:
+        raise click.UsageError(f"{' '.join(words)!r} are no joint values: name=value,... or numbers") from None
+    if not degrees:
+        return dict(zip((e.rpartition("=")[0] for e in entries), values, strict=True)) if all(named) else values
+    description = robot.description
+    sliding = {joint.name for joint in description.joints if joint.type == nodes_pb2.JOINT_TYPE_PRISMATIC}
+    every = [joint.name for joint in description.joints]
+    if all(named):
+        names = [entry.rpartition("=")[0] for entry in entries]
+        if unknown := sorted(set(names) - set(every)):
+            raise UnknownNameError(f"the robot {robot.name!r} has no joint {unknown[0]!r}; it has {', '.join(every)}")
+    else:
+        names = every if len(values) == len(every) else list(description.chain_joints)
+        if len(names) != len(values):
+            return values  # the robot says what is wrong
+    return {n: v if n in sliding else math.radians(v) for n, v in zip(names, values, strict=True)}

@@ -1,0 +1,231 @@
+"""Motions before they move: planned in samples, and checked against all limits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from virtualrobot.errors import InvalidArgumentError
+from virtualrobot.geometry import Matrix, poses_from_rows
+from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
+from virtualrobot.v1 import motion_pb2
+from virtualrobot.wire import array_of, pose_of
+
+Floats = NDArray[np.float64]
+
+Wish = motion_pb2.Move | motion_pb2.ProgramStep
+"""What a motion consists of: moves that go together, or the steps of a program."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlanNote:
+    """Something that the planner made other than asked; `kind` is as in `PlanNoteKind` of the contract.
+
+    wanted, kept: what was asked for and what became of it, in meters, radians or percent.
+    """
+
+    kind: str
+    step: int
+    robot: str
+    wanted: float
+    kept: float
+    message: str
+
+    @staticmethod
+    def of(message: motion_pb2.PlanNote) -> PlanNote:
+        """Return what a message tells."""
+        kind = motion_pb2.PlanNoteKind.Name(message.kind).removeprefix("PLAN_NOTE_KIND_")
+        return PlanNote(kind, message.step, message.robot, message.wanted, message.kept, message.message)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RobotTrajectory:
+    """The motion of one robot in n samples of k joints.
+
+    Attributes:
+        robot: the robot.
+        joint_names: the joints that move, in the order of the columns.
+        positions: (n, k), radians or meters.
+        velocities: (n, k), rad/s or m/s.
+        accelerations: (n, k), rad/s^2 or m/s^2.
+        efforts: (n, k), what each joint does to the link that it moves, tools and held parts included: N m or N.
+        world_t_tcp: (n, 4, 4), where the chosen tool centre point is.
+        tcp_speeds: (n,), how fast it is, in m/s.
+    """
+
+    robot: str
+    joint_names: tuple[str, ...]
+    positions: Floats
+    velocities: Floats
+    accelerations: Floats
+    efforts: Floats
+    world_t_tcp: Floats
+    tcp_speeds: Floats
+
+    @staticmethod
+    def of(message: motion_pb2.RobotTrajectory) -> RobotTrajectory:
+        """Return what a message tells."""
+        return RobotTrajectory(
+            message.robot,
+            tuple(message.joint_names),
+            array_of(message.positions),
+            array_of(message.velocities),
+            array_of(message.accelerations),
+            array_of(message.efforts),
+            poses_from_rows(array_of(message.world_t_tcp)),
+            array_of(message.tcp_speeds),
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MotionPlan:
+    """A motion in n samples; the last one is at its end. Steps that wait for a signal take no time.
+
+    Attributes:
+        duration_seconds: how long it takes at full speed factors.
+        times: (n,), seconds, strictly growing from 0.
+        steps: (n,), the step of a program that each sample belongs to, from 0.
+        robots: what each robot does, by its name.
+        notes: what the planner made other than asked.
+    """
+
+    duration_seconds: float
+    times: Floats
+    steps: NDArray[np.int32]
+    robots: dict[str, RobotTrajectory]
+    notes: tuple[PlanNote, ...]
+
+    @staticmethod
+    def of(message: motion_pb2.PlanMotionResponse) -> MotionPlan:
+        """Return what a message tells."""
+        return MotionPlan(
+            message.duration_seconds,
+            array_of(message.times),
+            array_of(message.steps),
+            {robot.robot: RobotTrajectory.of(robot) for robot in message.robots},
+            tuple(map(PlanNote.of, message.notes)),
+        )
+
+
+class ViolationKind(Enum):
+    """What a motion violates; `value` and `limit` of a violation are in this unit."""
+
+    JOINT_POSITION = motion_pb2.VIOLATION_KIND_JOINT_POSITION  # rad or m
+    JOINT_VELOCITY = motion_pb2.VIOLATION_KIND_JOINT_VELOCITY  # rad/s or m/s
+    JOINT_ACCELERATION = motion_pb2.VIOLATION_KIND_JOINT_ACCELERATION  # rad/s^2 or m/s^2
+    EFFORT = motion_pb2.VIOLATION_KIND_EFFORT  # N m or N
+    REACH = motion_pb2.VIOLATION_KIND_REACH  # m
+    SINGULARITY = motion_pb2.VIOLATION_KIND_SINGULARITY  # without unit
+    OTHER = motion_pb2.VIOLATION_KIND_OTHER
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Violation:
+    """A limit that a motion violates.
+
+    Attributes:
+        kind: which kind of limit.
+        step: the step of a program, from 0.
+        robot: the robot.
+        joint: the joint; empty where it is not a joint's limit.
+        time_seconds: when, from the start of the motion; None where it can't be planned so far.
+        path_fraction: how much of its step's path is done there, 0 to 1; None where that is not known.
+        world_t_tcp: where the tool centre point is then, 4x4; None where that is not known.
+        value: the value, in the kind's unit.
+        limit: the limit that it violates.
+        message: all of it in words.
+    """
+
+    kind: ViolationKind
+    step: int
+    robot: str
+    joint: str
+    time_seconds: float | None
+    path_fraction: float | None
+    world_t_tcp: Matrix | None
+    value: float
+    limit: float
+    message: str
+
+    @staticmethod
+    def of(message: motion_pb2.Violation) -> Violation:
+        """Return what a message tells."""
+        return Violation(
+            ViolationKind(message.kind),
+            message.step,
+            message.robot,
+            message.joint,
+            message.time_seconds if message.HasField("time_seconds") else None,
+            message.path_fraction if message.HasField("path_fraction") else None,
+            pose_of(message.world_t_tcp) if message.HasField("world_t_tcp") else None,
+            message.value,
+            message.limit,
+            message.message,
+        )
+
+    def __str__(self) -> str:
+        """Return it in words."""
+        return self.message
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MotionCheck:
+    """Whether a motion can be done.
+
+    Attributes:
+        first_violation: the first limit in time that it violates; None when it keeps all.
+        duration_seconds: how long it takes at full speed factors; 0 where it can't be planned.
+        min_singular_value: the smallest one on the way, of those arms that move; None where there is none.
+        notes: what the planner made other than asked.
+    """
+
+    first_violation: Violation | None
+    duration_seconds: float
+    min_singular_value: float | None
+    notes: tuple[PlanNote, ...]
+
+    @property
+    def ok(self) -> bool:
+        """Whether it keeps all limits."""
+        return self.first_violation is None
+
+    @staticmethod
+    def of(message: motion_pb2.CheckMotionResponse) -> MotionCheck:
+        """Return what a message tells."""
+        return MotionCheck(
+            Violation.of(message.first_violation) if message.HasField("first_violation") else None,
+            message.duration_seconds,
+            message.min_singular_value if message.HasField("min_singular_value") else None,
+            tuple(map(PlanNote.of, message.notes)),
+        )
+
+
+def plan(
+    services: Services, wishes: Iterable[Wish], *, sample_seconds: float = 0.0, expected_revision: int = 0
+) -> MotionPlan:
+    """Return what a motion would do; see `Client.plan`."""
+    motion = _motion(wishes, expected_revision)
+    request = motion_pb2.PlanMotionRequest(motion=motion, sample_seconds=sample_seconds)
+    return MotionPlan.of(services.motion.PlanMotion(request, timeout=LONG_TIMEOUT_SECONDS))
+
+
+def check(
+    services: Services, wishes: Iterable[Wish], *, min_singular_value: float = 0.0, expected_revision: int = 0
+) -> MotionCheck:
+    """Return whether a motion keeps all limits; see `Client.check`."""
+    motion = _motion(wishes, expected_revision)
+    request = motion_pb2.CheckMotionRequest(motion=motion, min_singular_value=min_singular_value)
+    return MotionCheck.of(services.motion.CheckMotion(request, timeout=LONG_TIMEOUT_SECONDS))
+
+
+def _motion(wishes: Iterable[Wish], expected_revision: int) -> motion_pb2.StartMotionRequest:
+    given = list(wishes)
+    moves = [wish for wish in given if isinstance(wish, motion_pb2.Move)]
+    steps = [wish for wish in given if isinstance(wish, motion_pb2.ProgramStep)]
+    if len(moves) + len(steps) < len(given) or (moves and steps):
+        raise InvalidArgumentError("a motion is moves that go together, or the steps of a program")
+    return motion_pb2.StartMotionRequest(moves=moves, steps=steps, expected_revision=expected_revision)

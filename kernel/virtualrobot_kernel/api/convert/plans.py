@@ -1,0 +1,68 @@
+"""Planned and checked motions: samples and violations to messages."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from virtualrobot.v1 import geometry_pb2, motion_pb2
+
+from virtualrobot_kernel.api.convert.program import note_messages
+from virtualrobot_kernel.api.convert.values import array_message, pose_message, poses_array
+from virtualrobot_kernel.planning.check import Checked
+from virtualrobot_kernel.planning.notes import Note
+from virtualrobot_kernel.planning.sampling import RobotSamples, Samples
+from virtualrobot_kernel.planning.violations import Violation, ViolationKind
+
+VIOLATIONS = {kind: getattr(motion_pb2, f"VIOLATION_KIND_{kind.name}") for kind in ViolationKind}
+
+
+def plan_message(samples: Samples, notes: Sequence[Note]) -> motion_pb2.PlanMotionResponse:
+    """Return a motion in samples, without its stamp."""
+    return motion_pb2.PlanMotionResponse(
+        duration_seconds=float(samples.times[-1]),
+        times=array_message(samples.times),
+        steps=array_message(samples.steps, geometry_pb2.NUMERIC_TYPE_INT32),
+        robots=[_robot_message(robot) for robot in samples.robots],
+        notes=note_messages(notes),
+    )
+
+
+def _robot_message(robot: RobotSamples) -> motion_pb2.RobotTrajectory:
+    return motion_pb2.RobotTrajectory(
+        robot=robot.robot.name,
+        joint_names=robot.joint_names,
+        positions=array_message(robot.positions),
+        velocities=array_message(robot.velocities),
+        accelerations=array_message(robot.accelerations),
+        efforts=array_message(robot.efforts),
+        world_t_tcp=poses_array(robot.world_t_tcp),
+        tcp_speeds=array_message(robot.tcp_speeds),
+    )
+
+
+def check_message(checked: Checked) -> motion_pb2.CheckMotionResponse:
+    """Return what a check found, without its stamp."""
+    first = checked.first_violation
+    return motion_pb2.CheckMotionResponse(
+        first_violation=None if first is None else violation_message(first),
+        duration_seconds=checked.duration,
+        min_singular_value=checked.min_singular_value,
+        notes=note_messages(checked.notes),
+    )
+
+
+def violation_message(violation: Violation) -> motion_pb2.Violation:
+    """Return a limit that a motion violates."""
+    return motion_pb2.Violation(
+        kind=VIOLATIONS[violation.kind],
+        step=violation.step,
+        robot=violation.robot,
+        joint=violation.joint,
+        time_seconds=violation.time,
+        path_fraction=violation.path_fraction,
+        world_t_tcp=None if violation.world_t_tcp is None else pose_message(np.asarray(violation.world_t_tcp)),
+        value=violation.value,
+        limit=violation.limit,
+        message=violation.message,
+    )

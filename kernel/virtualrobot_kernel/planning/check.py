@@ -1,0 +1,164 @@
+"""Whether a motion keeps all limits: planned as it would be started, looked at, and never started."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.motion.cartesian_path import SMALLEST_SINGULAR_VALUE
+from virtualrobot_kernel.motion.program import Program
+from virtualrobot_kernel.motion.rotation import rotation_matrix
+from virtualrobot_kernel.planning.moves import JointTrajectory, Move
+from virtualrobot_kernel.planning.notes import Note
+from virtualrobot_kernel.planning.plan_program import GivenUp, PlannedMotion, plan_wish
+from virtualrobot_kernel.planning.program import MotionWish
+from virtualrobot_kernel.planning.relaxed import relaxed, solver_in
+from virtualrobot_kernel.planning.robots import SolverOf, arm_of
+from virtualrobot_kernel.planning.sampling import Samples, sample_times, sampled
+from virtualrobot_kernel.planning.violations import Violation, ViolationKind, first_of, moves_arm
+from virtualrobot_kernel.world.figures import Pose
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import Kind
+
+MOST_SAMPLES = 100_000
+"""A motion of more ticks is looked at in about so many samples."""
+
+ANSWERS = (Reason.LIMIT_EXCEEDED, Reason.UNREACHABLE, Reason.SINGULARITY)
+"""Why a motion is refused whose wish is understood: for a check these are answers."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Checked:
+    """What a check found: the first violation (None: none), and what the motion is if it can be planned.
+
+    duration: s, 0 where it can't be planned. min_singular_value: of those arms that move, None where none does.
+    """
+
+    first_violation: Violation | None
+    duration: float = 0.0
+    min_singular_value: float | None = None
+    notes: tuple[Note, ...] = ()
+
+
+def check_motion(
+    snapshot: Snapshot, wish: MotionWish, solver_of: SolverOf, min_singular_value: float, given_up: GivenUp
+) -> Checked:
+    """Return whether a motion keeps all limits, and else the first one in time that it violates.
+
+    A motion that meets the ends of joints, or moves faster than they can by times of its own, is planned as if there
+    were no ends, to find where it does; one that can't be planned even so is told with the place that its planner
+    names. Raises KernelError for wishes that are no motion at all, such as unknown names.
+    """
+    try:
+        planned = plan_wish(snapshot, wish, solver_of, given_up)
+    except KernelError as error:
+        if error.reason not in ANSWERS:
+            raise
+        return _refused(snapshot, wish, solver_of, min_singular_value, given_up, error)
+    return _looked_at(snapshot, snapshot, planned, min_singular_value, given_up)
+
+
+def _looked_at(
+    snapshot: Snapshot, planned_on: Snapshot, planned: PlannedMotion, min_singular_value: float, given_up: GivenUp
+) -> Checked:
+    """Return what a planned motion violates of the limits of `snapshot`."""
+    program, joints = planned.command.program, planned.command.joints
+    samples = sampled(planned_on, program, joints, _times(program, snapshot.tick_seconds), given_up)
+    violation = first_of(snapshot, program, joints, samples, min_singular_value)
+    return Checked(violation, program.duration, _least_singular_value(snapshot, samples), planned.notes)
+
+
+def _times(program: Program, tick_seconds: float) -> NDArray[np.float64]:
+    """Return the times (n,) at which a motion is looked at: each tick of its stages, and their ends."""
+    moving = [(begin, one.duration) for begin, one in zip(program.begins, program.stages, strict=False) if one.plan]
+    seconds = max(tick_seconds, sum(duration for _, duration in moving) / MOST_SAMPLES)
+    return np.unique([0.0, *(begin + time for begin, duration in moving for time in sample_times(duration, seconds))])
+
+
+def _least_singular_value(snapshot: Snapshot, samples: Samples) -> float | None:
+    values = [float(robot.singular_values.min()) for robot in samples.robots if moves_arm(snapshot, robot)]
+    return min(values, default=None)
+
+
+def _refused(
+    snapshot: Snapshot,
+    wish: MotionWish,
+    solver_of: SolverOf,
+    min_singular_value: float,
+    given_up: GivenUp,
+    error: KernelError,
+) -> Checked:
+    """Return the first violation of a motion that can't be planned."""
+    if error.reason is Reason.LIMIT_EXCEEDED:
+        loose = relaxed(snapshot, *_relaxable(snapshot, wish.every_move))
+        try:
+            planned = plan_wish(loose, wish, solver_in(snapshot, solver_of), given_up)
+        except KernelError as other:
+            if other.reason not in ANSWERS:
+                raise
+        else:
+            found = _looked_at(snapshot, loose, planned, min_singular_value, given_up)
+            if found.first_violation is not None:
+                return Checked(found.first_violation)
+    if (step := int(error.metadata.get("step", "0"))) > 0:
+        # What the steps before it violate comes first.
+        before = check_motion(snapshot, MotionWish(steps=wish.steps[:step]), solver_of, min_singular_value, given_up)
+        if before.first_violation is not None:
+            return Checked(before.first_violation)
+    return Checked(_told_by(snapshot, error))
+
+
+def _relaxable(snapshot: Snapshot, moves: tuple[Move, ...]) -> tuple[set[int], set[tuple[int, str]]]:
+    """Return the robots (uids) of moves, and the joints (robot uid, name) that none but timed moves may move."""
+    robots: set[int] = set()
+    timed: set[tuple[int, str]] = set()
+    otherwise: set[int] = set()
+    for move in moves:
+        uid = snapshot.structure.node(move.robot, Kind.ROBOT).uid
+        robots.add(uid)
+        if isinstance(move, JointTrajectory):
+            timed |= {(uid, name) for name in move.joint_names}
+        else:
+            otherwise.add(uid)
+    return robots, {joint for joint in timed if joint[0] not in otherwise}
+
+
+def _told_by(snapshot: Snapshot, error: KernelError) -> Violation:
+    """Return the violation that a planner's refusal tells."""
+    told = error.metadata
+    robot = told.get("robot", "")
+    if error.reason is Reason.SINGULARITY:
+        kind, value, limit = ViolationKind.SINGULARITY, told.get("singular_value"), SMALLEST_SINGULAR_VALUE
+    elif error.reason is Reason.UNREACHABLE:
+        kind, value, limit = ViolationKind.REACH, told.get("position_error_meters"), 0.0
+    else:
+        kind = ViolationKind.JOINT_POSITION if "joint" in told and "lower" in told else ViolationKind.OTHER
+        value = told.get("value")
+        ends = [float(told[end]) for end in ("lower", "upper", "limit") if end in told]
+        limit = min(ends, key=lambda end: abs(end - float(value or 0.0)), default=0.0)
+    fraction = told.get("fraction")
+    return Violation(
+        kind=kind,
+        step=int(told.get("step", "0")),
+        robot=robot,
+        joint=told.get("joint", ""),
+        time=None,
+        path_fraction=None if fraction is None else float(fraction),
+        world_t_tcp=_place(snapshot, robot, told.get("position"), told.get("rotation")),
+        value=float(value or 0.0),
+        limit=limit,
+        message=str(error),
+    )
+
+
+def _place(snapshot: Snapshot, robot: str, position: str | None, rotation: str | None) -> Pose | None:
+    """Return world_t_tcp (4, 4) of a place that is told in the frame of the robot's base, if one is."""
+    if not (robot and position and rotation):
+        return None
+    base_t_tcp = np.eye(4)
+    base_t_tcp[:3, 3] = [float(part) for part in position.split(",")]
+    base_t_tcp[:3, :3] = rotation_matrix(np.array([float(part) for part in rotation.split(",")]))
+    return snapshot.world_t(arm_of(snapshot, snapshot.structure.node(robot, Kind.ROBOT)).base) @ base_t_tcp

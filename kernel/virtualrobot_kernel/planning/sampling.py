@@ -1,0 +1,170 @@
+"""A planned motion in samples: what joints, efforts and tool centre points do at times of one's choice."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.motion.program import Program
+from virtualrobot_kernel.planning.dynamics import solve_inverse_dynamics
+from virtualrobot_kernel.planning.plan_program import GivenUp
+from virtualrobot_kernel.planning.tool_path import lever_arm, singular_values, tool_chain, tool_states
+from virtualrobot_kernel.world.change import single_joint
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import Kind, Node
+
+MOST_NUMBERS = 500_000
+"""How many numbers one answer holds: as many as gRPC's clients take without being told to take more, 4 MiB."""
+
+CHUNK = 1000
+"""Samples that are worked on at a time: between two of these a caller who has given up is heard."""
+
+END_TOLERANCE = 1e-9
+"""The tick that is as near to a motion's end as this (s) is its end, as for a motion that runs."""
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RobotSamples:
+    """One robot's motion in n samples of k joints; `columns` (k,) are the joints' places among those of the motion.
+
+    positions, velocities, accelerations, efforts (n, k): rad or m, per s, per s², N m or N. world_t_tcp (n, 4, 4),
+    tcp_speeds (n,): m/s. singular_values (n,): of the Jacobian as lines and arcs are judged by; 0 where no joint moves
+    the flange.
+    """
+
+    robot: Node
+    joint_names: tuple[str, ...]
+    columns: tuple[int, ...]
+    positions: Floats
+    velocities: Floats
+    accelerations: Floats
+    efforts: Floats
+    world_t_tcp: Floats
+    tcp_speeds: Floats
+    singular_values: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Samples:
+    """A motion in n samples: times (n,) in s from its start, the step (n,) that each belongs to, and its robots."""
+
+    times: Floats
+    steps: NDArray[np.int32]
+    robots: tuple[RobotSamples, ...]
+
+
+def sample_times(duration: float, seconds: float) -> Floats:
+    """Return times (n,) every `seconds` from 0, the last one at the end, which is `duration`."""
+    count = _count(duration, seconds)
+    times = np.arange(count, dtype=np.float64) * seconds
+    times[-1] = duration if count > 1 else 0.0
+    return times
+
+
+def check_size(duration: float, seconds: float, joints: int, robots: int) -> None:
+    """Raise KernelError (TOO_LARGE) when a motion so long has more samples `seconds` apart than one answer holds."""
+    most = MOST_NUMBERS // (2 + 4 * joints + 8 * robots)
+    count = _count(duration, seconds)
+    if count > most:
+        raise KernelError(
+            f"the motion of {joints} joints takes {duration:.6g} s, which is {count} samples {seconds:g} s apart; at "
+            f"most {most} are told at a time; give sample_seconds of {1.01 * duration / (most - 1):.3g} or more",
+            reason=Reason.TOO_LARGE,
+            field="sample_seconds",
+            samples=count,
+            most=most,
+        )
+
+
+def _count(duration: float, seconds: float) -> int:
+    return int(min(np.ceil((duration - END_TOLERANCE) / seconds), 2**53)) + 1 if duration > END_TOLERANCE else 1
+
+
+def sampled(
+    snapshot: Snapshot, program: Program, joints: Sequence[tuple[str, str]], times: Floats, given_up: GivenUp
+) -> Samples:
+    """Return what a motion planned on `snapshot` does at `times` (n,), growing from 0, at full speed factors.
+
+    `joints` names the program's columns as (robot, joint). All else stands as it is in the snapshot; gravity, tools and
+    held parts count as in `solve_inverse_dynamics`.
+    """
+    states = joint_states(program, times)
+    steps = steps_at(program, times)
+    nodes = [snapshot.structure.node(robot, Kind.ROBOT) for robot, _ in joints]
+    places = [single_joint(snapshot.structure, node, name)[1] for node, (_, name) in zip(nodes, joints, strict=True)]
+    robots = []
+    for node in dict.fromkeys(nodes):
+        columns = tuple(column for column, other in enumerate(nodes) if other is node)
+        names = tuple(joints[column][1] for column in columns)
+        own = tuple(values[:, columns] for values in states)
+        chain, lever = tool_chain(snapshot, node), _Lever()
+        parts = []
+        for first in range(0, len(times), CHUNK):
+            if given_up():
+                raise KernelError("nobody waits for these samples any more")
+            rows = slice(first, first + CHUNK)
+            efforts = solve_inverse_dynamics(snapshot, node, names, *(values[rows] for values in own)).efforts
+            everything = np.tile(snapshot.state.q, (len(efforts), 1))
+            rates = np.zeros_like(everything)
+            everything[:, places], rates[:, places] = states[0][rows], states[1][rows]
+            tool = tool_states(chain, everything, rates)
+            speeds = np.linalg.norm(tool.velocities, axis=1)
+            parts.append((efforts, tool.world_t_tcp, speeds, lever.values(tool.jacobians, steps[rows])))
+        told = (np.concatenate(column) for column in zip(*parts, strict=True))
+        robots.append(RobotSamples(node, names, columns, *own, *told))
+    return Samples(times, steps, tuple(robots))
+
+
+def joint_states(program: Program, times: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return positions, velocities and accelerations (n, k) of a program's joints at times (n,) at full rate."""
+    q = np.tile(program.start, (len(times), 1))
+    v, a = np.zeros_like(q), np.zeros_like(q)
+    last = len(program.stages) - 1
+    for number, (stage, begin) in enumerate(zip(program.stages, program.begins[:-1], strict=True)):
+        if stage.plan is None:
+            continue
+        columns = np.array(stage.columns, np.intp)
+        end = begin + stage.duration
+        later = times >= (end - END_TOLERANCE if number == last else end)
+        q[np.ix_(later, columns)] = stage.plan.goal
+        during = np.flatnonzero((times >= begin) & ~later)
+        if len(during):
+            moving = stage.plan.derivatives(times[during] - begin)
+            for whole, part in zip((q, v, a), moving, strict=False):
+                whole[np.ix_(during, columns)] = part
+    return q, v, a
+
+
+def steps_at(program: Program, times: Floats) -> NDArray[np.int32]:
+    """Return the step (n,) of a program that each time belongs to: the last one that has begun."""
+    begun = [
+        (begin + time, step)
+        for stage, begin in zip(program.stages, program.begins[:-1], strict=True)
+        for time, step in stage.steps
+    ]
+    begins = np.array([time for time, _ in begun])
+    place = np.maximum(np.searchsorted(begins, times, side="right") - 1, 0)
+    return np.array([step for _, step in begun], np.int32)[place]
+
+
+class _Lever:
+    """The lever arm at the first sample of each step: what makes the rows of its Jacobians comparable."""
+
+    def __init__(self) -> None:
+        self._step, self._lever = -1, 1.0
+
+    def values(self, jacobians: Floats, steps: NDArray[np.int32]) -> Floats:
+        """Return the smallest singular values (n,) of the next Jacobians (n, 6, k)."""
+        parts = []
+        breaks = np.flatnonzero(np.diff(steps)) + 1
+        for block, step in zip(np.split(jacobians, breaks), steps[[0, *breaks]], strict=True):
+            if step != self._step:
+                self._step, self._lever = int(step), lever_arm(block[0])
+            parts.append(singular_values(block, self._lever))
+        return np.concatenate(parts)

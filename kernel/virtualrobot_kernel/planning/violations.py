@@ -1,0 +1,248 @@
+"""What a planned motion violates: found on its polynomials where that is exact, else on its samples."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from virtualrobot_kernel.motion.brake import nominal_time
+from virtualrobot_kernel.motion.limits import TOLERANCE
+from virtualrobot_kernel.motion.planned import Plan, Track
+from virtualrobot_kernel.motion.polynomial import Excursion, PiecewisePolynomial
+from virtualrobot_kernel.motion.program import Program
+from virtualrobot_kernel.planning.dynamics import first_violation
+from virtualrobot_kernel.planning.sampling import RobotSamples, Samples, joint_states, steps_at
+from virtualrobot_kernel.planning.tool_path import tool_chain, tool_states
+from virtualrobot_kernel.world.change import single_joint
+from virtualrobot_kernel.world.figures import Pose
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import Joint, JointType, Kind
+
+SAMPLED_TOLERANCE = 1e-3
+"""By which share a law may exceed limits that its planner has verified on a grid of its own."""
+
+
+class ViolationKind(Enum):
+    """What is violated; the names equal those of `ViolationKind` in the contract."""
+
+    JOINT_POSITION = "JOINT_POSITION"
+    JOINT_VELOCITY = "JOINT_VELOCITY"
+    JOINT_ACCELERATION = "JOINT_ACCELERATION"
+    EFFORT = "EFFORT"
+    REACH = "REACH"
+    SINGULARITY = "SINGULARITY"
+    OTHER = "OTHER"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Violation:
+    """A limit that a motion violates, and where: see the message of this name in the contract."""
+
+    kind: ViolationKind
+    step: int
+    robot: str
+    joint: str
+    time: float | None
+    path_fraction: float | None
+    world_t_tcp: Pose | None
+    value: float
+    limit: float
+    message: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Found:
+    """A violation before its place is known: `column` is that of the joint, -1 for none."""
+
+    time: float
+    kind: ViolationKind
+    robot: str
+    column: int
+    value: float
+    limit: float
+
+
+def first_of(
+    snapshot: Snapshot,
+    program: Program,
+    joints: Sequence[tuple[str, str]],
+    samples: Samples,
+    min_singular_value: float,
+) -> Violation | None:
+    """Return the first violation in time of a motion, whose columns are `joints` (robot, joint); None without one.
+
+    Joint limits are those of `snapshot`. Positions are exact, and so are velocities and accelerations of joints that
+    move by given times; efforts, the nearness to singularities, and what planners promise, are looked at where
+    `samples` are.
+    """
+    found = [*_exact(snapshot, program, joints), *_sampled(snapshot, joints, samples, min_singular_value)]
+    if not found:
+        return None
+    return _placed(snapshot, program, joints, min(found, key=lambda one: one.time))
+
+
+def single_joints(snapshot: Snapshot, joints: Sequence[tuple[str, str]]) -> list[Joint]:
+    """Return the joints of these names (robot, joint)."""
+    structure = snapshot.structure
+    return [single_joint(structure, structure.node(robot, Kind.ROBOT), name)[0] for robot, name in joints]
+
+
+def _exact(snapshot: Snapshot, program: Program, joints: Sequence[tuple[str, str]]) -> Iterator[_Found]:
+    """Yield the first excursion of each kind and track, between samples too."""
+    limits = [joint.limits for joint in single_joints(snapshot, joints)]
+    for stage, begin in zip(program.stages, program.begins[:-1], strict=True):
+        if stage.plan is None:
+            continue
+        for track, columns in _tracks(stage.plan, stage.columns):
+            own = [limits[column] for column in columns]
+            lower, upper = np.array([one.lower for one in own]), np.array([one.upper for one in own])
+            kinds = [(ViolationKind.JOINT_POSITION, track.path, lower, upper, 1.0)]
+            rate = _rate(track)
+            if rate:
+                slope = track.path.derivative()
+                most = np.array([one.velocity for one in own])
+                kinds.append((ViolationKind.JOINT_VELOCITY, slope, -most, most, rate))
+                most = np.array([one.acceleration for one in own])
+                kinds.append((ViolationKind.JOINT_ACCELERATION, slope.derivative(), -most, most, rate**2))
+            for kind, function, low, high, factor in kinds:
+                # Each side for itself: one piece may leave both, and the first counts, not the worst.
+                for least, most in ((low, np.full_like(high, np.inf)), (np.full_like(low, -np.inf), high)):
+                    excursion = function.first_excursion(least / factor, most / factor, TOLERANCE / factor)
+                    if excursion is not None:
+                        yield _found(kind, excursion, track, begin, joints, columns, low, high, factor)
+
+
+def _found(
+    kind: ViolationKind,
+    excursion: Excursion,
+    track: Track,
+    begin: float,
+    joints: Sequence[tuple[str, str]],
+    columns: Sequence[int],
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+    factor: float,
+) -> _Found:
+    column = columns[excursion.component]
+    value = excursion.value * factor
+    limit = high if value > high[excursion.component] else low
+    time = begin + nominal_time(track.time_law, excursion.entered, 0.0)
+    return _Found(time, kind, joints[column][0], column, value, float(limit[excursion.component]))
+
+
+def _sampled(
+    snapshot: Snapshot, joints: Sequence[tuple[str, str]], samples: Samples, min_singular_value: float
+) -> Iterator[_Found]:
+    """Yield the first sample of each kind and robot that violates a limit."""
+    known = single_joints(snapshot, joints)
+    for robot in samples.robots:
+        own = [known[column] for column in robot.columns]
+        rates = (
+            (ViolationKind.JOINT_VELOCITY, robot.velocities, [joint.limits.velocity for joint in own]),
+            (ViolationKind.JOINT_ACCELERATION, robot.accelerations, [joint.limits.acceleration for joint in own]),
+        )
+        for kind, values, limits in rates:
+            bad = np.argwhere(np.abs(values) > np.array(limits) * (1.0 + SAMPLED_TOLERANCE))
+            for row, place in bad[:1].tolist():
+                value = float(values[row, place])
+                limit = float(np.copysign(limits[place], value))
+                yield _Found(float(samples.times[row]), kind, robot.robot.name, robot.columns[place], value, limit)
+        effort = first_violation(own, robot.efforts)
+        if effort is not None:
+            column = robot.columns[robot.joint_names.index(effort.joint)]
+            limit = float(np.copysign(effort.limit, effort.effort))
+            time = float(samples.times[effort.sample])
+            yield _Found(time, ViolationKind.EFFORT, robot.robot.name, column, effort.effort, limit)
+        if moves_arm(snapshot, robot):
+            near = np.flatnonzero(robot.singular_values < min_singular_value)
+            for row in near[:1].tolist():
+                value, time = float(robot.singular_values[row]), float(samples.times[row])
+                yield _Found(time, ViolationKind.SINGULARITY, robot.robot.name, -1, value, min_singular_value)
+
+
+def moves_arm(snapshot: Snapshot, robot: RobotSamples) -> bool:
+    """Return whether one of the joints that move the robot's flange is moved."""
+    own = {single_joint(snapshot.structure, robot.robot, name)[1] for name in robot.joint_names}
+    return not own.isdisjoint(tool_chain(snapshot, robot.robot).arm.tolist())
+
+
+def _tracks(plan: Plan, columns: Sequence[int]) -> Iterator[tuple[Track, Sequence[int]]]:
+    """Yield the tracks of a plan and the motion's columns that each has."""
+    first = 0
+    for track in plan.tracks:
+        yield track, columns[first : first + track.path.dimension]
+        first += track.path.dimension
+
+
+def _rate(track: Track) -> float:
+    """Return du/dtau of a track that moves by given times, 0 for one that has a law of its own."""
+    law: PiecewisePolynomial = track.time_law
+    return float(law.coefficients[0, 1, 0]) if law.coefficients.shape[:2] == (1, 2) else 0.0
+
+
+def _placed(snapshot: Snapshot, program: Program, joints: Sequence[tuple[str, str]], found: _Found) -> Violation:
+    """Return a violation with its place, in words too."""
+    joint = joints[found.column][1] if found.column >= 0 else ""
+    pose = tool_pose(snapshot, program, joints, found.robot, found.time)
+    x, y, z = pose[:3, 3].tolist()
+    where = f"after {found.time:.4g} s, with the tool centre point at x {x:.4f}, y {y:.4f}, z {z:.4f} m"
+    if found.kind is ViolationKind.SINGULARITY:
+        message = (
+            f"{found.robot!r} comes too near to a singularity {where}: the smallest singular value of the Jacobian is "
+            f"{found.value:.3g}, and at least {found.limit:g} is wanted"
+        )
+    else:
+        slides = single_joints(snapshot, [joints[found.column]])[0].type is JointType.PRISMATIC
+        what, unit = WORDS[found.kind][0], WORDS[found.kind][2 if slides else 1]
+        message = (
+            f"the joint {joint!r} of {found.robot!r} {what} {found.value:.6g} {unit} {where}; "
+            f"its limit is {found.limit:.6g} {unit}"
+        )
+    step = int(steps_at(program, np.array([found.time]))[0])
+    fraction = _fraction(program, joints, found)
+    return Violation(
+        found.kind, step, found.robot, joint, found.time, fraction, pose, found.value, found.limit, message
+    )
+
+
+WORDS = {
+    ViolationKind.JOINT_POSITION: ("leaves its range, up to", "rad", "m"),
+    ViolationKind.JOINT_VELOCITY: ("is too fast:", "rad/s", "m/s"),
+    ViolationKind.JOINT_ACCELERATION: ("accelerates too much:", "rad/s^2", "m/s^2"),
+    ViolationKind.EFFORT: ("would need", "N m", "N"),
+}
+"""What a joint does, and the unit of those that turn and of those that slide."""
+
+
+def tool_pose(
+    snapshot: Snapshot, program: Program, joints: Sequence[tuple[str, str]], robot: str, time: float
+) -> Pose:
+    """Return world_t_tcp (4, 4) of a robot at a time of a motion, in s."""
+    node = snapshot.structure.node(robot, Kind.ROBOT)
+    structure = snapshot.structure
+    places = [single_joint(structure, structure.node(name, Kind.ROBOT), joint)[1] for name, joint in joints]
+    q = snapshot.state.q[None].copy()
+    q[:, places] = joint_states(program, np.array([time]))[0]
+    return tool_states(tool_chain(snapshot, node), q, np.zeros_like(q)).world_t_tcp[0]
+
+
+def _fraction(program: Program, joints: Sequence[tuple[str, str]], found: _Found) -> float | None:
+    """Return how much of its step's path is done, by the path parameter of the track that the violation is on."""
+    own = {found.column} if found.column >= 0 else {at for at, (robot, _) in enumerate(joints) if robot == found.robot}
+    place = int(np.clip(np.searchsorted(program.begins, found.time, side="right") - 1, 0, len(program.stages) - 1))
+    stage, begin = program.stages[place], program.begins[place]
+    if stage.plan is None:
+        return None
+    track = next((one for one, columns in _tracks(stage.plan, stage.columns) if not own.isdisjoint(columns)), None)
+    if track is None:
+        return None
+    begins = [time for time, _ in stage.steps]
+    step = max(int(np.searchsorted(begins, found.time - begin, side="right")) - 1, 0)
+    first = begins[step]
+    last = begins[step + 1] if step + 1 < len(begins) else stage.plan.duration
+    u, low, high = (track.time_law.scalar_state(time)[0] for time in (found.time - begin, first, last))
+    return float(np.clip((u - low) / (high - low), 0.0, 1.0)) if high > low else None

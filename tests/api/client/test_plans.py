@@ -1,0 +1,136 @@
+"""Planning and checking from the client library and from the command line: nothing moves."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+import virtualrobot
+from virtualrobot import Client, Robot, cli
+from virtualrobot.plans import ViolationKind
+from virtualrobot.v1 import motion_pb2
+
+from tests.api.client.conftest import PANDA, Run
+
+BENT = [0.0, 0.5, 0.0, -1.2, 0.0, 0.8, 0.0]
+
+
+@pytest.fixture
+def bent(iiwa: Robot) -> Robot:
+    iiwa.set_positions(BENT)
+    return iiwa
+
+
+def test_a_plan_is_what_the_motion_does(client: Client, bent: Robot) -> None:
+    goal = bent.tcp @ virtualrobot.pose(z=-0.1)
+    plan = bent.plan(bent.linear(goal))
+    told = plan.robots["iiwa"]
+    assert np.array_equal(bent.positions, BENT), "nothing has moved"
+    assert told.joint_names == tuple(bent.chain_joint_names)
+    count = len(plan.times)
+    assert told.positions.shape == told.velocities.shape == told.accelerations.shape == told.efforts.shape == (count, 7)
+    assert told.world_t_tcp.shape == (count, 4, 4)
+    assert plan.steps.tolist() == [0] * count
+    assert (plan.times[-1], plan.notes) == (plan.duration_seconds, ())
+    np.testing.assert_allclose(told.world_t_tcp[-1], goal, atol=1e-6)
+    assert told.tcp_speeds.max() == pytest.approx(0.25, rel=1e-3)
+    np.testing.assert_allclose(told.efforts[0], list(bent.gravity_torques().values()), atol=1e-9)
+    motion = bent.move_linear(goal)
+    assert motion.planned_duration_seconds == plan.duration_seconds
+    np.testing.assert_allclose(bent.positions, told.positions[-1], atol=1e-12)
+
+
+def test_robots_and_steps_are_planned_together(client: Client, bent: Robot) -> None:
+    other = client.load_robot(PANDA, name="other", pose=virtualrobot.pose(y=1.0))
+    moves = [bent.ptp({"lbr_iiwa_joint_1": 1.0}), other.ptp({"panda_joint1": 0.2})]
+    plan = client.plan(moves, sample_seconds=0.05)
+    assert set(plan.robots) == {"iiwa", "other"}
+    assert plan.times[1] == pytest.approx(0.05)
+    steps = [motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=[move])) for move in moves]
+    program = client.plan(steps)
+    assert set(program.steps.tolist()) == {0, 1}
+    assert program.duration_seconds > plan.duration_seconds
+    with pytest.raises(virtualrobot.InvalidArgumentError, match="moves that go together, or the steps"):
+        client.plan([*moves, *steps])
+
+
+def test_a_check_tells_the_first_violation(client: Client, bent: Robot) -> None:
+    good = bent.check(bent.ptp({"lbr_iiwa_joint_4": 1.2}))
+    assert good.ok and good.first_violation is None and good.duration_seconds > 0.0
+    assert good.min_singular_value is not None and good.min_singular_value < 0.05, "it passes the stretched arm"
+    near = client.check([bent.ptp({"lbr_iiwa_joint_4": 1.2})], min_singular_value=0.1)
+    assert not near.ok and near.first_violation is not None
+    assert near.first_violation.kind is ViolationKind.SINGULARITY
+    assert near.first_violation.value < near.first_violation.limit == 0.1
+    far = bent.check(bent.ptp({"lbr_iiwa_joint_4": -4.0})).first_violation
+    assert far is not None
+    assert (far.kind, far.joint, far.robot, far.step) == (ViolationKind.JOINT_POSITION, "lbr_iiwa_joint_4", "iiwa", 0)
+    assert far.limit == bent.limits["lbr_iiwa_joint_4"].lower
+    assert far.path_fraction == pytest.approx((far.limit + 1.2) / (-4.0 + 1.2), abs=1e-5)
+    assert far.time_seconds is not None and far.world_t_tcp is not None and far.world_t_tcp.shape == (4, 4)
+    assert str(far) == far.message
+    reach = bent.check(bent.ptp(virtualrobot.pose(5.0, 0.0, 0.5))).first_violation
+    assert reach is not None
+    assert (reach.kind, reach.time_seconds, reach.path_fraction, reach.world_t_tcp) == (
+        ViolationKind.REACH, None, None, None
+    )  # fmt: skip
+    with pytest.raises(virtualrobot.UnknownNameError):
+        bent.check(bent.ptp("nowhere"))
+
+
+def test_a_start_for_another_revision_is_refused(client: Client, bent: Robot) -> None:
+    revision = bent.state.stamp.structure_revision
+    client.scene.add_object("table")
+    with pytest.raises(virtualrobot.StaleRevisionError):
+        bent.move_joints(BENT, expected_revision=revision)
+    bent.move_joints(BENT, expected_revision=revision + 1)
+
+
+def code_of(*arguments: str) -> object:
+    with pytest.raises(SystemExit) as ended:
+        cli.main(arguments)
+    return ended.value.code
+
+
+def test_check_has_a_verdict_and_an_exit_code(run: Run, bent: Robot, capsys: pytest.CaptureFixture[str]) -> None:
+    told = run("check", "iiwa", "lbr_iiwa_joint_1=0.5")
+    assert told.startswith("iiwa keeps all limits: the move takes ")
+    assert told.count("\n") == 1
+    assert code_of("check", "iiwa", "lbr_iiwa_joint_1=4") == 1
+    captured = capsys.readouterr()
+    assert captured.out.startswith("the joint 'lbr_iiwa_joint_1' of 'iiwa' leaves its range") and not captured.err
+    assert code_of("check", "iiwa", "lbr_iiwa_joint_4=1.2", "--min-singular-value", "0.1") == 1
+    assert "too near to a singularity" in capsys.readouterr().out
+    assert "no robot named 'iiwo'" in run("check", "iiwo", "--to", "home", code=1)
+    np.testing.assert_array_equal(bent.positions, BENT)
+
+
+def test_plan_shows_peaks_or_samples(run: Run, bent: Robot, tmp_path: Path) -> None:
+    told = run("plan", "iiwa", "lbr_iiwa_joint_1=0.5", "lbr_iiwa_joint_4=-1").splitlines()
+    plan = bent.plan(bent.ptp({"lbr_iiwa_joint_1": 0.5, "lbr_iiwa_joint_4": -1.0}))
+    robot = plan.robots["iiwa"]
+    assert told[0].split() == ["joint", "from", "to", "velocity", "acceleration", "effort"]
+    name, start, end, velocity, share = told[1].split()[:5]
+    assert (name, float(start), float(end)) == ("lbr_iiwa_joint_1", 0.0, 0.5)
+    peak = np.abs(robot.velocities[:, 0]).max()
+    assert float(velocity) == pytest.approx(peak, abs=6e-4)
+    assert share == f"({100.0 * peak / bent.limits[name].velocity:.0f}%)"
+    assert told[-1].startswith(f"{plan.duration_seconds:.3f} s; the tool centre point moves at up to ")
+
+    table = run("plan", "iiwa", "lbr_iiwa_joint_1=0.5", "--table", "--every", "0.1").splitlines()
+    assert table[0].split() == ["time", "lbr_iiwa_joint_1", "x", "y", "z", "tcp_speed"]
+    assert [line.split()[0] for line in table[1:3]] == ["0.0000", "0.1000"]
+
+    file = tmp_path / "plan.csv"
+    run("plan", "iiwa", "lbr_iiwa_joint_1=0.5", "--csv", str(file))
+    with file.open() as opened:
+        rows = list(csv.reader(opened))
+    exact = bent.plan(bent.ptp({"lbr_iiwa_joint_1": 0.5}))
+    assert rows[0][:2] == ["time", "lbr_iiwa_joint_1"]
+    np.testing.assert_array_equal(np.array(rows[1:], float)[:, 0], exact.times)
+    np.testing.assert_array_equal(np.array(rows[1:], float)[:, 1], exact.robots["iiwa"].positions[:, 0])
+    shown = run("plan", "iiwa", "lbr_iiwa_joint_1=0.5", "--csv", "-")
+    assert shown == file.read_text()
+    np.testing.assert_array_equal(bent.positions, BENT)
