@@ -34,6 +34,9 @@ class Given(NamedTuple):
     """All coordinates of the world; those of motions that are older have made this tick already."""
     signals: Mapping[str, bool]
     """Every signal's value before this tick."""
+    followed: tuple[float, float] | None = None
+    """Position and velocity by the end of this tick of the joint that the motion goes along with; None where none is.
+    """
 
 
 NOTHING = Given(np.zeros(0), {})

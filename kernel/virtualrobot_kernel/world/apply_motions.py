@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
-from virtualrobot_kernel.motion import program_run
+from virtualrobot_kernel.motion import program_run, tracked
 from virtualrobot_kernel.motion.moving import Phase
 from virtualrobot_kernel.world import assumed
 from virtualrobot_kernel.world.apply_robots import tool_state
@@ -16,6 +16,7 @@ from virtualrobot_kernel.world.change import (
     Forward,
     check_joint_value,
     joint_places,
+    place_of,
     refuse_while_moving,
     single_joint,
 )
@@ -80,7 +81,17 @@ def start_motion(change: Change, command: StartMotion, forward: Forward) -> Chan
         signals=program.signals,
         searcher=structure.robot(command.searcher)[0].uid if command.searcher else 0,
     )
-    motion = replace(motion, running=program_run.start(program, override(state, motion)))
+    started = program_run.start(program, override(state, motion))
+    if (tracking := command.tracking) is None:
+        motion = replace(motion, running=started)
+    else:
+        followed = structure.robot(tracking.robot)[0].uid, tracking.joint
+        motion = replace(
+            motion,
+            running=tracked.start(started, tracking.following),
+            followed=followed,
+            followed_at=place_of(structure, *followed),
+        )
     state = replace(state, motions=(*state.motions, motion), motion_count=state.motion_count + 1)
     return replace(change, state=state, created=(*change.created, id))
 

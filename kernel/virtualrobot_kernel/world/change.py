@@ -117,7 +117,17 @@ def neutral(joint: Joint) -> NDArray[np.float64]:
 def relocated(structure: Structure, motion: Motion) -> Motion:
     """Return a motion whose columns point to where its joints are in `structure`."""
     q_index, v_index = joint_places(structure, motion.joints)
-    return replace(motion, q_index=q_index, v_index=v_index)
+    motion = replace(motion, q_index=q_index, v_index=v_index)
+    return motion if motion.followed is None else replace(motion, followed_at=place_of(structure, *motion.followed))
+
+
+def place_of(structure: Structure, uid: int, name: str) -> tuple[int, int] | None:
+    """Return where a robot's joint begins in q and in v, None when there is no such robot or joint any more."""
+    robot = structure.robots.get(uid)
+    if robot is None or name not in robot.joint_names:
+        return None
+    place = robot.joint_names.index(name)
+    return robot.q_start[place], robot.v_start[place]
 
 
 def joint_places(

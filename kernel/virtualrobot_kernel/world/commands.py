@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.motion.follow import SetpointMode
+from virtualrobot_kernel.motion.frame_following import Following
 from virtualrobot_kernel.motion.program import Program
 from virtualrobot_kernel.world.assumed import Assumed
 from virtualrobot_kernel.world.figures import Figure, Pose
@@ -144,11 +145,21 @@ class SetSpeedFactor:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Tracking:
+    """What a motion goes along with: a joint of a robot, and how arms follow it."""
+
+    robot: str
+    joint: str
+    following: Following
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class StartMotion:
     """Starts a planned motion; refused when the joints are not where the plan starts, or what it assumes has changed.
 
     `joints` names the program's columns as (robot, joint); `tool_states` (step, tool, state) become true when their
-    step is done; `searcher` is the robot that searches in the last step, if one does.
+    step is done; `searcher` is the robot that searches in the last step, if one does; `tracking` is what it goes along
+    with, if anything.
     """
 
     joints: tuple[tuple[str, str], ...]
@@ -156,6 +167,7 @@ class StartMotion:
     tool_states: tuple[tuple[int, str, str], ...] = ()
     searcher: str = ""
     assumed: Assumed = ()
+    tracking: Tracking | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -43,6 +43,8 @@ class CancelCause(Enum):
     SIGNAL_TIMEOUT = "signal timeout"
     SETPOINT_TIMEOUT = "setpoint timeout"
     SETPOINT_REFUSED = "setpoint refused"
+    WINDOW_LEFT = "window left"
+    TRACKING_LOST = "tracking lost"
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +75,8 @@ class Motion:
     `q_index` and `v_index` say where each column of the path goes in q and v; `joints` names the columns as
     (robot uid, joint name); `tool_states` (step, tool uid, state) become true when their step is done; `step_count` is
     0 for moves that are no program; `signals` are all that it names; `searcher` is the robot that searches (a uid; 0:
-    none) and `search` what it came to; `end_tick` is 0 until it has ended.
+    none) and `search` what it came to; `followed` is the joint (robot uid, name) that the motion goes along with, and
+    `followed_at` where that is in q and v, None when it is gone; `end_tick` is 0 until it has ended.
     """
 
     id: str
@@ -88,6 +91,8 @@ class Motion:
     signals: frozenset[str] = frozenset()
     searcher: int = 0
     search: Search | None = None
+    followed: tuple[int, str] | None = None
+    followed_at: tuple[int, int] | None = None
     cancellation: Cancellation | None = None
     end_tick: int = 0
 

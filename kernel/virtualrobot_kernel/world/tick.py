@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from virtualrobot_kernel.motion.moving import Given, Phase
@@ -22,12 +23,14 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
     q, v = state.q.copy(), state.v.copy()
     given = Given(q, {name: signal.value for name, signal in state.signals.items()})
     signals: dict[str, Signal] = {}
-    motions: list[Motion] = []
+    advanced: dict[str, Motion] = {}
     tool_states = dict(state.tool_states)
-    for motion in state.motions:
+    for motion in in_order(state.motions):
         # One without length has succeeded before its first tick.
         done = motion.running.steps_done if state.tick > motion.start_tick else 0
-        now = motion.running.advance(tick_seconds, override(state, motion), given)
+        at = motion.followed_at
+        told = given._replace(followed=(float(q[at[0]]), float(v[at[1]]))) if at else given
+        now = motion.running.advance(tick_seconds, override(state, motion), told)
         motion = replace(motion, running=now)
         for name, value in now.signals.items():
             if (signal := signals.get(name) or state.signals[name]).value is not value:
@@ -45,7 +48,8 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
             # None where a cancel came too late.
             cancellation = None if now.phase is Phase.SUCCEEDED else motion.cancellation
             motion = replace(motion, end_tick=state.tick + 1, cancellation=cancellation)
-        motions.append(motion)
+        advanced[motion.id] = motion
+    motions = [advanced[motion.id] for motion in state.motions]
     later = replace(
         state,
         tick=state.tick + 1,
@@ -62,6 +66,25 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
     ended = tuple(motion for motion in motions if motion.running.ended)
     going = tuple(motion for motion in motions if not motion.running.ended)
     return replace(later, motions=going, ended=(*state.ended, *ended)[-REMEMBERED:])
+
+
+def in_order(motions: Sequence[Motion]) -> Sequence[Motion]:
+    """Return motions so that each comes after the one that moves the joint that it goes along with.
+
+    Otherwise they keep their order; so do those that go along with each other.
+    """
+    if not any(motion.followed for motion in motions):
+        return motions
+    mover = {joint: motion for motion in motions for joint in motion.joints}
+
+    def depth(motion: Motion) -> int:
+        count = 0
+        at: Motion | None = motion
+        while at and at.followed and count < len(motions):
+            at, count = mover.get(at.followed), count + 1
+        return count
+
+    return sorted(motions, key=depth)
 
 
 def _search(structure: Structure, state: State, motion: Motion, forward: Forward) -> Search:

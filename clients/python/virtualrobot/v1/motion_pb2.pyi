@@ -66,6 +66,7 @@ class CancelCause(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     CANCEL_CAUSE_SETPOINT_TIMEOUT: _ClassVar[CancelCause]
     CANCEL_CAUSE_SETPOINT_REFUSED: _ClassVar[CancelCause]
     CANCEL_CAUSE_WINDOW_LEFT: _ClassVar[CancelCause]
+    CANCEL_CAUSE_TRACKING_LOST: _ClassVar[CancelCause]
 
 class PlanNoteKind(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
@@ -126,6 +127,7 @@ CANCEL_CAUSE_SIGNAL_TIMEOUT: CancelCause
 CANCEL_CAUSE_SETPOINT_TIMEOUT: CancelCause
 CANCEL_CAUSE_SETPOINT_REFUSED: CancelCause
 CANCEL_CAUSE_WINDOW_LEFT: CancelCause
+CANCEL_CAUSE_TRACKING_LOST: CancelCause
 PLAN_NOTE_KIND_UNSPECIFIED: PlanNoteKind
 PLAN_NOTE_KIND_ZONE_SHRUNK: PlanNoteKind
 PLAN_NOTE_KIND_ZONE_DROPPED: PlanNoteKind

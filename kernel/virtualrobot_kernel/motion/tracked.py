@@ -1,0 +1,246 @@
+"""A motion that goes along with a frame which another robot's joint moves, such as a conveyor's belt. Pure.
+
+The motion itself is any other one, planned as if the frame stood still where it was. In each tick the joints that it
+has are taken along: to where the tool centre point is the same seen from the frame, which the belt has moved. First the
+arm catches up with the frame, and the motion waits; then the tool centre point is where the motion has it in the
+frame, exactly, in each tick; when the motion is over, or stops, the arm leaves the frame by a law of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.motion.frame_following import CatchUp, Following, Leave, catch_up
+from virtualrobot_kernel.motion.moving import ENDED, NOTHING, Given, Moving, Phase
+from virtualrobot_kernel.motion.polynomial import Array
+
+WINDOW_LEFT, TRACKING_LOST = "WINDOW_LEFT", "TRACKING_LOST"
+"""Names of `CancelCause`."""
+
+_ROUNDING = 1e-9
+#: How much more than said the frame's joint may be faster and accelerate more; a ramp may take 0.5% of a limit more.
+_SLACK = 1.02
+#: Time between the points that velocity and acceleration come from, in s.
+_STEP = 1e-4
+_TIMES = np.array([0.0, -_STEP, _STEP])
+#: The largest error of a posture that is taken, in rad, or in m over the longest lever arm.
+_LARGEST_ERROR = 1e-6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tracked:
+    """Where such a motion is.
+
+    inner: the motion as if the frame stood still. place, speed, slope: the displacement of the frame that the arms are
+    at, and its derivatives by time. seen: the joint's displacement and velocity in the last tick; None before the first
+    one. catching: how the arms catch up, for `elapsed` s; None before. leaving: how they leave, for `elapsed` s. early:
+    whether they leave before the motion is over. trouble: why, if nobody asked for it. q, v, a (n,): the joints.
+    """
+
+    inner: Moving
+    following: Following
+    phase: Phase
+    q: Array
+    v: Array
+    a: Array
+    signals: Mapping[str, bool]
+    place: float = 0.0
+    speed: float = 0.0
+    slope: float = 0.0
+    elapsed: float = 0.0
+    seen: tuple[float, float] | None = None
+    catching: CatchUp | None = None
+    leaving: Leave | None = None
+    early: bool = False
+    trouble: tuple[str, str] | None = None
+
+    @property
+    def ended(self) -> bool:
+        """Whether it has succeeded or been cancelled."""
+        return self.phase in ENDED
+
+    @property
+    def progress(self) -> float:
+        """The share of the motion in the frame that is done, 0 to 1."""
+        return self.inner.progress
+
+    @property
+    def duration(self) -> float:
+        """How long the motion in the frame takes, in s, without catching up and leaving."""
+        return self.inner.duration
+
+    @property
+    def fault(self) -> tuple[str, str] | None:
+        """What ended it, in itself or in the frame that it goes along with."""
+        return self.trouble or self.inner.fault
+
+    @property
+    def steps_done(self) -> int:
+        """Those of the motion in the frame."""
+        return self.inner.steps_done
+
+    @property
+    def found(self) -> bool | None:
+        """What the motion in the frame has found."""
+        return self.inner.found
+
+    @property
+    def in_step(self) -> bool:
+        """Whether the arms are where the frame is."""
+        return self.catching is not None and self.leaving is None and self.elapsed >= self.catching.length
+
+    def sample(self) -> tuple[Array, Array, Array]:
+        """Return joint positions, velocities and accelerations (n,): rad or m, per s, per s²."""
+        return self.q, self.v, self.a
+
+    def advance(self, dt: float, override: float, given: Given = NOTHING) -> Tracked:
+        """Return the motion `dt` seconds later; `given` must tell where the frame's joint is by then."""
+        if self.ended:
+            return self
+        now = self if self.leaving else _gone_along(self, dt, given)
+        if now.leaving:
+            now = _left(now, dt, override, given)
+        elif now.in_step:
+            inner = now.inner.advance(dt, override, given)
+            now = replace(now, inner=inner, signals=inner.signals, phase=inner.phase)
+            if inner.ended:
+                now = replace(now, leaving=_leave(now), elapsed=0.0, phase=Phase.STOPPING)
+        return _posed(now, dt)
+
+    def pause(self) -> Tracked:
+        """Return the motion slowing to standstill in the frame, with which it goes on; see `Moving.pause`."""
+        return self._asked(self.inner.pause, "paused")
+
+    def resume(self) -> Tracked:
+        """Return the motion going on after a pause; see `Moving.resume`."""
+        return self._asked(self.inner.resume, "resumed")
+
+    def cancel(self) -> Tracked:
+        """Return the motion braking to its end while it leaves the frame; one that stops or has ended as it is."""
+        if self.leaving or self.ended:
+            return self
+        return _stopping(self)
+
+    def abort(self) -> Tracked:
+        """Return the motion ended where it is: what it moved is gone."""
+        return replace(self, phase=Phase.CANCELLED)
+
+    def _asked(self, change: Callable[[], Moving], what: str) -> Tracked:
+        if self.leaving or self.ended:
+            raise KernelError(
+                f"a motion that is {self.phase.value} cannot be {what}; only one that is RUNNING, PAUSING, PAUSED or "
+                "WAITING can",
+                reason=Reason.WRONG_STATE,
+                phase=self.phase.value,
+            )
+        inner = change()
+        return replace(self, inner=inner, phase=inner.phase)
+
+
+def start(inner: Moving, following: Following) -> Tracked:
+    """Return the motion at its start, at rest where the frame was when it was planned; `inner` has just started."""
+    q, v, a = inner.sample()
+    return Tracked(inner, following, Phase.RUNNING, q, v, a, {})
+
+
+def _gone_along(now: Tracked, dt: float, given: Given) -> Tracked:
+    """Return the motion with the frame where it is by now, or stopping when it can't or mustn't be followed there."""
+    following = now.following
+    if given.followed is None:
+        return _stopping(now, (TRACKING_LOST, "the joint that it went along with is gone"))
+    place, speed = given.followed[0] - following.start, given.followed[1]
+    if trouble := _trouble(now, place, speed, dt):
+        return _stopping(now, trouble)
+    slope = 0.0 if now.seen is None else (speed - now.seen[1]) / dt
+    catching, elapsed = now.catching, now.elapsed + dt
+    if catching is None:
+        if now.seen is None and (place or speed):
+            return replace(now, seen=(place, speed))  # how fast the frame accelerates is known with the next tick
+        catching, elapsed = catch_up(following, place, speed, slope), 0.0
+    gap, gap_speed, gap_slope = catching.state(elapsed)
+    leave = Leave(place - gap, speed - gap_speed, slope - gap_slope, following.leave_seconds)
+    if not following.low - _ROUNDING <= leave.end <= following.high + _ROUNDING:
+        words = (
+            f"what it went along with is {place:.6g} from where it was when the motion was planned, and its window "
+            f"is {following.low:.6g} to {following.high:.6g}"
+        )
+        return _stopping(now, (WINDOW_LEFT, words))
+    return replace(
+        now,
+        place=leave.place,
+        speed=leave.speed,
+        slope=leave.slope,
+        elapsed=elapsed,
+        seen=(place, speed),
+        catching=catching,
+        signals={},
+    )
+
+
+def _trouble(now: Tracked, place: float, speed: float, dt: float) -> tuple[str, str] | None:
+    following = now.following
+    if abs(speed) > _SLACK * following.max_velocity + _ROUNDING:
+        words = f"what it went along with moves at {speed:.6g} per second; {following.max_velocity:.6g} was the most"
+        return TRACKING_LOST, words
+    if now.seen is None:
+        return None
+    most = _SLACK * following.max_acceleration * dt + _ROUNDING
+    if abs(speed - now.seen[1]) > most:
+        words = (
+            f"what it went along with accelerates by {(speed - now.seen[1]) / dt:.6g} per second squared; the arm "
+            f"keeps up with {following.max_acceleration:.6g}"
+        )
+        return TRACKING_LOST, words
+    jump = place - now.seen[0] - 0.5 * (speed + now.seen[1]) * dt
+    if abs(jump) > most * dt + _ROUNDING:
+        return TRACKING_LOST, f"what it went along with has jumped by {jump:.6g}"
+    return None
+
+
+def _leave(now: Tracked) -> Leave:
+    return Leave(now.place, now.speed, now.slope, now.following.leave_seconds)
+
+
+def _stopping(now: Tracked, trouble: tuple[str, str] | None = None) -> Tracked:
+    """Return the motion leaving the frame from where it is; while it had not caught up yet, it had not begun."""
+    inner = now.inner.cancel() if now.in_step else now.inner.abort()
+    leave = _leave(now)
+    return replace(now, inner=inner, leaving=leave, elapsed=0.0, early=True, trouble=trouble, phase=Phase.STOPPING)
+
+
+def _left(now: Tracked, dt: float, override: float, given: Given) -> Tracked:
+    assert now.leaving
+    elapsed = now.elapsed + dt
+    place, speed, slope = now.leaving.state(elapsed)
+    inner, signals = now.inner, {}
+    if not inner.ended:
+        inner = inner.advance(dt, override, given)
+        signals = inner.signals
+    phase = now.phase
+    if inner.ended and elapsed >= now.leaving.length:
+        phase = Phase.CANCELLED if now.early else inner.phase
+    return replace(
+        now, inner=inner, signals=signals, place=place, speed=speed, slope=slope, elapsed=elapsed, phase=phase
+    )
+
+
+def _posed(now: Tracked, dt: float) -> Tracked:
+    """Return the motion with its joints where its own motion and the frame's have them, by now."""
+    q, v, a = (array.copy() for array in now.inner.sample())
+    place = now.place + _TIMES * (now.speed + 0.5 * _TIMES * now.slope)
+    for follower in now.following.followers:
+        columns = follower.columns
+        nominal = q[columns] + _TIMES[:, None] * (v[columns] + 0.5 * _TIMES[:, None] * a[columns])
+        near = now.q[columns] + dt * (now.v[columns] + 0.5 * dt * now.a[columns])
+        found, error = follower.postures(nominal, place, np.repeat(near[None], 3, axis=0))
+        if not error.max() < _LARGEST_ERROR:
+            words = "no posture near the one before takes the tool centre point along"
+            return replace(now, trouble=(TRACKING_LOST, words), phase=Phase.CANCELLED)
+        q[columns] = found[0]
+        v[columns] = (found[2] - found[1]) / (2.0 * _STEP)
+        a[columns] = (found[2] - 2.0 * found[0] + found[1]) / _STEP**2
+    return replace(now, q=q, v=v, a=a)

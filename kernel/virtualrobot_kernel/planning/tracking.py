@@ -1,0 +1,264 @@
+"""Motions that go along with a frame of another robot: which joint moves it, and which arms follow."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from virtualrobot_kernel.errors import KernelError, LimitError
+from virtualrobot_kernel.motion.frame_following import Follower, Following
+from virtualrobot_kernel.motion.limits import JointLimits
+from virtualrobot_kernel.motion.polynomial import Array
+from virtualrobot_kernel.motion.program import Program
+from virtualrobot_kernel.planning.planned_move import joint_limits
+from virtualrobot_kernel.planning.robots import Arm, arm_of, flange_t_tcp, tip_of
+from virtualrobot_kernel.planning.tracked_limits import (
+    Place,
+    Rates,
+    braking_share,
+    budget,
+    checked_rates,
+    slowed,
+    stretch,
+)
+from virtualrobot_kernel.world.assumed import Aspect, Way, assume
+from virtualrobot_kernel.world.change import inverse, single_joint
+from virtualrobot_kernel.world.commands import StartMotion, Tracking
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import Joint, JointType, LinkData, Node
+
+
+@dataclass(frozen=True, slots=True)
+class TrackingWish:
+    """A node to go along with, how far its joint may move meanwhile, and its greatest speed (0: the joint's limit)."""
+
+    node: str
+    window: float
+    max_velocity: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class _Frame:
+    """The joint that moves a node: whose it is, what it is, the link (a uid) that it moves, and where it stands."""
+
+    robot: Node
+    joint: Joint
+    link: int
+    position: float
+    unit: str
+
+
+def follower_joints(snapshot: Snapshot, robots: Sequence[Node]) -> list[tuple[Node, str]]:
+    """Return the joints of the robots' arms, which all move where an arm goes along."""
+    return [(robot, name) for robot in robots for name in arm_of(snapshot, robot).joint_names]
+
+
+def tracked(snapshot: Snapshot, command: StartMotion, wish: TrackingWish) -> StartMotion:
+    """Return a planned motion as one that goes along with a node, slower where the joints need it.
+
+    Raises KernelError when no joint of another robot, or more than one, moves the node; when an arm can't go along all
+    the way, with the place; or when the window or the speed makes no sense.
+    """
+    structure = snapshot.structure
+    robots = [structure.robot(name)[0] for name in dict.fromkeys(robot for robot, _ in command.joints)]
+    moved = set(command.joints)
+    arms = [
+        (robot, arm)
+        for robot, arm in ((robot, arm_of(snapshot, robot)) for robot in robots)
+        if any((robot.name, name) in moved for name in arm.joint_names)
+    ]
+    if not arms:
+        raise KernelError("only arms can go along with a frame, and this motion moves none", field="tracking")
+    frame = _frame(snapshot, wish.node, arms)
+    if (frame.robot.name, frame.joint.name) in moved:
+        raise KernelError(
+            f"the motion moves the joint {frame.joint.name!r} of {frame.robot.name!r} itself, which it shall go along "
+            "with; move it in a motion of its own",
+            field="tracking.node",
+        )
+    window, velocity = _window(frame, wish), min(wish.max_velocity or np.inf, frame.joint.limits.velocity)
+    joints = tuple(dict.fromkeys([*command.joints, *((robot.name, j) for robot, arm in arms for j in arm.joint_names)]))
+    program = _widened(snapshot, command.program, joints)
+    followers = [_follower(snapshot, robot, arm, joints, frame) for robot, arm in arms]
+    program, following = _checked(snapshot, program, frame, window, velocity, arms, followers)
+    ways = [Way(robot.uid, (structure.node(wish.node).uid,)) for robot, _ in arms]
+    uids = ((structure.robot(robot)[0].uid, joint) for robot, joint in joints)
+    assumed = (*command.assumed, *assume(structure, snapshot.state, uids, ways))
+    return replace(
+        command,
+        joints=joints,
+        program=program,
+        # Where the frame's joint stands is what may change.
+        assumed=tuple(f for f in assumed if (f.node.uid, f.aspect) != (frame.link, Aspect.POSITION)),
+        tracking=Tracking(frame.robot.name, frame.joint.name, following),
+    )
+
+
+def _frame(snapshot: Snapshot, name: str, arms: Sequence[tuple[Node, Arm]]) -> _Frame:
+    """Return the one joint that moves a node against the arms' bases; raise KernelError when there isn't one."""
+    structure = snapshot.structure
+    above = [node.uid for node in structure.ancestors(structure.node(name).uid)]
+    found: dict[int, tuple[int, int]] = {}
+    for _, arm in arms:
+        carrying = {node.uid for node in structure.ancestors(arm.base)}
+        for uid in above:
+            data = structure.nodes[uid].data
+            if uid not in carrying and isinstance(data, LinkData) and data.joint.type is not JointType.FIXED:
+                owner = structure.robot_of(uid)
+                assert owner is not None  # it is a link
+                found[uid] = owner.uid, int(structure.forest.q_index[structure.rows[uid]])
+    names = [f"{_joint_at(snapshot, *key).name!r} of {structure.nodes[key[0]].name!r}" for key in found.values()]
+    own = {robot.uid for robot, _ in arms}
+    if len(found) != 1 or next(iter(found.values()))[0] in own:
+        told = f"it is moved by {' and '.join(names)}" if names else "no joint moves it"
+        raise KernelError(
+            f"a motion cannot go along with {name!r}: {told}; name a node that exactly one joint of another robot "
+            "moves, such as a conveyor's belt",
+            field="tracking.node",
+            node=name,
+        )
+    (link, (robot, place)), *_ = found.items()
+    joint = _joint_at(snapshot, robot, place)
+    if joint.type not in (JointType.PRISMATIC, JointType.REVOLUTE, JointType.CONTINUOUS):
+        raise KernelError(
+            f"a motion cannot go along with {name!r}: the joint {joint.name!r} that moves it is {joint.type.value[0]}; "
+            "prismatic, revolute and continuous ones can be followed",
+            field="tracking.node",
+            node=name,
+        )
+    unit = "m" if joint.type is JointType.PRISMATIC else "rad"
+    return _Frame(structure.nodes[robot], joint, link, float(snapshot.state.q[place]), unit)
+
+
+def _joint_at(snapshot: Snapshot, robot: int, place: int) -> Joint:
+    index = snapshot.structure.robots[robot]
+    return index.joints[index.q_start.index(place)]
+
+
+def _window(frame: _Frame, wish: TrackingWish) -> tuple[float, float]:
+    """Return between which displacements the frame is followed; a joint's limits shorten the window."""
+    for field, value, right in (
+        ("window", wish.window, wish.window != 0.0),
+        ("max_velocity", wish.max_velocity, wish.max_velocity >= 0.0),
+    ):
+        if not (np.isfinite(value) and right):
+            raise KernelError(
+                f"tracking.{field} must be finite and {'other than 0' if field == 'window' else 'at least 0'}, "
+                f"not {value}",
+                field=f"tracking.{field}",
+            )
+    low = max(min(wish.window, 0.0), frame.joint.limits.lower - frame.position)
+    high = min(max(wish.window, 0.0), frame.joint.limits.upper - frame.position)
+    if (high if wish.window > 0.0 else -low) <= 0.0:
+        raise LimitError(
+            f"the joint {frame.joint.name!r} of {frame.robot.name!r} stands at its limit, {frame.position:g} "
+            f"{frame.unit}, and cannot move by {wish.window:g} {frame.unit} from there",
+            joint=frame.joint.name,
+            value=frame.position,
+        )
+    return min(low, 0.0), max(high, 0.0)
+
+
+def _widened(snapshot: Snapshot, program: Program, joints: Sequence[tuple[str, str]]) -> Program:
+    """Return the program for more joints, which stand still in it."""
+    structure = snapshot.structure
+    places = [single_joint(structure, structure.robot(robot)[0], joint)[1] for robot, joint in joints]
+    start = snapshot.state.q[places].copy()
+    start[: len(program.start)] = program.start
+    return replace(program, start=start)
+
+
+def _follower(snapshot: Snapshot, robot: Node, arm: Arm, joints: Sequence[tuple[str, str]], frame: _Frame) -> Follower:
+    chain = arm.serial()
+    structure = snapshot.structure
+    base_t_link = inverse(snapshot.world_t(arm.base)) @ snapshot.world_t(frame.link)
+    row = structure.rows[frame.link]
+    columns = np.array([joints.index((robot.name, name)) for name in arm.joint_names])
+    follower = Follower(
+        columns,
+        chain._replace(post=np.ascontiguousarray(chain.post @ flange_t_tcp(snapshot, robot))),
+        1.0,
+        int(structure.forest.joint_type[row]),
+        base_t_link[:3, :3] @ structure.forest.axis[row],
+        base_t_link[:3, 3].copy(),
+        float(structure.forest.multiplier[row]),
+    )
+    jacobian = follower.jacobians(snapshot.state.q[arm.q_index][None])[0]
+    turning = np.linalg.norm(jacobian[3:], axis=0) > 1e-9
+    lever = float(np.linalg.norm(jacobian[:3], axis=0)[turning].max(initial=0.0))
+    return replace(follower, weight=1.0 / lever if lever > 1e-6 else 1.0)
+
+
+def _checked(
+    snapshot: Snapshot,
+    program: Program,
+    frame: _Frame,
+    window: tuple[float, float],
+    velocity: float,
+    arms: Sequence[tuple[Node, Arm]],
+    followers: Sequence[Follower],
+) -> tuple[Program, Following]:
+    """Return the program as slow as the joints need it, and how the frame is followed; raise where they can't."""
+    rates: list[tuple[Rates, JointLimits]] = []
+    q = program.start
+    for number, stage in enumerate(program.stages):
+        for (robot, arm), follower in zip(arms, followers, strict=True):
+            limits, _ = joint_limits(snapshot, robot, arm.joint_names)
+            place = _place(snapshot, program, robot, arm, frame)
+            rates.append((checked_rates(follower, limits, stage, number, q, window, place), limits))
+        if stage.plan is not None:
+            q = q.copy()
+            q[list(stage.columns)] = stage.plan.goal
+    taken = budget(rates, velocity, frame.joint.limits.acceleration, frame.joint.name, frame.unit)
+    stages = list(program.stages)
+    for number, stage in enumerate(stages):
+        of_stage = [(one, limits) for one, limits in rates if one.stage == number]
+        factor = max(stretch(one, limits, taken) for one, limits in of_stage)
+        if factor > 1.0 and stage.plan is not None and stage.plan.kind == "trajectory":
+            raise LimitError(
+                f"going along with {frame.joint.name!r} at {velocity:g} {frame.unit}/s the trajectory would have to "
+                f"take {factor:.4g} times as long as its times say",
+                factor=factor,
+            )
+        shares = {
+            int(column): braking_share(one, limits, taken, factor)
+            for (one, limits), follower in zip(of_stage, followers, strict=True)
+            for column in follower.columns
+        }
+        stages[number] = slowed(stage, factor, shares)
+    following = Following(
+        tuple(followers), frame.position, *window, taken.velocity, taken.acceleration, taken.own_acceleration,
+        taken.own_jerk,
+    )  # fmt: skip
+    return replace(program, stages=tuple(stages)), following
+
+
+def _place(snapshot: Snapshot, program: Program, robot: Node, arm: Arm, frame: _Frame) -> Place:
+    """Return what names places of the motion and of the frame."""
+    tip, point = tip_of(snapshot, arm), flange_t_tcp(snapshot, robot)
+
+    def place(number: int, time: float, displacement: float, q: Array) -> tuple[str, dict[str, object]]:
+        stage = program.stages[number]
+        step = stage.steps[max(0, bisect_right(stage.steps, time, key=lambda one: one[0]) - 1)][1]
+        share = (program.begins[number] + time) / program.duration if program.duration > 0.0 else 1.0
+        x, y, z = (snapshot.world_t(arm.base) @ tip(q) @ point)[:3, 3]
+        unit = frame.unit
+        words = (
+            f"at {100.0 * share:.1f}% of the motion{f', in step {step},' if program.step_count else ''} with the joint "
+            f"{frame.joint.name!r} of {frame.robot.name!r} at {frame.position + displacement:.4g} {unit}, "
+            f"{displacement:+.4g} {unit} from where it is (TCP at x {x:.4f}, y {y:.4f}, z {z:.4f} m in the world)"
+        )
+        metadata: dict[str, object] = {
+            "robot": robot.name,
+            "step": step,
+            "fraction": f"{share:.6f}",
+            "tracked_position": f"{frame.position + displacement:.6f}",
+            "displacement": f"{displacement:.6f}",
+            "position": f"{x:.6f}, {y:.6f}, {z:.6f}",
+        }
+        return words, metadata
+
+    return place

@@ -1,0 +1,62 @@
+"""How an arm catches up with a frame and leaves it: laws of one variable, checked by differences."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from virtualrobot_kernel.motion.frame_following import OVERSHOOT, Following, Leave, catch_up
+
+
+def following(rng: np.random.Generator) -> Following:
+    velocity, acceleration, own = rng.uniform(0.05, 1.0), rng.uniform(0.2, 2.0), rng.uniform(0.2, 5.0)
+    return Following((), 0.0, 0.0, 1.0, velocity, acceleration, own, own * rng.uniform(5.0, 20.0))
+
+
+def test_the_gap_closes_within_the_limits(rng: np.random.Generator) -> None:
+    for _ in range(50):
+        one = following(rng)
+        speed = float(rng.uniform(-1.0, 1.0)) * one.max_velocity
+        gap = 0.05 * speed  # as after 50 ms of planning
+        law = catch_up(one, gap, speed, 0.0)
+        times = np.linspace(0.0, law.length, 2001)[:-1]
+        value, first, second = np.array([law.state(t) for t in times]).T
+        assert (value[0], first[0], second[0]) == pytest.approx((gap, speed, 0.0))
+        assert law.state(law.length) == (0.0, 0.0, 0.0)
+        step = times[1]
+        assert np.abs(np.diff(value) - 0.5 * step * (first[1:] + first[:-1])).max() < one.own_jerk * step**3
+        assert np.abs(np.diff(first) - 0.5 * step * (second[1:] + second[:-1])).max() < 1e-3 * step
+        assert np.abs(second).max() <= one.own_acceleration * 1.001
+        assert np.abs(np.diff(second) / step).max() <= one.own_jerk * 1.001
+        assert np.abs(speed - first).max() <= OVERSHOOT * one.max_velocity * 1.001
+
+
+def test_nothing_to_catch_up_with_takes_no_time(rng: np.random.Generator) -> None:
+    law = catch_up(following(rng), 0.0, 0.0, 0.0)
+    assert law.length == 0.0
+    assert law.state(0.0) == (0.0, 0.0, 0.0)
+
+
+def test_leaving_comes_to_rest_where_it_says_within_the_limits(rng: np.random.Generator) -> None:
+    for _ in range(50):
+        one = following(rng)
+        speed = float(rng.uniform(-1.0, 1.0)) * OVERSHOOT * one.max_velocity
+        leave = Leave(float(rng.normal()), speed, 0.0, one.leave_seconds)
+        times = np.linspace(0.0, leave.length, 2001)
+        place, first, second = np.array([leave.state(t) for t in times]).T
+        step = times[1]
+        assert (place[0], first[0], second[0]) == pytest.approx((leave.place, speed, 0.0))
+        assert place[-1] == pytest.approx(leave.end, abs=1e-12)
+        assert leave.state(2.0 * leave.length) == (place[-1], 0.0, 0.0)
+        assert np.abs(np.diff(place) - 0.5 * step * (first[1:] + first[:-1])).max() < one.own_jerk * step**3
+        assert np.abs(np.diff(first) - 0.5 * step * (second[1:] + second[:-1])).max() < 1e-3 * step
+        assert np.abs(second).max() <= one.own_acceleration * 1.001
+        assert np.abs(np.diff(second) / step).max() <= one.own_jerk * 1.001
+
+
+def test_an_accelerating_arm_leaves_smoothly_too(rng: np.random.Generator) -> None:
+    one = following(rng)
+    leave = Leave(0.0, 0.5 * one.max_velocity, -one.max_acceleration, one.leave_seconds)
+    assert leave.state(0.0) == pytest.approx((0.0, leave.speed, leave.slope))
+    near = [leave.state(t)[0] for t in (0.0, 1e-4, 2e-4)]
+    assert (near[1] - near[0]) / 1e-4 == pytest.approx(leave.speed, abs=1e-3)
+    assert leave.state(leave.length)[0] == pytest.approx(leave.end, abs=1e-12)
