@@ -153,7 +153,7 @@ def _check_singularity(
     smallest = np.sqrt(np.maximum(np.linalg.eigvalsh(system)[:, 0], 0.0))
     worst = int(np.argmin(smallest))
     if smallest[worst] < SMALLEST_SINGULAR_VALUE:
-        where, metadata = place(number, times[rows[worst]], e, q[rows[worst]])
+        where, metadata = place(number, float(times[rows[worst]]), e, q[rows[worst]])
         raise KernelError(
             f"going along meets a singularity {where}: the smallest singular value of the Jacobian is "
             f"{smallest[worst]:.3g}, it must be at least {SMALLEST_SINGULAR_VALUE}",
