@@ -65,3 +65,27 @@ def trajectory(robot: str, names: list[str], times: object, positions: object, *
     arrays = {name: array(numbers) for name, numbers in more.items()}
     asked = motion_pb2.JointTrajectory(joint_names=names, times=array(times), positions=array(positions), **arrays)  # pyright: ignore[reportArgumentType]
     return motion_pb2.Move(robot=robot, joint_trajectory=asked)
+
+
+def spline(robot: str, *goals: np.ndarray, reference: tuple[str, ...] = (), **fields: float) -> motion_pb2.Move:
+    """Return a move through poses, each in the frame of its own reference where these are given."""
+    names = reference or ("",) * len(goals)
+    curve = motion_pb2.Spline(**fields)
+    for goal, name in zip(goals, names, strict=True):
+        curve.goals.add(reference_t_tcp=pose(goal), reference=name)
+    return motion_pb2.Move(robot=robot, spline=curve)
+
+
+def joint_jog(robot: str, joint: str, velocity: float, distance: float | None = None) -> motion_pb2.Move:
+    jog = motion_pb2.JointJog(joint=joint, velocity=velocity, distance=distance)
+    return motion_pb2.Move(robot=robot, joint_jog=jog)
+
+
+def jog(robot: str, translation: object = None, rotation: object = None, **fields: object) -> motion_pb2.Move:
+    """Return a jog of the tool centre point."""
+    way = motion_pb2.CartesianJog(**fields)  # pyright: ignore[reportArgumentType]
+    if translation is not None:
+        way.translation.CopyFrom(vector(translation))
+    if rotation is not None:
+        way.rotation.CopyFrom(vector(rotation))
+    return motion_pb2.Move(robot=robot, cartesian_jog=way)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +17,13 @@ TIME_LAWS = {
     "time_optimal": motion_pb2.TIME_LAW_TIME_OPTIMAL,
 }
 """How the time can be laid along the path of a move."""
+
+_JOG_FRAMES = {
+    "base": motion_pb2.JOG_FRAME_BASE,
+    "tool": motion_pb2.JOG_FRAME_TOOL,
+    "node": motion_pb2.JOG_FRAME_NODE,
+    "world": motion_pb2.JOG_FRAME_NODE,
+}
 
 
 def pose_goal(reference_t_tcp: ArrayLike, reference: str, configuration: str = "") -> motion_pb2.PoseGoal:
@@ -125,6 +132,64 @@ def circular(
             arc.center.angle_radians = angle
     law = time_law_number(time_law)
     return motion_pb2.Move(robot=robot, speed_factor=speed_factor, time_law=law, circular=arc)
+
+
+def spline(
+    robot: str,
+    goals: Iterable[ArrayLike],
+    reference: str | Sequence[str] = "",
+    velocity: float = 0.0,
+    acceleration: float = 0.0,
+    speed_factor: float = 0.0,
+) -> motion_pb2.Move:
+    """Return a move along a smooth curve through 4x4 poses; `reference` is one node for all, or one for each."""
+    poses = list(goals)
+    references = [reference] * len(poses) if isinstance(reference, str) else list(reference)
+    if len(references) != len(poses):
+        raise InvalidArgumentError(f"{len(poses)} poses need one reference, or as many, not {len(references)}")
+    curve = motion_pb2.Spline(
+        goals=[pose_goal(pose, name) for pose, name in zip(poses, references, strict=True)],
+        max_velocity_meters_per_second=velocity,
+        max_acceleration_meters_per_second_squared=acceleration,
+    )
+    return motion_pb2.Move(robot=robot, speed_factor=speed_factor, spline=curve)
+
+
+def joint_jog(
+    robot: str, joint: str, velocity: float, distance: float | None = None, speed_factor: float = 0.0
+) -> motion_pb2.Move:
+    """Return a move of one joint at a velocity, whose sign says which way; see `Jogger.jog_joint`."""
+    jog = motion_pb2.JointJog(joint=joint, velocity=velocity, distance=distance)
+    return motion_pb2.Move(robot=robot, speed_factor=speed_factor, joint_jog=jog)
+
+
+def cartesian_jog(
+    robot: str,
+    *,
+    translation: ArrayLike | None = None,
+    rotation: ArrayLike | None = None,
+    frame: str = "",
+    node: str = "",
+    velocity: float = 0.0,
+    distance: float | None = None,
+    speed_factor: float = 0.0,
+) -> motion_pb2.Move:
+    """Return a move of the tool centre point along `translation` or about `rotation`; see `Jogger.jog`."""
+    if (translation is None) == (rotation is None):
+        raise InvalidArgumentError("a jog goes along a direction or about an axis: give either translation or rotation")
+    jog = motion_pb2.CartesianJog(velocity=velocity, distance=distance, node=node)
+    if translation is not None:
+        jog.translation.CopyFrom(vector_message(translation, "the translation"))
+    elif rotation is not None:
+        jog.rotation.CopyFrom(vector_message(rotation, "the rotation"))
+    name = frame or ("node" if node else "base")
+    if name not in _JOG_FRAMES or (name != "node" and node):
+        raise InvalidArgumentError(
+            f"the axes of a jog are those of the frame 'base', 'tool' or 'world', or of a node: not {frame!r}"
+            + (f" with the node {node!r}" if node else "")
+        )
+    jog.frame = _JOG_FRAMES[name]
+    return motion_pb2.Move(robot=robot, speed_factor=speed_factor, cartesian_jog=jog)
 
 
 def trajectory(

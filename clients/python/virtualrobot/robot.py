@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 from virtualrobot.dynamics import InverseDynamics, Samples, movement_message
 from virtualrobot.editor import Direct
 from virtualrobot.geometry import Matrix, poses_from_rows
+from virtualrobot.jogger import Jogger
 from virtualrobot.kinematics_check import KinematicsCheck
 from virtualrobot.leases import Lease, acquire
-from virtualrobot.mover import JointPositions, Mover
+from virtualrobot.mover import JointPositions
 from virtualrobot.redundancy import Lock, Prefer, redundancy
 from virtualrobot.robot_values import (
     Actuator,
@@ -30,10 +31,11 @@ from virtualrobot.v1 import robot_pb2, scene_pb2
 from virtualrobot.wire import array_of, pose_message, pose_of, settings_message, settings_of
 
 
-class Robot(Mover):
+class Robot(Jogger):
     """A robot by its name: an arm, a conveyor, a turntable, a vehicle, whatever has joints.
 
-    Positions are radians or meters, poses 4x4 arrays. The motions and their options are those of `Mover`.
+    Positions are radians or meters, poses 4x4 arrays. The motions and their options are those of `Mover`
+    and `Jogger`.
     """
 
     @property

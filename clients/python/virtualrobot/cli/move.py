@@ -39,7 +39,7 @@ def move(target: Target, robot: str, order: Order, preempt: bool, no_wait: bool)
         wish = order.move(handle)
         if client.clock.mode == "stepped" and not no_wait:
             click.echo(f"time stands still: the motion goes on with each 'virtualrobot step'; {GO_ON}", err=True)
-        _start(handle, wish, preempt, no_wait)
+        start_and_follow(handle, wish, preempt, no_wait)
 
 
 @click.command()
@@ -55,7 +55,7 @@ def stop(target: Target, robots: tuple[str, ...]) -> None:
             click.echo("nothing moves")
 
 
-def _start(robot: Robot, wish: motion_pb2.Move, preempt: bool, no_wait: bool) -> None:
+def start_and_follow(robot: Robot, wish: motion_pb2.Move, preempt: bool, no_wait: bool) -> None:
     """Start a move and show how far it is, or leave it alone."""
     motion = robot.start(wish, wait=False, preempt=preempt, on_disconnect="continue" if no_wait else "stop")
     if no_wait:

@@ -1,0 +1,85 @@
+"""`virtualrobot jog`."""
+
+from __future__ import annotations
+
+import math
+
+import click
+
+from virtualrobot.cli.move import start_and_follow
+from virtualrobot.cli.options import GO_ON, Numbers, Target, degrees_option, target_options
+
+_EXAMPLES = """
+\b
+Examples:
+  virtualrobot jog arm joint_1 --velocity -0.2
+  virtualrobot jog arm --along 0,0,1 --frame tool --velocity 0.05
+  virtualrobot jog arm --about 0,0,1 --node table --distance 90 --degrees
+"""
+
+
+@click.command(epilog=_EXAMPLES)
+@click.argument("robot")
+@click.argument("joint", required=False)
+@click.option("--along", type=Numbers(3), metavar="X,Y,Z", help="The tool centre point moves in this direction.")
+@click.option("--about", type=Numbers(3), metavar="X,Y,Z", help="The tool centre point turns about this axis.")
+@click.option(
+    "--frame", type=click.Choice(["base", "tool", "world"]), help="In whose axes the direction is given [base]."
+)
+@click.option("--node", default="", help="In the axes of this node instead.")
+@click.option("--velocity", type=float, help="m/s or rad/s; of a joint with the sign of its way [0.1 or 0.25].")
+@click.option("--distance", type=float, help="m or rad [as far as it goes].")
+@click.option("--preempt", is_flag=True, help="Stop what the robot does and take over.")
+@degrees_option
+@target_options
+def jog(
+    target: Target,
+    robot: str,
+    joint: str | None,
+    along: tuple[float, ...] | None,
+    about: tuple[float, ...] | None,
+    frame: str | None,
+    node: str,
+    velocity: float | None,
+    distance: float | None,
+    preempt: bool,
+    degrees: bool,
+) -> None:
+    """Move a joint, or the tool centre point in one direction, until its distance or until it can go no farther.
+
+    Ctrl-C, like a key that is released, stops it on its path.
+    """
+    from virtualrobot import moves
+    from virtualrobot.v1 import nodes_pb2
+
+    if (joint is not None) + (along is not None) + (about is not None) != 1:
+        raise click.UsageError("say what moves, in one way: a JOINT, --along or --about")
+    if joint is not None and (frame or node):
+        raise click.UsageError("--frame and --node go with --along or --about")
+    if joint is not None and velocity is None:
+        raise click.UsageError("a joint needs a --velocity, whose sign says which way")
+    if frame and node:
+        raise click.UsageError("--frame or --node, not both")
+    with target.connect() as client:
+        handle = client.robot(robot)
+        sliding = any(
+            one.name == joint and one.type == nodes_pb2.JOINT_TYPE_PRISMATIC for one in handle.description.joints
+        )
+        unit = math.radians(1.0) if degrees and along is None and not sliding else 1.0
+        speed = unit * (velocity or 0.0)
+        way = None if distance is None else unit * distance
+        if joint is not None:
+            order = moves.joint_jog(robot, joint, speed, way)
+        else:
+            order = moves.cartesian_jog(
+                robot,
+                translation=along,
+                rotation=about,
+                frame=frame or "",
+                node=node,
+                velocity=speed,
+                distance=way,
+            )
+        if client.clock.mode == "stepped":
+            click.echo(f"time stands still: the motion goes on with each 'virtualrobot step'; {GO_ON}", err=True)
+        start_and_follow(handle, order, preempt, no_wait=False)
