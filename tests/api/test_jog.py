@@ -13,7 +13,7 @@ from tests.api.asking import IIWA, apply, create, load, refusal, start
 from tests.api.conftest import Stubs
 from tests.api.moving import CANCELLED, READY, RUNNING, SUCCEEDED, TICK, finished, jog, joint_jog, motion
 from tests.api.reading import matrix, pose, random_matrix, state, step, unchanged
-from tests.api.test_robot import put, robot
+from tests.api.test_robot import put
 
 BASE, TOOL, NODE = motion_pb2.JOG_FRAME_BASE, motion_pb2.JOG_FRAME_TOOL, motion_pb2.JOG_FRAME_NODE
 FIRST = "lbr_iiwa_joint_1"
@@ -60,16 +60,14 @@ def test_a_joint_goes_to_its_limit_and_is_refused_there(ready: Stubs) -> None:
 
 
 def test_a_key_that_is_released_stops_the_joint_soon(ready: Stubs) -> None:
-    """From 0.5 rad/s with the jerk of the joint a smooth stop takes less than half a second."""
+    """From 0.5 rad/s a smooth stop takes less than half a second; the limit would be seconds away."""
     ask = start(ready, joint_jog("arm", FIRST, 0.5))
     step(ready, 300)
     before = state(ready, "arm").positions[0]
     ready.motion.CancelMotion(motion_pb2.CancelMotionRequest(id=ask.id, reason="released"))
-    limits = robot(ready, "arm").joints[0].limits
-    acceleration = limits.max_acceleration
     assert finished(ready, ask.id).phase == CANCELLED
     gone = state(ready, "arm").positions[0] - before
-    assert 0.0 < gone < 0.5 * (0.5 / acceleration + 4.0 * TICK) + 0.5 * 0.5
+    assert 0.0 < gone < 0.5 * 0.5
 
 
 @pytest.mark.parametrize("turns", [False, True])
@@ -112,7 +110,7 @@ def test_the_tcp_goes_as_far_as_it_can_and_is_told_what_ends_it(ready: Stubs) ->
     outward = first[:3, 3] * (1.0, 1.0, 0.0)
     answer = started(ready, jog("arm", outward, velocity=0.5))
     (note,) = answer.notes
-    assert (note.kind, note.wanted) == (motion_pb2.PLAN_NOTE_KIND_JOG_ENDS, 2.0)
+    assert (note.kind, note.wanted) == (motion_pb2.PLAN_NOTE_KIND_JOG_ENDS, pytest.approx(2.0))
     assert "singularity" in note.message
     fastest, before = 0.0, first
     while motion(ready, answer.motion.id).phase == RUNNING:

@@ -1,0 +1,80 @@
+"""Splines and jogs through the client and the command line."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import virtualrobot
+from virtualrobot import Client, Phase, Robot, pose
+
+from tests.api.client.conftest import IIWA, Run
+
+BENT = np.array([0.0, 0.5, 0.0, -1.2, 0.0, 0.8, 0.0])
+
+
+@pytest.fixture
+def bent(iiwa: Robot) -> Robot:
+    iiwa.move_joints(BENT)
+    return iiwa
+
+
+def test_a_spline_through_poses_in_frames_of_several_nodes(client: Client, bent: Robot) -> None:
+    client.scene.add_object("table", pose=pose(0.3, 0.2, 0.1, yaw=0.5))
+    here = bent.tcp
+    poses = np.array([here @ pose(x=0.04 * k, y=0.02 * (-1) ** k) for k in (1, 2, 3)])
+    bent.move_spline(poses, velocity=0.5)
+    np.testing.assert_allclose(bent.tcp, poses[-1], atol=1e-8)
+    back = [np.linalg.inv(pose(0.3, 0.2, 0.1, yaw=0.5)) @ poses[1], here]
+    other = client.load_robot(IIWA, name="other", pose=pose(x=2))
+    curve = bent.spline(back, reference=["table", ""], velocity=0.5, lock=["lbr_iiwa_joint_3"])
+    client.move_together([curve, other.ptp({"lbr_iiwa_joint_1": 0.1})])
+    np.testing.assert_allclose(bent.tcp, here, atol=1e-8)
+    np.testing.assert_allclose(other.positions[0], 0.1, atol=1e-9)
+    with pytest.raises(virtualrobot.InvalidArgumentError, match="2 poses need one reference, or as many, not 3"):
+        bent.spline(back, reference=["", "", "table"])
+
+
+def test_jogs_return_at_once_and_stop_when_they_are_cancelled(bent: Robot) -> None:
+    motion = bent.jog_joint("lbr_iiwa_joint_1", -0.1)
+    assert not motion.phase.ended
+    motion.cancel()
+    with pytest.raises(virtualrobot.MotionCancelledError):
+        motion.wait()
+    assert -0.1 < bent.positions[0] <= 0.0
+    assert bent.jog_joint("lbr_iiwa_joint_1", 0.5, 0.2, wait=True).phase is Phase.SUCCEEDED
+    here = bent.tcp
+    bent.jog([0, 0, 2], frame="tool", velocity=0.2, distance=0.02, wait=True)
+    np.testing.assert_allclose(bent.tcp, here @ pose(z=0.02), atol=1e-8)
+    bent.jog(rotation=[0, 0, -1], node=bent.flange, velocity=1.0, distance=0.3, wait=True)
+    np.testing.assert_allclose(bent.tcp, here @ pose(z=0.02, yaw=-0.3), atol=1e-8)
+    now = bent.tcp
+    bent.jog([1, 0, 0], frame="world", distance=0.01, wait=True)
+    np.testing.assert_allclose(bent.tcp, pose(x=0.01) @ now, atol=1e-8)
+
+
+def test_what_is_no_jog_is_refused_before_it_is_sent(bent: Robot) -> None:
+    for bad, words in (
+        ({}, "give either translation or rotation"),
+        ({"translation": [0, 0, 1], "rotation": [0, 0, 1]}, "give either translation or rotation"),
+        ({"translation": [0, 1]}, "3 finite numbers"),
+        ({"translation": [0, 0, 1], "frame": "flange"}, "'base', 'tool' or 'world'"),
+        ({"translation": [0, 0, 1], "frame": "tool", "node": "world"}, "with the node 'world'"),
+    ):
+        with pytest.raises(virtualrobot.InvalidArgumentError, match=words):
+            bent.jog(**bad)
+    with pytest.raises(virtualrobot.LimitError):
+        bent.jog_joint("lbr_iiwa_joint_1", 99.0)
+
+
+def test_the_command_line_jogs(run: Run, bent: Robot) -> None:
+    words = ["--velocity", "-40", "--distance", "9", "--degrees"]
+    assert "reached its goal" in run("jog", "iiwa", "lbr_iiwa_joint_1", *words)
+    np.testing.assert_allclose(bent.positions[0], np.radians(-9.0), atol=1e-9)
+    here = bent.tcp
+    run("jog", "iiwa", "--along", "0,0,1", "--frame", "tool", "--distance", "0.01")
+    np.testing.assert_allclose(bent.tcp, here @ pose(z=0.01), atol=1e-8)
+    run("jog", "iiwa", "--about", "0,0,1", "--node", "iiwa", "--velocity", "30", "--distance", "6", "--degrees")
+    np.testing.assert_allclose(bent.tcp[:3, :3], (pose(yaw=np.radians(6.0)) @ here)[:3, :3], atol=1e-8)
+    assert "no joint" in run("jog", "iiwa", "elbow", "--velocity", "1", code=1)
+    for wrong in (["iiwa"], ["iiwa", "j", "--along", "0,0,1"], ["iiwa", "lbr_iiwa_joint_1"]):
+        run("jog", *wrong, code=2, warns=4)
