@@ -28,7 +28,7 @@ def finished(stubs: Stubs, id: str) -> motion_pb2.Motion:
 
 
 def linear(robot: str, goal: np.ndarray, **fields: float) -> motion_pb2.Move:
-    line = motion_pb2.Linear(goal=motion_pb2.PoseGoal(reference_t_tcp=pose(goal)), **fields)
+    line = motion_pb2.Linear(goal=motion_pb2.PoseGoal(reference_t_tcp=pose(goal)), **fields)  # pyright: ignore[reportArgumentType]
     return motion_pb2.Move(robot=robot, linear=line)
 
 
@@ -70,7 +70,7 @@ def trajectory(robot: str, names: list[str], times: object, positions: object, *
 def spline(robot: str, *goals: np.ndarray, reference: tuple[str, ...] = (), **fields: float) -> motion_pb2.Move:
     """Return a move through poses, each in the frame of its own reference where these are given."""
     names = reference or ("",) * len(goals)
-    curve = motion_pb2.Spline(**fields)
+    curve = motion_pb2.Spline(**fields)  # pyright: ignore[reportArgumentType]
     for goal, name in zip(goals, names, strict=True):
         curve.goals.add(reference_t_tcp=pose(goal), reference=name)
     return motion_pb2.Move(robot=robot, spline=curve)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 import virtualrobot
@@ -53,13 +55,14 @@ def test_jogs_return_at_once_and_stop_when_they_are_cancelled(bent: Robot) -> No
 
 
 def test_what_is_no_jog_is_refused_before_it_is_sent(bent: Robot) -> None:
-    for bad, words in (
+    cases: list[tuple[dict[str, Any], str]] = [
         ({}, "give either translation or rotation"),
         ({"translation": [0, 0, 1], "rotation": [0, 0, 1]}, "give either translation or rotation"),
         ({"translation": [0, 1]}, "3 finite numbers"),
         ({"translation": [0, 0, 1], "frame": "flange"}, "'base', 'tool' or 'world'"),
         ({"translation": [0, 0, 1], "frame": "tool", "node": "world"}, "with the node 'world'"),
-    ):
+    ]
+    for bad, words in cases:
         with pytest.raises(virtualrobot.InvalidArgumentError, match=words):
             bent.jog(**bad)
     with pytest.raises(virtualrobot.LimitError):
