@@ -28,6 +28,7 @@ class Jogger(Mover):
         velocity: float = 0.0,
         acceleration: float = 0.0,
         speed_factor: float = 0.0,
+        time_law: str = "",
         lock: Lock = (),
         prefer: Prefer = "",
     ) -> motion_pb2.Move:
@@ -36,7 +37,7 @@ class Jogger(Mover):
         `reference` is the node in whose frame all poses are given, or one node for each (empty: world). `velocity` and
         `acceleration` in m/s and m/s^2; 0 means 0.25 and 1.
         """
-        move = moves.spline(self.name, goals, reference, velocity, acceleration, speed_factor)
+        move = moves.spline(self.name, goals, reference, velocity, acceleration, speed_factor, time_law)
         return self._wished(move, lock, prefer)
 
     def move_spline(
@@ -47,6 +48,7 @@ class Jogger(Mover):
         velocity: float = 0.0,
         acceleration: float = 0.0,
         speed_factor: float = 0.0,
+        time_law: str = "",
         lock: Lock = (),
         prefer: Prefer = "",
         **options: Any,  # noqa: ANN401
@@ -63,6 +65,7 @@ class Jogger(Mover):
             velocity=velocity,
             acceleration=acceleration,
             speed_factor=speed_factor,
+            time_law=time_law,
             lock=lock,
             prefer=prefer,
         )

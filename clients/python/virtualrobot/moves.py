@@ -141,6 +141,7 @@ def spline(
     velocity: float = 0.0,
     acceleration: float = 0.0,
     speed_factor: float = 0.0,
+    time_law: str = "",
 ) -> motion_pb2.Move:
     """Return a move along a smooth curve through 4x4 poses; `reference` is one node for all, or one for each."""
     poses = list(goals)
@@ -152,7 +153,8 @@ def spline(
         max_velocity_meters_per_second=velocity,
         max_acceleration_meters_per_second_squared=acceleration,
     )
-    return motion_pb2.Move(robot=robot, speed_factor=speed_factor, spline=curve)
+    law = time_law_number(time_law)
+    return motion_pb2.Move(robot=robot, speed_factor=speed_factor, time_law=law, spline=curve)
 
 
 def joint_jog(
