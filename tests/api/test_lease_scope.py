@@ -142,6 +142,7 @@ def test_the_methods_that_need_a_lease() -> None:
     assert marked == {
         "MotionService.StartMotion",
         "MotionService.ResumeMotion",
+        "MotionService.StreamSetpoints",
         "RobotService.SetKinematics",
         "SceneService.Apply",
         "SceneService.ImportModel",

@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from virtualrobot.motion import Motion as Motion
     from virtualrobot.motion import Phase as Phase
     from virtualrobot.robot import Robot as Robot
+    from virtualrobot.setpoints import SetpointStream as SetpointStream
+    from virtualrobot.setpoints import StreamState as StreamState
 
 _MODULES = {
     "connection": ("Client", "connect"),
@@ -50,6 +52,7 @@ _MODULES = {
     "geometry": ("pose", "pose_from_quaternion", "quaternion_of", "roll_pitch_yaw_of"),
     "motion": ("Motion", "Phase"),
     "robot": ("Robot",),
+    "setpoints": ("SetpointStream", "StreamState"),
 }  # fmt: skip
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
 

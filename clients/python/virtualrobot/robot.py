@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from virtualrobot.dynamics import InverseDynamics, Samples, movement_message
 from virtualrobot.editor import Direct
+from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix, poses_from_rows
 from virtualrobot.jogger import Jogger
 from virtualrobot.kinematics_check import KinematicsCheck
@@ -26,8 +27,9 @@ from virtualrobot.robot_values import (
     RobotState,
 )
 from virtualrobot.services import LONG_TIMEOUT_SECONDS
+from virtualrobot.setpoints import MODES, SetpointStream
 from virtualrobot.tool import Tool
-from virtualrobot.v1 import robot_pb2, scene_pb2
+from virtualrobot.v1 import motion_pb2, robot_pb2, scene_pb2
 from virtualrobot.wire import array_of, pose_message, pose_of, settings_message, settings_of
 
 
@@ -131,6 +133,46 @@ class Robot(Jogger):
             ...     robot.move_to("home")
         """
         return acquire(self._services, [self.name], owner, take)
+
+    def stream(
+        self,
+        mode: str = "position",
+        joints: Sequence[str] | None = None,
+        *,
+        timeout: float = 0.2,
+        preempt: bool = False,
+    ) -> SetpointStream:
+        """Open a stream of setpoints, which moves joints as this program sends them.
+
+        Args:
+            mode: what setpoints are, `position` or `velocity`.
+            joints: which joints, in the order of the values; without them all joints of one coordinate.
+            timeout: after how many seconds of simulation time without a setpoint the joints stop.
+            preempt: cancel motions in the way instead of being refused.
+
+        Raises:
+            RobotBusyError: when one of the joints moves already.
+            UnknownNameError: when the robot has no such joint.
+            LeasedError: when somebody else has leased the robot.
+
+        Example:
+            >>> with robot.stream("velocity", ["lbr_iiwa_joint_1"]) as stream:
+            ...     stream.send([0.5])
+        """
+        if mode not in MODES:
+            raise InvalidArgumentError(f"mode is 'position' or 'velocity', not {mode!r}")
+        if joints is None:
+            joints = [joint.name for joint in self.description.joints if joint.coordinate_count == 1]
+        if not joints:
+            raise InvalidArgumentError(f"a stream of {self.name!r} needs joints to move")
+        target = motion_pb2.SetpointTarget(
+            robot=self.name,
+            joint_names=joints,
+            mode=MODES[mode],
+            timeout_seconds=timeout,
+            busy_policy=motion_pb2.BUSY_POLICY_PREEMPT if preempt else motion_pb2.BUSY_POLICY_REJECT,
+        )
+        return SetpointStream(self._services, target)
 
     # Tools and parts.
 

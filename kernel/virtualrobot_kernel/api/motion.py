@@ -6,6 +6,7 @@ import asyncio
 from collections import Counter
 from collections.abc import AsyncIterator, Sequence
 from concurrent.futures import Future
+from contextlib import aclosing
 from functools import partial
 
 from virtualrobot.v1 import motion_pb2, motion_pb2_grpc
@@ -18,6 +19,7 @@ from virtualrobot_kernel.api.motion_calls import find_motion, in_turn, make_way,
 from virtualrobot_kernel.api.motion_plans import checked_motion, planned_motion
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.api.setpoints import stream_setpoints
 from virtualrobot_kernel.planning.plan_program import plan_wish
 from virtualrobot_kernel.world.commands import CancelMotion, Command, PauseMotion, ResumeMotion, StopMotions
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot
@@ -73,6 +75,14 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
     ) -> motion_pb2.CheckMotionResponse:
         """Tell whether a motion keeps all limits."""
         return await checked_motion(self._rooms, request)
+
+    async def StreamSetpoints(
+        self, request_iterator: AsyncIterator[motion_pb2.StreamSetpointsRequest], context: object
+    ) -> AsyncIterator[motion_pb2.StreamSetpointsResponse]:
+        """Move joints by setpoints as they come."""
+        async with aclosing(stream_setpoints(self._rooms, request_iterator, context)) as responses:
+            async for response in responses:
+                yield response
 
     async def GetMotion(self, request: motion_pb2.GetMotionRequest, context: object) -> motion_pb2.GetMotionResponse:
         """Tell how a motion is doing."""

@@ -578,16 +578,18 @@ class StreamSetpointsRequest(_message.Message):
     def __init__(self, target: _Optional[_Union[SetpointTarget, _Mapping]] = ..., values: _Optional[_Iterable[float]] = ...) -> None: ...
 
 class StreamSetpointsResponse(_message.Message):
-    __slots__ = ("stamp", "motion", "positions", "velocities")
+    __slots__ = ("stamp", "motion", "positions", "velocities", "setpoint_count")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     MOTION_FIELD_NUMBER: _ClassVar[int]
     POSITIONS_FIELD_NUMBER: _ClassVar[int]
     VELOCITIES_FIELD_NUMBER: _ClassVar[int]
+    SETPOINT_COUNT_FIELD_NUMBER: _ClassVar[int]
     stamp: _geometry_pb2.Stamp
     motion: Motion
     positions: _containers.RepeatedScalarFieldContainer[float]
     velocities: _containers.RepeatedScalarFieldContainer[float]
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., motion: _Optional[_Union[Motion, _Mapping]] = ..., positions: _Optional[_Iterable[float]] = ..., velocities: _Optional[_Iterable[float]] = ...) -> None: ...
+    setpoint_count: int
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., motion: _Optional[_Union[Motion, _Mapping]] = ..., positions: _Optional[_Iterable[float]] = ..., velocities: _Optional[_Iterable[float]] = ..., setpoint_count: _Optional[int] = ...) -> None: ...
 
 class GetMotionRequest(_message.Message):
     __slots__ = ("id",)

@@ -1,0 +1,67 @@
+"""Streams of setpoints: messages to commands and values."""
+
+from __future__ import annotations
+
+import math
+
+from virtualrobot.v1 import motion_pb2
+
+from virtualrobot_kernel.api.convert.states import motion_message
+from virtualrobot_kernel.api.convert.values import check_enum, not_negative, stamp
+from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.motion.follow import SetpointMode
+from virtualrobot_kernel.world.commands import StartFollowing
+from virtualrobot_kernel.world.state import Motion, Snapshot
+
+TIMEOUT_SECONDS = 0.2
+"""After how long without a setpoint a motion stops when its client doesn't say."""
+
+MODES = {
+    motion_pb2.SETPOINT_MODE_UNSPECIFIED: SetpointMode.POSITION,
+    **{getattr(motion_pb2, f"SETPOINT_MODE_{mode.name}"): mode for mode in SetpointMode},
+}
+
+
+def followed(snapshot: Snapshot, target: motion_pb2.SetpointTarget) -> StartFollowing:
+    """Return the command that starts a motion which follows setpoints; raise KernelError that names the bad field."""
+    check_enum(target, "mode")
+    check_enum(target, "busy_policy")
+    timeout = not_negative(target.timeout_seconds, "target.timeout_seconds") or TIMEOUT_SECONDS
+    names = tuple(target.joint_names)
+    if not names:
+        index = snapshot.structure.robot(target.robot)[1]
+        names = tuple(joint.name for joint in index.joints if joint.type.coordinate_count == 1)
+    return StartFollowing(target.robot, names, MODES[target.mode], timeout)
+
+
+def setpoint(message: motion_pb2.StreamSetpointsRequest, joint_names: tuple[str, ...]) -> tuple[float, ...]:
+    """Return the values of a message, one for each joint; raise KernelError naming the joint whose value is none."""
+    values = tuple(message.values)
+    if len(values) != len(joint_names):
+        raise KernelError(
+            f"values must have one value for each of {len(joint_names)} joints, not {len(values)}",
+            field="values",
+            joints=", ".join(joint_names),
+        )
+    for name, value in zip(joint_names, values, strict=True):
+        if not math.isfinite(value):
+            raise KernelError(
+                f"the value of joint {name!r} must be a finite number, not {value}",
+                field="values",
+                joint=name,
+                value=value,
+            )
+    return values
+
+
+def progress(snapshot: Snapshot, motion: Motion, given: int) -> motion_pb2.StreamSetpointsResponse:
+    """Return how a motion follows its setpoints, of which it has been given so many."""
+    # Of the motion itself: once it has ended, its robot may be gone or elsewhere in the world's arrays.
+    positions, velocities, _ = motion.running.sample()
+    return motion_pb2.StreamSetpointsResponse(
+        stamp=stamp(snapshot),
+        motion=motion_message(snapshot, motion),
+        positions=positions.tolist(),
+        velocities=velocities.tolist(),
+        setpoint_count=given,
+    )

@@ -1,0 +1,297 @@
+"""Streams of setpoints over TCP: what is followed, what is refused, and clients that vanish or lose their lease."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import threading
+
+import grpc
+import numpy as np
+import psutil
+import pytest
+from virtualrobot.v1 import lease_pb2, motion_pb2, nodes_pb2, robot_pb2, scene_pb2
+
+from tests.api.asking import IIWA, PANDA, apply, create, ended, joints, load, refusal, start
+from tests.api.conftest import KernelProcess, Stubs
+from tests.api.leasing import Holder, all_free
+from tests.api.moving import CANCELLED, RUNNING, SUCCEEDED, TICK, finished, motion
+from tests.api.reading import state, step
+from tests.api.streaming import FIRST, POSITION, SECOND, VELOCITY, Sender
+
+STOPPING = motion_pb2.MOTION_PHASE_STOPPING
+LONG = 1e6
+"""A timeout in seconds that never comes."""
+
+CLIENT = """
+import grpc, sys, time
+from virtualrobot.v1 import motion_pb2, motion_pb2_grpc
+stub = motion_pb2_grpc.MotionServiceStub(grpc.insecure_channel(sys.argv[1]))
+target = motion_pb2.SetpointTarget(robot="arm", joint_names=["lbr_iiwa_joint_1"], mode=2, timeout_seconds=1000)
+def requests():
+    yield motion_pb2.StreamSetpointsRequest(target=target)
+    while True:
+        yield motion_pb2.StreamSetpointsRequest(values=[0.2])
+        time.sleep(0.01)
+for message in stub.StreamSetpoints(requests()):
+    print(message.motion.id, flush=True)
+"""
+
+
+def test_positions_are_followed_tick_by_tick(stepped: Stubs) -> None:
+    load(stepped, IIWA, "arm")
+    stream = Sender(stepped, joints=(SECOND, FIRST), mode=POSITION, timeout_seconds=LONG)
+    assert list(stream.told.positions) == [0.0, 0.0]
+    for tick in range(300):
+        there = min(tick * TICK * 0.3, 0.2)
+        stream.give(there, -there)
+        step(stepped)
+    stream.end()
+    assert finished(stepped, stream.id).phase == SUCCEEDED
+    end = stream.rest()
+    assert (end.motion.phase, end.motion.progress) == (SUCCEEDED, 1.0)
+    assert list(end.positions) == [0.2, -0.2]
+    assert state(stepped, "arm").positions[:2] == [-0.2, 0.2]
+
+
+def test_the_newest_setpoint_of_a_tick_counts(stepped: Stubs) -> None:
+    load(stepped, IIWA, "arm")
+    many, once = Sender(stepped), Sender(stepped, joints=(SECOND,))
+    for value in (0.1, -0.3, 0.5):
+        many.give(value)
+    once.give(0.5)
+    step(stepped, 10)
+    now = state(stepped, "arm")
+    assert now.velocities[0] == now.velocities[1] > 0.0
+
+
+def test_a_silent_stream_stops_after_its_timeout_of_simulation_time(stepped: Stubs) -> None:
+    load(stepped, IIWA, "arm")
+    stream = Sender(stepped, timeout_seconds=0.1)
+    stream.give(0.2)
+    step(stepped, 25)
+    assert motion(stepped, stream.id).phase == RUNNING
+    step(stepped)
+    assert motion(stepped, stream.id).phase == STOPPING
+    step(stepped, 100)
+    end = stream.rest()
+    assert (end.motion.phase, end.motion.cancel_cause) == (CANCELLED, motion_pb2.CANCEL_CAUSE_SETPOINT_TIMEOUT)
+    assert end.motion.cancel_reason == "no setpoint came for 0.1 s"
+    assert end.positions[0] > 0.0
+    assert list(end.velocities) == [0.0]
+
+
+@pytest.mark.parametrize(
+    ("mode", "value", "code", "said"),
+    [
+        (POSITION, float("nan"), "INVALID_ARGUMENT", "'lbr_iiwa_joint_1' must be a finite number, not nan"),
+        (POSITION, 3.0, "LIMIT_EXCEEDED", "'lbr_iiwa_joint_1' would be at 3, its limits are"),
+        (POSITION, -2.0, "LIMIT_EXCEEDED", "'lbr_iiwa_joint_1' would go from 0.02 to -2 within 0.04 s"),
+        (VELOCITY, 1e3, "LIMIT_EXCEEDED", "'lbr_iiwa_joint_1' would move at 1000, its limit is"),
+    ],
+)
+def test_a_refused_setpoint_ends_the_stream_and_stops_smoothly(
+    stepped: Stubs, mode: motion_pb2.SetpointMode, value: float, code: str, said: str
+) -> None:
+    load(stepped, IIWA, "arm")
+    stream = Sender(stepped, mode=mode)
+    stream.give(0.02)
+    step(stepped, 10)
+    refused = refusal(lambda: stream.give(value))
+    assert refused.reason == code
+    assert said in refused.message
+    assert (refused.metadata["joint"], float(refused.metadata["value"])) == (FIRST, pytest.approx(value, nan_ok=True))
+    stopping = motion(stepped, stream.id)
+    assert (stopping.phase, stopping.cancel_cause) == (STOPPING, motion_pb2.CANCEL_CAUSE_SETPOINT_REFUSED)
+    assert stopping.cancel_reason == refused.message
+    assert finished(stepped, stream.id).phase == CANCELLED
+    assert not any(state(stepped, "arm").velocities)
+
+
+def test_impossible_targets_are_refused(stepped: Stubs) -> None:
+    load(stepped, IIWA, "arm")
+    assert refusal(lambda: Sender(stepped, robot="nobody")).reason == "UNKNOWN_NAME"
+    assert refusal(lambda: Sender(stepped, joints=("j",))).reason == "UNKNOWN_NAME"
+    assert refusal(lambda: Sender(stepped, joints=(FIRST, FIRST))).reason == "INVALID_ARGUMENT"
+    for timeout in (-1.0, float("nan")):
+        refused = refusal(lambda timeout=timeout: Sender(stepped, timeout_seconds=timeout))
+        assert "target.timeout_seconds" in refused.message
+    assert "mode is 7" in refusal(lambda: Sender(stepped, mode=7)).message  # pyright: ignore[reportArgumentType]
+    silent = stepped.motion.StreamSetpoints(iter([motion_pb2.StreamSetpointsRequest(values=[0.0])]))
+    assert "`target`" in refusal(lambda: next(silent)).message
+    stream = Sender(stepped)
+    assert "not 2" in refusal(lambda: stream.give(0.0, 0.0)).message
+    assert not stepped.motion.ListMotions(motion_pb2.ListMotionsRequest(running_only=True)).motions[1:]
+
+
+def test_joints_that_move_are_busy_and_can_be_preempted(stepped: Stubs) -> None:
+    load(stepped, IIWA, "arm")
+    planned = start(stepped, joints("arm", lbr_iiwa_joint_1=1.0))
+    step(stepped, 20)
+    assert refusal(lambda: Sender(stepped)).reason == "ROBOT_BUSY"
+    other = Sender(stepped, joints=(SECOND,))
+    assert refusal(lambda: start(stepped, joints("arm", lbr_iiwa_joint_2=1.0))).metadata["motion"] == other.id
+    ticking = threading.Event()
+
+    def tick() -> None:
+        while not ticking.is_set():
+            step(stepped)
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    try:
+        stream = Sender(stepped, busy_policy=motion_pb2.BUSY_POLICY_PREEMPT)
+    finally:
+        ticking.set()
+        thread.join()
+    assert motion(stepped, planned.id).cancel_cause == motion_pb2.CANCEL_CAUSE_PREEMPTED
+    assert motion(stepped, stream.id).phase == RUNNING
+
+
+def test_two_arms_and_a_gripper_move_at_the_same_time(stepped: Stubs) -> None:
+    load(stepped, PANDA, "left")
+    load(stepped, IIWA, "right")
+    fingers = {"panda_finger_joint1": 0.04}
+    states = [nodes_pb2.ToolState(name="closed", joint_positions={"panda_finger_joint1": 0.0})]
+    states.append(nodes_pb2.ToolState(name="open", joint_positions=fingers))
+    tool = nodes_pb2.Node(name="hand", parent="left.panda_hand", tool=nodes_pb2.Tool(states=states))
+    apply(stepped, create(tool))
+    left = Sender(stepped, "left", joints=("panda_joint1", "panda_joint7"), timeout_seconds=LONG)
+    right = Sender(stepped, "right", mode=POSITION, timeout_seconds=LONG)
+    opening = motion_pb2.Move(robot="left", tool_state=motion_pb2.ToolStateMove(tool="hand", state="open"))
+    gripper = start(stepped, opening)
+    left.give(0.1, 0.2)
+    right.give(0.05)
+    step(stepped, 500)
+    assert motion(stepped, gripper.id).phase == SUCCEEDED
+    names = [joint.name for joint in stepped.robot.GetRobot(robot_pb2.GetRobotRequest(name="left")).joints]
+    now = dict(zip(names, state(stepped, "left").velocities, strict=True))
+    assert {name: v for name, v in now.items() if v} == {"panda_joint1": 0.1, "panda_joint7": 0.2}
+    assert state(stepped, "left").positions[names.index("panda_finger_joint1")] == 0.04
+    assert state(stepped, "right").positions[0] == 0.05
+    stepped.motion.Stop(motion_pb2.StopRequest(robots=["left"]))
+    step(stepped, 200)
+    assert left.rest().motion.cancel_cause == motion_pb2.CANCEL_CAUSE_STOP
+    assert motion(stepped, right.id).phase == RUNNING
+
+
+def test_a_pause_holds_a_stream_and_a_speed_factor_slows_it(stepped: Stubs) -> None:
+    load(stepped, IIWA, "arm")
+    stream = Sender(stepped, timeout_seconds=LONG)
+    limit = stepped.robot.GetRobot(robot_pb2.GetRobotRequest(name="arm")).joints[0].limits.velocity  # pyright: ignore[reportArgumentType]
+    stream.give(limit / 4.0)
+    stepped.motion.PauseMotion(motion_pb2.PauseMotionRequest(id=stream.id))
+    step(stepped, 50)
+    assert motion(stepped, stream.id).phase == motion_pb2.MOTION_PHASE_PAUSED
+    assert state(stepped, "arm").positions[0] == 0.0
+    stepped.motion.ResumeMotion(motion_pb2.ResumeMotionRequest(id=stream.id))
+    step(stepped, 100)
+    assert state(stepped, "arm").velocities[0] == pytest.approx(limit / 4.0)
+    factor = scene_pb2.SetSpeedFactor(robot="arm", factor=0.1)
+    apply(stepped, scene_pb2.Command(set_speed_factor=factor))
+    step(stepped, 100)
+    assert state(stepped, "arm").velocities[0] == pytest.approx(limit / 10.0)
+
+
+def test_a_joint_stops_at_its_limit(stepped: Stubs) -> None:
+    load(stepped, IIWA, "arm")
+    limits = stepped.robot.GetRobot(robot_pb2.GetRobotRequest(name="arm")).joints[0].limits
+    stream = Sender(stepped, timeout_seconds=LONG)
+    stream.give(limits.velocity)
+    for _ in range(200):
+        step(stepped, 5)
+        assert state(stepped, "arm").positions[0] <= limits.upper
+    assert state(stepped, "arm").positions[0] == limits.upper
+
+
+def test_a_killed_client_s_joints_stop_at_once(stubs: Stubs, kernel: KernelProcess) -> None:
+    load(stubs, IIWA, "arm")
+    command = [sys.executable, "-c", CLIENT, kernel.address]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as client:
+        assert client.stdout
+        id = client.stdout.readline().strip()
+        for _ in range(20):
+            client.stdout.readline()
+        assert motion(stubs, id).phase == RUNNING
+        client.kill()
+    stopped = ended(stubs, id)
+    assert (stopped.phase, stopped.cancel_cause) == (CANCELLED, motion_pb2.CANCEL_CAUSE_UNWATCHED)
+    assert stopped.cancel_reason == "the client that sent setpoints is gone"
+    assert state(stubs, "arm").positions[0] > 0.0
+
+
+def test_a_client_that_hangs_up_has_cancelled(stubs: Stubs) -> None:
+    load(stubs, IIWA, "arm")
+    stream = Sender(stubs, timeout_seconds=LONG)
+    stream.give(0.1)
+    stream.call.cancel()
+    assert ended(stubs, stream.id).cancel_cause == motion_pb2.CANCEL_CAUSE_UNWATCHED
+
+
+def test_a_stream_in_realtime_follows_a_sine(stubs: Stubs) -> None:
+    """Generous: whatever the machine's moods, the joint is within the way that it can lag in a tenth of a second."""
+    load(stubs, IIWA, "arm")
+    stream = Sender(stubs, mode=POSITION, timeout_seconds=5.0)
+    waiting = threading.Event()
+    for place in range(100):
+        now = 0.1 * (1.0 - np.cos(2.0 * np.pi * place / 100))
+        stream.send(float(now))
+        waiting.wait(0.01)
+        assert abs(state(stubs, "arm").positions[0] - now) < 0.2
+    stream.end()
+    end = stream.rest()
+    assert end.motion.phase == SUCCEEDED
+    assert end.setpoint_count == 100
+    assert end.positions[0] == float(now)
+
+
+def test_a_flood_of_setpoints_is_read_and_the_newest_counts(stubs: Stubs, kernel: KernelProcess) -> None:
+    load(stubs, IIWA, "arm")
+    stream = Sender(stubs, timeout_seconds=LONG)
+    before = resident(kernel)
+    for _ in range(20_000):
+        stream.send(0.1)
+    stream.give(0.2)
+    threading.Event().wait(0.5)
+    assert state(stubs, "arm").velocities[0] == pytest.approx(0.2)
+    assert resident(kernel) - before < 20_000, "kB: 20,000 setpoints kept would be more"
+    stream.end()
+    assert stream.rest().motion.phase == SUCCEEDED
+
+
+def resident(kernel: KernelProcess) -> int:
+    """Return the memory of a kernel in kB."""
+    return psutil.Process(kernel.process.pid).memory_info().rss // 1024
+
+
+def test_only_the_holder_of_a_lease_streams(kernel: KernelProcess, stubs: Stubs) -> None:
+    load(stubs, IIWA, "arm")
+    ada = Holder(kernel, "arm")
+    refused = refusal(lambda: Sender(stubs))
+    assert (refused.code, refused.metadata["owner"]) == (grpc.StatusCode.PERMISSION_DENIED, "Ada")
+    stream = Sender(ada.stubs, metadata=ada.metadata, timeout_seconds=LONG)
+    stream.give(0.1)
+    all_free(stubs)
+    assert refusal(lambda: stream.rest()).reason == "LEASE_ENDED"
+    assert ended(stubs, stream.id).cancel_cause == motion_pb2.CANCEL_CAUSE_LEASE_TAKEN
+
+
+def test_a_stream_ends_when_its_lease_expires(kernel: KernelProcess, stubs: Stubs) -> None:
+    load(stubs, IIWA, "arm")
+    ada = Holder(kernel, "arm")
+    stream = Sender(ada.stubs, metadata=ada.metadata, timeout_seconds=LONG)
+    stream.give(0.1)
+    ada.told.cancel()  # nobody keeps it alive
+    refused = refusal(lambda: stream.rest())
+    assert refused.reason == "LEASE_ENDED"
+    assert ended(stubs, stream.id).cancel_cause == motion_pb2.CANCEL_CAUSE_LEASE_EXPIRED
+
+
+def test_a_stream_without_a_lease_ends_when_somebody_leases_the_robot(kernel: KernelProcess, stubs: Stubs) -> None:
+    load(stubs, IIWA, "arm")
+    stream = Sender(stubs, timeout_seconds=LONG)
+    stream.give(0.1)
+    ada = stubs.lease.Acquire(lease_pb2.AcquireRequest(robots=["arm"], owner="Ada"))
+    assert refusal(lambda: stream.give(0.1)).metadata["owner"] == "Ada"
+    assert ended(stubs, stream.id).cancel_cause == motion_pb2.CANCEL_CAUSE_LEASE_TAKEN
+    stubs.lease.Release(lease_pb2.ReleaseRequest(token=ada.token))
