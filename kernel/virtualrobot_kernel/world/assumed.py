@@ -31,6 +31,7 @@ class Aspect(Enum):
     POSITION = "where its joint stands"
     FLANGE = "its flange"
     TOOL = "its chosen tool or tool centre point"
+    ACTUATORS = "its actuators"
     POSTURE = "its posture"
     STATE = "its state"
 
@@ -51,7 +52,10 @@ Assumed = tuple[Fact, ...]
 
 @dataclass(frozen=True, slots=True)
 class Way:
-    """A tool centre point on its way: that of a robot (a uid), and the nodes (uids) in whose frames its goals are."""
+    """A tool centre point on its way: that of a robot (a uid), and the nodes (uids) in whose frames its goals are.
+
+    Without such nodes it goes by the robot's own frame.
+    """
 
     robot: int
     references: tuple[int, ...]
@@ -80,13 +84,14 @@ def assume(
     for uid, name in joints:
         robot = structure.robots[uid]
         wanted[moved_links(structure, robot)[robot.joint_names.index(name)], Aspect.JOINT, ""] = None
+    wanted |= dict.fromkeys((uid, Aspect.ACTUATORS, "") for uid, _ in joints)
     moving = {int(place) for motion in state.motions for place in motion.q_index}
     moving |= {int(place) for place in joint_places(structure, joints)[0]}
     for way in ways:
         wanted[way.robot, Aspect.FLANGE, ""] = wanted[way.robot, Aspect.TOOL, ""] = None
         tip = state.selections.get(way.robot, Selection()).tool or structure.robots[way.robot].flange
         above = {node.uid for node in structure.ancestors(tip)}
-        for reference in way.references:
+        for reference in way.references or (way.robot,):
             # What carries both the arm and its goal may be moved with both.
             for uid in sorted(above ^ {node.uid for node in structure.ancestors(reference)}):
                 wanted[uid, Aspect.PARENT, ""] = wanted[uid, Aspect.PLACE, ""] = None
@@ -158,6 +163,10 @@ def _tool(structure: Structure, state: State, node: Node, key: str) -> object:
     return tool.uid, None if point is None else point.tolist()
 
 
+def _actuators(structure: Structure, state: State, node: Node, key: str) -> object:
+    return node.data.actuators if isinstance(node.data, RobotData) else ()
+
+
 def _posture(structure: Structure, state: State, node: Node, key: str) -> object:
     return node.data.postures.get(key) if isinstance(node.data, RobotData) else None
 
@@ -173,6 +182,7 @@ READERS: dict[Aspect, Callable[[Structure, State, Node, str], object]] = {
     Aspect.POSITION: _position,
     Aspect.FLANGE: _flange,
     Aspect.TOOL: _tool,
+    Aspect.ACTUATORS: _actuators,
     Aspect.POSTURE: _posture,
     Aspect.STATE: _state,
 }

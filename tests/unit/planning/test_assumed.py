@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.planning.jog import CartesianJog
 from virtualrobot_kernel.planning.moves import Linear, Move, PointToPoint, ToolStateMove, plan_motion
 from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.world.change import Change, inverse
@@ -24,7 +25,7 @@ from virtualrobot_kernel.world.commands import (
     UpdateNode,
 )
 from virtualrobot_kernel.world.state import Signal
-from virtualrobot_kernel.world.structure import Kind, LinkData, NodeSpec, RobotData, ToolData
+from virtualrobot_kernel.world.structure import Actuator, Kind, LinkData, NodeSpec, RobotData, ToolData
 
 from tests.unit.planning.cell import cell, chain, pictured, tcp
 from tests.unit.world.builders import after, shifted, ticked, world_t
@@ -139,6 +140,28 @@ def test_a_posture_and_a_tool_s_state_by_name(rng: np.random.Generator) -> None:
     other = UpdateNode("hand", data=replace(data, states={**data.states, "on": {"lbr_iiwa_joint_7": 0.1}}))
     error = refused(change, command, other)
     assert (error.metadata["node"], error.metadata["aspect"]) == ("hand", "STATE")
+
+
+def test_a_jog_in_the_robot_s_own_frame_minds_the_arm_and_not_where_it_stands(rng: np.random.Generator) -> None:
+    change = cell()
+    jog = CartesianJog("arm", (0.0, 0.0, 1.0), distance=0.05)
+    command = plan_motion(pictured(change), [jog], chain)
+    stands = ("base", "stand", "other parent")
+    for what, (node, changes) in ARM.items():
+        if what in stands:
+            assert after(change, *changes(change, rng), command).state.motions, what
+        else:
+            assert refused(change, command, *changes(change, rng)).metadata["node"] == node
+
+
+def test_a_robot_s_actuators_count(rng: np.random.Generator) -> None:
+    change = cell()
+    command = plan_motion(pictured(change), [PointToPoint("arm", {"lbr_iiwa_joint_2": 0.7})], chain)
+    data = change.structure.node("arm").data
+    assert isinstance(data, RobotData)
+    motor = Actuator("motor", (("lbr_iiwa_joint_2", 100.0),), lower=-500.0, upper=500.0)
+    error = refused(change, command, UpdateNode("arm", data=replace(data, actuators=(motor,))))
+    assert (error.reason, error.metadata["aspect"]) == (Reason.STALE_REVISION, "ACTUATORS")
 
 
 def test_a_frame_on_a_joint_counts_where_the_joint_stands() -> None:
