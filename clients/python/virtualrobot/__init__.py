@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from virtualrobot.leases import LeaseInfo as LeaseInfo
     from virtualrobot.motion import Motion as Motion
     from virtualrobot.motion import Phase as Phase
+    from virtualrobot.motion import Search as Search
+    from virtualrobot.program import Program as Program
     from virtualrobot.robot import Robot as Robot
     from virtualrobot.setpoints import SetpointStream as SetpointStream
     from virtualrobot.setpoints import StreamState as StreamState
@@ -50,7 +52,8 @@ _MODULES = {
     "figures": ("box", "capsule", "cone", "cylinder", "sphere"),
     "leases": ("Lease", "LeaseInfo"),
     "geometry": ("pose", "pose_from_quaternion", "quaternion_of", "roll_pitch_yaw_of"),
-    "motion": ("Motion", "Phase"),
+    "motion": ("Motion", "Phase", "Search"),
+    "program": ("Program",),
     "robot": ("Robot",),
     "setpoints": ("SetpointStream", "StreamState"),
 }  # fmt: skip

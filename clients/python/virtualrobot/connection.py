@@ -17,6 +17,7 @@ from virtualrobot.errors import AuthenticationError, InvalidArgumentError, Versi
 from virtualrobot.leases import Lease, LeaseInfo, acquire, list_leases
 from virtualrobot.models import KnownModel, known_models
 from virtualrobot.plugins import Plugins
+from virtualrobot.program import Program, read
 from virtualrobot.robot import Robot
 from virtualrobot.scene import Scene
 from virtualrobot.scene_files import model_request
@@ -187,6 +188,22 @@ class Client:
             the joint 'lbr_iiwa_joint_4' of 'arm' leaves its range, up to -2.14 rad after 1.32 s, ...
         """
         return plans.check(self._services, wishes, min_singular_value=min_singular_value)
+
+    def program(self) -> Program:
+        """Return an empty program: moves of several robots, signals, waits and dwells, one after the other.
+
+        Example:
+            >>> client.program().move(robot.ptp("home")).set("gripper", True).dwell(0.2).start()
+        """
+        return Program(self._services)
+
+    def read_program(self, file: str | Path) -> Program:
+        """Return what a program file (YAML) says, to be started.
+
+        Raises:
+            MalformedFileError: `cell.yaml:12: steps[3].move: ...`, with what would be right.
+        """
+        return read(self._services, file)
 
     def motions(self, running_only: bool = True) -> list[motion.Motion]:
         """Return the motions that run, whoever started them; with False also the last ones that ended."""

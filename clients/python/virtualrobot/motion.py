@@ -5,12 +5,18 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from enum import Enum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from virtualrobot.errors import CallTimeoutError, MotionCancelledError, VirtualRobotError
-from virtualrobot.services import Services
+from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot.transport import Stream
 from virtualrobot.v1 import motion_pb2
+from virtualrobot.wire import pose_of
 
 
 class Phase(Enum):
@@ -22,6 +28,7 @@ class Phase(Enum):
     STOPPING = motion_pb2.MOTION_PHASE_STOPPING
     SUCCEEDED = motion_pb2.MOTION_PHASE_SUCCEEDED
     CANCELLED = motion_pb2.MOTION_PHASE_CANCELLED
+    WAITING = motion_pb2.MOTION_PHASE_WAITING
 
     @property
     def ended(self) -> bool:
@@ -29,8 +36,21 @@ class Phase(Enum):
         return self in (Phase.SUCCEEDED, Phase.CANCELLED)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Search:
+    """What a search came to: where joints (rad or m, by name) and tool centre point (4x4) were, and when.
+
+    `time_seconds` is simulation time. Where nothing was found, this is where the motion ended.
+    """
+
+    found: bool
+    joint_positions: dict[str, float]
+    world_t_tcp: NDArray[np.float64]
+    time_seconds: float
+
+
 class Motion:
-    """One motion of a robot, or of several that move together.
+    """One motion of a robot, of several that move together, or a program of many steps.
 
     A motion that was started here is watched by a thread of its own until it ends, since the kernel cancels motions
     that nobody watches any more: so it goes on as long as this program lives. As a context manager it is waited for at
@@ -43,8 +63,14 @@ class Motion:
         >>> motion.wait()
     """
 
-    def __init__(self, services: Services, message: motion_pb2.Motion) -> None:
-        """Handle a motion that the kernel knows; `start` makes the usual ones."""
+    def __init__(
+        self, services: Services, message: motion_pb2.Motion, notes: Iterable[motion_pb2.PlanNote] = ()
+    ) -> None:
+        """Handle a motion that the kernel knows; `start` makes the usual ones.
+
+        `notes` tell what the planner made other than it was asked to, such as smaller zones.
+        """
+        self.notes = tuple(notes)
         self._services = services
         self._changed = threading.Condition()
         self._message = message
@@ -75,6 +101,25 @@ class Motion:
     def progress(self) -> float:
         """How much of the planned time law is done, 0 to 1."""
         return self.message.progress
+
+    @property
+    def step(self) -> int:
+        """Which step of a program it is at, from 0."""
+        return self.message.step
+
+    @property
+    def step_count(self) -> int:
+        """How many steps its program has; 0 for moves that are no program."""
+        return self._message.step_count
+
+    @property
+    def search(self) -> Search | None:
+        """What its search came to; None before, and for motions that don't search."""
+        message = self.message
+        if not message.HasField("search"):
+            return None
+        found = message.search
+        return Search(found.found, dict(found.joint_positions), pose_of(found.world_t_tcp), found.time_seconds)
 
     @property
     def message(self) -> motion_pb2.Motion:
@@ -177,33 +222,40 @@ class Motion:
         return f"<Motion {self.id} of {', '.join(self.robots)}: {phase}, {100 * progress:.0f}%>"
 
 
-def start(
+def start(services: Services, moves: Iterable[motion_pb2.Move], **options: Any) -> Motion:  # noqa: ANN401
+    """Start moves that go together; the options are those of `start_request`."""
+    return start_request(services, motion_pb2.StartMotionRequest(moves=moves), **options)
+
+
+def start_request(
     services: Services,
-    moves: Iterable[motion_pb2.Move],
+    request: motion_pb2.StartMotionRequest,
     *,
     wait: bool = True,
-    preempt: bool = False,
-    on_disconnect: str = "stop",
-    expected_revision: int = 0,
+    preempt: bool | None = None,
+    on_disconnect: str | None = None,
+    expected_revision: int | None = None,
 ) -> Motion:
     """Start a motion; return its handle, after its end with `wait`.
 
     `preempt` cancels motions in the way instead of being refused. `on_disconnect` says what the kernel does when this
     program vanishes: `stop` or `continue`. With an `expected_revision` of the structure the start is refused
-    (StaleRevisionError) when there is another one.
+    (StaleRevisionError) when there is another one. None leaves each as the request says.
     """
+    asked = motion_pb2.StartMotionRequest()
+    asked.CopyFrom(request)
     policies = {"stop": motion_pb2.DISCONNECT_POLICY_STOP, "continue": motion_pb2.DISCONNECT_POLICY_CONTINUE}
-    if on_disconnect not in policies:
-        raise ValueError(f"on_disconnect is 'stop' or 'continue', not {on_disconnect!r}")
-    response = services.motion.StartMotion(
-        motion_pb2.StartMotionRequest(
-            moves=moves,
-            busy_policy=motion_pb2.BUSY_POLICY_PREEMPT if preempt else motion_pb2.BUSY_POLICY_REJECT,
-            on_disconnect=policies[on_disconnect],
-            expected_revision=expected_revision,
-        )
-    )
-    motion = Motion(services, response.motion)
-    if on_disconnect == "stop":
+    if on_disconnect is not None:
+        if on_disconnect not in policies:
+            raise ValueError(f"on_disconnect is 'stop' or 'continue', not {on_disconnect!r}")
+        asked.on_disconnect = policies[on_disconnect]
+    if preempt is not None:
+        asked.busy_policy = motion_pb2.BUSY_POLICY_PREEMPT if preempt else motion_pb2.BUSY_POLICY_REJECT
+    if expected_revision is not None:
+        asked.expected_revision = expected_revision
+    # A program of thousands of steps takes its time to plan.
+    response = services.motion.StartMotion(asked, timeout=LONG_TIMEOUT_SECONDS)
+    motion = Motion(services, response.motion, response.notes)
+    if asked.on_disconnect != motion_pb2.DISCONNECT_POLICY_CONTINUE:
         motion.keep_watching()
     return motion.wait() if wait else motion

@@ -90,9 +90,14 @@ class Mover:
         time_law: str = "",
         lock: Lock = (),
         prefer: Prefer = "",
+        until: moves.Until | None = None,
     ) -> motion_pb2.Move:
-        """Return a straight move of the tool centre point to a 4x4 pose; 0 means 0.25 m/s and 1 m/s^2."""
-        move = moves.linear(self.name, reference_t_tcp, reference, velocity, acceleration, speed_factor, time_law)
+        """Return a straight move of the tool centre point to a 4x4 pose; 0 means 0.25 m/s and 1 m/s^2.
+
+        With `until` it is a search; see `search`.
+        """
+        rates = velocity, acceleration, speed_factor
+        move = moves.linear(self.name, reference_t_tcp, reference, *rates, time_law, until)
         return self._wished(move, lock, prefer)
 
     def circular(
@@ -270,6 +275,37 @@ class Mover:
             ),
             **options,
         )
+
+    def search(
+        self,
+        reference_t_tcp: ArrayLike,
+        until: moves.Until,
+        *,
+        reference: str = "",
+        velocity: float = 0.0,
+        acceleration: float = 0.0,
+        speed_factor: float = 0.0,
+        **options: Any,  # noqa: ANN401
+    ) -> motion.Motion:
+        """Move straight to a 4x4 pose, or until a signal is on; `Motion.search` tells where that was.
+
+        `until` is the signal, or the signal and its value. The line brakes smoothly, so the robot stands a little
+        beyond the place that it has found.
+
+        Example:
+            >>> motion = robot.search(robot.tcp @ virtualrobot.pose(z=0.1), "touch", velocity=0.02)
+            >>> if motion.search.found:
+            ...     surface = motion.search.world_t_tcp
+        """
+        line = self.linear(
+            reference_t_tcp,
+            reference=reference,
+            velocity=velocity,
+            acceleration=acceleration,
+            speed_factor=speed_factor,
+            until=until,
+        )
+        return self.start(line, **options)
 
     def move_circular(
         self,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,6 +25,15 @@ _JOG_FRAMES = {
     "node": motion_pb2.JOG_FRAME_NODE,
     "world": motion_pb2.JOG_FRAME_NODE,
 }
+
+Until: TypeAlias = str | tuple[str, bool]
+"""A signal that is on, or a signal and the value that it has."""
+
+
+def condition(until: Until) -> motion_pb2.SignalCondition:
+    """Return a value of a signal as a message."""
+    signal, value = (until, True) if isinstance(until, str) else until
+    return motion_pb2.SignalCondition(signal=signal, value=value)
 
 
 def pose_goal(reference_t_tcp: ArrayLike, reference: str, configuration: str = "") -> motion_pb2.PoseGoal:
@@ -84,12 +94,17 @@ def linear(
     acceleration: float = 0.0,
     speed_factor: float = 0.0,
     time_law: str = "",
+    until: Until | None = None,
 ) -> motion_pb2.Move:
-    """Return a move along a straight line; velocity in m/s, acceleration in m/s^2, 0 for the kernel's usual ones."""
+    """Return a move along a straight line; velocity in m/s, acceleration in m/s^2, 0 for the kernel's usual ones.
+
+    `until` makes it a search: the signal at which it ends early, or signal and value.
+    """
     line = motion_pb2.Linear(
         goal=pose_goal(reference_t_tcp, reference),
         max_velocity_meters_per_second=velocity,
         max_acceleration_meters_per_second_squared=acceleration,
+        until=None if until is None else condition(until),
     )
     law = time_law_number(time_law)
     return motion_pb2.Move(robot=robot, speed_factor=speed_factor, time_law=law, linear=line)

@@ -20,6 +20,7 @@ from virtualrobot_kernel.api.motion_plans import checked_motion, planned_motion
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.api.setpoints import stream_setpoints
+from virtualrobot_kernel.formats import program_file
 from virtualrobot_kernel.planning.plan_program import plan_wish
 from virtualrobot_kernel.world.commands import CancelMotion, Command, PauseMotion, ResumeMotion, StopMotions
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot
@@ -83,6 +84,13 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         async with aclosing(stream_setpoints(self._rooms, request_iterator, context)) as responses:
             async for response in responses:
                 yield response
+    async def ReadProgram(
+        self, request: motion_pb2.ReadProgramRequest, context: object
+    ) -> motion_pb2.ReadProgramResponse:
+        """Read a program file."""
+        run = asyncio.get_running_loop().run_in_executor
+        motion = await run(self._rooms.workers, program_file.parse, request.text, request.uri or "program.yaml")
+        return motion_pb2.ReadProgramResponse(motion=motion)
 
     async def GetMotion(self, request: motion_pb2.GetMotionRequest, context: object) -> motion_pb2.GetMotionResponse:
         """Tell how a motion is doing."""

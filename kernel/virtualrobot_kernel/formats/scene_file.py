@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from google.protobuf.message import Message
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node
@@ -33,6 +34,13 @@ def parse(text: str, uri: str = "scene.yaml") -> scene_pb2.SceneFile:
         MalformedFileError: `scene.yaml:12: nodes[3].figures[0].box: ...` for broken YAML, duplicate, unknown and
             misplaced keys, values of a wrong type, and a schema version that is missing or unknown.
     """
+    scene = scene_pb2.SceneFile()
+    read(scene, composed(text, uri, "scene", SCHEMA_VERSION), SceneReader(uri))
+    return scene
+
+
+def composed(text: str, uri: str, kind: str, version: int) -> MappingNode:
+    """Return the YAML of a file of some kind that begins with this schema version; raise MalformedFileError."""
     try:
         root = YAML(typ="rt", pure=True).compose(text)
     except MarkedYAMLError as error:
@@ -42,13 +50,15 @@ def parse(text: str, uri: str = "scene.yaml") -> scene_pb2.SceneFile:
     except (YAMLError, RecursionError, ValueError) as error:
         message = "nested too deeply" if isinstance(error, RecursionError) else f"not YAML: {error}"
         raise malformed(uri, None, message) from error
-    _check_version(root, uri)
-    scene = scene_pb2.SceneFile()
+    return _of_version(root, uri, kind, version)
+
+
+def read(message: Message, root: Node, reader: SceneReader) -> None:
+    """Fill a message from YAML; raise MalformedFileError."""
     try:
-        SceneReader(uri).fill(scene, root, "")
+        reader.fill(message, root, "")
     except RecursionError as error:
-        raise malformed(uri, None, "nested too deeply") from error
-    return scene
+        raise malformed(reader.uri, None, "nested too deeply") from error
 
 
 def format(scene: scene_pb2.SceneFile) -> str:
@@ -77,18 +87,18 @@ def meshes(node: nodes_pb2.Node) -> Iterator[nodes_pb2.Mesh]:
             yield figure.mesh
 
 
-def _check_version(root: Node | None, uri: str) -> None:
+def _of_version(root: Node | None, uri: str, kind: str, version: int) -> MappingNode:
     """Ask for the version before anything else: the rest of a newer file may mean something else."""
-    example = f"a scene file begins with `schema_version: {SCHEMA_VERSION}`"
+    example = f"a {kind} file begins with `schema_version: {version}`"
     if root is None:
         raise malformed(uri, 1, f"the file is empty; {example}")
     if not isinstance(root, MappingNode):
         raise malformed(uri, root.start_mark.line + 1, f"expected keys and values; {example}")
     for key, value in root.value:
         if key.value == "schema_version":
-            if value.value != str(SCHEMA_VERSION):
+            if value.value != str(version):
                 line = value.start_mark.line + 1
-                known = f"unknown version {value.value!r}; this kernel reads version {SCHEMA_VERSION}"
+                known = f"unknown version {value.value!r}; this kernel reads version {version}"
                 raise malformed(uri, line, known, "schema_version")
-            return
+            return root
     raise malformed(uri, 1, f"the version is missing; {example}", "schema_version")

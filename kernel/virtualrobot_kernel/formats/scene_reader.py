@@ -32,9 +32,10 @@ _INTEGER_RANGES = {
 
 @dataclass(slots=True)
 class SceneReader:
-    """Reads one file; `uri` names it in errors."""
+    """Reads one file; `uri` names it in errors, and `kind` says what it is."""
 
     uri: str
+    kind: str = "scene"
     _seen: set[int] = field(default_factory=set)
 
     def fill(self, message: Message, node: Node, path: str) -> None:
@@ -52,7 +53,7 @@ class SceneReader:
                 meant = f"did you mean {near[0]!r}? " if near else ""
                 raise self._error(
                     self._key_line(node, key),
-                    path or "the scene",
+                    path or f"the {self.kind}",
                     f"there is no field {key!r}; {meant}known: {', '.join(fields)}",
                 )
             if self._is_null(value):
@@ -93,14 +94,14 @@ class SceneReader:
         """Return keys and values of a mapping; a key that comes twice is refused."""
         self._visit(node, path)
         if not isinstance(node, MappingNode):
-            raise self._error(node, path or "the scene", f"expected {expected}, got {_described(node)}")
+            raise self._error(node, path or f"the {self.kind}", f"expected {expected}, got {_described(node)}")
         lines: dict[str, int] = {}
         for key, _ in node.value:
             if not isinstance(key, ScalarNode):
-                raise self._error(key, path or "the scene", f"a key is a word, not {_described(key)}")
+                raise self._error(key, path or f"the {self.kind}", f"a key is a word, not {_described(key)}")
             if key.value in lines:
                 first = f"the key {key.value!r} is there twice; first on line {lines[key.value]}"
-                raise self._error(key, path or "the scene", first)
+                raise self._error(key, path or f"the {self.kind}", first)
             lines[key.value] = key.start_mark.line + 1
         return [(key.value, value) for key, value in node.value]
 
@@ -178,11 +179,12 @@ class SceneReader:
     def _visit(self, node: Node, path: str) -> None:
         """Refuse what YAML can but scenes don't need: aliases, by which few lines may become gigabytes, and tags."""
         if id(node) in self._seen:
-            raise self._error(node, path or "the scene", "aliases (*name) are not read in scene files: write it out")
+            refused = f"aliases (*name) are not read in {self.kind} files: write it out"
+            raise self._error(node, path or f"the {self.kind}", refused)
         self._seen.add(id(node))
         tag = str(node.tag or "")
         if tag and tag.removeprefix("tag:yaml.org,2002:") not in _TAGS:
-            raise self._error(node, path or "the scene", f"tags ({tag}) are not read in scene files")
+            raise self._error(node, path or f"the {self.kind}", f"tags ({tag}) are not read in {self.kind} files")
 
     @staticmethod
     def _is_null(node: Node) -> bool:

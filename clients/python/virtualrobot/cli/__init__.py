@@ -23,6 +23,7 @@ _COMMANDS = {
     "plan": ("virtualrobot.cli.plan", "Show what a move would do."),
     "check": ("virtualrobot.cli.plan", "Tell whether a move keeps all limits."),
     "jog": ("virtualrobot.cli.jog", "Move a robot by hand: a joint, or the tool centre point in one direction."),
+    "program": ("virtualrobot.cli.program", "Run a program from a file."),
     "stop": ("virtualrobot.cli.move", "Stop all robots, or some."),
     "leases": ("virtualrobot.cli.state", "Show who has leased which robots."),
     "signal": ("virtualrobot.cli.signals", "Show, set, create or wait for digital signals."),

@@ -61,24 +61,30 @@ def start_and_follow(robot: Robot, wish: motion_pb2.Move, preempt: bool, no_wait
     if no_wait:
         click.echo(f"started {motion.id}: {motion.planned_duration_seconds:.2f} s")
         return
+    follow(motion)
+    click.echo(f"{motion.id} reached its goal")
+
+
+def follow(motion: Motion) -> None:
+    """Show how far a motion is until it has succeeded; Ctrl-C cancels it. Raises when somebody else cancelled it."""
     try:
-        _follow(motion)
+        _drawn(motion)
     except KeyboardInterrupt:
         motion.cancel("interrupted from the keyboard")
         click.echo(f"{motion.id} cancelled", err=True)
         raise click.exceptions.Exit(130) from None
-    motion.wait()  # raises when somebody else cancelled it
-    click.echo(f"{motion.id} reached its goal")
+    motion.wait()
 
 
-def _follow(motion: Motion) -> None:
+def _drawn(motion: Motion) -> None:
     """Wait for the end of a motion and draw a bar meanwhile where somebody looks."""
-    shown = sys.stdout.isatty()
+    shown, steps, name = sys.stdout.isatty(), motion.step_count, next(iter(motion.robots), motion.id)
     try:
         for message in motion.watch():
             if shown:
                 bar = "#" * round(_BAR_WIDTH * message.progress)
-                click.echo(f"\r{motion.robots[0]}  [{bar:-<{_BAR_WIDTH}}] {100 * message.progress:3.0f}%", nl=False)
+                step = f"  step {message.step} of {steps}" if steps else ""
+                click.echo(f"\r{name}  [{bar:-<{_BAR_WIDTH}}] {100 * message.progress:3.0f}%{step}", nl=False)
     finally:
         if shown:
             click.echo()

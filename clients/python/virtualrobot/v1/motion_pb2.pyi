@@ -465,6 +465,20 @@ class StartMotionResponse(_message.Message):
     notes: _containers.RepeatedCompositeFieldContainer[PlanNote]
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., motion: _Optional[_Union[Motion, _Mapping]] = ..., notes: _Optional[_Iterable[_Union[PlanNote, _Mapping]]] = ...) -> None: ...
 
+class ReadProgramRequest(_message.Message):
+    __slots__ = ("text", "uri")
+    TEXT_FIELD_NUMBER: _ClassVar[int]
+    URI_FIELD_NUMBER: _ClassVar[int]
+    text: str
+    uri: str
+    def __init__(self, text: _Optional[str] = ..., uri: _Optional[str] = ...) -> None: ...
+
+class ReadProgramResponse(_message.Message):
+    __slots__ = ("motion",)
+    MOTION_FIELD_NUMBER: _ClassVar[int]
+    motion: StartMotionRequest
+    def __init__(self, motion: _Optional[_Union[StartMotionRequest, _Mapping]] = ...) -> None: ...
+
 class PlanMotionRequest(_message.Message):
     __slots__ = ("motion", "sample_seconds")
     MOTION_FIELD_NUMBER: _ClassVar[int]

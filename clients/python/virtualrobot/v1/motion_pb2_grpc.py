@@ -55,6 +55,11 @@ class MotionServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_motion__pb2.StreamSetpointsRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_motion__pb2.StreamSetpointsResponse.FromString,
                 _registered_method=True)
+        self.ReadProgram = channel.unary_unary(
+                '/virtualrobot.v1.MotionService/ReadProgram',
+                request_serializer=virtualrobot_dot_v1_dot_motion__pb2.ReadProgramRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_motion__pb2.ReadProgramResponse.FromString,
+                _registered_method=True)
         self.GetMotion = channel.unary_unary(
                 '/virtualrobot.v1.MotionService/GetMotion',
                 request_serializer=virtualrobot_dot_v1_dot_motion__pb2.GetMotionRequest.SerializeToString,
@@ -124,6 +129,13 @@ class MotionServiceServicer(object):
         The first message says what is moved; the motion starts where the joints are. When the client ends its side of the
         stream, the motion succeeds at the last position, or at standstill. It stops smoothly and is cancelled when no
         setpoint comes in time, when one is refused (with which the call ends too), and when the connection is lost.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def ReadProgram(self, request, context):
+        """What a program file says, as a motion that can be started, planned or checked. Nothing moves.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
@@ -201,6 +213,11 @@ def add_MotionServiceServicer_to_server(servicer, server):
                     servicer.StreamSetpoints,
                     request_deserializer=virtualrobot_dot_v1_dot_motion__pb2.StreamSetpointsRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_motion__pb2.StreamSetpointsResponse.SerializeToString,
+            ),
+            'ReadProgram': grpc.unary_unary_rpc_method_handler(
+                    servicer.ReadProgram,
+                    request_deserializer=virtualrobot_dot_v1_dot_motion__pb2.ReadProgramRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_motion__pb2.ReadProgramResponse.SerializeToString,
             ),
             'GetMotion': grpc.unary_unary_rpc_method_handler(
                     servicer.GetMotion,
@@ -347,6 +364,33 @@ class MotionService(object):
             '/virtualrobot.v1.MotionService/StreamSetpoints',
             virtualrobot_dot_v1_dot_motion__pb2.StreamSetpointsRequest.SerializeToString,
             virtualrobot_dot_v1_dot_motion__pb2.StreamSetpointsResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def ReadProgram(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/virtualrobot.v1.MotionService/ReadProgram',
+            virtualrobot_dot_v1_dot_motion__pb2.ReadProgramRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_motion__pb2.ReadProgramResponse.FromString,
             options,
             channel_credentials,
             insecure,
