@@ -34,6 +34,7 @@ CAPABILITIES = (
     "motion.joint_trajectory",
     "motion.linear",
     "motion.point_to_point",
+    "motion.setpoints",
     "motion.tool_state",
     "plugins",
     "scene.bundle",
