@@ -56,6 +56,7 @@ class Mover:
         configuration: str = "",
         speed_factor: float = 0.0,
         time_law: str = "",
+        moving: bool = False,
         lock: Lock = (),
         arm_angle: float | None = None,
         prefer: Prefer = "",
@@ -65,7 +66,8 @@ class Mover:
         `goal` is joint values by name, joint values in order (all joints, or those of the chain), a 4x4 pose
         `reference_t_tcp` in the frame of the node `reference` (empty: world), or the name of a posture.
         `configuration` names the only configuration that will do for a pose, such as `right up noflip`, and
-        `arm_angle` says where the elbow shall be, in radians.
+        `arm_angle` says where the elbow shall be, in radians. With `moving` the pose goes along when another move of
+        the same step moves the reference.
         """
         if not isinstance(goal, str | Mapping) and np.shape(goal) != (4, 4):
             goal = self._named(goal)
@@ -76,6 +78,7 @@ class Mover:
             configuration=configuration,
             speed_factor=speed_factor,
             time_law=time_law,
+            moving=moving,
         )
         return self._wished(move, lock, prefer, arm_angle)
 
@@ -88,16 +91,18 @@ class Mover:
         acceleration: float = 0.0,
         speed_factor: float = 0.0,
         time_law: str = "",
+        moving: bool = False,
         lock: Lock = (),
         prefer: Prefer = "",
         until: moves.Until | None = None,
     ) -> motion_pb2.Move:
         """Return a straight move of the tool centre point to a 4x4 pose; 0 means 0.25 m/s and 1 m/s^2.
 
-        With `until` it is a search; see `search`.
+        With `moving` the line is one in the frame of `reference` while another move of the same step moves that. With
+        `until` it is a search; see `search`.
         """
         rates = velocity, acceleration, speed_factor
-        move = moves.linear(self.name, reference_t_tcp, reference, *rates, time_law, until)
+        move = moves.linear(self.name, reference_t_tcp, reference, *rates, time_law, moving, until)
         return self._wished(move, lock, prefer)
 
     def circular(
@@ -114,6 +119,7 @@ class Mover:
         acceleration: float = 0.0,
         speed_factor: float = 0.0,
         time_law: str = "",
+        moving: bool = False,
         lock: Lock = (),
         prefer: Prefer = "",
     ) -> motion_pb2.Move:
@@ -126,7 +132,7 @@ class Mover:
           left out; then the tool keeps its orientation.
         - `turn_with_arc`: the tool turns as the arc does, not evenly from its orientation to the goal's.
         - `reference`: the node in whose frame all this is given (empty: world).
-        - `velocity`, `acceleration`, `speed_factor`: as for `linear`.
+        - `velocity`, `acceleration`, `speed_factor`, `moving`: as for `linear`.
         """
         move = moves.circular(
             self.name,
@@ -141,6 +147,7 @@ class Mover:
             acceleration=acceleration,
             speed_factor=speed_factor,
             time_law=time_law,
+            moving=moving,
         )
         return self._wished(move, lock, prefer)
 

@@ -36,10 +36,18 @@ def condition(until: Until) -> motion_pb2.SignalCondition:
     return motion_pb2.SignalCondition(signal=signal, value=value)
 
 
-def pose_goal(reference_t_tcp: ArrayLike, reference: str, configuration: str = "") -> motion_pb2.PoseGoal:
-    """Return a goal for the tool centre point: a 4x4 pose in the frame of the node `reference` (empty: world)."""
+def pose_goal(
+    reference_t_tcp: ArrayLike, reference: str, configuration: str = "", moving: bool = False
+) -> motion_pb2.PoseGoal:
+    """Return a goal for the tool centre point: a 4x4 pose in the frame of the node `reference` (empty: world).
+
+    `moving`: the goal goes along when another move of the same step moves the reference.
+    """
     return motion_pb2.PoseGoal(
-        reference_t_tcp=pose_message(reference_t_tcp), reference=reference, configuration=configuration
+        reference_t_tcp=pose_message(reference_t_tcp),
+        reference=reference,
+        configuration=configuration,
+        moving=moving,
     )
 
 
@@ -59,10 +67,11 @@ def point_to_point(
     configuration: str = "",
     speed_factor: float = 0.0,
     time_law: str = "",
+    moving: bool = False,
 ) -> motion_pb2.Move:
     """Return a move straight in joint space: to joints by name, to a posture by its name, or to a 4x4 pose.
 
-    `configuration` names the only configuration that will do for a pose.
+    `configuration` names the only configuration that will do for a pose, and `moving` is as for `pose_goal`.
     """
     if configuration and isinstance(goal, str | Mapping):
         raise InvalidArgumentError(f"the configuration {configuration!r} is for a goal that is a pose, not {goal!r}")
@@ -71,7 +80,7 @@ def point_to_point(
     elif isinstance(goal, Mapping):
         target = motion_pb2.PointToPoint(joints=motion_pb2.JointGoal(joint_positions=joint_map(goal)))
     else:
-        target = motion_pb2.PointToPoint(pose=pose_goal(goal, reference, configuration))
+        target = motion_pb2.PointToPoint(pose=pose_goal(goal, reference, configuration, moving))
     law = time_law_number(time_law)
     return motion_pb2.Move(robot=robot, speed_factor=speed_factor, time_law=law, point_to_point=target)
 
@@ -94,6 +103,7 @@ def linear(
     acceleration: float = 0.0,
     speed_factor: float = 0.0,
     time_law: str = "",
+    moving: bool = False,
     until: Until | None = None,
 ) -> motion_pb2.Move:
     """Return a move along a straight line; velocity in m/s, acceleration in m/s^2, 0 for the kernel's usual ones.
@@ -101,7 +111,7 @@ def linear(
     `until` makes it a search: the signal at which it ends early, or signal and value.
     """
     line = motion_pb2.Linear(
-        goal=pose_goal(reference_t_tcp, reference),
+        goal=pose_goal(reference_t_tcp, reference, moving=moving),
         max_velocity_meters_per_second=velocity,
         max_acceleration_meters_per_second_squared=acceleration,
         until=None if until is None else condition(until),
@@ -124,6 +134,7 @@ def circular(
     acceleration: float = 0.0,
     speed_factor: float = 0.0,
     time_law: str = "",
+    moving: bool = False,
 ) -> motion_pb2.Move:
     """Return a move along an arc through the point `via`, or about `center`, (3,) in m each; see `Mover.circular`."""
     if (via is None) == (center is None):
@@ -131,7 +142,9 @@ def circular(
     if via is not None and (axis is not None or angle is not None):
         raise InvalidArgumentError("axis and angle go with center, not with via")
     arc = motion_pb2.Circular(
-        goal=motion_pb2.PoseGoal(reference=reference) if goal is None else pose_goal(goal, reference),
+        goal=motion_pb2.PoseGoal(reference=reference, moving=moving)
+        if goal is None
+        else pose_goal(goal, reference, moving=moving),
         max_velocity_meters_per_second=velocity,
         max_acceleration_meters_per_second_squared=acceleration,
     )

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import Protocol
 
-from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
 from virtualrobot_kernel.motion.limits import CartesianLimits
 from virtualrobot_kernel.motion.polynomial import Array
 
@@ -28,6 +28,14 @@ class JointBound:
     share: Array
 
 
+class TcpJacobian(Protocol):
+    """How joints move a tool centre point."""
+
+    def jacobian(self, q: Array) -> Array:
+        """Return the geometric Jacobian (6, k) of the TCP at q (k,), linear rows first."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class TcpBound:
     """On the parameters [begin, end] of a path the TCP that the joints `columns` of it move keeps Cartesian limits.
@@ -39,5 +47,5 @@ class TcpBound:
     begin: float
     end: float
     columns: slice
-    tcp: TcpKinematics
+    tcp: TcpJacobian
     limits: CartesianLimits

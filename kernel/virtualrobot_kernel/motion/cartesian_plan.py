@@ -114,7 +114,7 @@ def plan_spline(
     """
     start, tcp = checked_start("spline", kinematics, q_start, limits, tip_t_tcp)
     course = spline(tcp.pose(start), base_t_goals)
-    path = _path("spline", tcp, course, start, limits)
+    path = course_path("spline", tcp, course, start, limits)
     slow = (cartesian_limits or CartesianLimits()).scaled(velocity_scale)
     bound = TcpBound(path.start, path.end, slice(0, path.dimension), tcp, slow)
     law = path_law(path, limits.scaled(velocity_scale), (), (bound,), time_law)
@@ -141,7 +141,8 @@ def _planned(
     checked_scale(velocity_scale, "velocity scale")
     if not (course.length or course.angle):
         return planned(course.kind, joint_line(q_start, q_start), jerk_limited_profile(0.0, 1.0, 1.0, 1.0), limits)
-    return along(course, _path(name, tcp, course, q_start, limits), limits, cartesian_limits, velocity_scale, time_law)
+    path = course_path(name, tcp, course, q_start, limits)
+    return along(course, path, limits, cartesian_limits, velocity_scale, time_law)
 
 
 def along(
@@ -177,7 +178,13 @@ def checked_start(
     return start, TcpKinematics(kinematics, np.eye(4) if tip_t_tcp is None else np.array(tip_t_tcp, dtype=np.float64))
 
 
-def _path(name: str, tcp: TcpKinematics, course: Course, q_start: Array, limits: JointLimits) -> PiecewisePolynomial:
+def course_path(
+    name: str, tcp: TcpKinematics, course: Course, q_start: Array, limits: JointLimits
+) -> PiecewisePolynomial:
+    """Return the joint path along a course, as `cartesian_path` does.
+
+    A singularity on the way to a station that no posture reaches is UNREACHABLE; `name` says what the motion is.
+    """
     try:
         return cartesian_path(tcp, course, q_start, limits)
     except KernelError as error:

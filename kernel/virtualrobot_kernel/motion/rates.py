@@ -18,8 +18,9 @@ from virtualrobot_kernel.motion.course import Course
 from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 
-#: Nodes of the polynomial that stands for a rate on one piece, and how exactly it has to: a share of the rate.
-_NODES, _EXACT = 9, 1e-6
+#: Nodes of the polynomial that stands for a rate on one piece, and how exactly it has to: a share of the rate, or of
+#: this many m or rad for one of the parameter where the rate is smaller, as that of a TCP which is to stand still.
+_NODES, _EXACT, _SMALL = 9, 1e-6, 1e-2
 _SMALLEST_PIECE = 1e-4
 
 
@@ -122,7 +123,7 @@ def fitted(function: Callable[[float], Array], breaks: Array) -> PiecewisePolyno
         values = np.array([function(min(begin + width * float(x), inside)) for x in nodes])
         coefficients = to_coefficients @ values
         # The size of the highest terms is that of what is missing beyond them.
-        if np.abs(coefficients[-2:]).max() > _EXACT * max(float(np.abs(values).max()), 1e-12) and width > shortest:
+        if np.abs(coefficients[-2:]).max() > _EXACT * max(float(np.abs(values).max()), _SMALL) and width > shortest:
             waiting += [(0.5 * (begin + end), end), (begin, 0.5 * (begin + end))]
             continue
         found.append((begin, coefficients / (width ** np.arange(_NODES))[:, None]))

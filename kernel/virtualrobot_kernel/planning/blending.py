@@ -103,6 +103,11 @@ def plan_run(
     return runs, sorted(notes, key=lambda note: note.step)
 
 
+def run_together(snapshot: Snapshot, wish: MoveStepWish, moves: list[PlannedMove]) -> PlannedRun:
+    """Return planned moves that start and end together as one run of one step."""
+    return _alone(_Step(0, None, moves, together(moves), snapshot, "", _law(wish)))
+
+
 def arrived(snapshot: Snapshot, joints: Sequence[Column], q: Floats) -> Snapshot:
     """Return the world with joints, (robot, joint), at q (k,), and nothing else different."""
     structure, state = snapshot.structure, snapshot.state
@@ -144,6 +149,8 @@ def _unjoined(wish: MoveStepWish, moves: Sequence[PlannedMove]) -> str:
             return "a joint trajectory has times of its own"
         if isinstance(move, ToolStateMove):
             return "a tool changes its state while it stands still"
+    if any(one.seen for one in moves):
+        return "one robot goes along with another"
     if not any(one.plan.duration > 0.0 for one in moves):
         return "it moves nothing"
     return ""
@@ -181,8 +188,7 @@ def _size(step: _Step) -> float:
 def _group(steps: Sequence[_Step]) -> tuple[list[PlannedRun], list[Note]]:
     """Return the plans of steps that shall be joined, all of them, and of what became of their zones."""
     if len(steps) == 1:
-        tool_states = tuple(pair for one in steps[0].moves for pair in one.tool_states)
-        return [PlannedRun(tuple(steps[0].columns), steps[0].plan, ((0.0, steps[0].number),), tool_states)], []
+        return [_alone(steps[0])], []
     frame = _Frame(steps)
     corners: list[Corner] = []
     notes: list[Note] = []
@@ -206,6 +212,14 @@ def _group(steps: Sequence[_Step]) -> tuple[list[PlannedRun], list[Note]]:
         if sum(one.plan.duration for one in runs) < run.plan.duration:
             return runs, told
     return [run], notes
+
+
+def _alone(step: _Step) -> PlannedRun:
+    """Return a step that is joined with no other; where robots go along with others, all moves have one time law."""
+    if any(one.seen for one in step.moves):
+        return _Frame([step]).joined([])[0]
+    tool_states = tuple(pair for one in step.moves for pair in one.tool_states)
+    return PlannedRun(tuple(step.columns), step.plan, ((0.0, step.number),), tool_states)
 
 
 def _split(steps: Sequence[_Step], place: int, why: str) -> tuple[list[PlannedRun], list[Note]]:
@@ -246,6 +260,9 @@ class _Frame:
             joints.append(JointBound(*part, _known(np.fmax(shares[place], shares[place + 1]))))
             for uid, tcp in self._led_through(place, tcps).items():
                 bounds.append(self._placed(tcp, uid, part))
+        for part, step in zip(whole.moves, self.steps, strict=True):
+            seen = [one.seen for one in step.moves if one.seen]
+            bounds += [TcpBound(*part, slice(0, len(self.columns)), one.by(self.q_index), one.limits) for one in seen]
         joints = [bound for bound in joints if bound.end > bound.begin]
         bounds = [bound for bound in bounds if bound.end > bound.begin]
         law = path_law(whole.path, self.limits, joints, bounds, self.steps[0].law)

@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
-from virtualrobot_kernel.motion.circle import Center, Via
+from virtualrobot_kernel.motion.circle import Center, Via, arc
+from virtualrobot_kernel.motion.course import Course
 from virtualrobot_kernel.motion.limits import JointLimits
+from virtualrobot_kernel.motion.line import line_between
 from virtualrobot_kernel.motion.plan import Plan, plan_circ, plan_lin, plan_ptp, plan_together, plan_trajectory
-from virtualrobot_kernel.motion.program import of_plan
 from virtualrobot_kernel.planning.actuators import check_plan
+from virtualrobot_kernel.planning.carried import Carriers, carried_by, carriers, in_order, plan_carried
 from virtualrobot_kernel.planning.jog import CartesianJog, JogFrame, JointJog, cartesian_jog, joint_jog
 from virtualrobot_kernel.planning.planned_move import (
     PlannedMove,
@@ -33,7 +35,6 @@ from virtualrobot_kernel.world.actuators import joint_positions
 from virtualrobot_kernel.world.apply_robots import tool_state
 from virtualrobot_kernel.world.assumed import Assumed, Way, assume
 from virtualrobot_kernel.world.change import inverse
-from virtualrobot_kernel.world.commands import StartMotion
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.state import Selection, Snapshot
 from virtualrobot_kernel.world.structure import Kind, Node, RobotData
@@ -79,7 +80,8 @@ class Circular:
     """An arc of the tool centre point through a point or about a centre; 0 stands for the default speed, as for a line.
 
     All is given in the frame of the node `reference`; reference_t_goal (4, 4) may be None when the centre has an angle.
-    `with_arc`: the tool turns as the arc does instead of evenly to the goal's orientation.
+    `with_arc`: the tool turns as the arc does instead of evenly to the goal's orientation. `moving`: the reference
+    moves with other moves of the same step, and the arc goes along.
     """
 
     robot: str
@@ -92,6 +94,7 @@ class Circular:
     max_acceleration: float = 0.0
     redundancy: Redundancy = FREE
     time_law: TimeLaw = TimeLaw.JERK_LIMITED
+    moving: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,21 +125,6 @@ LED = (Linear, Circular, Spline, CartesianJog)
 """What leads the tool centre point along a course."""
 
 
-def plan_motion(snapshot: Snapshot, moves: Sequence[Move], solver_of: SolverOf) -> StartMotion:
-    """Return the command that starts these moves together; raise KernelError with place and reason if it can't be."""
-    return start_of(snapshot, moves, plan_moves(snapshot, moves, solver_of))
-
-
-def start_of(snapshot: Snapshot, moves: Sequence[Move], planned: Sequence[PlannedMove]) -> StartMotion:
-    """Return the command that starts moves together that are planned."""
-    search = search_of(snapshot, moves)
-    joints = tuple((one.robot.name, name) for one in planned for name in one.joint_names)
-    tool_states = tuple((0, *pair) for one in planned for pair in one.tool_states)
-    program = of_plan(together(planned), search.until if search else None)
-    searcher = search.robot if search else ""
-    return StartMotion(joints, program, tool_states, searcher, assumed_by(snapshot, moves, joints))
-
-
 def search_of(snapshot: Snapshot, moves: Sequence[Move]) -> Linear | None:
     """Return the one of some moves that searches, or None; raise KernelError for two, or for an unknown signal."""
     searches = [move for move in moves if isinstance(move, Linear) and move.until]
@@ -156,7 +144,7 @@ def plan_moves(snapshot: Snapshot, moves: Sequence[Move], solver_of: SolverOf) -
     """Return the plan of each of some moves that go together; raise KernelError with place and reason."""
     if not moves:
         raise KernelError("a motion needs at least one move", field="moves")
-    planned = [_planned(snapshot, move, solver_of) for move in moves]
+    planned = _planned(snapshot, moves, solver_of)
     joints = [(one.robot.name, name) for one in planned for name in one.joint_names]
     if len(set(joints)) != len(joints):
         robot, joint = next(pair for pair in joints if joints.count(pair) > 1)
@@ -166,13 +154,73 @@ def plan_moves(snapshot: Snapshot, moves: Sequence[Move], solver_of: SolverOf) -
     return planned
 
 
-def _planned(snapshot: Snapshot, move: Move, solver_of: SolverOf) -> PlannedMove:
-    """Return the plan of a move; an error says for which robot it is."""
-    try:
-        return PLANNERS[type(move)](snapshot, move, solver_of)
-    except KernelError as error:
-        error.metadata.setdefault("robot", move.robot)
-        raise
+def _planned(snapshot: Snapshot, moves: Sequence[Move], solver_of: SolverOf) -> list[PlannedMove]:
+    """Return the plan of each move, those that others carry after these; an error says for which robot it is."""
+    needed, frames = [joints_of(snapshot, [move]) for move in moves], [_frames(snapshot, move) for move in moves]
+    carrying = carried_by(snapshot, needed, frames)
+    planned: dict[int, PlannedMove] = {}
+    for place in in_order(carrying, [move.robot for move in moves]):
+        move = moves[place]
+        try:
+            if carrying[place]:
+                along = carriers(snapshot, [planned[other] for other in sorted(carrying[place])])
+                planned[place] = _carried(snapshot, move, along, solver_of)
+            else:
+                planned[place] = PLANNERS[type(move)](snapshot, move, solver_of)
+        except KernelError as error:
+            error.metadata.setdefault("robot", move.robot)
+            raise
+    return [planned[place] for place in range(len(moves))]
+
+
+def _frames(snapshot: Snapshot, move: Move) -> list[int]:
+    """Return the nodes (uids) whose places count all along a move: the arm's base, and a reference that moves."""
+    structure = snapshot.structure
+    if isinstance(move, ToolStateMove | JointTrajectory) or not solved_robots(snapshot, [move]):
+        return []
+    frames = [arm_of(snapshot, structure.node(move.robot, Kind.ROBOT)).base]
+    if isinstance(move, Circular) and move.moving:
+        frames.append(structure.node(move.reference).uid)
+    if isinstance(move, Linear | PointToPoint) and isinstance(move.goal, PoseGoal) and move.goal.moving:
+        frames.append(structure.node(move.goal.reference).uid)
+    return frames
+
+
+def _carried(snapshot: Snapshot, move: Move, along: Carriers, solver_of: SolverOf) -> PlannedMove:
+    """Return the plan of a move that others carry."""
+    node = snapshot.structure.node(move.robot, Kind.ROBOT)
+    if isinstance(move, PointToPoint) and isinstance(move.goal, PoseGoal):
+        there = along.arrived()
+        world_t_tcp = world_t_goal(there if move.goal.moving else snapshot, move.goal)
+        goal = replace(move.goal, reference_t_tcp=world_t_tcp, reference="")
+        return _point_to_point(there, replace(move, goal=goal), solver_of)
+    if not isinstance(move, Linear | Circular):
+        carrying = " and ".join(repr(one.robot.name) for one in along.moves)
+        raise KernelError(
+            f"{node.name!r} is carried by the move of {carrying}; only a line, an arc or a move to a pose can go along",
+            robot=node.name,
+        )
+    if isinstance(move, Linear):
+        reference, moving = move.goal.reference, move.goal.moving
+    else:
+        reference, moving = move.reference, move.moving
+
+    def course(reference_t_start: Pose) -> Course:
+        if isinstance(move, Linear):
+            return line_between(reference_t_start, move.goal.reference_t_tcp)
+        return arc(reference_t_start, move.shape, move.reference_t_goal, move.with_arc)
+
+    return plan_carried(
+        snapshot,
+        arm_on_path(snapshot, node, move.redundancy),
+        along,
+        course,
+        snapshot.structure.node(reference).uid,
+        moving,
+        cartesian_limits(move.max_velocity, move.max_acceleration),
+        move.speed_factor or 1.0,
+        solver_of,
+    )
 
 
 def together(planned: Sequence[PlannedMove]) -> Plan:

@@ -15,9 +15,9 @@ from virtualrobot_sdk.kinematics import Kinematics
 
 from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.motion.planned import Plan
-from virtualrobot_kernel.motion.program import Program, Stage, Wait
-from virtualrobot_kernel.planning.blending import PlannedRun, arrived, plan_run
-from virtualrobot_kernel.planning.moves import assumed_by, plan_moves, search_of, start_of
+from virtualrobot_kernel.motion.program import Program, Stage, Wait, of_plan
+from virtualrobot_kernel.planning.blending import PlannedRun, arrived, plan_run, run_together
+from virtualrobot_kernel.planning.moves import Move, assumed_by, plan_moves, search_of
 from virtualrobot_kernel.planning.notes import Note, NoteKind
 from virtualrobot_kernel.planning.program import (
     MAX_STEPS,
@@ -77,7 +77,15 @@ def plan_wish(
         return _program(snapshot, wish, solver_of, given_up)
     planned = plan_moves(snapshot, wish.moves, solver_of)
     notes = tuple(note for one in planned for note in one.notes)
-    return PlannedMotion(start_of(snapshot, wish.moves, planned), notes)
+    return PlannedMotion(_start(snapshot, wish.moves, run_together(snapshot, MoveStepWish(wish.moves), planned)), notes)
+
+
+def _start(snapshot: Snapshot, moves: Sequence[Move], run: PlannedRun) -> StartMotion:
+    search = search_of(snapshot, moves)
+    program = of_plan(run.plan, search.until if search else None)
+    tool_states = tuple((0, *pair) for pair in run.tool_states)
+    assumed = assumed_by(snapshot, moves, run.joints)
+    return StartMotion(run.joints, program, tool_states, search.robot if search else "", assumed)
 
 
 def _program(snapshot: Snapshot, wish: MotionWish, solver_of: SolverOf, given_up: GivenUp) -> PlannedMotion:

@@ -12,6 +12,7 @@ from virtualrobot_kernel.motion.bounds import TcpBound
 from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
 from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
 from virtualrobot_kernel.motion.plan import Plan
+from virtualrobot_kernel.planning.between import Seen
 from virtualrobot_kernel.planning.notes import Note
 from virtualrobot_kernel.planning.robots import Arm
 from virtualrobot_kernel.world.change import single_joint
@@ -33,12 +34,14 @@ JERK_RATIO = 10.0
 class PoseGoal:
     """Where the chosen tool centre point shall be: `reference_t_tcp` (4, 4) in the frame of the node `reference`.
 
-    With `configuration` only the posture of that name will do.
+    With `configuration` only the posture of that name will do. `moving`: where the reference moves with other moves of
+    the same step, the goal goes along; otherwise it counts where the reference is at the start.
     """
 
     reference_t_tcp: Pose
     reference: str = ""
     configuration: str = ""
+    moving: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,8 +49,9 @@ class PlannedMove:
     """The plan of one move, with one track, and which joints of the robot its columns are.
 
     What its law keeps besides the joints' own limits: `speed_factor` of their velocities, and `tcp`, the limits of the
-    tool centre point where it is led along a course. tool_states: (tool, state) that are true once it has succeeded.
-    notes: what is other than asked, as of step 0.
+    tool centre point where it is led along a course. Or `seen`, where other moves of the step carry it: then the path's
+    fraction is that of all of the step's moves, and the plan's own law counts for nothing. tool_states: (tool, state)
+    that are true once it has succeeded. notes: what is other than asked, as of step 0.
     """
 
     robot: Node
@@ -56,6 +60,7 @@ class PlannedMove:
     tool_states: tuple[tuple[str, str], ...] = ()
     speed_factor: float = 1.0
     tcp: TcpBound | None = None
+    seen: Seen | None = None
     notes: tuple[Note, ...] = ()
 
 

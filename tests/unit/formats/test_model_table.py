@@ -74,7 +74,9 @@ def test_the_table_has_what_the_project_promises() -> None:
         "ar_manipulator",
         "palletizer",
         "parallel_gripper",
+        "positioner",
         "puma560",
+        "rail",
     ]
 
 

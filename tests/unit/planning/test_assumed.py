@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning.jog import CartesianJog
-from virtualrobot_kernel.planning.moves import Linear, Move, PointToPoint, ToolStateMove, plan_motion
+from virtualrobot_kernel.planning.moves import Linear, Move, PointToPoint, ToolStateMove
 from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.world.change import Change, inverse
 from virtualrobot_kernel.world.commands import (
@@ -28,6 +28,7 @@ from virtualrobot_kernel.world.state import Signal
 from virtualrobot_kernel.world.structure import Actuator, Kind, LinkData, NodeSpec, RobotData, ToolData
 
 from tests.unit.planning.cell import cell, chain, pictured, tcp
+from tests.unit.planning.wishes import plan_motion
 from tests.unit.world.builders import after, shifted, ticked, world_t
 
 

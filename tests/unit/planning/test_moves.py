@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, UnknownNameError
-from virtualrobot_kernel.planning.moves import JointTrajectory, PointToPoint, ToolStateMove, joints_of, plan_motion
+from virtualrobot_kernel.planning.moves import JointTrajectory, PointToPoint, ToolStateMove, joints_of
 from virtualrobot_kernel.planning.robots import Arm, world_poses
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import CreateNodes
@@ -13,6 +13,7 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind, NodeSpec, ToolData
 from virtualrobot_sdk.kinematics import Kinematics
 
+from tests.unit.planning.wishes import plan_motion
 from tests.unit.world.builders import TICK, after, arm, empty, ticked
 
 

@@ -17,7 +17,6 @@ from virtualrobot_kernel.planning.moves import (
     Move,
     PointToPoint,
     PoseGoal,
-    plan_motion,
 )
 from virtualrobot_kernel.planning.robots import arm_of, flange_t_tcp, world_poses
 from virtualrobot_kernel.planning.sampling import MOST_NUMBERS, Samples, check_size, joint_states, sample_times, sampled
@@ -27,6 +26,7 @@ from virtualrobot_kernel.world.tick import advance
 
 from tests.unit.planning.cell import JOINTS, TICK, cell, chain, pictured, tcp
 from tests.unit.planning.dynamics_cases import robot_and_reference
+from tests.unit.planning.wishes import plan_motion
 from tests.unit.world.builders import after, shifted
 
 

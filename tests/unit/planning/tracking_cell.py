@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.rotation import rotation_matrix
 from virtualrobot_kernel.motion.tracked import Tracked
-from virtualrobot_kernel.planning.moves import Linear, PointToPoint, plan_motion
+from virtualrobot_kernel.planning.moves import Linear, PointToPoint
 from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.planning.robots import arm_of, tcp_frame, world_poses
 from virtualrobot_kernel.planning.tracking import TrackingWish, tracked
@@ -23,6 +23,7 @@ from virtualrobot_kernel.world.tick import advance
 from tests.unit.formats.models import ROBOTS, load
 from tests.unit.numeric.urdf_arrays import MODELS
 from tests.unit.planning.cell import TICK, chain, pictured
+from tests.unit.planning.wishes import plan_motion
 from tests.unit.world.builders import after, empty, link
 
 #: A tick and ten points between two ticks.

@@ -7,13 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, LimitError, UnknownNameError
-from virtualrobot_kernel.planning.moves import ActuatorGoal, PointToPoint, plan_motion
+from virtualrobot_kernel.planning.moves import ActuatorGoal, PointToPoint
 from virtualrobot_kernel.world.actuators import actuator_positions, joint_positions
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import CreateNodes, SetJointPositions, UpdateNode
 from virtualrobot_kernel.world.structure import Actuator, Node, NodeSpec, RobotData
 
 from tests.unit.planning.test_moves import nobody, pictured
+from tests.unit.planning.wishes import plan_motion
 from tests.unit.world.builders import after, arm, empty, ticked
 
 

@@ -110,7 +110,8 @@ def _goal(message: motion_pb2.PointToPoint, what: str) -> dict[str, float] | Pos
 def _pose_goal(message: motion_pb2.PoseGoal, what: str) -> PoseGoal:
     if not message.HasField("reference_t_tcp"):
         raise KernelError(f"{what}.reference_t_tcp is missing: where shall the tool centre point be?", field=what)
-    return PoseGoal(pose(message.reference_t_tcp, f"{what}.reference_t_tcp"), message.reference, message.configuration)
+    reference_t_tcp = pose(message.reference_t_tcp, f"{what}.reference_t_tcp")
+    return PoseGoal(reference_t_tcp, message.reference, message.configuration, message.moving)
 
 
 def _path_goal(message: motion_pb2.PoseGoal, what: str) -> PoseGoal:
@@ -137,7 +138,8 @@ def _circular(robot: str, circular: motion_pb2.Circular, factor: float, what: st
     if circular.goal.HasField("reference_t_tcp") or not isinstance(shape, Center) or shape.angle is None:
         goal = _path_goal(circular.goal, f"{what}.goal").reference_t_tcp
     with_arc = circular.orientation == motion_pb2.ARC_ORIENTATION_WITH_ARC
-    return Circular(robot, shape, goal, circular.goal.reference, with_arc, factor, *_rates(circular, what))
+    rates, moving = _rates(circular, what), circular.goal.moving
+    return Circular(robot, shape, goal, circular.goal.reference, with_arc, factor, *rates, moving=moving)
 
 
 def _center(message: motion_pb2.ArcCenter, what: str) -> Center:
