@@ -15,6 +15,7 @@ from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.planning.moves import joints_of, solved_robots
 from virtualrobot_kernel.planning.program import MotionWish
+from virtualrobot_kernel.planning.tracking import arms_joints
 from virtualrobot_kernel.world.change import moving_motion
 from virtualrobot_kernel.world.commands import CancelMotion
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion, Snapshot
@@ -64,7 +65,10 @@ async def wished(
 
     def work() -> tuple[MotionWish, set[tuple[int, str]], set[int]]:
         snapshot, wish = rooms.world.snapshot, wished_motion(request)
-        return wish, joints_of(snapshot, wish.every_move), solved_robots(snapshot, wish.every_move)
+        joints = joints_of(snapshot, wish.every_move)
+        if wish.tracking is not None:
+            joints = arms_joints(snapshot, joints)
+        return wish, joints, solved_robots(snapshot, wish.every_move)
 
     if not request.steps:
         return work()

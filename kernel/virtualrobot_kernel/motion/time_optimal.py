@@ -15,7 +15,7 @@ import numpy as np
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.law_search import STILL, nodes_of
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
-from virtualrobot_kernel.motion.rates import Rate, greatest_stretch, stretch_needed
+from virtualrobot_kernel.motion.rates import Rate, stretch_needed
 
 #: Sides of the polygon that stands for the circle of the accelerations of a position or a rotation.
 _SIDES = 16
@@ -57,7 +57,7 @@ def time_optimal_law(rates: Sequence[Rate]) -> PiecewisePolynomial:
         law = _quadratic(nodes, speeds)
         taus = (law.breaks[:-1, None] + np.diff(law.breaks)[:, None] * np.linspace(0.0, 1.0 - 1e-9, _LOOKS)).ravel()
         needed = stretch_needed(rates, law, taus)[:2].max(axis=0).reshape(-1, _LOOKS).max(axis=1)
-        laws.append(law.stretched(law.end * greatest_stretch(rates, law, taus, 2) * _MARGIN))
+        laws.append(law.stretched(law.end * float(needed.max()) * _MARGIN))
         if needed.max() < _GOOD:
             break
         beside = np.maximum(np.append(needed, 0.0), np.append(0.0, needed))
@@ -104,10 +104,7 @@ def _solved(nodes: Array, speed: Array, slope: Array, bend: Array) -> Array:
     from toppra.constraint import ConstraintType, DiscretizationType, LinearConstraint
     from toppra.constraint.linear_constraint import canlinear_colloc_to_interpolate
 
-    # toppra has tolerances of its own, which are fit for numbers near 1: the unit of the way is that of the path, the
-    # unit of time about that of the motion.
-    way = float(nodes[-1] - nodes[0])
-    nodes, speed, slope, bend = (nodes - nodes[0]) / way, speed * way, slope * way, bend * way**2
+    # toppra has tolerances of its own, which are fit for numbers near 1: the unit of time is about that of the motion.
     unit = float(np.trapezoid(speed, nodes))
     some = np.flatnonzero((np.abs(slope).max(axis=0) > 0.0) | (np.abs(bend).max(axis=0) > 0.0))
     slope, bend = slope[:, some] / unit**2, bend[:, some] / unit**2
@@ -130,7 +127,7 @@ def _solved(nodes: Array, speed: Array, slope: Array, bend: Array) -> Array:
     speeds = solver.compute_parameterization(0.0, 0.0)[1]
     if speeds is None or not np.all(np.isfinite(speeds)) or not np.all(speeds[1:-1] > 0.0):
         raise KernelError("toppra found no time-optimal law along this path; ask for the jerk-limited one")
-    return speeds * (way / unit)
+    return speeds / unit
 
 
 class _Line:

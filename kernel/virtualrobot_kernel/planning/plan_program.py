@@ -29,6 +29,7 @@ from virtualrobot_kernel.planning.program import (
     WaitSignalWish,
 )
 from virtualrobot_kernel.planning.robots import Arm, SolverOf
+from virtualrobot_kernel.planning.tracking import tracked
 from virtualrobot_kernel.world.change import single_joint
 from virtualrobot_kernel.world.commands import StartMotion
 from virtualrobot_kernel.world.state import Snapshot
@@ -74,10 +75,16 @@ def plan_wish(
     if wish.moves and wish.steps:
         raise KernelError("a motion has either moves or steps, not both", field="steps")
     if wish.steps:
-        return _program(snapshot, wish, solver_of, given_up)
-    planned = plan_moves(snapshot, wish.moves, solver_of)
-    notes = tuple(note for one in planned for note in one.notes)
-    return PlannedMotion(_start(snapshot, wish.moves, run_together(snapshot, MoveStepWish(wish.moves), planned)), notes)
+        motion = _program(snapshot, wish, solver_of, given_up)
+    else:
+        planned = plan_moves(snapshot, wish.moves, solver_of)
+        notes = tuple(note for one in planned for note in one.notes)
+        run = run_together(snapshot, MoveStepWish(wish.moves), planned)
+        motion = PlannedMotion(_start(snapshot, wish.moves, run), notes)
+    if wish.tracking is None:
+        return motion
+    _go_on(given_up)
+    return replace(motion, command=tracked(snapshot, motion.command, wish.tracking))
 
 
 def _start(snapshot: Snapshot, moves: Sequence[Move], run: PlannedRun) -> StartMotion:

@@ -62,16 +62,24 @@ class DwellWish:
 StepWish = MoveStepWish | SetSignalWish | WaitSignalWish | DwellWish
 
 
+@dataclass(frozen=True, slots=True)
+class TrackingWish:
+    """A node to go along with, how far its joint may move meanwhile, and its greatest speed (0: the joint's limit)."""
+
+    node: str
+    window: float
+    max_velocity: float = 0.0
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class MotionWish:
-    """What a motion shall do: either moves that go together, or the steps of a program."""
+    """What a motion shall do: either moves that go together, or the steps of a program; and what it goes along with."""
 
     moves: tuple[Move, ...] = ()
     steps: tuple[StepWish, ...] = ()
+    tracking: TrackingWish | None = None
 
     @property
     def every_move(self) -> tuple[Move, ...]:
         """All moves, whenever they are made."""
-        return self.moves + tuple(
-            move for step in self.steps if isinstance(step, MoveStepWish) for move in step.moves
-        )
+        return self.moves + tuple(move for step in self.steps if isinstance(step, MoveStepWish) for move in step.moves)

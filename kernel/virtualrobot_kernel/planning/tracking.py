@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,6 +14,7 @@ from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.program import Program
 from virtualrobot_kernel.planning.planned_move import joint_limits
+from virtualrobot_kernel.planning.program import TrackingWish
 from virtualrobot_kernel.planning.robots import Arm, arm_of, flange_t_tcp, tip_of
 from virtualrobot_kernel.planning.tracked_limits import (
     Place,
@@ -32,15 +33,6 @@ from virtualrobot_kernel.world.structure import Joint, JointType, LinkData, Node
 
 
 @dataclass(frozen=True, slots=True)
-class TrackingWish:
-    """A node to go along with, how far its joint may move meanwhile, and its greatest speed (0: the joint's limit)."""
-
-    node: str
-    window: float
-    max_velocity: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
 class _Frame:
     """The joint that moves a node: whose it is, what it is, the link (a uid) that it moves, and where it stands."""
 
@@ -51,9 +43,14 @@ class _Frame:
     unit: str
 
 
-def follower_joints(snapshot: Snapshot, robots: Sequence[Node]) -> list[tuple[Node, str]]:
-    """Return the joints of the robots' arms, which all move where an arm goes along."""
-    return [(robot, name) for robot in robots for name in arm_of(snapshot, robot).joint_names]
+def arms_joints(snapshot: Snapshot, joints: Iterable[tuple[int, str]]) -> set[tuple[int, str]]:
+    """Return joints (robot uid, name), with all joints of the arms that have one of them: these go along as a whole."""
+    needed = set(joints)
+    for uid in {uid for uid, _ in needed}:
+        arm = {(uid, name) for name in arm_of(snapshot, snapshot.structure.nodes[uid]).joint_names}
+        if not arm.isdisjoint(needed):
+            needed |= arm
+    return needed
 
 
 def tracked(snapshot: Snapshot, command: StartMotion, wish: TrackingWish) -> StartMotion:
@@ -72,13 +69,7 @@ def tracked(snapshot: Snapshot, command: StartMotion, wish: TrackingWish) -> Sta
     ]
     if not arms:
         raise KernelError("only arms can go along with a frame, and this motion moves none", field="tracking")
-    frame = _frame(snapshot, wish.node, arms)
-    if (frame.robot.name, frame.joint.name) in moved:
-        raise KernelError(
-            f"the motion moves the joint {frame.joint.name!r} of {frame.robot.name!r} itself, which it shall go along "
-            "with; move it in a motion of its own",
-            field="tracking.node",
-        )
+    frame = _frame(snapshot, wish.node, arms, moved)
     window, velocity = _window(frame, wish), min(wish.max_velocity or np.inf, frame.joint.limits.velocity)
     joints = tuple(dict.fromkeys([*command.joints, *((robot.name, j) for robot, arm in arms for j in arm.joint_names)]))
     program = _widened(snapshot, command.program, joints)
@@ -97,7 +88,9 @@ def tracked(snapshot: Snapshot, command: StartMotion, wish: TrackingWish) -> Sta
     )
 
 
-def _frame(snapshot: Snapshot, name: str, arms: Sequence[tuple[Node, Arm]]) -> _Frame:
+def _frame(
+    snapshot: Snapshot, name: str, arms: Sequence[tuple[Node, Arm]], moved: Collection[tuple[str, str]]
+) -> _Frame:
     """Return the one joint that moves a node against the arms' bases; raise KernelError when there isn't one."""
     structure = snapshot.structure
     above = [node.uid for node in structure.ancestors(structure.node(name).uid)]
@@ -112,8 +105,11 @@ def _frame(snapshot: Snapshot, name: str, arms: Sequence[tuple[Node, Arm]]) -> _
                 found[uid] = owner.uid, int(structure.forest.q_index[structure.rows[uid]])
     names = [f"{_joint_at(snapshot, *key).name!r} of {structure.nodes[key[0]].name!r}" for key in found.values()]
     own = {robot.uid for robot, _ in arms}
-    if len(found) != 1 or next(iter(found.values()))[0] in own:
+    keys = list(found.values())
+    if len(keys) != 1 or keys[0][0] in own:
         told = f"it is moved by {' and '.join(names)}" if names else "no joint moves it"
+        if any((structure.nodes[robot].name, _joint_at(snapshot, robot, at).name) in moved for robot, at in keys):
+            told += ", which the motion moves itself"
         raise KernelError(
             f"a motion cannot go along with {name!r}: {told}; name a node that exactly one joint of another robot "
             "moves, such as a conveyor's belt",
@@ -140,16 +136,6 @@ def _joint_at(snapshot: Snapshot, robot: int, place: int) -> Joint:
 
 def _window(frame: _Frame, wish: TrackingWish) -> tuple[float, float]:
     """Return between which displacements the frame is followed; a joint's limits shorten the window."""
-    for field, value, right in (
-        ("window", wish.window, wish.window != 0.0),
-        ("max_velocity", wish.max_velocity, wish.max_velocity >= 0.0),
-    ):
-        if not (np.isfinite(value) and right):
-            raise KernelError(
-                f"tracking.{field} must be finite and {'other than 0' if field == 'window' else 'at least 0'}, "
-                f"not {value}",
-                field=f"tracking.{field}",
-            )
     low = max(min(wish.window, 0.0), frame.joint.limits.lower - frame.position)
     high = min(max(wish.window, 0.0), frame.joint.limits.upper - frame.position)
     if (high if wish.window > 0.0 else -low) <= 0.0:

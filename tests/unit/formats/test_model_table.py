@@ -72,6 +72,7 @@ def test_the_table_has_what_the_project_promises() -> None:
     assert all(model.description and model.license for model in list_models())
     assert [model.name for model in list_models() if not model.package] == [
         "ar_manipulator",
+        "conveyor",
         "palletizer",
         "parallel_gripper",
         "positioner",

@@ -16,6 +16,7 @@ from virtualrobot_kernel.planning.program import (
     MoveStepWish,
     SetSignalWish,
     StepWish,
+    TrackingWish,
     WaitSignalWish,
     Zone,
 )
@@ -34,7 +35,7 @@ def wished_motion(message: motion_pb2.StartMotionRequest) -> MotionWish:
         except KernelError as error:
             error.metadata["step"] = str(place)
             raise
-    return MotionWish(moves, tuple(steps))
+    return MotionWish(moves, tuple(steps), _tracking(message.tracking) if message.HasField("tracking") else None)
 
 
 def note_messages(notes: Iterable[Note]) -> list[motion_pb2.PlanNote]:
@@ -98,6 +99,24 @@ def _zone(message: motion_pb2.MoveStep, what: str) -> Zone | None:
             )
         return Zone(percent=percent)
     return None
+
+
+def _tracking(message: motion_pb2.Tracking) -> TrackingWish:
+    if not message.node:
+        raise KernelError("tracking.node is empty: what shall the motion go along with?", field="tracking.node")
+    window = finite(message.window, "tracking.window")
+    if window == 0.0:
+        raise KernelError(
+            "tracking.window must say how far the joint may move, other than 0, with the sign of its direction",
+            field="tracking.window",
+        )
+    velocity = finite(message.max_velocity, "tracking.max_velocity")
+    if velocity < 0.0:
+        raise KernelError(
+            f"tracking.max_velocity must be 0 (the joint's limit) or above, not {velocity:g}",
+            field="tracking.max_velocity",
+        )
+    return TrackingWish(message.node, window, velocity)
 
 
 def _named(signal: str, what: str) -> str:

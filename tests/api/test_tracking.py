@@ -1,0 +1,250 @@
+"""Going along with a conveyor and a turntable, over TCP, tick by tick: where the tool and a picked part are."""
+
+from __future__ import annotations
+
+import grpc
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from virtualrobot.v1 import geometry_pb2, motion_pb2, nodes_pb2, scene_pb2, signal_pb2
+
+from tests.api.asking import IIWA, apply, box, create, joints, load, refusal, start
+from tests.api.conftest import Stubs
+from tests.api.moving import CANCELLED, RUNNING, SUCCEEDED, TICK, finished, linear, motion
+from tests.api.reading import matrix, pose, scene, state, step, unchanged
+from tests.api.test_robot import put
+from tests.api.test_tool import pick, tool
+
+DOWN = [-0.6, 0.6, 0.0, -1.4, 0.0, np.pi - 2.0, 0.0]
+"""The tool looks down."""
+SURFACE = 0.8
+
+
+@pytest.fixture
+def cell(stepped: Stubs) -> Stubs:
+    """An iiwa with a cup, whose tool looks down on a conveyor that passes in front of it, to the left."""
+    load(stepped, IIWA, "arm", parent_t_node=pose(at(z=0.65)))
+    put(stepped, "arm", {f"lbr_iiwa_joint_{i + 1}": value for i, value in enumerate(DOWN)})
+    apply(stepped, create(tool("cup", "arm.lbr_iiwa_link_7", tip=at(z=0.1))))
+    load(stepped, "model://conveyor", parent_t_node=pose(across(stepped)))
+    return stepped
+
+
+def at(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> np.ndarray:
+    result = np.eye(4)
+    result[:3, 3] = x, y, z
+    return result
+
+
+def across(stubs: Stubs) -> np.ndarray:
+    """Return where the conveyor stands: under the tool, along y, from 70 cm before it."""
+    tool = state(stubs, "arm").world_t_tcp.position
+    result = at(tool.x, tool.y - 0.7)
+    result[:3, :3] = Rotation.from_euler("z", 90, degrees=True).as_matrix()
+    return result
+
+
+def tracking(window: float = 0.5, fastest: float = 0.2, node: str = "conveyor.belt") -> motion_pb2.Tracking:
+    return motion_pb2.Tracking(node=node, window=window, max_velocity=fastest)
+
+
+def go(stubs: Stubs, request: motion_pb2.StartMotionRequest) -> motion_pb2.Motion:
+    request.on_disconnect = motion_pb2.DISCONNECT_POLICY_CONTINUE
+    return stubs.motion.StartMotion(request).motion
+
+
+def to(stubs: Stubs, goal: np.ndarray, **fields: float) -> motion_pb2.Move:
+    """Return a line to a pose in the belt's frame."""
+    move = linear("arm", goal, **fields)
+    move.linear.goal.reference = "conveyor.belt"
+    return move
+
+
+def seen(stubs: Stubs, frame: str = "conveyor.belt") -> np.ndarray:
+    """Return where the tool centre point is, seen from the belt."""
+    return np.linalg.inv(scene(stubs, frame)[frame]) @ matrix(state(stubs, "arm").world_t_tcp)
+
+
+def run_belt(stubs: Stubs, distance: float = 10.0, share: float = 0.4) -> motion_pb2.Motion:
+    return start(stubs, joints("conveyor", share, belt=distance))
+
+
+def test_a_part_is_picked_from_the_running_belt(cell: Stubs) -> None:
+    apply(cell, create(box("part", x=0.4, z=0.05, parent="conveyor.belt")))
+    run_belt(cell)  # 0.2 m/s
+    step(cell, 250)
+    grip = seen(cell)
+    grip[:3, 3] = 0.4, 0.0, 0.1
+    above = grip @ at(z=-0.1)
+    steps = [
+        motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=[to(cell, above)])),
+        motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=[to(cell, grip)])),
+        motion_pb2.ProgramStep(wait_signal=motion_pb2.WaitSignalStep(condition={"signal": "held", "value": True})),
+        motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=[to(cell, above)])),
+    ]
+    held = signal_pb2.Signal(name="held")
+    apply(cell, scene_pb2.Command(create_signal=scene_pb2.CreateSignal(signal=held)))
+    request = motion_pb2.StartMotionRequest(steps=steps, tracking=tracking(0.9))
+    id = go(cell, request).id
+    places: list[np.ndarray] = []
+    lift: list[float] = []
+    while motion(cell, id).phase not in (SUCCEEDED, CANCELLED):
+        step(cell)
+        places.append(scene(cell, "part")["part"][:3, 3])
+        told = motion(cell, id)
+        if told.phase == motion_pb2.MOTION_PHASE_WAITING:
+            if not lift:
+                assert np.abs(seen(cell) - grip).max() < 1e-5
+                apply(cell, pick("arm", "part"))
+                cell.signal.SetSignals(signal_pb2.SetSignalsRequest(values={"held": True}))
+            lift.append(len(places))
+    told = motion(cell, id)
+    assert told.phase == SUCCEEDED, told.cancel_reason
+    path = np.array(places)
+    # From the belt to the tool without a jerk: 0.2 m/s along the belt all the time, also in the tick of picking.
+    at_pick = lift[0]
+    speeds = np.diff(path, axis=0)[at_pick - 5 : at_pick + 5] / TICK
+    np.testing.assert_allclose(speeds[:, :2], np.tile([0.0, 0.2], (len(speeds), 1)), atol=1e-5)
+    assert speeds[:, 2].max() < 0.005, "it is lifted slowly at first"
+    assert np.abs(np.diff(path, 2, axis=0)).max() / TICK**2 < 3.0, "m/s^2"
+    assert path[-1, 2] == pytest.approx(SURFACE + 0.05 + 0.1, abs=1e-5)
+    assert not np.any(state(cell, "arm").velocities)
+
+
+def test_in_step_the_line_is_one_on_the_belt_at_each_tick(cell: Stubs, rng: np.random.Generator) -> None:
+    run_belt(cell)
+    step(cell, int(rng.integers(50, 150)))
+    first = seen(cell)
+    goal = first @ at(*rng.uniform(-0.05, 0.05, 3))
+    ask = go(cell, motion_pb2.StartMotionRequest(moves=[to(cell, goal)], tracking=tracking(0.6)))
+    way = goal[:3, 3] - first[:3, 3]
+    begun = False
+    while (told := motion(cell, ask.id)).phase == RUNNING:
+        step(cell)
+        begun = begun or told.progress > 0.0
+        if begun and told.progress < 1.0:
+            now = seen(cell)
+            share = (now - first)[:3, 3] @ way / (way @ way)
+            assert np.linalg.norm(first[:3, 3] + share * way - now[:3, 3]) < 1e-5
+            assert np.abs(now[:3, :3] - first[:3, :3]).max() < 1e-5
+    assert finished(cell, ask.id).phase == SUCCEEDED
+    assert begun
+
+
+def test_the_window_ends(cell: Stubs) -> None:
+    run_belt(cell)
+    step(cell, 100)
+    ask = go(
+        cell,
+        motion_pb2.StartMotionRequest(
+            moves=[to(cell, seen(cell) @ at(z=0.05), max_velocity_meters_per_second=0.01)], tracking=tracking(0.3)
+        ),
+    )
+    before = state(cell, "arm").world_t_tcp.position.y
+    told = finished(cell, ask.id)
+    assert (told.phase, told.cancel_cause) == (CANCELLED, motion_pb2.CANCEL_CAUSE_WINDOW_LEFT)
+    assert "its window is 0 to 0.3" in told.cancel_reason
+    assert 0.28 < state(cell, "arm").world_t_tcp.position.y - before <= 0.3 + 1e-9
+
+
+def test_a_belt_that_is_faster_than_said(cell: Stubs) -> None:
+    run_belt(cell)
+    step(cell, 200)
+    slow = motion_pb2.StartMotionRequest(moves=[to(cell, seen(cell) @ at(z=0.05))], tracking=tracking(fastest=0.1))
+    told = finished(cell, go(cell, slow).id)
+    assert (told.phase, told.cancel_cause) == (CANCELLED, motion_pb2.CANCEL_CAUSE_TRACKING_LOST)
+    assert "0.2 per second; 0.1 was the most" in told.cancel_reason
+    assert not np.any(state(cell, "arm").velocities)
+
+
+def test_the_arm_is_busy_as_a_whole_while_it_goes_along(cell: Stubs) -> None:
+    moves = [joints("arm", lbr_iiwa_joint_7=0.3)]
+    ask = go(cell, motion_pb2.StartMotionRequest(moves=moves, tracking=tracking()))
+    assert refusal(lambda: start(cell, joints("arm", lbr_iiwa_joint_1=0.3))).reason == "ROBOT_BUSY"
+    assert finished(cell, ask.id).phase == SUCCEEDED
+    assert state(cell, "arm").positions[6] == pytest.approx(0.3)
+
+
+REFUSED = {
+    "unknown node": (tracking(node="conveyor.bolt"), "UNKNOWN_NAME", "did you mean 'conveyor.belt'"),
+    "empty node": (tracking(node=""), "INVALID_ARGUMENT", "tracking.node is empty"),
+    "a node that nothing moves": (tracking(node="conveyor.frame"), "INVALID_ARGUMENT", "no joint moves it"),
+    "the arm's own link": (
+        tracking(node="arm.lbr_iiwa_link_7"),
+        "INVALID_ARGUMENT",
+        "it is moved by 'lbr_iiwa_joint_7' of 'arm' and",
+    ),
+    "the arm's first link": (
+        tracking(node="arm.lbr_iiwa_link_1"),
+        "INVALID_ARGUMENT",
+        "it is moved by 'lbr_iiwa_joint_1' of 'arm', which the motion moves itself; name a node that exactly",
+    ),
+    "no window": (tracking(0.0), "INVALID_ARGUMENT", "tracking.window must say how far"),
+    "a window that is no number": (tracking(float("nan")), "INVALID_ARGUMENT", "tracking.window"),
+    "a speed that is no number": (tracking(fastest=float("inf")), "INVALID_ARGUMENT", "tracking.max_velocity"),
+    "a negative speed": (tracking(fastest=-0.1), "INVALID_ARGUMENT", "tracking.max_velocity must be 0"),
+    "a window out of reach": (tracking(3.0), "UNREACHABLE", "the arm cannot go along beyond"),
+}
+
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_what_cannot_be_followed_is_refused(cell: Stubs, what: str) -> None:
+    wish, reason, words = REFUSED[what]
+    request = motion_pb2.StartMotionRequest(moves=[to(cell, seen(cell) @ at(z=0.05))], tracking=wish)
+    with unchanged(cell):
+        told = refusal(lambda: go(cell, request))
+    assert told.reason == reason, told
+    assert words in told.message
+
+
+def test_a_place_that_cannot_be_followed_is_named(cell: Stubs) -> None:
+    request = motion_pb2.StartMotionRequest(moves=[to(cell, seen(cell) @ at(z=0.05))], tracking=tracking(3.0))
+    told = refusal(lambda: go(cell, request))
+    beyond = float(told.metadata["displacement"])
+    assert 0.1 < beyond < 3.0
+    assert float(told.metadata["tracked_position"]) == pytest.approx(beyond)
+    assert 0.0 <= float(told.metadata["fraction"]) <= 1.0
+    # Nearly so far it can.
+    request.tracking.window = beyond - 0.05
+    go(cell, request)
+
+
+def test_the_motion_may_not_move_the_belt_itself(cell: Stubs) -> None:
+    moves = [to(cell, seen(cell) @ at(z=0.05)), joints("conveyor", belt=1.0)]
+    told = refusal(lambda: go(cell, motion_pb2.StartMotionRequest(moves=moves, tracking=tracking())))
+    assert "it is moved by 'belt' of 'conveyor', which the motion moves itself" in told.message
+    told = refusal(lambda: go(cell, motion_pb2.StartMotionRequest(moves=moves[1:], tracking=tracking())))
+    assert told.reason == "INVALID_ARGUMENT"
+
+
+def test_a_turntable(cell: Stubs, rng: np.random.Generator) -> None:
+    """Poses on the table turn with it; what they do is the tool's line seen from it."""
+    here = state(cell, "arm").world_t_tcp.position
+    place = at(here.x + 0.35, here.y, here.z - 0.3)
+    limits = nodes_pb2.JointLimits(lower=-100.0, upper=100.0, velocity=1.0, acceleration=1.0, jerk=10.0)
+    axis = geometry_pb2.Vector3(z=1.0)
+    table = nodes_pb2.Joint(name="turn", type=nodes_pb2.JOINT_TYPE_CONTINUOUS, axis=axis, limits=limits)
+    apply(
+        cell,
+        create(nodes_pb2.Node(name="table", robot=nodes_pb2.Robot(), parent_t_node=pose(place))),
+        create(nodes_pb2.Node(name="table.top", parent="table", link=nodes_pb2.Link(joint=table))),
+        create(nodes_pb2.Node(name="fixture", parent="table.top", object=nodes_pb2.SceneObject())),
+    )
+    start(cell, joints("table", 0.3, turn=-50.0))
+    step(cell, 150)
+    first = seen(cell, "fixture")
+    move = linear("arm", first @ at(z=0.05))
+    move.linear.goal.reference = "fixture"
+    ask = go(cell, motion_pb2.StartMotionRequest(moves=[move], tracking=tracking(-0.8, 0.35, "fixture")))
+    offs = []
+    while (told := motion(cell, ask.id)).phase == RUNNING:
+        step(cell)
+        if told.progress > 0.0:
+            offs.append((np.linalg.inv(first) @ seen(cell, "fixture"))[:2, 3])
+    assert finished(cell, ask.id).phase == SUCCEEDED
+    assert np.abs(offs[:-1]).max() < 1e-5
+
+
+def test_refusals_are_calls_that_failed(cell: Stubs) -> None:
+    with pytest.raises(grpc.RpcError):
+        go(cell, motion_pb2.StartMotionRequest(tracking=tracking()))
