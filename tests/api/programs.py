@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import grpc
@@ -78,6 +78,7 @@ class Program:
             self.move_line,
             self.move_arc,
             self.move_tool,
+            self.move_program,
             self.steer,
             self.steer,
             self.step,
@@ -210,9 +211,11 @@ class Program:
             chosen = scene_pb2.SelectTool(robot="panda", tool=str(self.rng.choice(["hand", "hand", ""])))
             self.apply(scene_pb2.Command(select_tool=chosen))
 
-    def start(self, *moves: motion_pb2.Move) -> None:
+    def start(self, *moves: motion_pb2.Move, steps: Sequence[motion_pb2.ProgramStep] = ()) -> None:
         """Start a motion that goes on without a watch."""
-        request = motion_pb2.StartMotionRequest(moves=moves, on_disconnect=motion_pb2.DISCONNECT_POLICY_CONTINUE)
+        request = motion_pb2.StartMotionRequest(
+            moves=moves, steps=steps, on_disconnect=motion_pb2.DISCONNECT_POLICY_CONTINUE
+        )
         if answer := self.ask(self.stubs.motion.StartMotion, request):
             self.motions.append(answer.motion.id)
 
@@ -254,6 +257,29 @@ class Program:
         """Open or close the hand as a motion."""
         state = motion_pb2.ToolStateMove(tool="hand", state=str(self.rng.choice(["open", "closed"])))
         self.start(motion_pb2.Move(robot="panda", tool_state=state))
+
+    def move_program(self) -> None:
+        """Start a program of up to six steps: moves with zones, signals set and waited for, dwells."""
+        steps = []
+        for _ in range(self.rng.integers(1, 7)):
+            signal, value = f"signal{self.rng.integers(6)}", bool(self.rng.integers(2))
+            kind = self.rng.integers(5)
+            if kind < 2:
+                robot = str(self.rng.choice(["iiwa", "panda"]))
+                goal = motion_pb2.JointGoal(joint_positions=self.joint_positions(robot))
+                move = motion_pb2.Move(robot=robot, point_to_point=motion_pb2.PointToPoint(joints=goal))
+                percent = float(self.rng.uniform(5, 50)) if self.rng.random() < 0.5 else None
+                steps.append(motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=[move], blend_percent=percent)))
+            elif kind == 2:
+                steps.append(motion_pb2.ProgramStep(set_signal=motion_pb2.SetSignalStep(signal=signal, value=value)))
+            elif kind == 3:
+                condition = motion_pb2.SignalCondition(signal=signal, value=value)
+                wait = motion_pb2.WaitSignalStep(condition=condition, timeout_seconds=float(self.rng.uniform(0.1, 1)))
+                steps.append(motion_pb2.ProgramStep(wait_signal=wait))
+            else:
+                dwell = motion_pb2.DwellStep(seconds=float(self.rng.uniform(0.01, 0.5)))
+                steps.append(motion_pb2.ProgramStep(dwell=dwell))
+        self.start(steps=steps)
 
     def steer(self) -> None:
         """Pause, resume or cancel one of the last motions."""

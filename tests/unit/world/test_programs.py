@@ -1,0 +1,140 @@
+"""Programs in the world: replayed from the journal bit for bit, whatever happens to them, however time is stepped."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.motion.limits import JointLimits
+from virtualrobot_kernel.motion.plan import plan_ptp
+from virtualrobot_kernel.motion.program import Program, Stage, Wait
+from virtualrobot_kernel.planning.robots import world_poses
+from virtualrobot_kernel.world.clock import Clock, Mode
+from virtualrobot_kernel.world.commands import (
+    CancelMotion,
+    Command,
+    CreateSignal,
+    PauseMotion,
+    RemoveSignal,
+    ResumeMotion,
+    SetSignal,
+    SetSpeedFactor,
+    StartMotion,
+)
+from virtualrobot_kernel.world.journal import MemoryJournal, replay
+from virtualrobot_kernel.world.state import Signal, State
+from virtualrobot_kernel.world.store import World
+
+from tests.unit.world.builders import TICK, arm
+
+GUARD = 30.0
+NAMES = ("a", "b", "c")
+
+
+@pytest.fixture
+def world() -> Iterator[World]:
+    made = World(world_poses, MemoryJournal(), Clock(Mode.STEPPED, 1.0, round(TICK * 1e9)))
+    made.start()
+    yield made
+    made.close()
+
+
+def program(rng: np.random.Generator, state: State, joint: str, column: int) -> StartMotion:
+    """Return a program of one joint of the arm: moves with a mark, sets, waits and dwells in any order."""
+    one = {"lower": -2.0, "upper": 2.0, "velocity": 1.0, "acceleration": 4.0, "jerk": 40.0}
+    limits = JointLimits((joint,), **{name: np.array([value]) for name, value in one.items()})
+    at = start = float(state.q[column])
+    stages = []
+    for step in range(int(rng.integers(1, 8))):
+        here, name, value = ((0.0, step),), str(rng.choice(NAMES)), bool(rng.integers(2))
+        kind = rng.integers(5)
+        if kind < 2:
+            goal = float(rng.uniform(-1.0, 1.0))
+            plan = plan_ptp([at], [goal], limits)
+            mark = (float(rng.uniform(0.0, plan.duration)), name, value)
+            stages.append(Stage(plan, (0,), here, (mark,)))
+            at = goal
+        elif kind == 2:
+            stages.append(Stage(None, (), here, ((0.0, name, value),)))
+        else:
+            wait = Wait(float(rng.uniform(0.01, 0.2)), name if kind == 3 else "", value)
+            stages.append(Stage(None, (), here, wait=wait))
+    return StartMotion((("arm", joint),), Program(tuple(stages), np.array([start]), len(stages)))
+
+
+def steered(rng: np.random.Generator, state: State) -> Command:
+    """Return something that anyone may do while programs run."""
+    id = f"motion-{int(rng.integers(1, state.motion_count + 2))}"
+    choices: list[Command] = [
+        PauseMotion(id),
+        ResumeMotion(id),
+        ResumeMotion(id),
+        CancelMotion(id),
+        SetSignal(str(rng.choice(NAMES)), bool(rng.integers(2))),
+        SetSpeedFactor("", float(rng.uniform(0.05, 1.0))),
+        RemoveSignal("none"),
+    ]
+    return choices[int(rng.integers(len(choices)))]
+
+
+def test_a_run_is_replayed_bit_for_bit(world: World, rng: np.random.Generator) -> None:
+    first = world.snapshot
+    world.submit([arm(), *(CreateSignal(Signal(name, False)) for name in NAMES)]).result(GUARD)
+    seen: list[State] = []
+    world.listen(lambda: seen.append(world.snapshot.state))
+    for _ in range(200):
+        state = world.snapshot.state
+        moving = {name for motion in state.motions for _, name in motion.joints}
+        free = [(name, column) for column, name in enumerate("ab") if name not in moving]
+        if free and rng.random() < 0.5:
+            world.submit([program(rng, state, *free[0])]).result(GUARD)
+        else:
+            world.submit([steered(rng, state)]).exception(GUARD)
+        world.step(int(rng.integers(1, 80))).result(GUARD)
+    last = world.snapshot.state
+    again = replay(first.structure, first.state, world.journal.entries(), last.tick, TICK, world_poses).state
+    np.testing.assert_array_equal(again.q, last.q)
+    np.testing.assert_array_equal(again.v, last.v)
+    assert dict(again.signals) == dict(last.signals)
+    assert ends(again) == ends(last)
+    assert {one.cancellation.cause.name for one in last.ended if one.cancellation} >= {"CALL", "SIGNAL_TIMEOUT"}
+    # Whoever listens has seen every value of every signal, though most ticks were steps of many: alone or together,
+    # the ticks give the same.
+    told = [dict(one.signals) for one in seen]
+    slowly = World(world_poses, MemoryJournal(), Clock(Mode.STEPPED, 1.0, round(TICK * 1e9)))
+    slowly.start()
+    every = []
+    slowly.listen(lambda: every.append(dict(slowly.snapshot.state.signals)))
+    for entry in world.journal.entries():
+        while slowly.snapshot.state.tick < entry.tick:
+            slowly.step(1).result(GUARD)
+        slowly.submit(entry.commands).result(GUARD)
+    while slowly.snapshot.state.tick < last.tick:
+        slowly.step(1).result(GUARD)
+    slowly.close()
+    assert changes(told) == changes(every)
+
+
+def ends(state: State) -> list[tuple[object, ...]]:
+    """Return how each motion is doing, or how it ended."""
+    return [(one.id, one.running.phase, one.end_tick, one.cancellation) for one in (*state.ended, *state.motions)]
+
+
+def changes(values: list[dict[str, Signal]]) -> list[dict[str, bool]]:
+    """Return the values of the signals without those that are the same as before."""
+    plain = [{name: signal.value for name, signal in one.items()} for one in values if len(one) == len(NAMES)]
+    return [now for place, now in enumerate(plain) if place == 0 or now != plain[place - 1]]
+
+
+def test_limits_that_have_shrunk_since_the_planning_refuse_every_stop(world: World, rng: np.random.Generator) -> None:
+    """A goal in the middle of the program counts, not the last one only."""
+    world.submit([arm()]).result(GUARD)
+    one = {"lower": -9.0, "upper": 9.0, "velocity": 1.0, "acceleration": 4.0, "jerk": 40.0}
+    limits = JointLimits(("a",), **{name: np.array([value]) for name, value in one.items()})
+    there, back = plan_ptp([0.0], [2.5], limits), plan_ptp([2.5], [0.0], limits)
+    stages = tuple(Stage(plan, (0,), ((0.0, step),)) for step, plan in enumerate((there, back)))
+    refused = world.submit([StartMotion((("arm", "a"),), Program(stages, np.zeros(1), 2))]).exception(GUARD)
+    assert isinstance(refused, KernelError)
+    assert (refused.metadata["joint"], refused.metadata["value"]) == ("a", "2.5")
