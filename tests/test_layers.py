@@ -54,6 +54,10 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{SDK}/compiled": ("virtualrobot_sdk", "numpy", "numba", "platformdirs"),
     f"{SDK}/testing": ("virtualrobot_sdk", "numpy", "click", "psutil", "pytest"),
     PLUGINS: ("virtualrobot_plugins", "virtualrobot_sdk", "numpy"),
+    f"{PLUGINS}/arm_angle": (
+        *("virtualrobot_plugins.arm_angle", "virtualrobot_plugins.closed_form", "virtualrobot_plugins.chain"),
+        *("virtualrobot_sdk", "numpy", "numba"),
+    ),
     f"{PLUGINS}/chain": ("virtualrobot_plugins.chain", "virtualrobot_sdk", "numpy", "numba"),
     # EAIK has the closed forms; what they give is polished by the numeric solver.
     f"{PLUGINS}/closed_form": (

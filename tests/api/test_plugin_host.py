@@ -191,4 +191,4 @@ def test_settings_of_a_component_cross_the_wire_as_they_are(arm: Robot) -> None:
     for settings in ({"make": [[["x"]]] * 1000}, {"x" * 100_000: 1}, {"make": {"a": {"b": {}}}}):
         with pytest.raises(InvalidArgumentError, match="setting"):
             arm.set_kinematics("odd", settings)
-    assert arm.kinematics == "chain"
+    assert arm.kinematics == "arm_angle"

@@ -25,7 +25,7 @@ MOST_TURNS = 3
 SHOULDER, ELBOW, WRIST, LOOSE = 1, 2, 4, 8
 """What an answer may be: at a singularity of that name, or with angles that need polish."""
 _SLACK = 1e-10
-_TURN_BITS = 9
+_TURN_BITS = 8
 _TURN_ZERO = 1 << (_TURN_BITS - 1)
 
 Codes = np.ndarray[Any, np.dtype[np.int64]]
@@ -143,6 +143,23 @@ def _branch(f: Floats, numbers: Floats, w: int, e: int) -> tuple[int, int]:
             number += 1
         if abs(bent) < SINGULAR:
             flags |= WRIST
+    return number, flags
+
+
+@inlined
+def _signed_branch(q: Floats, numbers: Floats) -> tuple[int, int]:
+    """Return the branch's number and singularities of an arm of seven axes, from joints 2, 4 and 6."""
+    shoulder = math.sin(q[1] - numbers[0])
+    elbow = math.sin(q[3] - numbers[1])
+    wrist = math.sin(q[5] - numbers[2])
+    number = (4 if shoulder < 0.0 else 0) + (2 if elbow < 0.0 else 0) + (1 if wrist < 0.0 else 0)
+    flags = 0
+    if abs(shoulder) < SINGULAR:
+        flags |= SHOULDER
+    if abs(elbow) < SINGULAR:
+        flags |= ELBOW
+    if abs(wrist) < SINGULAR:
+        flags |= WRIST
     return number, flags
 
 
@@ -291,7 +308,10 @@ def _find(
             continue
         number = 0
         if named:
-            number, more = _branch(f, numbers, wrist_frame, elbow_frame)
+            if n == 7:
+                number, more = _signed_branch(q, numbers)
+            else:
+                number, more = _branch(f, numbers, wrist_frame, elbow_frame)
             flags |= more
         before = branches
         branches, clash = _place(kept, kept_number, branches, q, number, seed, named)

@@ -28,6 +28,18 @@ class Axes(NamedTuple):
 
 def check_joints(chain: SerialChain) -> None:
     """Raise ArgumentError unless the chain has one to six turning joints, each with a coordinate of its own."""
+    check_own_joints(chain)
+    n = len(chain.joint_names)
+    if n > MOST_JOINTS:
+        raise ArgumentError(
+            f"the arm has {n} joints ({', '.join(chain.joint_names)}), so that a pose has endlessly many postures; the "
+            f"closed form is for at most {MOST_JOINTS}",
+            joints=n,
+        )
+
+
+def check_own_joints(chain: SerialChain) -> None:
+    """Raise ArgumentError unless the chain has joints, all of them turn, and each has a coordinate of its own."""
     n = len(chain.pre)
     names = chain.joint_names
     for i in range(n):
@@ -38,12 +50,6 @@ def check_joints(chain: SerialChain) -> None:
         raise ArgumentError("several joints follow one coordinate; the closed form is for joints that move freely")
     if n == 0 or (chain.multiplier != 1.0).any() or (chain.offset != 0.0).any():
         raise ArgumentError("the closed form is for joints whose positions are the coordinates themselves")
-    if n > MOST_JOINTS:
-        raise ArgumentError(
-            f"the arm has {n} joints ({', '.join(names)}), so that a pose has endlessly many postures; the closed form "
-            f"is for at most {MOST_JOINTS}",
-            joints=n,
-        )
 
 
 def axes_of(chain: SerialChain) -> Axes:

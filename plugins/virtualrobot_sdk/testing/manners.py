@@ -125,6 +125,7 @@ def _nonsense(chain: SerialChain, q: Floats, target: Floats) -> Iterator[tuple[s
         yield "inverse", (value, InverseOptions(seed=q)), f"a target with {what}"
     yield "inverse", (target, InverseOptions(seed=q, position_tolerance=-1.0)), "a negative position_tolerance"
     yield "inverse", (target, InverseOptions(seed=q, rotation_tolerance=float("nan"))), "a rotation_tolerance of NaN"
+    yield "inverse", (target, InverseOptions(seed=q, arm_angle=float("nan"))), "an arm angle of NaN"
 
 
 def _with(array: Floats, value: float) -> Floats:

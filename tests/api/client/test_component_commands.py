@@ -25,14 +25,14 @@ def test_plugins_are_shown_with_their_components(run: Run, iiwa: Robot) -> None:
     iiwa.solve_inverse(iiwa.tcp)
     shown = run("plugins")
     assert re.search(r"^\w+ \S+ \(virtualrobot\)  loaded$", shown, re.MULTILINE)
-    assert re.search(r"^  kinematics  chain +in process .*\n    for iiwa: ", shown, re.MULTILINE)
+    assert re.search(r"^  kinematics  arm_angle +in process .*\n    for iiwa: ", shown, re.MULTILINE)
     assert re.search(r"^  importer +xacro +process, 60 s a call +\.xacro", shown, re.MULTILINE)
     assert "arguments: object" not in shown
     assert "    arguments: object" in run("plugins", "--settings", "--reload")
 
 
 def test_kinematics_are_shown_and_swapped(run: Run, client: Client, iiwa: Robot) -> None:
-    assert run("kinematics", "iiwa") == "chain\n"
+    assert run("kinematics", "iiwa") == "arm_angle\n"
     check = run("kinematics", "iiwa", "chain")
     assert re.fullmatch(
         r"\d+ postures .*\nforward .* m .* rad .* ms\ninverse .* m .* rad .* ms\njacobian, relative .* ms\n", check

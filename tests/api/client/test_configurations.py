@@ -29,7 +29,8 @@ def puma(client: Client) -> Robot:
 
 def test_a_robot_gets_the_closed_form_where_its_geometry_has_one(client: Client, puma: Robot, tmp_path: Path) -> None:
     assert puma.kinematics == "closed_form"
-    assert client.load_robot(IIWA, name="iiwa").kinematics == "chain", "seven joints"
+    assert client.load_robot(IIWA, name="iiwa").kinematics == "arm_angle", "seven joints"
+    assert client.load_robot("model://panda", name="panda").kinematics == "chain", "no spherical wrist"
     client.scene.save(tmp_path / "cell.yaml")
     assert "kinematics:" not in (tmp_path / "cell.yaml").read_text(), "what was found is not what was chosen"
     puma.set_kinematics("chain")
@@ -66,9 +67,9 @@ def test_a_configuration_that_there_is_not_is_refused_with_the_valid_ones(client
         with pytest.raises(virtualrobot.InvalidArgumentError, match="'left up noflip'") as refusal:
             call(puma.tcp, configuration="elbow up")
         assert set(refusal.value.metadata["valid"].split(", ")) == NAMES
-    iiwa = client.load_robot(IIWA, name="iiwa")
+    panda = client.load_robot("model://panda", name="panda")
     with pytest.raises(virtualrobot.InvalidArgumentError, match="names none"):
-        iiwa.solve_inverse(iiwa.tcp, configuration="left up noflip")
+        panda.solve_inverse(panda.tcp, configuration="left up noflip")
 
 
 def test_joints_and_lines_take_no_configuration(puma: Robot) -> None:
