@@ -16,9 +16,9 @@ import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason
 from virtualrobot_kernel.motion import online
-from virtualrobot_kernel.motion.limits import JointLimits, checked_joints
+from virtualrobot_kernel.motion.limits import TOLERANCE, JointLimits, checked_joints
 from virtualrobot_kernel.motion.moving import ENDED, NOTHING, Given, Phase
-from virtualrobot_kernel.motion.online import JointState, Way
+from virtualrobot_kernel.motion.online import Bounds, Coupling, JointState, Way
 from virtualrobot_kernel.motion.polynomial import Array
 
 AHEAD_SECONDS = 0.05
@@ -55,7 +55,7 @@ class Following:
     """
 
     mode: SetpointMode
-    limits: JointLimits
+    bounds: Bounds
     timeout: float
     phase: Phase
     now: JointState
@@ -69,6 +69,11 @@ class Following:
     ahead: tuple[float, ...]
     closed: bool = False
     fault: tuple[str, str] | None = None
+
+    @property
+    def limits(self) -> JointLimits:
+        """The limits of the joints themselves."""
+        return self.bounds.joints
 
     @property
     def ended(self) -> bool:
@@ -120,6 +125,8 @@ class Following:
             self._check_velocities(wanted)
         else:
             self.limits.check(np.array(wanted), "a setpoint is refused")
+            for coupling in self.bounds.couplings:
+                _check_coupling(coupling, wanted, "a setpoint is refused")
             self._check_jump(wanted)
         return replace(self, newest=wanted, fresh=True)
 
@@ -146,14 +153,14 @@ class Following:
         greatest = (self.limits.velocity * override).tolist()
         if self.mode is SetpointMode.VELOCITY:
             wanted = [max(-most, min(most, value)) for value, most in zip(self.counted, greatest, strict=True)]
-            return online.follow_velocities(self.now, wanted, self.limits, greatest, dt)
+            return online.follow_velocities(self.now, wanted, self.bounds, greatest, dt)
         lower, upper = self.limits.lower.tolist(), self.limits.upper.tolist()
         origin = [max(least, min(most, place)) for least, most, place in zip(lower, upper, self.goal, strict=True)]
         drift = [
             max(-MOST_DRIFT * most, min(MOST_DRIFT * most, speed)) if inside == place else 0.0
             for speed, most, inside, place in zip(self.drift, greatest, origin, self.goal, strict=True)
         ]
-        return online.follow_positions(self.now, origin, drift, self.limits, greatest, dt)
+        return online.follow_positions(self.now, origin, drift, self.bounds, greatest, dt)
 
     def pause(self) -> Following:
         """Return the motion slowing to standstill; a pausing or paused one as it is.
@@ -283,15 +290,38 @@ class Following:
             raise KernelError(f"the motion {doing} and cannot be {what}", reason=Reason.WRONG_STATE)
 
 
-def start(mode: SetpointMode, limits: JointLimits, q: Sequence[float] | Array, timeout: float) -> Following:
+def _check_coupling(coupling: Coupling, q: Sequence[float], what: str) -> None:
+    value = coupling.value(q)
+    room = TOLERANCE * max(1.0, *(abs(ratio) for _, ratio in coupling.terms))
+    if not coupling.lower - room <= value <= coupling.upper + room:
+        raise LimitError(
+            f"{what}: the actuator {coupling.name!r} would be at {value:.6g}, its limits are {coupling.lower:.6g} to "
+            f"{coupling.upper:.6g}",
+            actuator=coupling.name,
+            value=value,
+            lower=coupling.lower,
+            upper=coupling.upper,
+        )
+
+
+def start(
+    mode: SetpointMode,
+    limits: JointLimits,
+    q: Sequence[float] | Array,
+    timeout: float,
+    couplings: Sequence[Coupling] = (),
+) -> Following:
     """Return the motion at its start: at rest at `q` (k,), which is its first setpoint (a velocity of 0).
 
-    Raises LimitError when a joint is outside its limits, KernelError when the timeout is not finite and above 0.
+    Raises LimitError when a joint or an actuator is outside its limits, KernelError when the timeout is not finite and
+    above 0.
     """
     places = checked_joints(q, len(limits.names), "the start")
     limits.check(places, "setpoints cannot be followed from here")
     if not 0.0 < timeout < float("inf"):
         raise KernelError(f"the timeout of setpoints must be finite and above 0, not {timeout}", value=timeout)
+    for coupling in couplings:
+        _check_coupling(coupling, places.tolist(), "setpoints cannot be followed from here")
     # Joints may be outside their limits by rounding; there they begin.
     limits = replace(limits, lower=np.minimum(limits.lower, places), upper=np.maximum(limits.upper, places))
     at = tuple(places.tolist())
@@ -299,7 +329,7 @@ def start(mode: SetpointMode, limits: JointLimits, q: Sequence[float] | Array, t
     first = rest if mode is SetpointMode.VELOCITY else at
     return Following(
         mode=mode,
-        limits=limits,
+        bounds=Bounds(limits, tuple(couplings)),
         timeout=float(timeout),
         phase=Phase.RUNNING,
         now=JointState(at, rest, rest),

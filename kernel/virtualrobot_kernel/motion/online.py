@@ -53,21 +53,39 @@ class _Leg(NamedTuple):
         return states
 
 
+class Coupling(NamedTuple):
+    """Limits of an actuator that moves several joints: lower <= sum of ratio times joint <= upper."""
+
+    name: str
+    terms: tuple[tuple[int, float], ...]
+    """(Column, ratio)."""
+    lower: float
+    upper: float
+
+    def value(self, q: Sequence[float]) -> float:
+        """Return the sum for joints q (k,)."""
+        return sum(ratio * q[column] for column, ratio in self.terms)
+
+
+class Bounds(NamedTuple):
+    """What joints keep: their own limits and those of actuators that move several of them."""
+
+    joints: JointLimits
+    couplings: tuple[Coupling, ...] = ()
+
+
 class Way(NamedTuple):
     """A way of k joints that can be ended at every moment within their position limits."""
 
-    leg: _Leg
-    instead: _Leg | None
-    chosen: tuple[bool, ...]
+    legs: tuple[_Leg, ...]
+    chosen: Sequence[int]
+    """Which of the legs each joint goes."""
     limits: JointLimits
 
     def at(self, time: float) -> JointState:
         """Return where the joints are `time` seconds from now."""
-        states = self.leg.at(time)
-        if self.instead is not None:
-            others = self.instead.at(time)
-            states = [other if take else one for one, other, take in zip(states, others, self.chosen, strict=True)]
-        q, v, a = zip(*states, strict=True)
+        states = [leg.at(time) for leg in self.legs]
+        q, v, a = zip(*(states[leg][joint] for joint, leg in enumerate(self.chosen)), strict=True)
         lower, upper = self.limits.lower.tolist(), self.limits.upper.tolist()
         # Rounding may lead past a limit by as much as a float's last places.
         return JointState(tuple(map(min, map(max, q, lower), upper)), v, a)
@@ -75,29 +93,30 @@ class Way(NamedTuple):
 
 def brake(now: JointState, limits: JointLimits) -> Way:
     """Return the fastest way to standstill."""
-    return Way(_brake(now, limits), None, (), limits)
+    return Way((_brake(now, limits),), (0,) * len(now.q), limits)
 
 
 def follow_velocities(
-    now: JointState, wanted: Sequence[float], limits: JointLimits, greatest: Sequence[float], dt: float
+    now: JointState, wanted: Sequence[float], bounds: Bounds, greatest: Sequence[float], dt: float
 ) -> Way:
     """Return the fastest way to the velocities `wanted` (k,), and to a rest at the limit where one is near.
 
     `greatest` (k,) are the velocities that hold now; a joint that is faster slows down. The way is for `dt` seconds.
     """
+    limits = bounds.joints
     leg = _to_velocities(now, wanted, limits)
     goals = [
         (upper if speed > 0.0 else lower)
         for speed, lower, upper in zip(wanted, limits.lower, limits.upper, strict=True)
     ]
-    return _within_limits(now, leg, goals, limits, greatest, dt)
+    return _within_limits(now, leg, goals, bounds, greatest, dt)
 
 
 def follow_positions(
     now: JointState,
     origin: Sequence[float],
     drift: Sequence[float],
-    limits: JointLimits,
+    bounds: Bounds,
     greatest: Sequence[float],
     dt: float,
 ) -> Way:
@@ -107,39 +126,61 @@ def follow_positions(
     could no longer be ended within the joint's limits, it is the fastest way to a rest at `origin`. `drift` is slower
     than `greatest` (k,), the velocities that hold now; a joint that is faster slows down. The way is for `dt` seconds.
     """
-    leg = _to_rest(now, origin, drift, limits, greatest)
-    return brake(now, limits) if leg is None else _within_limits(now, leg, origin, limits, greatest, dt)
+    leg = _to_rest(now, origin, drift, bounds.joints, greatest)
+    return brake(now, bounds.joints) if leg is None else _within_limits(now, leg, origin, bounds, greatest, dt)
 
 
 def _within_limits(
     now: JointState,
     leg: _Leg,
     rests: Sequence[float],
-    limits: JointLimits,
+    bounds: Bounds,
     greatest: Sequence[float],
     dt: float,
 ) -> Way:
     """Return the way by `leg`, but to a rest at `rests` (k,) for joints that could not stop within limits after `dt`.
 
     By induction every joint could stop within its limits now. The fastest way to a rest within them never leaves them:
-    it turns back no later than the brake does.
+    it turns back no later than the brake does. Joints that an actuator couples brake all when one of them would leave
+    its limits, or they together the actuator's.
     """
+    limits = bounds.joints
     q, v, a = (list(values) for values in zip(*leg.at(dt), strict=True))
     extrema = _brake(JointState(tuple(q), tuple(v), tuple(a)), limits).trajectory.position_extrema
-    leaves = []
-    for before, after, bound, lower, upper, acceleration in zip(
-        now.q, q, extrema, limits.lower.tolist(), limits.upper.tolist(), limits.acceleration.tolist(), strict=True
-    ):
-        # Where it turns round between two ticks, it has been farther than at both by at most this.
-        between = acceleration * dt * dt / 8.0
-        lowest = min(after + bound.min, min(before, after) - between)
-        highest = max(after + bound.max, max(before, after) + between)
-        leaves.append(lowest < lower or highest > upper)
-    if not any(leaves):
-        return Way(leg, None, (), limits)
-    goals = [goal if leave else place for goal, place, leave in zip(rests, now.q, leaves, strict=True)]
-    instead = _to_rest(now, goals, [0.0] * len(goals), limits, greatest) or _brake(now, limits)
-    return Way(leg, instead, tuple(leaves), limits)
+    chosen, spans = [], []
+    for joint, (lower, upper) in enumerate(zip(limits.lower.tolist(), limits.upper.tolist(), strict=True)):
+        between = 0.0
+        if now.v[joint] * v[joint] < 0.0:
+            # Where it turned round between the ticks, it has been farther than at both by at most this,
+            between = float(limits.acceleration[joint]) * dt**2 / 8.0
+        elif now.v[joint] or now.a[joint]:
+            # and where it turned twice by this; from standstill it doesn't turn.
+            between = float(limits.jerk[joint]) * dt**3 / 12.0
+        lowest = min(now.q[joint], q[joint] + extrema[joint].min) - between
+        highest = max(now.q[joint], q[joint] + extrema[joint].max) + between
+        chosen.append(1 if lowest < lower or highest > upper else 0)
+        spans.append((lowest, highest))
+    for _ in bounds.couplings:
+        for coupling in bounds.couplings:
+            columns = [column for column, _ in coupling.terms]
+            if any(chosen[column] for column in columns) or _leaves(coupling, spans):
+                for column in columns:
+                    chosen[column] = 2
+    if not any(chosen):
+        return Way((leg,), chosen, limits)
+    goals = [goal if choice == 1 else place for goal, place, choice in zip(rests, now.q, chosen, strict=True)]
+    braking = _brake(now, limits)
+    instead = _to_rest(now, goals, [0.0] * len(goals), limits, greatest) or braking
+    return Way((leg, instead, braking), chosen, limits)
+
+
+def _leaves(coupling: Coupling, spans: Sequence[tuple[float, float]]) -> bool:
+    """Return whether an actuator may leave its limits while each joint is somewhere in its span of positions.
+
+    As the joints brake, what is left of their spans becomes smaller: so they can stop within the limits then, too.
+    """
+    ways = [(ratio * spans[column][0], ratio * spans[column][1]) for column, ratio in coupling.terms]
+    return sum(map(min, ways)) < coupling.lower or sum(map(max, ways)) > coupling.upper
 
 
 def _brake(now: JointState, limits: JointLimits) -> _Leg:

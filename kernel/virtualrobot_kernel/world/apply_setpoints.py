@@ -10,6 +10,8 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion import follow
 from virtualrobot_kernel.motion.follow import Following
 from virtualrobot_kernel.motion.limits import JointLimits
+from virtualrobot_kernel.motion.online import Coupling
+from virtualrobot_kernel.world.actuators import actuators_of
 from virtualrobot_kernel.world.apply_motions import replaced, running_motion
 from virtualrobot_kernel.world.change import Change, Forward, joint_places, refuse_while_moving, single_joint
 from virtualrobot_kernel.world.commands import EndSetpoints, SetSetpoint, StartFollowing
@@ -24,7 +26,7 @@ def start_following(change: Change, command: StartFollowing, forward: Forward) -
     names = command.joint_names
     if not names or len(set(names)) != len(names):
         raise KernelError(f"setpoints of {node.name!r} need joints, each once, not {list(names)}", robot=node.name)
-    limits = _limits(structure, node, names)
+    limits, couplings = _limits(structure, node, names)
     joints = tuple((node.uid, name) for name in names)
     refuse_while_moving(change, node, set(joints))
     q_index, v_index = joint_places(structure, joints)
@@ -35,7 +37,7 @@ def start_following(change: Change, command: StartFollowing, forward: Forward) -
         joints=joints,
         q_index=q_index,
         v_index=v_index,
-        running=follow.start(command.mode, limits, state.q[q_index], command.timeout),
+        running=follow.start(command.mode, limits, state.q[q_index], command.timeout, couplings),
         start_tick=state.tick,
     )
     state = replace(state, motions=(*state.motions, motion), motion_count=state.motion_count + 1)
@@ -64,10 +66,32 @@ def _following(motion: Motion) -> Following:
     return motion.running
 
 
-def _limits(structure: Structure, node: Node, names: tuple[str, ...]) -> JointLimits:
+def _limits(structure: Structure, node: Node, names: tuple[str, ...]) -> tuple[JointLimits, list[Coupling]]:
+    """Return the limits of joints, and of the actuators that move one of them, and those of the other actuators."""
     limits = [single_joint(structure, node, name)[0].limits for name in names]
     columns = {
         field: np.array([getattr(one, field) for one in limits])
         for field in ("lower", "upper", "velocity", "acceleration", "jerk")
     }
-    return JointLimits(names, **columns)
+    couplings = []
+    for actuator in actuators_of(node):
+        terms = tuple((names.index(joint), ratio) for joint, ratio in actuator.terms if joint in names)
+        lower, upper = actuator.lower - actuator.offset, actuator.upper - actuator.offset
+        if not terms or not np.isfinite([lower, upper]).any():
+            continue
+        if len(terms) < len(actuator.terms):
+            joints = " and ".join(repr(joint) for joint, _ in actuator.terms)
+            raise KernelError(
+                f"the actuator {actuator.name!r} of {node.name!r} moves {joints} together and has limits; give "
+                "setpoints for all of them",
+                robot=node.name,
+                actuator=actuator.name,
+            )
+        if len(terms) == 1:
+            column, ratio = terms[0]
+            ends = sorted((lower / ratio, upper / ratio))
+            columns["lower"][column] = max(columns["lower"][column], ends[0])
+            columns["upper"][column] = min(columns["upper"][column], ends[1])
+        else:
+            couplings.append(Coupling(actuator.name, terms, lower, upper))
+    return JointLimits(names, **columns), couplings

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterator
 
 import numpy as np
@@ -10,7 +11,7 @@ from virtualrobot_kernel.errors import KernelError, LimitError, Reason
 from virtualrobot_kernel.motion.follow import AHEAD_SECONDS, SMOOTHING_SECONDS, Following, SetpointMode, start
 from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.moving import Phase
-from virtualrobot_kernel.motion.online import JointState
+from virtualrobot_kernel.motion.online import Coupling, JointState
 
 from .motions import TICK, random_limits
 
@@ -90,6 +91,34 @@ def test_a_joint_stops_at_its_limit_by_itself_and_leaves_it_again(rng: np.random
         check_limits(following, limits)
         following = following.advance(TICK, 1.0)
     assert np.all(np.sign(following.now.v) == -np.sign(wanted))
+
+
+@pytest.mark.parametrize("mode", SetpointMode)
+def test_joints_of_one_actuator_keep_its_limits_together(mode: SetpointMode, rng: np.random.Generator) -> None:
+    """As the rods of a palletizer do: the sum of two joints has limits of its own."""
+    limits = random_limits(rng, 3)
+    ratio = rng.choice([-1.0, 1.0]) * rng.uniform(0.5, 2.0)
+    rods = Coupling("rods", ((0, 1.0), (2, ratio)), -0.5, 0.6)
+    bound = np.array([1.0, 0.0, ratio])
+    following = start(mode, limits, np.zeros(3), 1e9, [rods])
+    for _ in range(500):
+        wanted = near(following, rng)
+        if rng.random() < 0.05 or mode is POSITION:
+            with contextlib.suppress(LimitError):
+                following = following.set(wanted.tolist())
+        check_limits(following, limits)
+        for state in samples(following):
+            assert -0.5 <= bound @ state.q <= 0.6
+        following = following.advance(TICK, 1.0)
+    if mode is VELOCITY:  # they get to both limits, and away from the first one
+        for direction in (1.0, -1.0):
+            following = following.set((direction * limits.velocity * np.sign(bound)).tolist())
+            for _ in range(600):
+                following = following.advance(TICK, 1.0)
+            assert bound @ following.now.q == pytest.approx(0.6 if direction > 0.0 else -0.5, abs=2e-3)
+    else:
+        with pytest.raises(LimitError, match="the actuator 'rods' would be at"):
+            following.set([1.0, 0.0, float(np.sign(ratio))])
 
 
 def test_velocities_are_reached_exactly() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason, UnknownNameError
@@ -26,6 +28,7 @@ from virtualrobot_kernel.world.commands import (
 )
 from virtualrobot_kernel.world.journal import Entry, replay
 from virtualrobot_kernel.world.state import CancelCause, Motion
+from virtualrobot_kernel.world.structure import Actuator, RobotData
 from virtualrobot_kernel.world.tick import advance
 
 from tests.unit.world.builders import after, arm, empty
@@ -141,6 +144,36 @@ def test_a_stream_goes_on_when_its_robot_is_renamed(cell: Change) -> None:
     change = after(cell, StartFollowing("arm", ("a",), VELOCITY, 0.2), UpdateNode("arm", new_name="other"))
     change = ticked(after(change, SetSetpoint("motion-1", (0.5,))), 10)
     assert change.state.v[0] > 0.0
+
+
+def test_actuators_keep_their_limits(cell: Change) -> None:
+    """A gear of joint `b` alone, and rods that move `a` and `b` together."""
+    gear, rods = (
+        Actuator("gear", (("b", -100.0),), 5.0, -45.0, 55.0),
+        Actuator("rods", (("a", 1.0), ("b", 1.0)), upper=0.8),
+    )
+    robot = cell.structure.node("arm")
+    assert isinstance(robot.data, RobotData)
+    geared = after(cell, UpdateNode("arm", data=replace(robot.data, actuators=(gear, rods))))
+    with pytest.raises(KernelError, match="'rods' of 'arm' moves 'a' and 'b' together") as refused:
+        after(geared, StartFollowing("arm", ("a",), VELOCITY, 0.2))
+    assert refused.value.metadata["actuator"] == "rods"
+    change = after(geared, StartFollowing("arm", ("a", "b"), VELOCITY, 1e9), SetSetpoint("motion-1", (-0.1, 0.9)))
+    change = ticked(change, 1000)
+    assert change.state.q[1] == pytest.approx(0.5, abs=2e-3), "the gear's -45 is at 0.5 rad"
+    assert change.state.q[1] <= 0.5
+    change = ticked(after(change, SetSetpoint("motion-1", (0.9, 0.0))), 1000)
+    assert change.state.q[:2].sum() == pytest.approx(0.8, abs=2e-3)
+    assert change.state.q[:2].sum() <= 0.8
+    follow = after(geared, StartFollowing("arm", ("a", "b"), POSITION, 1e9))
+    change = ticked(after(follow, SetSetpoint("motion-1", (0.04, 0.04))), 500)
+    for _ in range(80):
+        place = change.state.q[:2] + 0.01
+        if place.sum() > 0.8 or place[1] > 0.5:
+            break
+        change = ticked(after(change, SetSetpoint("motion-1", tuple(place.tolist()))), 20)
+    with pytest.raises(LimitError, match="the actuator 'rods' would be at 0\\.8"):
+        after(change, SetSetpoint("motion-1", (0.41, 0.41)))
 
 
 def test_a_run_with_setpoints_is_replayed_bit_for_bit(cell: Change, rng: np.random.Generator) -> None:
