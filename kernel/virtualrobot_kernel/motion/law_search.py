@@ -223,9 +223,9 @@ def _range_min(values: Array, first: NDArray[np.intp], last: NDArray[np.intp]) -
     widths = last - first + 1
     level = np.frexp(widths)[1] - 1
     found = np.empty(len(widths))
-    for k in np.unique(level):
+    for k, table in enumerate(tables):
         at = level == k
-        found[at] = np.minimum(tables[k][first[at]], tables[k][last[at] + 1 - 2**k])
+        found[at] = np.minimum(table[first[at]], table[last[at] + 1 - 2**k])
     return found
 
 

@@ -11,7 +11,7 @@ from virtualrobot_kernel.motion.bounds import JointBound, TcpBound, TimeLaw
 from virtualrobot_kernel.motion.law_search import cells_of, longest_window, search, spend
 from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
-from virtualrobot_kernel.motion.rates import Rate, joint_rates, stretch_needed, tcp_rate
+from virtualrobot_kernel.motion.rates import Rate, greatest_stretch, joint_rates, stretch_needed, tcp_rate
 from virtualrobot_kernel.motion.time_optimal import time_optimal_law
 
 #: By how much slower than by its fine grid a law is.
@@ -75,16 +75,22 @@ def _jerk_limited(rates: Sequence[Rate]) -> PiecewisePolynomial:
 
 def _kept(law: PiecewisePolynomial, rates: Sequence[Rate]) -> PiecewisePolynomial:
     """Return the law as fast as the limits of the rates allow, by a fine grid and a margin for what lies between."""
-    law = _stretched(law, rates, _FINE)
-    return law.stretched(law.end * _MARGIN)
+    need = greatest_stretch(rates, law, _fine_grid(law, rates))
+    return law.stretched(law.end * need * _MARGIN)
 
 
 def _stretched(law: PiecewisePolynomial, rates: Sequence[Rate], points: int) -> PiecewisePolynomial:
     return law.stretched(law.end * float(stretch_needed(rates, law, _grid(law, rates, points)).max()))
 
 
+def _fine_grid(law: PiecewisePolynomial, rates: Sequence[Rate]) -> Array:
+    return np.sort(np.concatenate([np.linspace(law.start, law.end, _FINE), _grid(law, rates, _FINE)]))
+
+
 def _grid(law: PiecewisePolynomial, rates: Sequence[Rate], points: int) -> Array:
-    """Return increasing nominal times that cover the law, both sides of each of its breaks included."""
-    breaks = law.breaks
-    points = max(points, 8 * sum(len(rate.polynomial.coefficients) for rate in rates))
-    return np.sort(np.concatenate([np.linspace(breaks[0], breaks[-1], points), breaks, np.nextafter(breaks, -np.inf)]))
+    """Return increasing nominal times: both sides of each break of the law, and places all along the path."""
+    breaks, edges = law.breaks, rates[0].polynomial.breaks
+    each = max(4, points // len(edges))
+    places = (edges[:-1, None] + np.diff(edges)[:, None] * (np.arange(each) / each)).ravel()
+    taus = np.interp(places, law.evaluate(breaks)[:, 0], breaks)
+    return np.sort(np.concatenate([taus, breaks, np.nextafter(breaks, -np.inf)]))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from math import comb, perm
+from math import comb, factorial, perm
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -102,15 +102,19 @@ class PiecewisePolynomial:
         inside = (x >= self.breaks[0]) & (x <= self.breaks[-1])
         piece = np.clip(np.searchsorted(self.breaks, x, side="right") - 1, 0, len(self.coefficients) - 1)
         local = np.clip(x, self.breaks[0], self.breaks[-1]) - self.breaks[piece]
-        terms = self.coefficients.shape[1]
-        powers = np.ones((len(x), terms))
-        np.cumprod(np.broadcast_to(local[:, None], (len(x), terms - 1)), axis=1, out=powers[:, 1:])
-        basis = np.zeros((len(x), order + 1, terms))
-        for k in range(min(order + 1, terms)):
-            factors = [float(perm(i, k)) for i in range(k, terms)]
-            basis[:, k, k:] = powers[:, : terms - k] * factors
-        basis[~inside, 1:, :] = 0.0
-        return np.matmul(basis, self.coefficients[piece]).transpose(1, 0, 2)
+        found = np.zeros((order + 1, len(x), self.dimension))
+        local = local[:, None]
+        # Horner's scheme for a polynomial and its derivatives over k!, a term at a time for all parameters.
+        for terms in self.coefficients.transpose(1, 0, 2)[::-1]:
+            for k in range(order, 0, -1):
+                found[k] *= local
+                found[k] += found[k - 1]
+            found[0] *= local
+            found[0] += terms[piece]
+        for k in range(2, order + 1):
+            found[k] *= factorial(k)
+        found[1:, ~inside] = 0.0
+        return found
 
     def scalar_state(self, x: float) -> tuple[float, float, float]:
         """Return value, first and second derivative of a function with one component, as plain floats."""

@@ -22,6 +22,9 @@ from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 #: this many m or rad for one of the parameter where the rate is smaller, as that of a TCP which is to stand still.
 _NODES, _EXACT, _SMALL = 9, 1e-6, 1e-2
 _SMALLEST_PIECE = 1e-4
+#: Which peaks are looked at more closely: those above this share of the greatest value, and above their neighbours by
+#: more than rounding; and at how many moments.
+_PEAK, _SAME, _CLOSE = 0.97, 1e-7, 33
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +52,8 @@ class Rate:
         """Return the lengths (m, n / size) of the quantities' vectors (m, n)."""
         if self.size == 1:
             return np.abs(vectors)
-        return np.linalg.norm(vectors.reshape(len(vectors), -1, self.size), axis=2)
+        # Column by column: numpy is slow along an axis of three.
+        return np.sqrt(sum(vectors[:, first :: self.size] ** 2 for first in range(self.size)))
 
 
 def joint_rates(path: PiecewisePolynomial, limits: JointLimits, bounds: Sequence[JointBound]) -> list[Rate]:
@@ -147,6 +151,22 @@ def stretch_needed(rates: Sequence[Rate], law: PiecewisePolynomial, taus: Array)
         x1, x2, x3 = s1[at, None], s2[at, None], s3[at, None]
         vectors = (f * x1, f * x2 + f1 * x1**2, f * x3 + 3.0 * f1 * x1 * x2 + f2 * x1**3)
         for row, vector, limit in zip(needed, vectors, rate.limits, strict=True):
-            share = rate.lengths(vector) / limit
-            row[at] = np.maximum(row[at], share.max(axis=1))
+            for share in (rate.lengths(vector) / limit).T:
+                row[at] = np.maximum(row[at], share)
     return needed ** np.array([[1.0], [1.0 / 2.0], [1.0 / 3.0]])
+
+
+def greatest_stretch(rates: Sequence[Rate], law: PiecewisePolynomial, taus: Array, rows: int = 3) -> float:
+    """Return the greatest of `stretch_needed`, of its first `rows`; peaks are looked at closely.
+
+    taus (m,): increasing nominal times.
+    """
+    needed = stretch_needed(rates, law, taus)[:rows]
+    greatest = float(needed.max())
+    inner = needed[:, 1:-1]
+    high = (inner > _PEAK * greatest) & (inner > needed[:, :-2] + _SAME) & (inner > needed[:, 2:] + _SAME)
+    at = np.flatnonzero(high.any(axis=0)) + 1
+    if len(at):
+        close = taus[at - 1][:, None] + (taus[at + 1] - taus[at - 1])[:, None] * np.linspace(0.0, 1.0, _CLOSE)
+        greatest = max(greatest, float(stretch_needed(rates, law, close.ravel())[:rows].max()))
+    return greatest

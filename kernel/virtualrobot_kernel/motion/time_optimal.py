@@ -15,7 +15,7 @@ import numpy as np
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.law_search import STILL, nodes_of
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
-from virtualrobot_kernel.motion.rates import Rate, stretch_needed
+from virtualrobot_kernel.motion.rates import Rate, greatest_stretch, stretch_needed
 
 #: Sides of the polygon that stands for the circle of the accelerations of a position or a rotation.
 _SIDES = 16
@@ -26,6 +26,8 @@ _GOOD = 1.0005
 #: Looks at each cell, and by how much slower than by them a law is.
 _LOOKS, _MARGIN = 24, 1.0001
 _TINY = 1e-100
+#: Units of time in which toppra is asked.
+_UNITS = np.array([1.0, 0.1, 0.01])
 
 
 def trapezoid(length: float, max_velocity: float, max_acceleration: float) -> PiecewisePolynomial:
@@ -57,7 +59,7 @@ def time_optimal_law(rates: Sequence[Rate]) -> PiecewisePolynomial:
         law = _quadratic(nodes, speeds)
         taus = (law.breaks[:-1, None] + np.diff(law.breaks)[:, None] * np.linspace(0.0, 1.0 - 1e-9, _LOOKS)).ravel()
         needed = stretch_needed(rates, law, taus)[:2].max(axis=0).reshape(-1, _LOOKS).max(axis=1)
-        laws.append(law.stretched(law.end * float(needed.max()) * _MARGIN))
+        laws.append(law.stretched(law.end * greatest_stretch(rates, law, taus, 2) * _MARGIN))
         if needed.max() < _GOOD:
             break
         beside = np.maximum(np.append(needed, 0.0), np.append(0.0, needed))
@@ -100,14 +102,24 @@ def _constraints(rates: Sequence[Rate], nodes: Array) -> tuple[Array, Array, Arr
 
 def _solved(nodes: Array, speed: Array, slope: Array, bend: Array) -> Array:
     """Return s' at the nodes (m,) by toppra: at rest at both ends."""
+    # toppra has tolerances of its own, which are fit for numbers near 1: the unit of the way is that of the path, the
+    # unit of time about that of the motion. Where s' spans many orders of magnitude another unit of time may help.
+    way = float(nodes[-1] - nodes[0])
+    nodes, speed, slope, bend = (nodes - nodes[0]) / way, speed * way, slope * way, bend * way**2
+    some = np.flatnonzero((np.abs(slope).max(axis=0) > 0.0) | (np.abs(bend).max(axis=0) > 0.0))
+    top = 1.0 / np.maximum(speed, STILL * speed.max())
+    for unit in float(np.trapezoid(speed, nodes)) * _UNITS:
+        speeds = _toppra(nodes, unit * top, slope[:, some] / unit**2, bend[:, some] / unit**2)
+        if speeds is not None and np.all(np.isfinite(speeds)) and np.all(speeds[1:-1] > 0.0):
+            return speeds * (way / unit)
+    raise KernelError("toppra found no time-optimal law along this path; ask for the jerk-limited one")
+
+
+def _toppra(nodes: Array, top: Array, slope: Array, bend: Array) -> Array | None:
+    """Return s' at the nodes (m,) with s' <= top and |slope s'' + bend s'^2| <= 1, or None."""
     from toppra.algorithm import TOPPRA
     from toppra.constraint import ConstraintType, DiscretizationType, LinearConstraint
     from toppra.constraint.linear_constraint import canlinear_colloc_to_interpolate
-
-    # toppra has tolerances of its own, which are fit for numbers near 1: the unit of time is about that of the motion.
-    unit = float(np.trapezoid(speed, nodes))
-    some = np.flatnonzero((np.abs(slope).max(axis=0) > 0.0) | (np.abs(bend).max(axis=0) > 0.0))
-    slope, bend = slope[:, some] / unit**2, bend[:, some] / unit**2
 
     class Limits(LinearConstraint):
         def __init__(self) -> None:
@@ -117,17 +129,13 @@ def _solved(nodes: Array, speed: Array, slope: Array, bend: Array) -> Array:
             self.identical = True
 
         def compute_constraint_params(self, path: object, gridpoints: Array, *_: object) -> tuple:
-            eye, ones = np.eye(len(some)), np.ones(2 * len(some))
-            both = np.concatenate([eye, -eye])
-            top = np.stack([np.zeros(len(nodes)), (unit / np.maximum(speed, STILL * speed.max())) ** 2], axis=1)
-            linear = (slope, bend, np.zeros_like(slope), both, ones)
-            return *canlinear_colloc_to_interpolate(*linear, None, None, gridpoints, identical=True)[:5], None, top
+            eye, ones = np.eye(slope.shape[1]), np.ones(2 * slope.shape[1])
+            linear = (slope, bend, np.zeros_like(slope), np.concatenate([eye, -eye]), ones)
+            squares = np.stack([np.zeros(len(top)), top**2], axis=1)
+            return *canlinear_colloc_to_interpolate(*linear, None, None, gridpoints, identical=True)[:5], None, squares
 
     solver = TOPPRA([Limits()], _Line(nodes), gridpoints=nodes, solver_wrapper="seidel")
-    speeds = solver.compute_parameterization(0.0, 0.0)[1]
-    if speeds is None or not np.all(np.isfinite(speeds)) or not np.all(speeds[1:-1] > 0.0):
-        raise KernelError("toppra found no time-optimal law along this path; ask for the jerk-limited one")
-    return speeds / unit
+    return solver.compute_parameterization(0.0, 0.0)[1]
 
 
 class _Line:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from virtualrobot_kernel.motion.bounds import JointBound, TcpBound, TimeLaw
@@ -9,7 +11,7 @@ from virtualrobot_kernel.motion.brake import nominal_time
 from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
 from virtualrobot_kernel.motion.cartesian_plan import slowed_down
 from virtualrobot_kernel.motion.limits import CartesianLimits
-from virtualrobot_kernel.motion.path import joint_line, smooth_path
+from virtualrobot_kernel.motion.path import joint_line, quintic_hermite, smooth_path
 from virtualrobot_kernel.motion.path_law import path_law
 from virtualrobot_kernel.motion.plan import plan_lin, plan_ptp
 from virtualrobot_kernel.motion.planned import Track
@@ -102,3 +104,33 @@ def test_the_same_path_has_the_same_law_to_the_last_bit(rng: np.random.Generator
     one, other = (path_law(path, arm_limits("iiwa"), [], [], TimeLaw.JERK_LIMITED) for _ in range(2))
     np.testing.assert_array_equal(one.breaks, other.breaks)
     np.testing.assert_array_equal(one.coefficients, other.coefficients)
+
+
+@pytest.mark.parametrize("law", TimeLaw)
+def test_any_path_gets_a_law_that_keeps_its_limits(law: TimeLaw, rng: np.random.Generator) -> None:
+    """Paths that no planner makes: short and long pieces, loops, parameters from 0.001 to 1,000, limits far apart.
+
+    Looked at between the breaks too, on both sides of each; the time-optimal law keeps no jerk.
+    """
+    for _ in range(8):
+        joints, count = int(rng.integers(1, 9)), int(rng.integers(2, 20))
+        limits = random_limits(rng, joints)
+        limits = replace(limits, velocity=limits.velocity * 10.0 ** rng.uniform(-1, 1, joints))
+        positions = np.cumsum(rng.normal(size=(count, joints)) * 10.0 ** rng.uniform(-2, 0), axis=0)
+        times = np.cumsum(rng.uniform(0.05, 1.0, count)) * 10.0 ** rng.uniform(-3, 3)
+        rates = rng.normal(size=(2, count, joints)) / times[-1] * np.array([1.0, 1.0 / times[-1]])[:, None, None]
+        path = quintic_hermite(times, positions, rates[0], rates[1])
+        begin, end = np.sort(rng.uniform(path.start, path.end, 2))
+        slow = JointBound(begin, end, rng.uniform(0.05, 1.0, joints))
+        track = Track(path, path_law(path, limits, [slow], [], law))
+        found = track.time_law
+        taus = np.sort(np.concatenate([np.linspace(0.0, found.end, 20_000), track.grid(2)]))
+        _, v, a, j = track.derivatives(taus)
+        u = found.evaluate(taus)[:, 0]
+        assert np.all(np.diff(u) >= -1e-12 * path.end)
+        assert (u[0], u[-1]) == pytest.approx((path.start, path.end))
+        inside = (u >= begin) & (u <= end)
+        assert np.all(np.abs(v) <= limits.velocity)
+        assert np.all(np.abs(v[inside]) <= slow.share * limits.velocity)
+        assert np.all(np.abs(a) <= limits.acceleration)
+        assert law is TimeLaw.TIME_OPTIMAL or np.all(np.abs(j) <= limits.jerk)
