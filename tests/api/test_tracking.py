@@ -13,6 +13,7 @@ from tests.api.conftest import Stubs
 from tests.api.moving import CANCELLED, RUNNING, SUCCEEDED, TICK, finished, linear, motion
 from tests.api.reading import matrix, pose, scene, state, step, unchanged
 from tests.api.test_robot import put
+from tests.api.test_scene import attach, update
 from tests.api.test_tool import pick, tool
 
 DOWN = [-0.6, 0.6, 0.0, -1.4, 0.0, np.pi - 2.0, 0.0]
@@ -248,3 +249,32 @@ def test_a_turntable(cell: Stubs, rng: np.random.Generator) -> None:
 def test_refusals_are_calls_that_failed(cell: Stubs) -> None:
     with pytest.raises(grpc.RpcError):
         go(cell, motion_pb2.StartMotionRequest(tracking=tracking()))
+
+
+def test_a_belt_that_is_too_fast_is_refused_with_the_speed_that_would_do(cell: Stubs) -> None:
+    put(cell, "arm", {"lbr_iiwa_joint_1": -0.6, "lbr_iiwa_joint_6": 1.0})
+    belt = nodes_pb2.Link(joint=nodes_pb2.Joint(name="belt", type=nodes_pb2.JOINT_TYPE_PRISMATIC))
+    belt.joint.axis.x = 1.0
+    belt.joint.limits.CopyFrom(nodes_pb2.JointLimits(velocity=20.0, acceleration=20.0, jerk=200.0))
+    apply(cell, update("conveyor.belt", "link", link=belt))
+    move = to(cell, seen(cell) @ at(z=0.05))
+    told = refusal(lambda: go(cell, motion_pb2.StartMotionRequest(moves=[move], tracking=tracking(fastest=0.0))))
+    assert told.reason == "LIMIT_EXCEEDED"
+    assert "cannot keep up with the joint 'belt' at 20 m/s; give a max_velocity of at most" in told.message
+    assert 0.5 < float(told.metadata["limit"]) < 20.0
+    fitting = tracking(fastest=0.999 * float(told.metadata["limit"]))
+    assert finished(cell, go(cell, motion_pb2.StartMotionRequest(moves=[move], tracking=fitting)).id).phase == SUCCEEDED
+
+
+def test_a_node_that_two_joints_move_and_a_rail_that_moves_too(cell: Stubs) -> None:
+    load(cell, "model://positioner", "table")
+    move = linear("arm", matrix(state(cell, "arm").world_t_tcp) @ at(z=0.05))
+    told = refusal(lambda: go(cell, motion_pb2.StartMotionRequest(moves=[move], tracking=tracking(node="table.plate"))))
+    assert "it is moved by 'turn' of 'table' and 'tilt' of 'table'; name a node that exactly one" in told.message
+    load(cell, "model://rail")
+    apply(cell, attach("arm", "rail.carriage"))
+    bend = joints("arm", lbr_iiwa_joint_7=0.1)
+    told = refusal(
+        lambda: go(cell, motion_pb2.StartMotionRequest(moves=[bend, joints("rail", slide=0.2)], tracking=tracking()))
+    )
+    assert "while the same motion moves what carries it, 'slide' of 'rail'" in told.message

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from virtualrobot.motion import Motion as Motion
     from virtualrobot.motion import Phase as Phase
     from virtualrobot.motion import Search as Search
+    from virtualrobot.motion import Tracking as Tracking
     from virtualrobot.program import Program as Program
     from virtualrobot.robot import Robot as Robot
     from virtualrobot.setpoints import SetpointStream as SetpointStream
@@ -52,7 +53,7 @@ _MODULES = {
     "figures": ("box", "capsule", "cone", "cylinder", "sphere"),
     "leases": ("Lease", "LeaseInfo"),
     "geometry": ("pose", "pose_from_quaternion", "quaternion_of", "roll_pitch_yaw_of"),
-    "motion": ("Motion", "Phase", "Search"),
+    "motion": ("Motion", "Phase", "Tracking", "Search"),
     "program": ("Program",),
     "robot": ("Robot",),
     "setpoints": ("SetpointStream", "StreamState"),

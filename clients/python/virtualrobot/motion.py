@@ -222,6 +222,29 @@ class Motion:
         return f"<Motion {self.id} of {', '.join(self.robots)}: {phase}, {100 * progress:.0f}%>"
 
 
+@dataclass(frozen=True, slots=True)
+class Tracking:
+    """What a motion goes along with: a node that one joint of another robot moves, such as a conveyor's belt.
+
+    `window` is how far the joint may move in all from where it is when the motion is planned, with the sign of its
+    direction, in meters or radians. `max_velocity` is the greatest speed of the joint that the arm shall keep up with,
+    in m/s or rad/s; 0 means the joint's limit.
+
+    Example:
+        >>> belt = virtualrobot.Tracking("conveyor.belt", window=0.6, max_velocity=0.2)
+        >>> robot.move_linear(belt_t_tcp, reference="conveyor.belt", tracking=belt)
+    """
+
+    node: str
+    window: float
+    max_velocity: float = 0.0
+
+    @property
+    def message(self) -> motion_pb2.Tracking:
+        """The same as the contract has it."""
+        return motion_pb2.Tracking(node=self.node, window=self.window, max_velocity=self.max_velocity)
+
+
 def start(services: Services, moves: Iterable[motion_pb2.Move], **options: Any) -> Motion:  # noqa: ANN401
     """Start moves that go together; the options are those of `start_request`."""
     return start_request(services, motion_pb2.StartMotionRequest(moves=moves), **options)
@@ -235,12 +258,14 @@ def start_request(
     preempt: bool | None = None,
     on_disconnect: str | None = None,
     expected_revision: int | None = None,
+    tracking: Tracking | None = None,
 ) -> Motion:
     """Start a motion; return its handle, after its end with `wait`.
 
     `preempt` cancels motions in the way instead of being refused. `on_disconnect` says what the kernel does when this
     program vanishes: `stop` or `continue`. With an `expected_revision` of the structure the start is refused
-    (StaleRevisionError) when there is another one. None leaves each as the request says.
+    (StaleRevisionError) when there is another one. With `tracking` it goes along with a frame that moves. None leaves
+    each as the request says.
     """
     asked = motion_pb2.StartMotionRequest()
     asked.CopyFrom(request)
@@ -253,6 +278,8 @@ def start_request(
         asked.busy_policy = motion_pb2.BUSY_POLICY_PREEMPT if preempt else motion_pb2.BUSY_POLICY_REJECT
     if expected_revision is not None:
         asked.expected_revision = expected_revision
+    if tracking is not None:
+        asked.tracking.CopyFrom(tracking.message)
     # A program of thousands of steps takes its time to plan.
     response = services.motion.StartMotion(asked, timeout=LONG_TIMEOUT_SECONDS)
     motion = Motion(services, response.motion, response.notes)

@@ -29,6 +29,7 @@ class Mover:
     - `wait`: whether to return only at the end.
     - `preempt`: cancel motions in the way instead of being refused with `RobotBusyError`.
     - `on_disconnect`: what the kernel does when this program vanishes, `stop` or `continue`.
+    - `tracking`: what it goes along with, a `virtualrobot.Tracking`.
 
     Moves to poses take wishes for joints that the pose does not need, as `solve_inverse` does:
 

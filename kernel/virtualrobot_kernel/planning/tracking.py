@@ -70,6 +70,8 @@ def tracked(snapshot: Snapshot, command: StartMotion, wish: TrackingWish) -> Sta
     if not arms:
         raise KernelError("only arms can go along with a frame, and this motion moves none", field="tracking")
     frame = _frame(snapshot, wish.node, arms, moved)
+    for robot, arm in arms:
+        _check_carriers(snapshot, robot, arm, wish.node, moved)
     window, velocity = _window(frame, wish), min(wish.max_velocity or np.inf, frame.joint.limits.velocity)
     joints = tuple(dict.fromkeys([*command.joints, *((robot.name, j) for robot, arm in arms for j in arm.joint_names)]))
     program = _widened(snapshot, command.program, joints)
@@ -127,6 +129,28 @@ def _frame(
         )
     unit = "m" if joint.type is JointType.PRISMATIC else "rad"
     return _Frame(structure.nodes[robot], joint, link, float(snapshot.state.q[place]), unit)
+
+
+def _check_carriers(
+    snapshot: Snapshot, robot: Node, arm: Arm, name: str, moved: Collection[tuple[str, str]]
+) -> None:
+    """Raise KernelError when the motion moves what carries the arm but not the frame: then no place is what it was."""
+    structure = snapshot.structure
+    common = {node.uid for node in structure.ancestors(structure.node(name).uid)}
+    for node in structure.ancestors(arm.base):
+        if node.uid in common or not isinstance(node.data, LinkData) or node.data.joint.type is JointType.FIXED:
+            continue
+        owner = structure.robot_of(node.uid)
+        assert owner is not None  # it is a link
+        joint = _joint_at(snapshot, owner.uid, int(structure.forest.q_index[structure.rows[node.uid]]))
+        if (owner.name, joint.name) in moved:
+            raise KernelError(
+                f"{robot.name!r} cannot go along with {name!r} while the same motion moves what carries it, "
+                f"{joint.name!r} of {owner.name!r}; move that before",
+                field="tracking",
+                robot=robot.name,
+                joint=joint.name,
+            )
 
 
 def _joint_at(snapshot: Snapshot, robot: int, place: int) -> Joint:
