@@ -29,15 +29,17 @@ class Jogger(Mover):
         acceleration: float = 0.0,
         speed_factor: float = 0.0,
         time_law: str = "",
+        moving: bool = False,
         lock: Lock = (),
         prefer: Prefer = "",
     ) -> motion_pb2.Move:
         """Return a move of the tool centre point along a smooth curve through 4x4 poses, up to 1,000.
 
         `reference` is the node in whose frame all poses are given, or one node for each (empty: world). `velocity` and
-        `acceleration` in m/s and m/s^2; 0 means 0.25 and 1.
+        `acceleration` in m/s and m/s^2; 0 means 0.25 and 1. With `moving` the curve is one in the frame of `reference`
+        while another move of the same step moves that.
         """
-        move = moves.spline(self.name, goals, reference, velocity, acceleration, speed_factor, time_law)
+        move = moves.spline(self.name, goals, reference, velocity, acceleration, speed_factor, time_law, moving)
         return self._wished(move, lock, prefer)
 
     def move_spline(

@@ -170,6 +170,7 @@ def spline(
     acceleration: float = 0.0,
     speed_factor: float = 0.0,
     time_law: str = "",
+    moving: bool = False,
 ) -> motion_pb2.Move:
     """Return a move along a smooth curve through 4x4 poses; `reference` is one node for all, or one for each."""
     poses = list(goals)
@@ -177,7 +178,7 @@ def spline(
     if len(references) != len(poses):
         raise InvalidArgumentError(f"{len(poses)} poses need one reference, or as many, not {len(references)}")
     curve = motion_pb2.Spline(
-        goals=[pose_goal(pose, name) for pose, name in zip(poses, references, strict=True)],
+        goals=[pose_goal(pose, name, moving=moving) for pose, name in zip(poses, references, strict=True)],
         max_velocity_meters_per_second=velocity,
         max_acceleration_meters_per_second_squared=acceleration,
     )

@@ -86,7 +86,8 @@ def joint_jog(snapshot: Snapshot, move: JointJog, solver_of: SolverOf) -> Planne
         distance = inf if joint.type is JointType.PRISMATIC else tau
     speed_factor = move.speed_factor or 1.0
     plan, end = plan_joint_jog(float(start[0]), move.velocity, distance, limits, speed_factor)
-    return PlannedMove(node, (move.joint,), plan, speed_factor=speed_factor, notes=_notes(node, end))
+    share = speed_factor * abs(move.velocity) / float(limits.velocity[0])
+    return PlannedMove(node, (move.joint,), plan, speed_factor=share, notes=_notes(node, end))
 
 
 def cartesian_jog(snapshot: Snapshot, move: CartesianJog, solver_of: SolverOf) -> PlannedMove:

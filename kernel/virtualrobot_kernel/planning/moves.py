@@ -17,6 +17,7 @@ from virtualrobot_kernel.motion.course import Course
 from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.line import line_between
 from virtualrobot_kernel.motion.plan import Plan, plan_circ, plan_lin, plan_ptp, plan_together, plan_trajectory
+from virtualrobot_kernel.motion.spline import spline
 from virtualrobot_kernel.planning.actuators import check_plan
 from virtualrobot_kernel.planning.carried import Carriers, carried_by, carriers, in_order, plan_carried
 from virtualrobot_kernel.planning.jog import CartesianJog, JogFrame, JointJog, cartesian_jog, joint_jog
@@ -30,7 +31,7 @@ from virtualrobot_kernel.planning.planned_move import (
 )
 from virtualrobot_kernel.planning.redundancy import FREE, Redundancy
 from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_of, arm_on_path, flange_t_tcp, solve_inverse
-from virtualrobot_kernel.planning.spline import Spline, spline_move
+from virtualrobot_kernel.planning.spline import Spline, moving_reference, spline_move
 from virtualrobot_kernel.world.actuators import joint_positions
 from virtualrobot_kernel.world.apply_robots import tool_state
 from virtualrobot_kernel.world.assumed import Assumed, Way, assume
@@ -181,6 +182,8 @@ def _frames(snapshot: Snapshot, move: Move) -> list[int]:
     frames = [arm_of(snapshot, structure.node(move.robot, Kind.ROBOT)).base]
     if isinstance(move, Circular) and move.moving:
         frames.append(structure.node(move.reference).uid)
+    if isinstance(move, Spline) and (reference := moving_reference(move)) is not None:
+        frames.append(structure.node(reference).uid)
     if isinstance(move, Linear | PointToPoint) and isinstance(move.goal, PoseGoal) and move.goal.moving:
         frames.append(structure.node(move.goal.reference).uid)
     return frames
@@ -194,20 +197,26 @@ def _carried(snapshot: Snapshot, move: Move, along: Carriers, solver_of: SolverO
         world_t_tcp = world_t_goal(there if move.goal.moving else snapshot, move.goal)
         goal = replace(move.goal, reference_t_tcp=world_t_tcp, reference="")
         return _point_to_point(there, replace(move, goal=goal), solver_of)
-    if not isinstance(move, Linear | Circular):
+    if not isinstance(move, Linear | Circular | Spline):
         carrying = " and ".join(repr(one.robot.name) for one in along.moves)
         raise KernelError(
-            f"{node.name!r} is carried by the move of {carrying}; only a line, an arc or a move to a pose can go along",
+            f"{node.name!r} is carried by the move of {carrying}; only a line, an arc, a spline or a move to a pose "
+            "can go along",
             robot=node.name,
         )
     if isinstance(move, Linear):
         reference, moving = move.goal.reference, move.goal.moving
+    elif isinstance(move, Spline):
+        reference, moving = moving_reference(move) or "", moving_reference(move) is not None
+        goals = [goal.reference_t_tcp if moving else world_t_goal(snapshot, goal) for goal in move.goals]
     else:
         reference, moving = move.reference, move.moving
 
     def course(reference_t_start: Pose) -> Course:
         if isinstance(move, Linear):
             return line_between(reference_t_start, move.goal.reference_t_tcp)
+        if isinstance(move, Spline):
+            return spline(reference_t_start, goals)
         return arc(reference_t_start, move.shape, move.reference_t_goal, move.with_arc)
 
     return plan_carried(

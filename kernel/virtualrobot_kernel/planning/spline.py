@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
 from virtualrobot_kernel.motion.cartesian_plan import plan_spline
@@ -33,6 +34,20 @@ class Spline:
     max_acceleration: float = 0.0
     redundancy: Redundancy = FREE
     time_law: TimeLaw = TimeLaw.JERK_LIMITED
+
+
+def moving_reference(move: Spline) -> str | None:
+    """Return the node with which all goals of a spline move along, None where none does; raise KernelError for some."""
+    moving = {goal.reference for goal in move.goals if goal.moving}
+    if not moving:
+        return None
+    if len(moving) > 1 or any(not goal.moving or goal.reference not in moving for goal in move.goals):
+        raise KernelError(
+            f"the goals of the spline of {move.robot!r} move along with {', '.join(map(repr, sorted(moving)))}; all of "
+            "them must move along, with one node, or none",
+            robot=move.robot,
+        )
+    return moving.pop()
 
 
 def spline_move(snapshot: Snapshot, move: Spline, solver_of: SolverOf) -> PlannedMove:

@@ -13,11 +13,13 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.circle import Center
 from virtualrobot_kernel.motion.limits import CartesianLimits
 from virtualrobot_kernel.motion.rotation import rotation_matrix, rotation_vector
+from virtualrobot_kernel.motion.spline import spline
 from virtualrobot_kernel.planning.between import between
 from virtualrobot_kernel.planning.blending import PlannedRun, arrived, plan_run
 from virtualrobot_kernel.planning.moves import Circular, Linear, Move, PointToPoint, PoseGoal
 from virtualrobot_kernel.planning.program import MoveStepWish, Zone
 from virtualrobot_kernel.planning.robots import tcp_frame, world_poses
+from virtualrobot_kernel.planning.spline import Spline
 from virtualrobot_kernel.world.change import Change, joint_places
 from virtualrobot_kernel.world.commands import AttachNode, CreateNodes
 from virtualrobot_kernel.world.state import Snapshot
@@ -167,6 +169,41 @@ def test_an_arc_on_the_turning_table(world: Change) -> None:
     np.testing.assert_allclose(np.linalg.norm(poses[:, :2, 3] - center[:2], axis=1), 0.05, atol=1e-5)
     np.testing.assert_allclose(poses[:, 2, 3], center[2], atol=1e-5)
     check_joints(snapshot, planned)
+
+
+def test_a_spline_on_the_turning_table_and_one_in_the_world_from_a_rail(
+    world: Change, rng: np.random.Generator
+) -> None:
+    snapshot = pictured(world)
+    plate = snapshot.world_t(snapshot.structure.node("table.plate").uid)
+    first = tcp_frame(snapshot, snapshot.structure.node("arm"))
+    for reference, start, carrier in (
+        ("table.plate", np.linalg.inv(plate) @ first, PointToPoint("table", {"turn": -0.3})),
+        ("world", first, PointToPoint("rail", {"slide": 0.3})),
+    ):
+        goals = [shifted_goal(rng, start, 0.06) for _ in range(3)]
+        own = reference != "world"
+        wishes = tuple(PoseGoal(goal, reference, moving=own) for goal in goals)
+        planned = run(snapshot, Spline("arm", wishes, max_velocity=0.2), carrier)
+        poses = along(snapshot, planned, fine(planned), reference)
+        speed = np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1) / (TICK / 11.0)
+        assert speed.max() <= 0.2 * (1.0 + 1e-6)
+        course = spline(start, goals)
+        # Where it is nearest to each goal in the end: half a step away at most.
+        for goal in goals:
+            assert np.linalg.norm(poses[:, :3, 3] - goal[:3, 3], axis=1).min() < 0.2 * TICK / 11.0
+        for pose in poses[:: len(poses) // 20]:
+            nearest = min(np.linalg.norm(course.pose(u)[:3, 3] - pose[:3, 3]) for u in np.linspace(0.0, 1.0, 2001))
+            assert nearest < 1e-3
+        check_joints(snapshot, planned)
+
+
+def test_goals_of_a_spline_move_along_all_or_none(world: Change) -> None:
+    snapshot = pictured(world)
+    goals = (PoseGoal(np.eye(4), "table.plate", moving=True), PoseGoal(np.eye(4), "world"))
+    for wrong in (goals, (goals[0], PoseGoal(np.eye(4), "table.yoke", moving=True))):
+        with pytest.raises(KernelError, match="all of them must move along, with one node, or none"):
+            run(snapshot, Spline("arm", wrong), PointToPoint("table", {"turn": -0.3}))
 
 
 def test_a_pose_is_reached_where_base_and_reference_are_in_the_end(world: Change, rng: np.random.Generator) -> None:
