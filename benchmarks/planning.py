@@ -1,4 +1,4 @@
-"""What planning costs by motion type: an arc against a line of the same length, by the same arm from one posture."""
+"""What planning costs by motion type: arc, spline and jog against a line of the same length, from one posture."""
 
 from __future__ import annotations
 
@@ -8,8 +8,11 @@ from math import pi
 
 import numpy as np
 from virtualrobot_kernel.motion.circle import Center
-from virtualrobot_kernel.motion.limits import JointLimits
-from virtualrobot_kernel.motion.plan import Plan, plan_circ, plan_lin, plan_ptp
+from virtualrobot_kernel.motion.jog import plan_cartesian_jog
+from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
+from virtualrobot_kernel.motion.plan import Plan, plan_circ, plan_lin, plan_ptp, plan_spline
+from virtualrobot_kernel.motion.polynomial import Array
+from virtualrobot_kernel.motion.rotation import rotation_matrix
 from virtualrobot_plugins.chain.component import ChainKinematics
 
 from benchmarks.kinematics import ARMS, chain_of
@@ -21,6 +24,9 @@ LENGTH = 0.3
 REPEATS = 15
 BUDGET = 2.0
 """An arc may cost twice a line: its joint path bends more, so it has more pieces."""
+
+POSES = 12
+"""Through how many poses a spline goes along the same arc."""
 
 READY = {
     "iiwa 14": (0.3, 0.6, -0.2, -1.4, 0.1, 0.9, 0.2),
@@ -41,8 +47,22 @@ def milliseconds(*plans: Callable[[], Plan]) -> list[float]:
     return best
 
 
+def arc_pose(here: Array, center: Center, angle: float) -> Array:
+    """Return the pose (4, 4) on the half circle about `center` that is `angle` on from `here`, not turned."""
+    pose = here.copy()
+    assert center.axis is not None
+    pose[:3, 3] = center.point + rotation_matrix(angle * center.axis) @ (here[:3, 3] - center.point)
+    return pose
+
+
+def jogged(kinematics: ChainKinematics, ready: Array, limits: JointLimits) -> Plan:
+    """Return a jog to the side as far as the arm can go, at most 2 m."""
+    way, still = np.array([0.0, -2.0, 0.0]), np.zeros(3)
+    return plan_cartesian_jog(kinematics, ready, way, still, limits, CartesianLimits())[0]
+
+
 def run() -> list[Row]:
-    """Return a row for each arm: half a circle against a line of its length; and the line against a PTP to its end."""
+    """Return rows for each arm: half a circle, a spline and a jog against a line; and the line against a PTP."""
     rows = []
     for arm in ARMS:
         kinematics = ChainKinematics(chain_of(arm))
@@ -56,14 +76,22 @@ def run() -> list[Row]:
         center = Center(here[:3, 3] - (0.0, LENGTH / pi, 0.0), np.array([1.0, 0.0, 0.0]), pi)
         line = plan_lin(kinematics, ready, goal, limits)
         arc = plan_circ(kinematics, ready, center, None, limits)
-        ptp, lin, circ = milliseconds(
+        goals = [arc_pose(here, center, angle) for angle in np.linspace(0.0, pi, POSES + 1)[1:]]
+        curve = plan_spline(kinematics, ready, goals, limits)
+        ptp, lin, circ, spline, jog = milliseconds(
             lambda q=ready, p=line, m=limits: plan_ptp(q, p.goal, m),
             lambda k=kinematics, q=ready, g=goal, m=limits: plan_lin(k, q, g, m),
             lambda k=kinematics, q=ready, c=center, m=limits: plan_circ(k, q, c, None, m),
+            lambda k=kinematics, q=ready, g=goals, m=limits: plan_spline(k, q, g, m),
+            lambda k=kinematics, q=ready, m=limits: jogged(k, q, m),
         )
-        pieces = [len(plan.tracks[0].path.coefficients) for plan in (arc, line)]
+        pieces = [len(plan.tracks[0].path.coefficients) for plan in (arc, line, curve)]
         title = f"planning a CIRC of 0.3 m, {arm.name}"
         rows.append(row(title, circ, lin, "LIN of 0.3 m", "ms", BUDGET, f"{pieces[0]} pieces against {pieces[1]}"))
+        title = f"planning a spline of 0.3 m through {POSES} poses, {arm.name}"
+        rows.append(row(title, spline, lin, "LIN of 0.3 m", "ms", None, f"{pieces[2]} pieces against {pieces[1]}"))
+        title = f"planning a jog as far as it goes, {arm.name}"
+        rows.append(row(title, jog, lin, "LIN of 0.3 m", "ms", None))
         rows.append(row(f"planning a LIN of 0.3 m, {arm.name}", lin, ptp, "PTP to its end", "ms", None))
     return rows
 

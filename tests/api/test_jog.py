@@ -12,8 +12,8 @@ from virtualrobot.v1 import motion_pb2, nodes_pb2
 from tests.api.asking import IIWA, apply, create, load, refusal, start
 from tests.api.conftest import Stubs
 from tests.api.moving import CANCELLED, READY, RUNNING, SUCCEEDED, TICK, finished, jog, joint_jog, motion
-from tests.api.reading import matrix, pose, random_matrix, state, step, unchanged
-from tests.api.test_robot import put
+from tests.api.reading import matrix, pose, random_matrix, state, step, unchanged, values
+from tests.api.test_robot import put, robot
 
 BASE, TOOL, NODE = motion_pb2.JOG_FRAME_BASE, motion_pb2.JOG_FRAME_TOOL, motion_pb2.JOG_FRAME_NODE
 FIRST = "lbr_iiwa_joint_1"
@@ -176,3 +176,26 @@ def test_jogs_that_are_none_are_refused(ready: Stubs) -> None:
     with unchanged(ready):
         stretched = refusal(lambda: start(ready, jog("arm", [0.0, 0.0, 1.0])))
     assert stretched.reason == "SINGULARITY"
+
+
+def test_a_jog_is_planned_and_checked_before_it_moves(ready: Stubs) -> None:
+    outward = matrix(state(ready, "arm").world_t_tcp)[:3, 3] * (1.0, 1.0, 0.0)
+    request = motion_pb2.StartMotionRequest(moves=[jog("arm", outward, velocity=0.5)])
+    with unchanged(ready):
+        answer = ready.motion.PlanMotion(motion_pb2.PlanMotionRequest(motion=request, sample_seconds=0.1))
+        assert [note.kind for note in answer.notes] == [motion_pb2.PLAN_NOTE_KIND_JOG_ENDS]
+        speeds = values(answer.robots[0].tcp_speeds)
+        assert 0.0 < speeds.max() <= 0.5 * (1.0 + 1e-6)
+        checked = ready.motion.CheckMotion(motion_pb2.CheckMotionRequest(motion=request))
+        assert not checked.HasField("first_violation")
+        assert checked.duration_seconds == pytest.approx(answer.duration_seconds)
+        for wrong, kind in (
+            (joint_jog("arm", FIRST, 99.0), motion_pb2.VIOLATION_KIND_JOINT_VELOCITY),
+            (jog("arm", outward, velocity=0.5, distance=1.0), None),
+        ):
+            request = motion_pb2.StartMotionRequest(moves=[wrong])
+            checked = ready.motion.CheckMotion(motion_pb2.CheckMotionRequest(motion=request))
+            assert checked.HasField("first_violation") == (kind is not None), checked
+            if kind is not None:
+                assert checked.first_violation.joint == FIRST
+                assert checked.first_violation.limit == robot(ready, "arm").joints[0].limits.velocity
