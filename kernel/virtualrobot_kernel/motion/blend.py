@@ -1,7 +1,7 @@
 """Paths that go over into each other: the corner between two moves is rounded off by one quintic piece in joint space.
 
-Every move has a path q(s) whose parameter s is the time in seconds that it takes at cruise speed. So the derivatives at
-both borders of a rounded corner are natural speeds, and a law for the whole runs at about ds/dtau = 1 all along.
+The parameter s runs from 0 on each path. How far it runs on one compared with the next is free, and says at which
+speeds a corner is entered and left when s grows evenly.
 """
 
 from __future__ import annotations
@@ -41,35 +41,35 @@ class Rounded:
 
 
 def round_corner(before: PiecewisePolynomial, after: PiecewisePolynomial, left: float, right: float) -> Corner:
-    """Return the quintic from where `before` is `left` ahead of its end to where `after` is `right` past its start.
+    """Return the quintic from where `before` is `left` ahead of its end to where `after` is at `right`.
 
     It has their values and first two derivatives there, so tangent and curvature are continuous. Its length is
     2 min(left, right): the control points of a quintic Hermite piece of length h are, at each end, the value and that
     moved on by 1/5 and 2/5 of h times the derivative (and h²/20 times the second). So with straight paths all of
     them, hence the whole piece (Farin, Curves and Surfaces for CAGD, 5th ed., ch. 5), stay between the corner and the
-    borders, which those of a longer one need not do when one of the moves is much slower than the other.
+    borders, which those of a longer one need not do.
     """
     length = 2.0 * min(left, right)
     values, rates, curvatures = (
         np.array(rows)
-        for rows in zip(before.state(before.end - left, 2), after.state(after.start + right, 2), strict=True)
+        for rows in zip(before.state(before.end - left, 2), after.state(right, 2), strict=True)
     )
     piece = quintic_hermite(np.array([0.0, length]), values, rates, curvatures)
     return Corner(left, right, piece)
 
 
 def rounded(paths: Sequence[PiecewisePolynomial], corners: Sequence[Corner]) -> Rounded:
-    """Return paths q(s), at least one, made one path from 0 on, with a corner between each two of them."""
+    """Return paths q(s), s from 0 on, made one path, with a corner between each two of them."""
     parts: list[PiecewisePolynomial] = []
     moves: list[tuple[float, float]] = []
     turns: list[tuple[float, float]] = []
     here = 0.0
     for place, path in enumerate(paths):
-        begin = path.start + (corners[place - 1].right if place else 0.0)
+        begin = corners[place - 1].right if place else 0.0
         end = path.end - (corners[place].left if place < len(corners) else 0.0)
         first = here
         # Two corners that meet in the middle of a move leave at most rounding of it.
-        if end - begin > 1e-9 * (path.end - path.start):
+        if end - begin > 1e-9 * path.end:
             here = first + (end - begin)
             parts.append(path.between(begin, end).onto(first, here))
         moves.append((first, here))

@@ -163,4 +163,9 @@ def _keeps(path: PiecewisePolynomial, brake: PiecewisePolynomial, limits: Array)
     bounds = limits * (1.0 + np.array([_ROUNDING, SLACK, SLACK]))[:, None]
     track = Track(path, brake)
     few = track.derivatives(np.linspace(0.0, brake.end, _COARSE))[1:]
-    return bool(np.all(np.abs(few).max(axis=1) <= bounds)) and bool(np.all(peaks(track, _FINE) <= bounds))
+    if np.any(np.abs(few).max(axis=1) > bounds):
+        return False
+    begin, end = brake.scalar_state(0.0)[0], brake.scalar_state(brake.end)[0]
+    # Of a long path, such as a program's, only what the brake covers is looked at: this is done within a tick.
+    covered = Track(path.between(begin, end), brake) if begin < end else track
+    return bool(np.all(peaks(covered, _FINE) <= bounds))

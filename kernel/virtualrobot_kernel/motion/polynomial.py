@@ -148,7 +148,8 @@ class PiecewisePolynomial:
 
     def between(self, begin: float, end: float) -> PiecewisePolynomial:
         """Return the same function on [begin, end] alone, start <= begin < end <= self.end."""
-        inside = self.breaks[(self.breaks > begin) & (self.breaks < end)]
+        shortest = _SHORTEST * (self.end - self.start)
+        inside = self.breaks[(self.breaks > begin + shortest) & (self.breaks < end - shortest)]
         return self._with_breaks(np.concatenate([[begin], inside, [end]]))
 
     def onto(self, begin: float, end: float) -> PiecewisePolynomial:

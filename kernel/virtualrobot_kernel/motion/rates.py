@@ -25,6 +25,8 @@ _SMALLEST_PIECE = 1e-4
 #: Which peaks are looked at more closely: those above this share of the greatest value, and above their neighbours by
 #: more than rounding; and at how many moments.
 _PEAK, _SAME, _CLOSE = 0.97, 1e-7, 33
+_ONCE = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 12))
+_ONCE_COEFFICIENTS = np.linalg.inv(np.vander(_ONCE, increasing=True))
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +79,15 @@ def tcp_rate(path: PiecewisePolynomial, bound: TcpBound) -> Rate:
         return bound.tcp.jacobian(q) @ rate
 
     return Rate(fitted(twist, part.breaks), 3, _rows(bound.limits))
+
+
+def tcp_rate_once(path: PiecewisePolynomial, bound: TcpBound) -> Rate:
+    """Return as `tcp_rate` the rates along a path of one short piece, by one polynomial and without a check of it."""
+    width = path.end - path.start
+    states = path.states(path.start + width * _ONCE, 1)[:, :, bound.columns]
+    twists = np.array([bound.tcp.jacobian(q) @ rate for q, rate in zip(states[0], states[1], strict=True)])
+    coefficients = _ONCE_COEFFICIENTS @ twists / (width ** np.arange(len(_ONCE)))[:, None]
+    return Rate(PiecewisePolynomial(np.array([path.start, path.end]), coefficients[None]), 3, _rows(bound.limits))
 
 
 def course_rate(course: Course, path: PiecewisePolynomial, limits: CartesianLimits) -> Rate:

@@ -4,40 +4,46 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.motion.blend import Corner, rounded
-from virtualrobot_kernel.motion.bounds import JointBound, TcpBound, TimeLaw
+from virtualrobot_kernel.motion.blend import Corner, round_corner, rounded
+from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.brake import nominal_time
-from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
-from virtualrobot_kernel.motion.path_law import path_law
-from virtualrobot_kernel.motion.planned import Plan, planned
-from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial, stacked
-from virtualrobot_kernel.planning.moves import (
-    JointTrajectory,
-    PlannedMove,
-    ToolStateMove,
-    joint_limits,
-    plan_moves,
-    together,
-)
+from virtualrobot_kernel.motion.limits import TOLERANCE
+from virtualrobot_kernel.motion.overlap import Overlap, overlap, overlapped
+from virtualrobot_kernel.motion.planned import Plan, Track, planned
+from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
+from virtualrobot_kernel.motion.rates import stretch_needed, tcp_rate_once
+from virtualrobot_kernel.planning.frame import Column, Frame, Step
+from virtualrobot_kernel.planning.moves import JointTrajectory, PlannedMove, ToolStateMove, plan_moves, together
 from virtualrobot_kernel.planning.notes import Note, NoteKind
-from virtualrobot_kernel.planning.program import MoveStepWish, Zone
-from virtualrobot_kernel.planning.robots import SolverOf, arm_of, flange_t_tcp, tip_of, world_poses
-from virtualrobot_kernel.planning.zones import Fitted, Position, fitted
+from virtualrobot_kernel.planning.program import MoveStepWish
+from virtualrobot_kernel.planning.robots import SolverOf, world_poses
+from virtualrobot_kernel.planning.zones import Room, room_for
 from virtualrobot_kernel.world.change import single_joint
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind
 
 Floats = NDArray[np.float64]
-Column = tuple[str, str]
-"""Robot and joint."""
+_LOOKS = 33
+"""In how many places of a corner tool centre points and joints are looked at."""
 
-_LOOKS = 17
-"""In how many places of a move its speed is looked at."""
+_SCALE = 30.0
+"""By how much the parameter of a path may differ from the time that its move takes."""
+
+_SMALLER = 0.8 ** np.arange(8.0)
+"""Shares of the room that a rounded corner is tried with."""
+
+_ROUNDING = 1e-6
+
+_UNFIT = "no way through the zone was found that goes together with those beside it"
+
+_POWERS = np.array([1.0, 1.0 / 2.0, 1.0 / 3.0])
+"""Which power of a stretch in time divides velocity, acceleration and jerk, inverted."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,31 +60,6 @@ class PlannedRun:
     tool_states: tuple[tuple[str, str], ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Step:
-    """A step that is planned for itself, the world where it begins, and how long the plan takes to its middle."""
-
-    number: int
-    zone: Zone | None
-    moves: list[PlannedMove]
-    plan: Plan
-    snapshot: Snapshot
-    obstacle: str
-    law: TimeLaw
-
-    @property
-    def columns(self) -> list[Column]:
-        """Robot and joint of each column of the plan."""
-        return [(one.robot.name, name) for one in self.moves for name in one.joint_names]
-
-    @property
-    def halves(self) -> tuple[float, float]:
-        """How long the plan takes to the middle of its path, and from there, in s; of several paths of the first."""
-        track = next(track for track in self.plan.tracks if track.path.dimension)
-        middle = nominal_time(track.time_law, 0.5 * (track.path.start + track.path.end), 0.0)
-        return middle, self.plan.duration - middle
-
-
 def plan_run(
     snapshot: Snapshot, steps: Sequence[MoveStepWish], solver_of: SolverOf, numbers: Sequence[int] | None = None
 ) -> tuple[list[PlannedRun], list[Note]]:
@@ -91,7 +72,7 @@ def plan_run(
     planned_steps = _each(snapshot, steps, solver_of, range(len(steps)) if numbers is None else numbers)
     notes = [replace(note, step=step.number) for step in planned_steps for one in step.moves for note in one.notes]
     runs: list[PlannedRun] = []
-    group: list[_Step] = []
+    group: list[Step] = []
     for place, step in enumerate(planned_steps):
         group.append(step)
         if step.zone is not None and not (why := _obstacle(planned_steps[place : place + 2])):
@@ -105,7 +86,7 @@ def plan_run(
 
 def run_together(snapshot: Snapshot, wish: MoveStepWish, moves: list[PlannedMove]) -> PlannedRun:
     """Return planned moves that start and end together as one run of one step."""
-    return _alone(_Step(0, None, moves, together(moves), snapshot, "", _law(wish)))
+    return _alone_run(Step(0, None, moves, together(moves), snapshot, "", _law(wish)))
 
 
 def arrived(snapshot: Snapshot, joints: Sequence[Column], q: Floats) -> Snapshot:
@@ -120,7 +101,7 @@ def arrived(snapshot: Snapshot, joints: Sequence[Column], q: Floats) -> Snapshot
 
 def _each(
     snapshot: Snapshot, steps: Sequence[MoveStepWish], solver_of: SolverOf, numbers: Sequence[int]
-) -> list[_Step]:
+) -> list[Step]:
     """Return each step planned from where the one before it ends."""
     result = []
     for number, wish in zip(numbers, steps, strict=True):
@@ -130,7 +111,7 @@ def _each(
             error.metadata["step"] = str(number)
             error.args = (f"step {number}: {error}",)
             raise
-        step = _Step(number, wish.zone, moves, together(moves), snapshot, _unjoined(wish, moves), _law(wish))
+        step = Step(number, wish.zone, moves, together(moves), snapshot, _unjoined(wish, moves), _law(wish))
         snapshot = arrived(snapshot, step.columns, step.plan.goal)
         result.append(step)
     return result
@@ -156,7 +137,7 @@ def _unjoined(wish: MoveStepWish, moves: Sequence[PlannedMove]) -> str:
     return ""
 
 
-def _obstacle(pair: Sequence[_Step]) -> str:
+def _obstacle(pair: Sequence[Step]) -> str:
     """Return why a step is not joined with the one after it; nothing where it is."""
     if len(pair) < 2:
         return "no moves follow"
@@ -168,216 +149,219 @@ def _obstacle(pair: Sequence[_Step]) -> str:
     return ""
 
 
-def _dropped(step: _Step, why: str) -> Note:
+def _dropped(step: Step, why: str) -> Note:
     message = f"the corner after step {step.number} is reached exactly and at rest: {why}"
     return Note(NoteKind.ZONE_DROPPED, step.number, step.moves[0].robot.name, _size(step), 0.0, message)
 
 
-def _shrunk(step: _Step, found: Fitted) -> Note:
+def _shrunk(step: Step, room: Room) -> Note:
     assert step.zone is not None
     wanted, unit = _size(step), "%" if step.zone.percent else " m"
-    message = f"the zone after step {step.number} is {found.kept:.6g}{unit} instead of {wanted:g}{unit}: {found.why}"
-    return Note(NoteKind.ZONE_SHRUNK, step.number, step.moves[0].robot.name, wanted, found.kept, message)
+    message = f"the zone after step {step.number} is {room.kept:.6g}{unit} instead of {wanted:g}{unit}: {room.why}"
+    return Note(NoteKind.ZONE_SHRUNK, step.number, step.moves[0].robot.name, wanted, room.kept, message)
 
 
-def _size(step: _Step) -> float:
+def _size(step: Step) -> float:
     assert step.zone is not None
     return step.zone.percent or step.zone.meters
 
 
-def _group(steps: Sequence[_Step]) -> tuple[list[PlannedRun], list[Note]]:
-    """Return the plans of steps that shall be joined, all of them, and of what became of their zones."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _Part:
+    """Steps that are one path with rounded corners, and its law from rest to rest.
+
+    ends: how long the paths of the first and of the last step are on its parameter. begins: when the steps after the
+    first begin, in s.
+    """
+
+    track: Track
+    ends: tuple[float, float]
+    begins: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Corner:
+    """A corner between two steps that can be gone over: its room, and whether the steps are one path through it."""
+
+    room: Room
+    through: bool
+
+
+def _group(steps: Sequence[Step]) -> tuple[list[PlannedRun], list[Note]]:
+    """Return the plans of steps that shall be joined, and what became of their zones."""
     if len(steps) == 1:
-        return [_alone(steps[0])], []
-    frame = _Frame(steps)
-    corners: list[Corner] = []
+        return [_alone_run(steps[0])], []
+    frame = Frame(steps)
+    alone = [_alone(frame.track(step)) for step in steps]
     notes: list[Note] = []
-    for place, step in enumerate(steps[:-1]):
-        assert step.zone is not None
-        positions = frame.positions(steps[place : place + 2])
-        found = fitted(frame.paths[place], frame.paths[place + 1], step.zone, positions, frame.limits)
-        if found.corner is None:
-            return _split(steps, place, found.why)
-        corners.append(found.corner)
-        if found.kept < _size(step):
-            notes.append(_shrunk(step, found))
-    try:
-        run, losses = frame.joined(corners)
-    except KernelError as error:
-        return _split(steps, len(corners) // 2, f"no time law was found ({error})")
-    worst = int(np.argmax(losses))
-    if losses[worst] > 0.0:
-        why = f"with it the robot would be slower by {losses[worst]:.3g} s"
-        runs, told = _split(steps, worst, why)
-        if sum(one.plan.duration for one in runs) < run.plan.duration:
-            return runs, told
-    return [run], notes
+    corners: list[_Corner] = []
+    runs: list[PlannedRun] = []
+    begin = 0
+    for place, pair in enumerate(pairwise(steps)):
+        corner, why = _best(frame, pair, alone[place : place + 2])
+        if corner:
+            corners.append(corner)
+            if corner.room.kept < _size(steps[place]):
+                notes.append(_shrunk(steps[place], corner.room))
+            continue
+        notes.append(_dropped(steps[place], why))
+        found, told = _joined(frame, steps[begin : place + 1], alone[begin : place + 1], corners)
+        runs, notes, corners, begin = [*runs, *found], [*notes, *told], [], place + 1
+    found, told = _joined(frame, steps[begin:], alone[begin:], corners)
+    dropped = {note.step for note in told if note.kind is NoteKind.ZONE_DROPPED}
+    return [*runs, *found], [note for note in notes if note.step not in dropped] + told
 
 
-def _alone(step: _Step) -> PlannedRun:
+def _alone_run(step: Step) -> PlannedRun:
     """Return a step that is joined with no other; where robots go along with others, all moves have one time law."""
     if any(one.seen for one in step.moves):
-        return _Frame([step]).joined([])[0]
+        frame = Frame([step])
+        return _run(frame, [step], [_alone(frame.track(step))], [], [])
     tool_states = tuple(pair for one in step.moves for pair in one.tool_states)
     return PlannedRun(tuple(step.columns), step.plan, ((0.0, step.number),), tool_states)
 
 
-def _split(steps: Sequence[_Step], place: int, why: str) -> tuple[list[PlannedRun], list[Note]]:
-    """Return the plans of steps without the zone of the step at `place`, for this reason."""
-    first, told = _group(steps[: place + 1])
-    second, more = _group(steps[place + 1 :])
-    return [*first, *second], [*told, _dropped(steps[place], why), *more]
+def _best(frame: Frame, pair: Sequence[Step], alone: Sequence[_Part]) -> tuple[_Corner | None, str]:
+    """Return the soonest way through the zone between two steps; without one why there is none."""
+    zone = pair[0].zone
+    assert zone is not None
+    first, second = alone
+    room = room_for(zone, first.track.path, second.track.path, frame.positions(pair))
+    if not room.kept:
+        return None, room.why
+    stopping = first.track.time_law.end + second.track.time_law.end
+    beside = _overlap(frame, pair, first, second, room)
+    through = _rounded(frame, pair, alone, [room])
+    sooner = stopping - (beside.saved if beside else 0.0)
+    if through and through.track.time_law.end < sooner:
+        return _Corner(room, True), ""
+    if beside:
+        return _Corner(room, False), ""
+    return None, "no way through the zone was found that is sooner and keeps every limit"
 
 
-class _Frame:
-    """What steps that are joined have in common: the columns, the paths of all of them, limits."""
-
-    def __init__(self, steps: Sequence[_Step]) -> None:
-        self.steps = steps
-        # Arms that are led along a course first, so that their joints are next to each other and in order.
-        moves = sorted((one for step in steps for one in step.moves), key=lambda one: one.tcp is None)
-        self.columns = list(dict.fromkeys((one.robot.name, name) for one in moves for name in one.joint_names))
-        self.places = {column: place for place, column in enumerate(self.columns)}
-        structure = steps[0].snapshot.structure
-        self.q_index = np.array(
-            [single_joint(structure, structure.node(robot), joint)[1] for robot, joint in self.columns]
-        )
-        self.limits = self._limits()
-        self.paths = [self._path(step) for step in steps]
-
-    def joined(self, corners: Sequence[Corner]) -> tuple[PlannedRun, list[float]]:
-        """Return the steps as one plan, and for each corner by how many seconds it is slower than stopping there."""
-        whole = rounded(self.paths, corners)
-        shares = [self._shares(step) for step in self.steps]
-        tcps = [{one.robot.uid: one.tcp for one in step.moves if one.tcp} for step in self.steps]
-        joints = [JointBound(*part, share) for part, share in zip(whole.moves, map(_known, shares), strict=True)]
-        bounds = [
-            self._placed(tcp, uid, part)
-            for part, led in zip(whole.moves, tcps, strict=True)
-            for uid, tcp in led.items()
-        ]
-        for place, part in enumerate(whole.corners):
-            joints.append(JointBound(*part, _known(np.fmax(shares[place], shares[place + 1]))))
-            for uid, tcp in self._led_through(place, tcps).items():
-                bounds.append(self._placed(tcp, uid, part))
-        for part, step in zip(whole.moves, self.steps, strict=True):
-            seen = [one.seen for one in step.moves if one.seen]
-            bounds += [TcpBound(*part, slice(0, len(self.columns)), one.by(self.q_index), one.limits) for one in seen]
-        joints = [bound for bound in joints if bound.end > bound.begin]
-        bounds = [bound for bound in bounds if bound.end > bound.begin]
-        law = path_law(whole.path, self.limits, joints, bounds, self.steps[0].law)
-        goal = arrived(self.steps[-1].snapshot, self.steps[-1].columns, self.steps[-1].plan.goal).state.q[self.q_index]
-        plan = planned("blend", whole.path, law, self.limits, goal)
-        middles = [nominal_time(law, 0.5 * (begin + end), 0.0) for begin, end in whole.corners]
-        times = [0.0, *middles]
-        steps = tuple((time, step.number) for time, step in zip(times, self.steps, strict=True))
-        tool_states = tuple(pair for step in self.steps for one in step.moves for pair in one.tool_states)
-        passed = [nominal_time(law, 0.5 * (begin + end), 0.0) for begin, end in whole.moves]
-        passed[0], passed[-1] = 0.0, plan.duration
-        halves = [step.halves for step in self.steps]
-        halves[0] = (0.0, self.steps[0].plan.duration)
-        halves[-1] = (self.steps[-1].plan.duration, 0.0)
-        losses = [
-            passed[place + 1] - passed[place] - halves[place][1] - halves[place + 1][0] for place in range(len(corners))
-        ]
-        return PlannedRun(tuple(self.columns), plan, steps, tool_states), losses
-
-    def positions(self, steps: Sequence[_Step]) -> list[Position]:
-        """Return where the tool centre points of the robots of steps are, by the joints of all columns."""
-        snapshot = steps[0].snapshot
-        robots = {one.robot.uid: one.robot for step in steps for one in step.moves}
-        found: list[Position] = []
-        for robot in robots.values():
-            arm = arm_of(snapshot, robot)
-            if arm.chain is None:
-                continue
-            tip, point = tip_of(snapshot, arm), flange_t_tcp(snapshot, robot)[:, 3]
-            own = [int(np.flatnonzero(arm.q_index == index)[0]) for index in self.q_index if index in arm.q_index]
-            columns = np.flatnonzero(np.isin(self.q_index, arm.q_index))
-            base = snapshot.state.q[arm.q_index]
-
-            def position(
-                q: Floats, tip=tip, point=point, own=own, columns=columns, base=base  # noqa: ANN001 each as above
-            ) -> Floats:
-                mine = base.copy()
-                mine[own] = q[columns]
-                return (tip(mine) @ point)[:3]
-
-            found.append(position)
-        return found
-
-    def _limits(self) -> JointLimits:
-        parts = [
-            joint_limits(self.steps[0].snapshot, self.steps[0].snapshot.structure.node(robot), [joint])[0]
-            for robot, joint in self.columns
-        ]
-        fields = ("lower", "upper", "velocity", "acceleration", "jerk")
-        return JointLimits(
-            tuple(joint for _, joint in self.columns),
-            **{field: np.concatenate([getattr(part, field) for part in parts]) for field in fields},
-        )
-
-    def _path(self, step: _Step) -> PiecewisePolynomial:
-        """Return the path of a step for all columns; its parameter is the time in s that it takes at cruise speed."""
-        seconds = max(self._seconds(one) for one in step.moves)
-        moved = [one for one in step.moves if one.joint_names]
-        still = [column for column in self.columns if column not in step.columns]
-        parts = [one.plan.tracks[0].path.onto(0.0, seconds) for one in moved]
-        if still:
-            there = step.snapshot.state.q[self.q_index[[self.places[column] for column in still]]]
-            parts.append(PiecewisePolynomial(np.array([0.0, seconds]), there[None, None, :]))
-        path = stacked(parts)
-        order = np.argsort([self.places[column] for column in [*step.columns, *still]])
-        return PiecewisePolynomial(path.breaks, path.coefficients[:, :, order])
-
-    def _seconds(self, one: PlannedMove) -> float:
-        """Return how long a move takes at the greatest speed that its joints and its tool centre point may have."""
-        if not one.joint_names:
-            return 0.0
-        path = one.plan.tracks[0].path
-        q, rates = path.states(np.linspace(path.start, path.end, _LOOKS), 1)
-        columns = [self.places[one.robot.name, name] for name in one.joint_names]
-        seconds = float((np.abs(rates) / (self.limits.velocity[columns] * one.speed_factor)).max())
-        if one.tcp is not None:
-            limits = one.tcp.limits
-            twists = [one.tcp.tcp.jacobian(here) @ rate for here, rate in zip(q, rates, strict=True)]
-            moving = max(float(np.linalg.norm(twist[:3])) for twist in twists) / limits.velocity
-            turning = max(float(np.linalg.norm(twist[3:])) for twist in twists) / limits.rotation_velocity
-            seconds = max(seconds, moving, turning)
-        return seconds * (path.end - path.start)
-
-    def _shares(self, step: _Step) -> Floats:
-        """Return for each column the speed factor of the move that moves it; not a number where none does."""
-        shares = np.full(len(self.columns), np.nan)
-        for one in step.moves:
-            shares[[self.places[one.robot.name, name] for name in one.joint_names]] = one.speed_factor
-        return shares
-
-    def _placed(self, tcp: TcpBound, uid: int, part: tuple[float, float]) -> TcpBound:
-        """Return what an arm keeps of its tool centre point, on a part of the run's parameter and in its columns."""
-        robot = self.steps[0].snapshot.structure.nodes[uid].name
-        first = next(place for place, (name, _) in enumerate(self.columns) if name == robot)
-        return replace(tcp, begin=part[0], end=part[1], columns=slice(first, first + tcp.columns.stop))
-
-    def _led_through(self, place: int, tcps: Sequence[dict[int, TcpBound]]) -> dict[int, TcpBound]:
-        """Return what the tool centre points keep in a corner: the larger limits of those that are led on both sides.
-
-        One that is led on one side and stands still on the other keeps that side's.
-        """
-        before, after = tcps[place], tcps[place + 1]
-        robots = [{one.robot.uid for one in step.moves} for step in self.steps[place : place + 2]]
-        result = {}
-        for uid in before.keys() | after.keys():
-            if uid in before and uid in after:
-                result[uid] = replace(before[uid], limits=_larger(before[uid].limits, after[uid].limits))
-            elif uid not in robots[1] or uid not in robots[0]:
-                result[uid] = before.get(uid) or after[uid]
-        return result
+def _joined(
+    frame: Frame, steps: Sequence[Step], alone: Sequence[_Part], corners: Sequence[_Corner]
+) -> tuple[list[PlannedRun], list[Note]]:
+    """Return the plans of steps with a way through each corner; where these don't go together one is left out."""
+    if len(steps) == 1:
+        return [_alone_run(steps[0])], []
+    cuts = [place + 1 for place, corner in enumerate(corners) if not corner.through]
+    rooms = [corner.room for corner in corners]
+    parts: list[_Part] = []
+    overlaps: list[Overlap] = []
+    unfit = None
+    for begin, end in pairwise([0, *cuts, len(steps)]):
+        part = _rounded(frame, steps[begin:end], alone[begin:end], rooms[begin : end - 1])
+        if part is None:
+            unfit = end - 2
+            break
+        if parts:
+            beside = _overlap(frame, steps[begin - 1 : begin + 1], parts[-1], part, rooms[begin - 1])
+            if beside is None:
+                unfit = begin - 1
+                break
+            overlaps.append(beside)
+        parts.append(part)
+    if unfit is None:
+        run = _run(frame, steps, parts, overlaps, cuts)
+        if run.plan.duration < sum(one.track.time_law.end for one in alone):
+            return [run], []
+        unfit = len(corners) // 2
+    first, told = _joined(frame, steps[: unfit + 1], alone[: unfit + 1], corners[:unfit])
+    second, more = _joined(frame, steps[unfit + 1 :], alone[unfit + 1 :], corners[unfit + 1 :])
+    return [*first, *second], [*told, _dropped(steps[unfit], _UNFIT), *more]
 
 
-def _known(shares: Floats) -> Floats:
-    return np.where(np.isnan(shares), 1.0, shares)
+def _alone(track: Track) -> _Part:
+    length = track.path.end - track.path.start
+    return _Part(track, (length, length))
 
 
-def _larger(one: CartesianLimits, other: CartesianLimits) -> CartesianLimits:
-    return CartesianLimits(*(max(pair) for pair in zip(vars(one).values(), vars(other).values(), strict=True)))
+def _rounded(frame: Frame, steps: Sequence[Step], alone: Sequence[_Part], rooms: Sequence[Room]) -> _Part | None:
+    """Return steps as one path with rounded corners; None when a corner finds no way or no law does."""
+    if len(steps) == 1:
+        return alone[0]
+    paths = [alone[0].track.path.onto(0.0, alone[0].track.time_law.end)]
+    corners: list[Corner] = []
+    for part, room in zip(alone[1:], rooms, strict=True):
+        found = _corner(frame, paths[-1], part.track.path.onto(0.0, part.track.time_law.end), room)
+        if found is None:
+            return None
+        corners.append(found[0])
+        paths.append(found[1])
+    whole = rounded(paths, corners)
+    try:
+        track = frame.track_through(steps, whole)
+    except KernelError:
+        return None
+    begins = tuple(nominal_time(track.time_law, 0.5 * (begin + end), 0.0) for begin, end in whole.corners)
+    return _Part(track, (paths[0].end, paths[-1].end), begins)
+
+
+def _corner(
+    frame: Frame, before: PiecewisePolynomial, after: PiecewisePolynomial, room: Room
+) -> tuple[Corner, PiecewisePolynomial] | None:
+    """Return a rounded corner that fits, and the path after it with a parameter that suits it.
+
+    What the zone takes of both paths gets the same length: so the tool centre point enters and leaves a distance's zone
+    at the same speed, whatever the moves' own speeds are; the parameter changes at most by `_SCALE`.
+    """
+    for smaller in _SMALLER:
+        left, share = smaller * room.shares[0] * before.end, smaller * room.shares[1]
+        seconds = float(np.clip(left / share, after.end / _SCALE, after.end * _SCALE))
+        changed = after.onto(0.0, seconds)
+        corner = round_corner(before, changed, left, share * seconds)
+        if _stays(frame, corner.piece, room):
+            return corner, changed
+    return None
+
+
+def _stays(frame: Frame, piece: PiecewisePolynomial, room: Room) -> bool:
+    """Whether joints stay within their limits and tool centre points within the zone on a corner's piece."""
+    if piece.first_excursion(frame.limits.lower, frame.limits.upper, TOLERANCE) is not None:
+        return False
+    return room.holds(piece.evaluate(np.linspace(piece.start, piece.end, _LOOKS)))
+
+
+def _overlap(frame: Frame, pair: Sequence[Step], before: _Part, after: _Part, room: Room) -> Overlap | None:
+    """Return how the last step of a part goes over into the first of the next one within a zone."""
+    path, law = before.track.path, before.track.time_law
+    leave = law.end - nominal_time(law, path.end - room.shares[0] * before.ends[1], 0.0)
+    path, law = after.track.path, after.track.time_law
+    join = nominal_time(law, path.start + room.shares[1] * after.ends[0], 0.0)
+    led, optimal = frame.led_through(pair), pair[0].law is TimeLaw.TIME_OPTIMAL
+
+    def fits(quintic: PiecewisePolynomial) -> bool:
+        if not _stays(frame, quintic, room):
+            return False
+        # The parameter of a quintic is time: its law is the identity.
+        law = PiecewisePolynomial(np.array([0.0, quintic.end]), np.array([[[0.0], [1.0]]]))
+        rates = [tcp_rate_once(quintic, replace(bound, begin=0.0, end=quintic.end)) for bound in led]
+        needed = stretch_needed(rates, law, np.linspace(0.0, quintic.end, _LOOKS))
+        return bool(np.all((needed[:2] if optimal else needed) <= 1.0 + _ROUNDING))
+
+    return overlap(before.track, after.track, leave, join, frame.corner_limits(pair), fits)
+
+
+def _run(
+    frame: Frame, steps: Sequence[Step], parts: Sequence[_Part], overlaps: Sequence[Overlap], cuts: Sequence[int]
+) -> PlannedRun:
+    """Return steps as one plan, whose parts, cut before the steps `cuts`, overlap.
+
+    A step begins in the middle of its corner or overlap.
+    """
+    track, windows = overlapped([part.track for part in parts], overlaps)
+    need = 1.0
+    for cut, (begin, end) in zip(cuts, windows, strict=True):
+        peaks = np.abs(track.derivatives(np.linspace(begin, end, 12 * _LOOKS))[1:]).max(axis=1)
+        need = max(need, float(((peaks / frame.corner_limits(steps[cut - 1 : cut + 1])).max(axis=1) ** _POWERS).max()))
+    times = [0.0, *parts[0].begins]
+    for part, one, (begin, end) in zip(parts[1:], overlaps, windows, strict=True):
+        times += [0.5 * (begin + end), *(end - one.join + time for time in part.begins)]
+    arrival = arrived(steps[-1].snapshot, steps[-1].columns, steps[-1].plan.goal)
+    law = track.time_law.stretched(need * track.time_law.end)
+    plan = planned("blend", track.path, law, frame.limits, arrival.state.q[frame.q_index])
+    numbered = tuple((need * time, step.number) for time, step in zip(times, steps, strict=True))
+    tool_states = tuple(pair for step in steps for one in step.moves for pair in one.tool_states)
+    return PlannedRun(tuple(frame.columns), plan, numbered, tool_states)

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.circle import Via
 from virtualrobot_kernel.motion.rotation import rotation_matrix
 from virtualrobot_kernel.planning.blending import arrived
 from virtualrobot_kernel.planning.moves import Circular, Linear, Move, PointToPoint, PoseGoal, plan_moves
+from virtualrobot_kernel.planning.program import MoveStepWish, Zone
 from virtualrobot_kernel.planning.robots import Arm, arm_of, tcp_frame, world_poses
 from virtualrobot_kernel.world.state import Snapshot, State
 from virtualrobot_kernel.world.structure import Kind
@@ -71,7 +75,7 @@ def random_move(rng: np.random.Generator, snapshot: Snapshot, robot: str, kind: 
     arm = arm_of(snapshot, node)
     here = tcp_frame(snapshot, node)
     chain = arm.serial()
-    for _ in range(400):
+    for _ in range(60):
         speed_factor = float(rng.uniform(0.3, 1.0))
         goal = here.copy()
         goal[:3, 3] += rng.uniform(-0.2, 0.2, 3)
@@ -95,3 +99,22 @@ def random_move(rng: np.random.Generator, snapshot: Snapshot, robot: str, kind: 
         if kind != "pose" or np.abs(planned.plan.goal - planned.plan.start).max() < 1.5:
             return move
     raise AssertionError(f"no {kind} of 400 could be planned for {robot}")
+
+
+def random_steps(
+    rng: np.random.Generator, file: str, kinds: Sequence[str], zone: Zone, time_law: TimeLaw = TimeLaw.JERK_LIMITED
+) -> tuple[Snapshot, list[MoveStepWish]]:
+    """Return a world with one arm, and steps of one move each of these kinds, all but the last one with a zone."""
+    for _ in range(100):
+        snapshot = here = cell_of(rng, file)
+        steps: list[MoveStepWish] = []
+        try:
+            for place, kind in enumerate(kinds):
+                move = replace(random_move(rng, here, "arm0", kind), time_law=time_law)
+                steps.append(MoveStepWish((move,), zone if place < len(kinds) - 1 else None))
+                (planned,) = plan_moves(here, [move], solver)
+                here = with_joints(here, "arm0", planned.plan.goal)
+        except AssertionError:
+            continue
+        return snapshot, steps
+    raise AssertionError(f"no steps of 100 could be planned for {file}")

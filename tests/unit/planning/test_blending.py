@@ -1,0 +1,312 @@
+"""Runs of moves with zones on real arms: the laws of motions, in the zones and outside, and what is told of zones."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.motion import running
+from virtualrobot_kernel.motion.bounds import TimeLaw
+from virtualrobot_kernel.motion.moving import ENDED, Phase
+from virtualrobot_kernel.motion.planned import Plan
+from virtualrobot_kernel.planning.blending import PlannedRun, arrived, plan_run
+from virtualrobot_kernel.planning.moves import JointTrajectory, Linear, Move, PointToPoint, PoseGoal
+from virtualrobot_kernel.planning.notes import NoteKind
+from virtualrobot_kernel.planning.program import MoveStepWish, Zone
+from virtualrobot_kernel.planning.robots import tcp_frame
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import Kind
+
+from tests.unit.motion.motions import FINE, TICK
+from tests.unit.planning.runs import KINDS, cell_of, random_move, random_steps, solver
+
+ON_COURSE, ON_LINE = 1e-5, 1e-9
+"""How far the TCP may be from a line or an arc (m), and joints from a straight line in joint space (rad)."""
+
+
+def tcp_at(snapshot: Snapshot, run: PlannedRun, q: np.ndarray, robot: str = "arm0") -> np.ndarray:
+    """Return where a TCP is, (3,) in the world, with the joints of a run."""
+    there = arrived(snapshot, run.joints, q)
+    return tcp_frame(there, there.structure.node(robot, Kind.ROBOT))[:3, 3]
+
+
+def alone(snapshot: Snapshot, steps: list[MoveStepWish]) -> list[PlannedRun]:
+    """Return the plans of the same moves with a stop after each."""
+    return plan_run(snapshot, [MoveStepWish(step.moves) for step in steps], solver)[0]
+
+
+def check_law(plan: Plan, velocity: np.ndarray, acceleration: np.ndarray, jerk: np.ndarray) -> None:
+    """Check at ticks and at ten points between that time grows, limits hold and nothing jumps."""
+    taus = np.arange(0.0, plan.duration, FINE)
+    _, v, a, j = plan.derivatives(taus)
+    assert np.abs(v / velocity).max() <= 1.0 + 1e-6
+    assert np.abs(a / acceleration).max() <= 1.0 + 1e-4
+    assert np.abs(j / jerk).max() <= 1.005
+    (track,) = plan.tracks
+    assert np.all(np.diff(track.time_law.evaluate(taus)[:, 0]) > 0.0)
+    breaks = track.time_law.breaks[1:-1]
+    for x in (*breaks, *(np.interp(track.path.breaks[1:-1], track.time_law.evaluate(taus)[:, 0], taus))):
+        before, after = plan.derivatives(np.array([x - 1e-9, x + 1e-9]))[:3].transpose(1, 0, 2)
+        tolerance = 1e-6 + 4e-9 * np.array([velocity, acceleration, np.minimum(jerk, 1e6)])
+        assert np.all(np.abs(before - after) <= tolerance)
+    ends = plan.derivatives(np.array([0.0, plan.duration]))
+    assert np.abs(ends[1:3]).max() < 1e-6
+    assert np.allclose(ends[0], [plan.start, plan.goal], rtol=0.0, atol=1e-8)
+
+
+def off_course(snapshot: Snapshot, run: PlannedRun, moves: list[Move], plans: list[PlannedRun], q: np.ndarray) -> float:
+    """Return how far joints are from the nearest of the programmed moves, in units of what is allowed."""
+    least = np.inf
+    order = [[name for _, name in run.joints].index(name) for _, name in plans[0].joints]
+    for move, one in zip(moves, plans, strict=True):
+        if isinstance(move, PointToPoint):
+            start, way = one.plan.start, one.plan.goal - one.plan.start
+            share = np.clip((q[order] - start) @ way / (way @ way), 0.0, 1.0)
+            least = min(least, float(np.abs(q[order] - start - share * way).max()) / ON_LINE)
+            continue
+        a, m, b = (tcp_at(snapshot, one, one.plan.tracks[0].path.evaluate(u)) for u in (0.0, 0.5, 1.0))
+        x = tcp_at(snapshot, run, q)
+        if isinstance(move, Linear):
+            way = b - a
+            share = np.clip((x - a) @ way / (way @ way), 0.0, 1.0)
+            least = min(least, float(np.linalg.norm(x - a - share * way)) / ON_COURSE)
+        else:
+            normal = np.cross(m - a, b - a)
+            normal /= np.linalg.norm(normal)
+            right = np.array([(m @ m - a @ a) / 2.0, (b @ b - a @ a) / 2.0, normal @ a])
+            center = np.linalg.solve(np.array([m - a, b - a, normal]), right)
+            height = (x - center) @ normal
+            radius = np.linalg.norm(x - center - height * normal)
+            least = min(least, float(np.hypot(radius - np.linalg.norm(a - center), height)) / ON_COURSE)
+    return least
+
+
+@pytest.mark.parametrize("first", KINDS)
+@pytest.mark.parametrize("second", KINDS)
+def test_all_pairs_keep_limits_and_leave_their_paths_only_in_the_zone(
+    rng: np.random.Generator, first: str, second: str
+) -> None:
+    name = str(rng.choice(["puma560", "iiwa", "panda", "xarm6"]))
+    for _ in range(20):
+        snapshot, steps = random_steps(rng, name, [first, second], Zone(meters=float(rng.uniform(0.02, 0.08))))
+        runs, notes = plan_run(snapshot, steps, solver)
+        if len(runs) == 1:
+            break
+        assert [note.kind for note in notes] == [NoteKind.ZONE_DROPPED]  # too sharp for what the joints can do
+    (run,) = runs
+    plans = alone(snapshot, steps)
+    assert run.plan.duration < sum(one.plan.duration for one in plans)
+    joints = {joint.name: joint.limits for joint in snapshot.structure.robot("arm0")[1].joints}
+    limits = [joints[joint] for _, joint in run.joints]
+    check_law(run.plan, *(np.array([getattr(x, f) for x in limits]) for f in ("velocity", "acceleration", "jerk")))
+    radius = notes[0].kept if notes else steps[0].zone.meters  # pyright: ignore[reportOptionalMemberAccess] it has one
+    corner = tcp_at(snapshot, plans[0], plans[0].plan.goal)
+    moves = [step.moves[0] for step in steps]
+    inside = 0
+    for q in run.plan.derivatives(np.linspace(0.0, run.plan.duration, 300))[0]:
+        if np.linalg.norm(tcp_at(snapshot, run, q) - corner) <= radius * (1.0 + 1e-6):
+            inside += 1
+        else:
+            assert off_course(snapshot, run, moves, plans, q) <= 1.0
+    assert inside
+    assert [number for _, number in run.steps] == [0, 1]
+    middle = run.plan.derivatives(np.array([run.steps[1][0]]))[0, 0]
+    assert np.linalg.norm(tcp_at(snapshot, run, middle) - corner) <= radius
+
+
+def test_a_whole_run_keeps_its_limits_and_takes_less_time(rng: np.random.Generator) -> None:
+    snapshot, steps = random_steps(rng, "puma560", list(rng.permutation([*KINDS, *KINDS])), Zone(percent=30.0))
+    runs, notes = plan_run(snapshot, steps, solver)
+    joints = {joint.name: joint.limits for joint in snapshot.structure.robot("arm0")[1].joints}
+    for run in runs:
+        limits = [joints[joint] for _, joint in run.joints]
+        check_law(run.plan, *(np.array([getattr(x, f) for x in limits]) for f in ("velocity", "acceleration", "jerk")))
+        times = [time for time, _ in run.steps]
+        assert times[0] == 0.0 and all(a < b for a, b in pairwise([*times, run.plan.duration]))
+    assert [number for run in runs for _, number in run.steps] == list(range(len(steps)))
+    dropped = sum(note.kind is NoteKind.ZONE_DROPPED for note in notes)
+    assert len(runs) == 1 + dropped < len(steps)
+    assert sum(run.plan.duration for run in runs) < sum(one.plan.duration for one in alone(snapshot, steps))
+    for before, after in pairwise(runs):
+        assert np.allclose(arrived(snapshot, before.joints, before.plan.goal).state.q[-len(before.joints) :],
+                           arrived(snapshot, after.joints, after.plan.start).state.q[-len(after.joints) :])  # fmt: skip
+
+
+def line_steps(
+    rng: np.random.Generator, ways: list[list[float]], zone: Zone, speed: float, acceleration: float
+) -> tuple[Snapshot, list[MoveStepWish]]:
+    """Return a world and lines of the TCP along some ways in m, for which the arm has room."""
+    for _ in range(200):
+        snapshot = cell_of(rng, "puma560")
+        pose = tcp_frame(snapshot, snapshot.structure.node("arm0", Kind.ROBOT)).copy()
+        steps = []
+        for place, way in enumerate(ways):
+            pose = pose.copy()
+            pose[:3, 3] += way
+            move = Linear("arm0", PoseGoal(pose), max_velocity=speed, max_acceleration=acceleration)
+            steps.append(MoveStepWish((move,), zone if place < len(ways) - 1 else None))
+        try:
+            plan_run(snapshot, steps, solver)
+        except KernelError:
+            continue
+        return snapshot, steps
+    raise AssertionError("no lines of 200 could be planned")
+
+
+def test_a_zone_larger_than_half_a_move_is_shrunk_and_told(rng: np.random.Generator) -> None:
+    ways = [[0.1, 0.0, 0.0], [0.0, 0.04, 0.0]]
+    snapshot, steps = line_steps(rng, ways, Zone(meters=0.05), 0.1, 0.5)
+    (run,), (note,) = plan_run(snapshot, steps, solver, [3, 7])
+    assert (note.kind, note.step, note.robot, note.wanted) == (NoteKind.ZONE_SHRUNK, 3, "arm0", 0.05)
+    assert note.kept == pytest.approx(0.02, abs=1e-8)  # half of 40 mm
+    assert "0.02 m instead of 0.05 m" in note.message and "half of a move" in note.message
+    assert [number for _, number in run.steps] == [3, 7]
+
+
+def test_lines_keep_the_larger_limits_of_both_in_their_zone(rng: np.random.Generator) -> None:
+    ways = [[0.12, 0.0, 0.0], [0.08, 0.09, 0.0], [0.0, 0.0, -0.12]]
+    snapshot, steps = line_steps(rng, ways, Zone(meters=0.02), 0.2, 1.0)
+    runs, _ = plan_run(snapshot, steps, solver)
+    for run in runs:
+        h = 1e-3
+        taus = np.arange(0.0, run.plan.duration, h)
+        points = np.array([tcp_at(snapshot, run, q) for q in run.plan.derivatives(taus)[0]])
+        v = np.linalg.norm(np.gradient(points, h, axis=0), axis=1)
+        a = np.linalg.norm(np.diff(points, 2, axis=0) / h**2, axis=1)
+        assert v.max() <= 0.2 * 1.001
+        assert a.max() <= 1.0 * 1.01  # differences of positions that follow their courses to 1e-8 m
+
+
+def test_a_gentle_corner_of_lines_is_passed_at_speed(rng: np.random.Generator) -> None:
+    ways = [[0.15, 0.0, 0.0], [0.15, 0.005, 0.0]]
+    snapshot, steps = line_steps(rng, ways, Zone(meters=0.03), 0.1, 1.0)
+    (run,), notes = plan_run(snapshot, steps, solver)
+    assert not notes
+    at = run.steps[1][0]
+    a, b = (tcp_at(snapshot, run, q) for q in run.plan.derivatives(np.array([at - 1e-4, at + 1e-4]))[0])
+    assert np.linalg.norm(b - a) / 2e-4 > 0.095
+
+
+def test_two_robots_in_step_stay_in_the_smallest_of_their_zones(rng: np.random.Generator) -> None:
+    for _ in range(20):
+        snapshot = cell_of(rng, "puma560", "panda")
+        there, steps = snapshot, []
+        try:
+            for last in (False, True):
+                moves = (random_move(rng, there, "arm0", "joints"), random_move(rng, there, "arm1", "line"))
+                steps.append(MoveStepWish(moves, None if last else Zone(meters=0.04)))
+                (one,) = plan_run(there, [MoveStepWish(moves)], solver)[0]
+                there = arrived(there, one.joints, one.plan.goal)
+        except AssertionError:
+            continue
+        runs, _ = plan_run(snapshot, steps, solver)
+        if len(runs) == 1:
+            break
+    (run,) = runs
+    first, second = alone(snapshot, steps)
+    corner = arrived(snapshot, first.joints, first.plan.goal)
+    spheres = [tcp_frame(corner, corner.structure.node(f"arm{k}", Kind.ROBOT))[:3, 3] for k in (0, 1)]
+    q = run.plan.derivatives(np.linspace(0.0, run.plan.duration, 400))[0]
+    places = [place for place, joint in enumerate(first.joints) if joint[0] == "arm0"]
+    for now in q:
+        world = arrived(snapshot, run.joints, now)
+        tcps = [tcp_frame(world, world.structure.node(f"arm{k}", Kind.ROBOT))[:3, 3] for k in (0, 1)]
+        if all(np.linalg.norm(x - c) <= 0.04 * (1.0 + 1e-6) for x, c in zip(tcps, spheres, strict=True)):
+            continue
+        mine = now[[run.joints.index(joint) for joint in run.joints if joint[0] == "arm0"]]
+        off = []
+        for line in (first.plan, second.plan):
+            start, way = line.start[places], (line.goal - line.start)[places]
+            share = np.clip((mine - start) @ way / (way @ way), 0.0, 1.0)
+            off.append(np.abs(mine - start - share * way).max())
+        assert min(off) <= ON_LINE
+
+
+def test_what_cannot_be_joined_is_reached_exactly_and_told(rng: np.random.Generator) -> None:
+    snapshot, steps = random_steps(rng, "puma560", ["joints", "joints"], Zone(percent=20.0))
+    (run, _) = alone(snapshot, steps)
+    names = tuple(name for _, name in run.joints)
+    q = np.stack([run.plan.goal, run.plan.start])
+    timed = MoveStepWish((JointTrajectory("arm0", names, np.array([0.0, 20.0]), q),))
+    optimal = MoveStepWish(
+        (PointToPoint("arm0", dict(zip(names, run.plan.start.tolist(), strict=True)), time_law=TimeLaw.TIME_OPTIMAL),)
+    )
+    still = MoveStepWish((PointToPoint("arm0", dict(zip(names, run.plan.goal.tolist(), strict=True))),))
+    for following, why in (
+        ([timed], "times of its own"),
+        ([optimal], "different time laws"),
+        ([still], "moves nothing"),
+        ([], "no moves follow"),
+    ):
+        runs, (note,) = plan_run(snapshot, [steps[0], *following], solver)
+        assert (note.kind, note.step, note.wanted, note.kept) == (NoteKind.ZONE_DROPPED, 0, 20.0, 0.0)
+        assert why in note.message
+        assert np.array_equal(runs[0].plan.goal, run.plan.goal)
+        assert len(runs) == 1 + len(following)
+
+
+def test_a_distance_means_nothing_where_no_tool_centre_point_moves(rng: np.random.Generator) -> None:
+    snapshot = cell_of(rng, "puma560")
+    last = snapshot.structure.robot("arm0")[1].joints[5].name  # its axis goes through the TCP
+    now = float(snapshot.state.q[5])
+    steps = [
+        MoveStepWish((PointToPoint("arm0", {last: now + 0.5}),), Zone(meters=0.01)),
+        MoveStepWish((PointToPoint("arm0", {last: now + 0.9}),)),
+    ]
+    runs, (note,) = plan_run(snapshot, steps, solver)
+    assert len(runs) == 2 and "give percent" in note.message
+    runs, notes = plan_run(snapshot, [MoveStepWish(steps[0].moves, Zone(percent=30.0)), steps[1]], solver)
+    assert len(runs) == 1 and not notes
+
+
+def test_a_time_optimal_run_keeps_speed_and_acceleration(rng: np.random.Generator) -> None:
+    kinds = ["joints", "joints", "joints"]
+    snapshot, steps = random_steps(rng, "panda", kinds, Zone(percent=25.0), TimeLaw.TIME_OPTIMAL)
+    runs, _ = plan_run(snapshot, steps, solver)
+    joints = {joint.name: joint.limits for joint in snapshot.structure.robot("arm0")[1].joints}
+    for run in runs:
+        _, v, a, _ = run.plan.derivatives(np.arange(0.0, run.plan.duration, FINE))
+        limits = [joints[joint] for _, joint in run.joints]
+        assert np.abs(v / [limit.velocity for limit in limits]).max() <= 1.0 + 1e-6
+        assert np.abs(a / [limit.acceleration for limit in limits]).max() <= 1.0 + 1e-3
+    assert sum(run.plan.duration for run in runs) < sum(one.plan.duration for one in alone(snapshot, steps))
+
+
+def test_the_step_that_cannot_be_planned_is_named(rng: np.random.Generator) -> None:
+    snapshot, steps = random_steps(rng, "puma560", ["joints", "joints"], Zone(percent=20.0))
+    far = np.eye(4)
+    far[:3, 3] = 9.0
+    with pytest.raises(KernelError, match="step 6: ") as refused:
+        plan_run(snapshot, [steps[0], MoveStepWish((Linear("arm0", PoseGoal(far)),))], solver, [4, 6])
+    assert refused.value.metadata["step"] == "6"
+
+
+def test_pause_resume_override_and_cancel_never_leave_the_path(rng: np.random.Generator) -> None:
+    snapshot, steps = random_steps(rng, "puma560", list(rng.permutation(KINDS)), Zone(percent=40.0))
+    run = max(plan_run(snapshot, steps, solver)[0], key=lambda run: run.plan.duration)
+    (track,) = run.plan.tracks
+    for cancelled in (False, True):
+        motion = running.start(run.plan, float(rng.uniform(0.01, 1.0)))
+        last = 0.0
+        for tick in range(20_000):
+            if rng.random() < 0.01:
+                motion = motion.pause() if motion.phase is Phase.RUNNING else motion.resume()
+            override = float(rng.uniform(0.1, 1.0)) if rng.random() < 0.02 else motion.override
+            motion = motion.advance(TICK, override)
+            if cancelled and tick > 100 and rng.random() < 0.02 and not motion.ended:
+                motion = motion.cancel()
+            ((u, speed, _),) = motion.path_states
+            assert last <= u <= track.path.end and speed >= -1e-9
+            assert np.allclose(motion.sample()[0], track.path.evaluate(u), rtol=0.0, atol=1e-9)
+            assert np.all(np.abs(motion.sample()[1]) <= run.plan.max_velocity * (1.0 + 1e-6))
+            last = u
+            if motion.phase in ENDED:
+                break
+            if motion.phase is Phase.STOPPING:
+                while not motion.ended:
+                    motion = motion.advance(TICK, override)
+                    assert np.allclose(motion.sample()[0], track.path.evaluate(motion.path_states[0][0]), atol=1e-9)
+                break
+        assert motion.ended
