@@ -1,4 +1,4 @@
-"""What planning costs by motion type: arc, spline and jog against a line of the same length, from one posture."""
+"""What planning costs by motion type and time law: arc, spline and jog against a line of the same length."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Callable
 from math import pi
 
 import numpy as np
+from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.circle import Center
 from virtualrobot_kernel.motion.jog import plan_cartesian_jog
 from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
@@ -15,6 +16,7 @@ from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.rotation import rotation_matrix
 from virtualrobot_plugins.chain.component import ChainKinematics
 
+from benchmarks import time_laws
 from benchmarks.kinematics import ARMS, chain_of
 from benchmarks.rows import Row, row
 
@@ -27,6 +29,8 @@ BUDGET = 2.0
 
 POSES = 12
 """Through how many poses a spline goes along the same arc."""
+
+OPTIMAL = TimeLaw.TIME_OPTIMAL
 
 READY = {
     "iiwa 14": (0.3, 0.6, -0.2, -1.4, 0.1, 0.9, 0.2),
@@ -93,7 +97,13 @@ def run() -> list[Row]:
         title = f"planning a jog as far as it goes, {arm.name}"
         rows.append(row(title, jog, lin, "LIN of 0.3 m", "ms", None))
         rows.append(row(f"planning a LIN of 0.3 m, {arm.name}", lin, ptp, "PTP to its end", "ms", None))
-    return rows
+        fast_lin, fast_circ = milliseconds(
+            lambda k=kinematics, q=ready, g=goal, m=limits: plan_lin(k, q, g, m, time_law=OPTIMAL),
+            lambda k=kinematics, q=ready, c=center, m=limits: plan_circ(k, q, c, None, m, time_law=OPTIMAL),
+        )
+        rows.append(row(f"planning a time-optimal LIN, {arm.name}", fast_lin, lin, "jerk-limited LIN", "ms", None))
+        rows.append(row(f"planning a time-optimal CIRC, {arm.name}", fast_circ, circ, "jerk-limited CIRC", "ms", None))
+    return [*rows, *time_laws.run()]
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ from virtualrobot_kernel.motion.profile import jerk_limited_profile
 from .motions import FINE, arm_limits, kinematics, random_limits, random_line
 
 
-@pytest.mark.parametrize("name", ["iiwa", "xarm6", "puma560"])
+@pytest.mark.parametrize("name", ["iiwa", "ur5", "puma560"])
 def test_joints_and_tool_centre_point_keep_their_limits(name: str, rng: np.random.Generator) -> None:
     plan, _, _, cartesian = random_line(rng, name)
     chain, limits, path = kinematics(name), arm_limits(name), plan.tracks[0].path

@@ -118,7 +118,7 @@ def test_joint_and_tcp_bounds_on_parts_of_a_path_are_kept(rng: np.random.Generat
         assert np.linalg.norm(change[3:]) <= cartesian.rotation_acceleration * (1 + 1e-4)
 
 
-@pytest.mark.parametrize("name", ["iiwa", "xarm6", "puma560"])
+@pytest.mark.parametrize("name", ["iiwa", "ur5", "puma560"])
 def test_lines_keep_speed_and_acceleration_and_are_faster(name: str, rng: np.random.Generator) -> None:
     usual, start, goal, cartesian = random_line(rng, name)
     chain, limits = kinematics(name), arm_limits(name)
@@ -163,8 +163,8 @@ def plans(rng: np.random.Generator) -> list[Plan]:
     limits = random_limits(rng, 7)
     ends = rng.uniform(limits.lower, limits.upper, (2, 7))
     ptp = plan_ptp(ends[0], ends[1], limits, 1.0, OPTIMAL)
-    _, start, goal, cartesian = random_line(rng, "xarm6")
-    lin = plan_lin(kinematics("xarm6"), start, goal, arm_limits("xarm6"), cartesian, time_law=OPTIMAL)
+    _, start, goal, cartesian = random_line(rng, "ur5")
+    lin = plan_lin(kinematics("ur5"), start, goal, arm_limits("ur5"), cartesian, time_law=OPTIMAL)
     return [ptp, lin, optimal_arc(random_arc(rng, "puma560"), "puma560")]
 
 
