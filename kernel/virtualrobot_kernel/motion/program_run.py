@@ -90,8 +90,7 @@ class ProgramRun:
         """Return joint positions, velocities and accelerations (n,): rad or m, per s, per s²."""
         if self.running is None:
             return self.held, np.zeros_like(self.held), np.zeros_like(self.held)
-        moved = self.running.sample()
-        columns = self.program.places[self.at]
+        moved, columns = self.running.sample(), self.program.places[self.at]
         if columns is None:
             return moved
         q, v, a = self.held.copy(), np.zeros_like(self.held), np.zeros_like(self.held)
@@ -100,9 +99,10 @@ class ProgramRun:
 
     def advance(self, dt: float, override: float, given: Given = NOTHING) -> ProgramRun:
         """Return the program `dt` seconds later, with the speed `override` in (0, 1] of its motions."""
-        if self.ended:
+        if self.phase in ENDED:
             return self
-        return _advanced(_searched(self, given), dt, override, given)
+        run = _searched(self, given)
+        return _on_its_way(run, dt, override) or _advanced(run, dt, override, given)
 
     def pause(self) -> ProgramRun:
         """Return the program slowing to standstill; at once PAUSED where it stands; a pausing or paused one as it is.
@@ -148,13 +148,12 @@ class ProgramRun:
 
 
 def start(program: Program, override: float) -> ProgramRun:
-    """Return a program at its start, at rest; one without length, signals and waits has succeeded already."""
+    """Return a program at its start, at rest; one that does nothing has succeeded already."""
     first = program.stages[0]
     begun = running.start(first.plan, override) if first.plan is not None else None
-    over = begun is not None and begun.ended and not first.marks and len(program.stages) == 1
-    found = False if over and first.until else None
-    phase = Phase.SUCCEEDED if over else Phase.RUNNING
-    return ProgramRun(program, phase, 0, begun, 0.0, program.start, 0, (), _NO_SIGNALS, found)
+    empty = begun is not None and begun.ended and not first.marks and first.until is None
+    phase = Phase.SUCCEEDED if empty and len(program.stages) == 1 else Phase.RUNNING
+    return ProgramRun(program, phase, 0, begun, 0.0, program.start, 0, (), _NO_SIGNALS)
 
 
 def _searched(run: ProgramRun, given: Given) -> ProgramRun:
@@ -165,6 +164,21 @@ def _searched(run: ProgramRun, given: Given) -> ProgramRun:
     if until is None or given.signals.get(until[0]) != until[1]:
         return run
     return replace(run, running=run.running.cancel(), phase=Phase.STOPPING, found=True)
+
+
+def _on_its_way(run: ProgramRun, dt: float, override: float) -> ProgramRun | None:
+    """Return what `_advanced` does, sooner, where nothing but the stage's motion goes on; None where more happens."""
+    if run.running is None or run.due:
+        return None
+    moving = run.running.advance(dt, override)
+    if moving.phase in ENDED:
+        return None
+    marks = run.program.stages[run.at].marks
+    if run.marked < len(marks) and marks[run.marked][0] <= moving.tau + _TOLERANCE:
+        return None
+    return ProgramRun(
+        run.program, moving.phase, run.at, moving, 0.0, run.held, run.marked, (), _NO_SIGNALS, run.found
+    )
 
 
 def _advanced(run: ProgramRun, dt: float, override: float, given: Given) -> ProgramRun:
@@ -196,8 +210,8 @@ def _advanced(run: ProgramRun, dt: float, override: float, given: Given) -> Prog
                     if fault:
                         phase = Phase.CANCELLED
         if over:
-            if stages[at].until is not None and found is None:
-                found = False
+            if (until := stages[at].until) is not None and found is None:
+                found = given.signals.get(until[0]) == until[1]  # only if it began with this tick: see `_searched`
             held = _arrived(program, at, held)
             at, moving, waited, marked = at + 1, None, 0.0, 0
             if phase is Phase.WAITING:

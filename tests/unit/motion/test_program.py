@@ -270,6 +270,16 @@ def test_a_search_whose_signal_is_there_does_not_move(rng: np.random.Generator) 
     np.testing.assert_allclose(seen[-1].sample()[0], 0.0, atol=1e-9)
 
 
+@pytest.mark.parametrize("touch", [True, False])
+def test_a_search_without_length_looks_once(rng: np.random.Generator, touch: bool) -> None:
+    """It stands at its goal already: what it comes to is told with its first tick."""
+    limits = random_limits(rng, 1)
+    still = Stage(plan_ptp(np.zeros(1), np.zeros(1), limits), (0,), ((0.0, 0),), until=("touch", True))
+    seen, _ = run(Program((still,), np.zeros(1), 1), {"touch": touch})
+    assert [now.phase for now in seen] == [Phase.RUNNING, Phase.SUCCEEDED]
+    assert seen[-1].found is touch
+
+
 def test_a_search_that_is_cancelled_has_found_nothing(rng: np.random.Generator) -> None:
     seen, _ = run(searching(rng), {"touch": False}, act=lambda tick, now: now.cancel() if tick == 2 else now)
     if seen[-1].phase is Phase.CANCELLED:

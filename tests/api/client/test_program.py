@@ -1,0 +1,146 @@
+"""Programs with the client library and on the command line, on a real kernel."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import virtualrobot
+from virtualrobot import Client, Phase, Robot
+from virtualrobot.v1 import motion_pb2
+
+from tests.api.client.conftest import Run
+
+BENT = [0.0, 0.5, 0.0, -1.2, 0.0, 1.4, 0.0]
+FILE = """\
+schema_version: 1
+steps:
+  - move:
+      moves: [{robot: iiwa, point_to_point: {joints: {joint_positions: {lbr_iiwa_joint_1: 0.3}}}}]
+  - set_signal: {signal: there, value: true}
+"""
+
+
+@pytest.fixture
+def arm(client: Client, iiwa: Robot) -> Robot:
+    """Return an arm in a good posture, and three signals."""
+    iiwa.move_joints(BENT)
+    for name in ("gripper", "part", "touch"):
+        client.signals.create(name)
+    client.clock.set_realtime(speed_factor=10.0)
+    return iiwa
+
+
+def test_a_program_reads_like_one(client: Client, arm: Robot) -> None:
+    above = arm.tcp
+    at = above @ virtualrobot.pose(z=0.1)
+    program = client.program().move(arm.linear(at)).set("gripper").dwell(0.1).move(arm.linear(above), zone_percent=40)
+    program.set("part").move(arm.ptp(BENT)).wait("part", timeout=1.0).set("gripper", False)
+    assert len(program) == 8
+    assert [step.WhichOneof("step") for step in program][:3] == ["move", "set_signal", "dwell"]
+    motion = program.start()
+    assert (motion.phase, motion.step, motion.step_count, motion.search) == (Phase.SUCCEEDED, 7, 8, None)
+    assert dict(client.signals) == {"gripper": False, "part": True, "touch": False}
+    np.testing.assert_allclose(arm.tcp, above, atol=1e-5)
+    assert all(note.step == 3 for note in motion.notes)
+
+
+def test_what_became_of_a_zone_is_told(client: Client, arm: Robot) -> None:
+    motion = client.program().move(arm.ptp(BENT), zone=0.05).dwell(0.01).start()
+    (note,) = motion.notes
+    assert (note.step, note.robot, note.wanted, note.kept) == (0, "iiwa", 0.05, 0.0)
+    assert "step 1 waits" in note.message
+    with pytest.raises(virtualrobot.InvalidArgumentError, match="one of zone and zone_percent"):
+        client.program().move(arm.ptp(BENT), zone=0.05, zone_percent=10)
+
+
+def test_errors_name_the_step(client: Client, arm: Robot) -> None:
+    with pytest.raises(virtualrobot.UnreachableError) as refused:
+        client.program().dwell(0.1).move(arm.linear(virtualrobot.pose(x=9))).start()
+    assert refused.value.metadata["step"] == "1"
+    assert str(refused.value).startswith("step 1: ")
+    with pytest.raises(virtualrobot.UnknownNameError, match=r"step 0: .* named 'prt'; did you mean 'part'"):
+        client.program().wait("prt").start()
+    with pytest.raises(virtualrobot.MotionCancelledError, match=r"step 0: the signal 'part' was not on"):
+        client.program().wait("part", timeout=0.05).start()
+
+
+def test_a_program_waits_and_is_told_to_go_on(client: Client, arm: Robot) -> None:
+    motion = client.program().wait("part").move(arm.ptp({"lbr_iiwa_joint_1": 0.2})).start(wait=False)
+    next(message for message in motion.watch() if Phase(message.phase) is Phase.WAITING)
+    assert motion.step == 0
+    client.signals["part"] = True
+    assert motion.wait().phase is Phase.SUCCEEDED
+    assert arm.positions[0] == pytest.approx(0.2, abs=1e-12)
+
+
+def test_a_search_tells_where(client: Client, arm: Robot) -> None:
+    above = arm.tcp
+    goal = above @ virtualrobot.pose(z=0.1)
+    missed = arm.search(goal, "touch").search
+    assert missed is not None and not missed.found
+    np.testing.assert_allclose(missed.world_t_tcp, goal, atol=1e-5)
+    client.clock.set_realtime(speed_factor=1.0)
+    motion = arm.search(above, ("touch", True), velocity=0.05, wait=False)
+    next(message for message in motion.watch() if message.progress > 0.2)
+    client.signals["touch"] = True
+    found = motion.wait().search
+    assert found is not None and found.found
+    # On the line, beyond its first fifth; what the arm stands at is farther.
+    on_the_way = [float((pose - goal)[2, 3] / (above - goal)[2, 3]) for pose in (found.world_t_tcp, arm.tcp)]
+    assert 0.1 < on_the_way[0] < on_the_way[1] < 1.0
+
+
+def test_a_file_is_run(run: Run, client: Client, arm: Robot, tmp_path: Path) -> None:
+    file = tmp_path / "cell.yaml"
+    file.write_text(FILE)
+    assert "there is no signal named 'there'" in run("program", str(file), code=1)
+    client.signals.create("there")
+    assert run("program", str(file)).endswith("is done\n")
+    assert client.signals["there"]
+    assert arm.positions[0] == pytest.approx(0.3, abs=1e-12)
+    assert len(client.read_program(file)) == 2
+    file.write_text(FILE.replace("value: true", "value: on"))
+    refused = run("program", str(file), code=1)
+    assert "cell.yaml:5: steps[1].set_signal.value: expected true or false, got 'on'" in refused
+    with pytest.raises(virtualrobot.InvalidArgumentError, match="is no program file"):
+        client.read_program(tmp_path / "other.yaml")
+
+
+def test_a_file_that_searches_and_one_that_goes_on(run: Run, client: Client, arm: Robot, tmp_path: Path) -> None:
+    x, y, z = arm.tcp[:3, 3] - [0, 0, 0.05]
+    turned = virtualrobot.quaternion_of(arm.tcp[:3, :3])
+    a, b, c, d = turned
+    goal = f"{{position: {{x: {x}, y: {y}, z: {z}}}, orientation: {{x: {a}, y: {b}, z: {c}, w: {d}}}}}"
+    line = f"linear: {{goal: {{reference_t_tcp: {goal}}}, until: {{signal: touch, value: true}}}}"
+    file = tmp_path / "touch.yaml"
+    file.write_text(f"schema_version: 1\nmoves:\n  - robot: iiwa\n    {line}\n")
+    assert run("program", str(file)).endswith("found nothing\n")
+    client.signals["touch"] = True
+    assert "found at" in run("program", str(file))
+    file.write_text("schema_version: 1\nsteps:\n  - dwell: {seconds: 1}\n")
+    assert "started" in run("program", str(file), "--no-wait")
+    client.stop()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a process cannot be sent Ctrl-C alone on Windows")
+def test_ctrl_c_cancels_a_program(client: Client, environment: None, arm: Robot, tmp_path: Path) -> None:
+    file = tmp_path / "waits.yaml"
+    file.write_text("schema_version: 1\nsteps:\n  - wait_signal: {condition: {signal: part, value: true}}\n")
+    command = [sys.executable, "-m", "virtualrobot", "program", str(file)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        while not (going := client.motions()):
+            pass
+        id = going[0].id
+        process.send_signal(signal.SIGINT)
+        assert process.wait(30) == 130
+    # By the command, or, if it was interrupted before it knew the motion, by its watch that ended.
+    while (ended := next(one for one in client.motions(False) if one.id == id)).phase is not Phase.CANCELLED:
+        pass
+    assert ended.message.cancel_cause in (motion_pb2.CANCEL_CAUSE_CALL, motion_pb2.CANCEL_CAUSE_UNWATCHED)
