@@ -55,6 +55,7 @@ class Following:
     """
 
     mode: SetpointMode
+    limits: JointLimits
     bounds: Bounds
     timeout: float
     phase: Phase
@@ -69,11 +70,6 @@ class Following:
     ahead: tuple[float, ...]
     closed: bool = False
     fault: tuple[str, str] | None = None
-
-    @property
-    def limits(self) -> JointLimits:
-        """The limits of the joints themselves."""
-        return self.bounds.joints
 
     @property
     def ended(self) -> bool:
@@ -143,19 +139,18 @@ class Following:
         goal = tuple(place + speed * dt for place, speed in zip(heard.goal, heard.drift, strict=True))
         if heard.phase is Phase.PAUSED or heard.ended:
             return replace(heard, goal=goal, age=heard.age + dt)
-        now = heard.way(dt, override).at(dt)
+        _, now = heard.way(dt, override)
         return replace(heard, now=now, phase=heard._phase_at(now), goal=goal, age=heard.age + dt)
 
-    def way(self, dt: float, override: float) -> Way:
-        """Return the way of the joints in the next `dt` seconds."""
+    def way(self, dt: float, override: float) -> tuple[Way, JointState]:
+        """Return the way of the joints in the next `dt` seconds, and where they are then."""
         if self.phase is not Phase.RUNNING or (self.closed and self.mode is SetpointMode.VELOCITY):
-            return online.brake(self.now, self.limits)
+            return online.brake(self.now, self.bounds, dt)
         greatest = (self.limits.velocity * override).tolist()
         if self.mode is SetpointMode.VELOCITY:
             wanted = [max(-most, min(most, value)) for value, most in zip(self.counted, greatest, strict=True)]
             return online.follow_velocities(self.now, wanted, self.bounds, greatest, dt)
-        lower, upper = self.limits.lower.tolist(), self.limits.upper.tolist()
-        origin = [max(least, min(most, place)) for least, most, place in zip(lower, upper, self.goal, strict=True)]
+        origin = list(map(min, map(max, self.goal, self.bounds.lower), self.bounds.upper))
         drift = [
             max(-MOST_DRIFT * most, min(MOST_DRIFT * most, speed)) if inside == place else 0.0
             for speed, most, inside, place in zip(self.drift, greatest, origin, self.goal, strict=True)
@@ -329,7 +324,8 @@ def start(
     first = rest if mode is SetpointMode.VELOCITY else at
     return Following(
         mode=mode,
-        bounds=Bounds(limits, tuple(couplings)),
+        limits=limits,
+        bounds=Bounds.of(limits, couplings),
         timeout=float(timeout),
         phase=Phase.RUNNING,
         now=JointState(at, rest, rest),

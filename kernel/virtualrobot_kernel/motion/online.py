@@ -68,10 +68,19 @@ class Coupling(NamedTuple):
 
 
 class Bounds(NamedTuple):
-    """What joints keep: their own limits and those of actuators that move several of them."""
+    """What k joints keep, (k,) each as in `JointLimits`, and the limits of actuators that move several of them."""
 
-    joints: JointLimits
-    couplings: tuple[Coupling, ...] = ()
+    lower: list[float]
+    upper: list[float]
+    acceleration: list[float]
+    jerk: list[float]
+    couplings: tuple[Coupling, ...]
+
+    @staticmethod
+    def of(limits: JointLimits, couplings: Sequence[Coupling]) -> Bounds:
+        """Return the bounds of joints with these limits."""
+        values = (limits.lower, limits.upper, limits.acceleration, limits.jerk)
+        return Bounds(*(value.tolist() for value in values), couplings=tuple(couplings))
 
 
 class Way(NamedTuple):
@@ -80,34 +89,38 @@ class Way(NamedTuple):
     legs: tuple[_Leg, ...]
     chosen: Sequence[int]
     """Which of the legs each joint goes."""
-    limits: JointLimits
+    bounds: Bounds
 
     def at(self, time: float) -> JointState:
         """Return where the joints are `time` seconds from now."""
         states = [leg.at(time) for leg in self.legs]
-        q, v, a = zip(*(states[leg][joint] for joint, leg in enumerate(self.chosen)), strict=True)
-        lower, upper = self.limits.lower.tolist(), self.limits.upper.tolist()
-        # Rounding may lead past a limit by as much as a float's last places.
-        return JointState(tuple(map(min, map(max, q, lower), upper)), v, a)
+        return _inside([states[leg][joint] for joint, leg in enumerate(self.chosen)], self.bounds)
 
 
-def brake(now: JointState, limits: JointLimits) -> Way:
-    """Return the fastest way to standstill."""
-    return Way((_brake(now, limits),), (0,) * len(now.q), limits)
+def _inside(states: Sequence[tuple[float, float, float]], bounds: Bounds) -> JointState:
+    """Return the state of all joints; rounding may have led past a limit by as much as a float's last places."""
+    q, v, a = zip(*states, strict=True)
+    return JointState(tuple(map(min, map(max, q, bounds.lower), bounds.upper)), v, a)
+
+
+def brake(now: JointState, bounds: Bounds, dt: float) -> tuple[Way, JointState]:
+    """Return the fastest way to standstill, and where it is after `dt` seconds."""
+    way = Way((_brake(now, bounds),), (0,) * len(now.q), bounds)
+    return way, way.at(dt)
 
 
 def follow_velocities(
     now: JointState, wanted: Sequence[float], bounds: Bounds, greatest: Sequence[float], dt: float
-) -> Way:
+) -> tuple[Way, JointState]:
     """Return the fastest way to the velocities `wanted` (k,), and to a rest at the limit where one is near.
 
-    `greatest` (k,) are the velocities that hold now; a joint that is faster slows down. The way is for `dt` seconds.
+    `greatest` (k,) are the velocities that hold now; a joint that is faster slows down. The way is for the next `dt`
+    seconds; it comes with where the joints are then.
     """
-    limits = bounds.joints
-    leg = _to_velocities(now, wanted, limits)
+    leg = _to_velocities(now, wanted, bounds)
     goals = [
         (upper if speed > 0.0 else lower)
-        for speed, lower, upper in zip(wanted, limits.lower, limits.upper, strict=True)
+        for speed, lower, upper in zip(wanted, bounds.lower, bounds.upper, strict=True)
     ]
     return _within_limits(now, leg, goals, bounds, greatest, dt)
 
@@ -119,15 +132,16 @@ def follow_positions(
     bounds: Bounds,
     greatest: Sequence[float],
     dt: float,
-) -> Way:
+) -> tuple[Way, JointState]:
     """Return the fastest way to a goal that is at `origin` (k,) now and moves with the velocities `drift` (k,).
 
     Seen from the goal the joint comes to rest, so it runs up to no goal and swings back from none. Where such a way
     could no longer be ended within the joint's limits, it is the fastest way to a rest at `origin`. `drift` is slower
-    than `greatest` (k,), the velocities that hold now; a joint that is faster slows down. The way is for `dt` seconds.
+    than `greatest` (k,), the velocities that hold now; a joint that is faster slows down. The way is for the next `dt`
+    seconds; it comes with where the joints are then.
     """
-    leg = _to_rest(now, origin, drift, bounds.joints, greatest)
-    return brake(now, bounds.joints) if leg is None else _within_limits(now, leg, origin, bounds, greatest, dt)
+    leg = _to_rest(now, origin, drift, bounds, greatest)
+    return brake(now, bounds, dt) if leg is None else _within_limits(now, leg, origin, bounds, greatest, dt)
 
 
 def _within_limits(
@@ -137,25 +151,25 @@ def _within_limits(
     bounds: Bounds,
     greatest: Sequence[float],
     dt: float,
-) -> Way:
+) -> tuple[Way, JointState]:
     """Return the way by `leg`, but to a rest at `rests` (k,) for joints that could not stop within limits after `dt`.
 
     By induction every joint could stop within its limits now. The fastest way to a rest within them never leaves them:
     it turns back no later than the brake does. Joints that an actuator couples brake all when one of them would leave
     its limits, or they together the actuator's.
     """
-    limits = bounds.joints
-    q, v, a = (list(values) for values in zip(*leg.at(dt), strict=True))
-    extrema = _brake(JointState(tuple(q), tuple(v), tuple(a)), limits).trajectory.position_extrema
+    states = leg.at(dt)
+    q, v, a = zip(*states, strict=True)
+    extrema = _brake(JointState(q, v, a), bounds).trajectory.position_extrema
     chosen, spans = [], []
-    for joint, (lower, upper) in enumerate(zip(limits.lower.tolist(), limits.upper.tolist(), strict=True)):
+    for joint, (lower, upper) in enumerate(zip(bounds.lower, bounds.upper, strict=True)):
         between = 0.0
         if now.v[joint] * v[joint] < 0.0:
             # Where it turned round between the ticks, it has been farther than at both by at most this,
-            between = float(limits.acceleration[joint]) * dt**2 / 8.0
+            between = bounds.acceleration[joint] * dt**2 / 8.0
         elif now.v[joint] or now.a[joint]:
             # and where it turned twice by this; from standstill it doesn't turn.
-            between = float(limits.jerk[joint]) * dt**3 / 12.0
+            between = bounds.jerk[joint] * dt**3 / 12.0
         lowest = min(now.q[joint], q[joint] + extrema[joint].min) - between
         highest = max(now.q[joint], q[joint] + extrema[joint].max) + between
         chosen.append(1 if lowest < lower or highest > upper else 0)
@@ -167,11 +181,12 @@ def _within_limits(
                 for column in columns:
                     chosen[column] = 2
     if not any(chosen):
-        return Way((leg,), chosen, limits)
+        return Way((leg,), chosen, bounds), _inside(states, bounds)
     goals = [goal if choice == 1 else place for goal, place, choice in zip(rests, now.q, chosen, strict=True)]
-    braking = _brake(now, limits)
-    instead = _to_rest(now, goals, [0.0] * len(goals), limits, greatest) or braking
-    return Way((leg, instead, braking), chosen, limits)
+    braking = _brake(now, bounds)
+    instead = _to_rest(now, goals, [0.0] * len(goals), bounds, greatest) or braking
+    way = Way((leg, instead, braking), chosen, bounds)
+    return way, way.at(dt)
 
 
 def _leaves(coupling: Coupling, spans: Sequence[tuple[float, float]]) -> bool:
@@ -183,18 +198,18 @@ def _leaves(coupling: Coupling, spans: Sequence[tuple[float, float]]) -> bool:
     return sum(map(min, ways)) < coupling.lower or sum(map(max, ways)) > coupling.upper
 
 
-def _brake(now: JointState, limits: JointLimits) -> _Leg:
-    return _to_velocities(now, [0.0] * len(now.v), limits)
+def _brake(now: JointState, bounds: Bounds) -> _Leg:
+    return _to_velocities(now, [0.0] * len(now.v), bounds)
 
 
-def _to_velocities(now: JointState, wanted: Sequence[float], limits: JointLimits) -> _Leg:
+def _to_velocities(now: JointState, wanted: Sequence[float], bounds: Bounds) -> _Leg:
     count = len(now.q)
     given = ruckig.InputParameter(count)
     given.control_interface = ruckig.ControlInterface.Velocity
     given.current_velocity = now.v
     given.target_velocity = wanted
     trajectory = ruckig.Trajectory(count)
-    _calculate(given, now.a, limits, trajectory)
+    _calculate(given, now.a, bounds, trajectory)
     # Seen from where each joint is now.
     return _Leg(trajectory, now.q, [0.0] * count, wanted, False)
 
@@ -203,7 +218,7 @@ def _to_rest(
     now: JointState,
     origin: Sequence[float],
     drift: Sequence[float],
-    limits: JointLimits,
+    bounds: Bounds,
     greatest: Sequence[float],
 ) -> _Leg | None:
     """Return the way to a rest in a moving origin; None where ruckig finds none.
@@ -223,7 +238,7 @@ def _to_rest(
     given.min_velocity = [-most - speed for most, speed in zip(greatest, drift, strict=True)]
     trajectory = ruckig.Trajectory(count)
     try:
-        _calculate(given, now.a, limits, trajectory)
+        _calculate(given, now.a, bounds, trajectory)
     except (ruckig.RuckigError, ValueError):
         return None
     # A goal that was taken nearer has its own place; q - place is the goal's elsewhere but for rounding.
@@ -235,10 +250,10 @@ def _to_rest(
 
 
 def _calculate(
-    given: ruckig.InputParameter, acceleration: Sequence[float], limits: JointLimits, into: ruckig.Trajectory
+    given: ruckig.InputParameter, acceleration: Sequence[float], bounds: Bounds, into: ruckig.Trajectory
 ) -> None:
     given.synchronization = ruckig.Synchronization.No
     given.current_acceleration = acceleration
-    given.max_acceleration = limits.acceleration.tolist()
-    given.max_jerk = limits.jerk.tolist()
+    given.max_acceleration = bounds.acceleration
+    given.max_jerk = bounds.jerk
     ruckig.Ruckig(given.degrees_of_freedom).calculate(given, into)

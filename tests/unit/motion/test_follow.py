@@ -28,7 +28,7 @@ def one(velocity: float = 2.0, acceleration: float = 10.0, jerk: float = 100.0, 
 def samples(before: Following, override: float = 1.0) -> Iterator[JointState]:
     """Yield where the joints are between two ticks, and at the second one."""
     heard = before.heard()
-    way = heard.way(TICK, override)
+    way, _ = heard.way(TICK, override)
     yield from (way.at(time) for time in SAMPLES)
 
 
