@@ -28,11 +28,18 @@ async def stream(
         yield robot_pb2.WatchRobotStatesResponse(stamp=stamp, robots=[state])
 
 
+async def both(requests: AsyncIterator[bytes], context: grpc.aio.ServicerContext) -> AsyncIterator[bytes]:
+    """Yield each request."""
+    async for request in requests:
+        yield request
+
+
 async def main() -> None:
     """Serve until the process is ended."""
     server = grpc.aio.server()
     handlers = {
         "Unary": grpc.unary_unary_rpc_method_handler(unary),
+        "Both": grpc.stream_stream_rpc_method_handler(both),
         "Stream": grpc.unary_stream_rpc_method_handler(
             stream, response_serializer=robot_pb2.WatchRobotStatesResponse.SerializeToString
         ),
