@@ -13,7 +13,7 @@ import pytest
 from virtualrobot.v1 import lease_pb2, motion_pb2, nodes_pb2, robot_pb2, scene_pb2
 
 from tests.api.asking import IIWA, PANDA, apply, create, ended, joints, load, refusal, start
-from tests.api.conftest import KernelProcess, Stubs
+from tests.api.conftest import EMPTY_SCENE, KernelProcess, Stubs
 from tests.api.leasing import Holder, all_free
 from tests.api.moving import CANCELLED, RUNNING, SUCCEEDED, TICK, finished, motion
 from tests.api.reading import state, step
@@ -173,6 +173,23 @@ def test_two_arms_and_a_gripper_move_at_the_same_time(stepped: Stubs) -> None:
     step(stepped, 200)
     assert left.rest().motion.cancel_cause == motion_pb2.CANCEL_CAUSE_STOP
     assert motion(stepped, right.id).phase == RUNNING
+
+
+def test_a_stream_ends_with_its_world(stepped: Stubs) -> None:
+    load(stepped, IIWA, "arm")
+    stream = Sender(stepped, timeout_seconds=LONG)
+    stream.give(0.1)
+    step(stepped, 20)
+    stepped.scene.LoadScene(scene_pb2.LoadSceneRequest(text=EMPTY_SCENE))
+    assert stream.rest().motion.cancel_cause == motion_pb2.CANCEL_CAUSE_WORLD_CLEARED
+
+
+def test_a_stream_can_be_preempted(stubs: Stubs) -> None:
+    load(stubs, IIWA, "arm")
+    first, second = Sender(stubs, timeout_seconds=LONG), Sender(stubs, joints=(SECOND,), timeout_seconds=LONG)
+    third = Sender(stubs, busy_policy=motion_pb2.BUSY_POLICY_PREEMPT)
+    assert first.rest().motion.cancel_cause == motion_pb2.CANCEL_CAUSE_PREEMPTED
+    assert [motion(stubs, one.id).phase for one in (second, third)] == [RUNNING, RUNNING]
 
 
 def test_a_pause_holds_a_stream_and_a_speed_factor_slows_it(stepped: Stubs) -> None:
