@@ -12,10 +12,10 @@ from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.models import ImportedModel, import_model
-from virtualrobot_kernel.planning.moves import PointToPoint
 from virtualrobot_kernel.planning.plan_program import plan_wish
 from virtualrobot_kernel.planning.program import MotionWish
 from virtualrobot_kernel.planning.robots import Arm, world_poses
+from virtualrobot_kernel.planning.wishes import PointToPoint
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.commands import AttachNode, CreateNodes
 from virtualrobot_kernel.world.figures import Box, Figure

@@ -19,10 +19,12 @@ from virtualrobot_kernel.motion.planned import Plan, Track, planned
 from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
 from virtualrobot_kernel.motion.rates import stretch_needed, tcp_rate_once
 from virtualrobot_kernel.planning.frame import Column, Frame, Step
-from virtualrobot_kernel.planning.moves import JointTrajectory, PlannedMove, ToolStateMove, plan_moves, together
+from virtualrobot_kernel.planning.moves import plan_moves, together
 from virtualrobot_kernel.planning.notes import Note, NoteKind
+from virtualrobot_kernel.planning.planned_move import PlannedMove
 from virtualrobot_kernel.planning.program import MoveStepWish
 from virtualrobot_kernel.planning.robots import SolverOf, world_poses
+from virtualrobot_kernel.planning.wishes import JointTrajectory, ToolStateMove
 from virtualrobot_kernel.planning.zones import Room, room_for
 from virtualrobot_kernel.world.change import single_joint
 from virtualrobot_kernel.world.state import Snapshot

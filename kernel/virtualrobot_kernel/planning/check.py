@@ -11,7 +11,6 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.cartesian_path import SMALLEST_SINGULAR_VALUE
 from virtualrobot_kernel.motion.program import Program
 from virtualrobot_kernel.motion.rotation import rotation_matrix
-from virtualrobot_kernel.planning.moves import JointTrajectory, Move
 from virtualrobot_kernel.planning.notes import Note
 from virtualrobot_kernel.planning.plan_program import GivenUp, PlannedMotion, plan_wish
 from virtualrobot_kernel.planning.program import MotionWish
@@ -19,6 +18,7 @@ from virtualrobot_kernel.planning.relaxed import relaxed, solver_in
 from virtualrobot_kernel.planning.robots import SolverOf, arm_of
 from virtualrobot_kernel.planning.sampling import Samples, sample_times, sampled
 from virtualrobot_kernel.planning.violations import Violation, ViolationKind, first_of, moves_arm
+from virtualrobot_kernel.planning.wishes import JointTrajectory, Move
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind

@@ -17,7 +17,7 @@ from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.motion.program import Program, Stage, Wait, of_plan
 from virtualrobot_kernel.planning.blending import PlannedRun, arrived, plan_run, run_together
-from virtualrobot_kernel.planning.moves import Move, assumed_by, plan_moves, search_of
+from virtualrobot_kernel.planning.moves import assumed_by, plan_moves, search_of
 from virtualrobot_kernel.planning.notes import Note, NoteKind
 from virtualrobot_kernel.planning.program import (
     MAX_STEPS,
@@ -30,6 +30,7 @@ from virtualrobot_kernel.planning.program import (
 )
 from virtualrobot_kernel.planning.robots import Arm, SolverOf
 from virtualrobot_kernel.planning.tracking import tracked
+from virtualrobot_kernel.planning.wishes import Move
 from virtualrobot_kernel.world.change import single_joint
 from virtualrobot_kernel.world.commands import StartMotion
 from virtualrobot_kernel.world.state import Snapshot

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from virtualrobot_kernel.planning.moves import Linear, Move
+from virtualrobot_kernel.planning.wishes import Linear, Move
 
 MAX_STEPS = 10_000
 """The most steps of a program."""

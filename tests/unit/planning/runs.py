@@ -13,9 +13,11 @@ from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.circle import Via
 from virtualrobot_kernel.motion.rotation import rotation_matrix
 from virtualrobot_kernel.planning.blending import arrived
-from virtualrobot_kernel.planning.moves import Circular, Linear, Move, PointToPoint, PoseGoal, plan_moves
+from virtualrobot_kernel.planning.moves import plan_moves
+from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.planning.program import MoveStepWish, Zone
 from virtualrobot_kernel.planning.robots import Arm, arm_of, tcp_frame, world_poses
+from virtualrobot_kernel.planning.wishes import Circular, Linear, Move, PointToPoint
 from virtualrobot_kernel.world.state import Snapshot, State
 from virtualrobot_kernel.world.structure import Kind
 from virtualrobot_plugins.chain.component import ChainKinematics

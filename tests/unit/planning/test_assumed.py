@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning.jog import CartesianJog
-from virtualrobot_kernel.planning.moves import Linear, Move, PointToPoint, ToolStateMove
 from virtualrobot_kernel.planning.planned_move import PoseGoal
+from virtualrobot_kernel.planning.wishes import Linear, Move, PointToPoint, ToolStateMove
 from virtualrobot_kernel.world.change import Change, inverse
 from virtualrobot_kernel.world.commands import (
     AttachNode,

@@ -12,10 +12,11 @@ from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.moving import ENDED, Phase
 from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.planning.blending import PlannedRun, arrived, plan_run
-from virtualrobot_kernel.planning.moves import JointTrajectory, Linear, Move, PointToPoint, PoseGoal
 from virtualrobot_kernel.planning.notes import NoteKind
+from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.planning.program import MoveStepWish, Zone
 from virtualrobot_kernel.planning.robots import tcp_frame
+from virtualrobot_kernel.planning.wishes import JointTrajectory, Linear, Move, PointToPoint
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind
 

@@ -16,10 +16,11 @@ from virtualrobot_kernel.motion.rotation import rotation_matrix, rotation_vector
 from virtualrobot_kernel.motion.spline import spline
 from virtualrobot_kernel.planning.between import between
 from virtualrobot_kernel.planning.blending import PlannedRun, arrived, plan_run
-from virtualrobot_kernel.planning.moves import Circular, Linear, Move, PointToPoint, PoseGoal
+from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.planning.program import MoveStepWish, Zone
 from virtualrobot_kernel.planning.robots import tcp_frame, world_poses
 from virtualrobot_kernel.planning.spline import Spline
+from virtualrobot_kernel.planning.wishes import Circular, Linear, Move, PointToPoint
 from virtualrobot_kernel.world.change import Change, joint_places
 from virtualrobot_kernel.world.commands import AttachNode, CreateNodes
 from virtualrobot_kernel.world.state import Snapshot

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.planning.check import Checked, check_motion
-from virtualrobot_kernel.planning.moves import JointTrajectory, Linear, Move, PointToPoint, PoseGoal
 from virtualrobot_kernel.planning.plan_program import plan_wish
+from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.planning.program import DwellWish, MotionWish, MoveStepWish
 from virtualrobot_kernel.planning.violations import Violation, ViolationKind
+from virtualrobot_kernel.planning.wishes import JointTrajectory, Linear, Move, PointToPoint
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import CreateNodes, SelectTool, SetJointPositions, UpdateNode
 from virtualrobot_kernel.world.structure import Inertial, Kind, LinkData, NodeSpec, PartData

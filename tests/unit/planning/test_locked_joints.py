@@ -9,11 +9,12 @@ import pytest
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.errors import KernelError, LimitError, UnknownNameError
 from virtualrobot_kernel.planning.extract import lock_coordinates
-from virtualrobot_kernel.planning.moves import Linear, PointToPoint, joints_of
+from virtualrobot_kernel.planning.moves import joints_of
 from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.planning.redundancy import Redundancy
 from virtualrobot_kernel.planning.robots import arm_of, locked_arm, solve_inverse, tcp_frame, tip_of
 from virtualrobot_kernel.planning.solvers import LOCKED_ARMS, Solvers
+from virtualrobot_kernel.planning.wishes import Linear, PointToPoint
 from virtualrobot_kernel.world.commands import StartMotion
 from virtualrobot_sdk.kinematics import PRISMATIC, REVOLUTE, SerialChain
 from virtualrobot_sdk.reference import tip_pose

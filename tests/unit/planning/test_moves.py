@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, UnknownNameError
-from virtualrobot_kernel.planning.moves import JointTrajectory, PointToPoint, ToolStateMove, joints_of
+from virtualrobot_kernel.planning.moves import joints_of
 from virtualrobot_kernel.planning.robots import Arm, world_poses
+from virtualrobot_kernel.planning.wishes import JointTrajectory, PointToPoint, ToolStateMove
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import CreateNodes
 from virtualrobot_kernel.world.state import Snapshot

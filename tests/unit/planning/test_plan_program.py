@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.planning.moves import Linear, PointToPoint, ToolStateMove
 from virtualrobot_kernel.planning.notes import NoteKind
 from virtualrobot_kernel.planning.plan_program import plan_wish
 from virtualrobot_kernel.planning.planned_move import PoseGoal
@@ -21,6 +20,7 @@ from virtualrobot_kernel.planning.program import (
     WaitSignalWish,
     Zone,
 )
+from virtualrobot_kernel.planning.wishes import Linear, PointToPoint, ToolStateMove
 from virtualrobot_kernel.world.change import Change, inverse
 from virtualrobot_kernel.world.commands import CreateSignal, RemoveSignal, StartMotion
 from virtualrobot_kernel.world.state import CancelCause, Signal

@@ -10,16 +10,10 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
 from virtualrobot_kernel.motion.circle import Via
 from virtualrobot_kernel.motion.planned import Plan
-from virtualrobot_kernel.planning.moves import (
-    Circular,
-    JointTrajectory,
-    Linear,
-    Move,
-    PointToPoint,
-    PoseGoal,
-)
+from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.planning.robots import arm_of, flange_t_tcp, world_poses
 from virtualrobot_kernel.planning.sampling import MOST_NUMBERS, Samples, check_size, joint_states, sample_times, sampled
+from virtualrobot_kernel.planning.wishes import Circular, JointTrajectory, Linear, Move, PointToPoint
 from virtualrobot_kernel.world.change import Change, joint_places
 from virtualrobot_kernel.world.commands import AttachNode, SetJointPositions, StartMotion
 from virtualrobot_kernel.world.tick import advance

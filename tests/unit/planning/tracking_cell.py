@@ -10,11 +10,11 @@ from scipy.spatial.transform import Rotation
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.rotation import rotation_matrix
 from virtualrobot_kernel.motion.tracked import Tracked
-from virtualrobot_kernel.planning.moves import Linear, PointToPoint
 from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.planning.program import TrackingWish
 from virtualrobot_kernel.planning.robots import arm_of, tcp_frame, world_poses
 from virtualrobot_kernel.planning.tracking import tracked
+from virtualrobot_kernel.planning.wishes import Linear, PointToPoint
 from virtualrobot_kernel.world.change import Change, inverse
 from virtualrobot_kernel.world.commands import Command, CreateNodes, SetJointPositions, StartMotion
 from virtualrobot_kernel.world.state import Motion

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from virtualrobot_kernel.planning.moves import Move
 from virtualrobot_kernel.planning.plan_program import plan_wish
 from virtualrobot_kernel.planning.program import MotionWish
 from virtualrobot_kernel.planning.robots import SolverOf
+from virtualrobot_kernel.planning.wishes import Move
 from virtualrobot_kernel.world.commands import StartMotion
 from virtualrobot_kernel.world.state import Snapshot
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, LimitError, UnknownNameError
-from virtualrobot_kernel.planning.moves import ActuatorGoal, PointToPoint
+from virtualrobot_kernel.planning.wishes import ActuatorGoal, PointToPoint
 from virtualrobot_kernel.world.actuators import actuator_positions, joint_positions
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import CreateNodes, SetJointPositions, UpdateNode

@@ -15,7 +15,10 @@ from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.circle import Center, Via
 from virtualrobot_kernel.motion.spline import MOST_GOALS
 from virtualrobot_kernel.planning.jog import CartesianJog, JointJog
-from virtualrobot_kernel.planning.moves import (
+from virtualrobot_kernel.planning.planned_move import PoseGoal
+from virtualrobot_kernel.planning.redundancy import FREE
+from virtualrobot_kernel.planning.spline import Spline
+from virtualrobot_kernel.planning.wishes import (
     ActuatorGoal,
     Circular,
     JointTrajectory,
@@ -24,9 +27,6 @@ from virtualrobot_kernel.planning.moves import (
     PointToPoint,
     ToolStateMove,
 )
-from virtualrobot_kernel.planning.planned_move import PoseGoal
-from virtualrobot_kernel.planning.redundancy import FREE
-from virtualrobot_kernel.planning.spline import Spline
 
 
 def wished_move(message: motion_pb2.Move, what: str) -> Move:
