@@ -159,6 +159,8 @@ def _within_limits(
     its limits, or they together the actuator's.
     """
     states = leg.at(dt)
+    if not bounds.couplings and _far_from_limits(now, states, bounds, dt):
+        return Way((leg,), (0,) * len(states), bounds), JointState(*zip(*states, strict=True))
     q, v, a = zip(*states, strict=True)
     extrema = _brake(JointState(q, v, a), bounds).trajectory.position_extrema
     chosen, spans = [], []
@@ -187,6 +189,25 @@ def _within_limits(
     instead = _to_rest(now, goals, [0.0] * len(goals), bounds, greatest) or braking
     way = Way((leg, instead, braking), chosen, bounds)
     return way, way.at(dt)
+
+
+def _far_from_limits(now: JointState, after: Sequence[tuple[float, float, float]], bounds: Bounds, dt: float) -> bool:
+    """Return whether each joint can stop within its limits after `dt`, and keeps them until then: quick, and cautious.
+
+    A brake from v and a goes at most |v| t + |a| t²/2 until its acceleration has ended, with t = |a|/j, and from then
+    on, at the speed w = |v| + |a| t/2, at most w²/(2 A) + w A/(2 j): what the double S profile takes where it reaches
+    the greatest acceleration A, and more than it takes where it doesn't.
+    """
+    for place, (q, v, a), lower, upper, most, jerk in zip(
+        now.q, after, bounds.lower, bounds.upper, bounds.acceleration, bounds.jerk, strict=True
+    ):
+        time = abs(a) / jerk
+        speed = abs(v) + abs(a) * time / 2.0
+        way = speed * time + speed / 2.0 * (speed / most + most / jerk)
+        way += most * dt**2 / 8.0  # where it turns round between the ticks
+        if not (lower + way <= q <= upper - way and lower + way <= place <= upper - way):
+            return False
+    return True
 
 
 def _leaves(coupling: Coupling, spans: Sequence[tuple[float, float]]) -> bool:
@@ -227,10 +248,11 @@ def _to_rest(
     way back from where the joint can stop takes too long (a result that its binding cannot name). Braking helps that.
     """
     count = len(now.q)
-    places = [
-        max(-_FARTHEST_SECONDS * most, min(_FARTHEST_SECONDS * most, q - at))
-        for q, at, most in zip(now.q, origin, greatest, strict=True)
-    ]
+    places = [q - at for q, at in zip(now.q, origin, strict=True)]
+    farthest = [_FARTHEST_SECONDS * most for most in greatest]
+    if any(abs(place) > far for place, far in zip(places, farthest, strict=True)):
+        places = [max(-far, min(far, place)) for place, far in zip(places, farthest, strict=True)]
+        origin = [q - place for q, place in zip(now.q, places, strict=True)]
     given = ruckig.InputParameter(count)
     given.current_position = places
     given.current_velocity = [v - speed for v, speed in zip(now.v, drift, strict=True)]
@@ -241,11 +263,6 @@ def _to_rest(
         _calculate(given, now.a, bounds, trajectory)
     except (ruckig.RuckigError, ValueError):
         return None
-    # A goal that was taken nearer has its own place; q - place is the goal's elsewhere but for rounding.
-    origin = [
-        at if abs(place) < _FARTHEST_SECONDS * most else q - place
-        for q, at, place, most in zip(now.q, origin, places, greatest, strict=True)
-    ]
     return _Leg(trajectory, origin, drift, drift, True)
 
 
