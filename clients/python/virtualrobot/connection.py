@@ -155,12 +155,15 @@ class Client:
         """
         return motion.start(self._services, moves, **options)
 
-    def plan(self, wishes: Iterable[plans.Wish], *, sample_seconds: float = 0.0) -> plans.MotionPlan:
+    def plan(
+        self, wishes: Iterable[plans.Wish], *, sample_seconds: float = 0.0, tracking: motion.Tracking | None = None
+    ) -> plans.MotionPlan:
         """Return what a motion would do, in samples: joints, efforts, tool centre points, duration. Nothing moves.
 
         Args:
             wishes: moves that start and end together, or the steps of a program.
             sample_seconds: the time between samples, at least a tick; 0 means a tick.
+            tracking: what it goes along with; the samples are those of the motion while that stands still.
 
         Raises:
             VirtualRobotError: as the start of the motion would; TooLargeError for more samples than one answer holds.
@@ -170,15 +173,18 @@ class Client:
             >>> plan.duration_seconds, plan.robots["right"].tcp_speeds.max()
             (2.31, 0.25)
         """
-        return plans.plan(self._services, wishes, sample_seconds=sample_seconds)
+        return plans.plan(self._services, wishes, sample_seconds=sample_seconds, tracking=tracking)
 
-    def check(self, wishes: Iterable[plans.Wish], *, min_singular_value: float = 0.0) -> plans.MotionCheck:
+    def check(
+        self, wishes: Iterable[plans.Wish], *, min_singular_value: float = 0.0, tracking: motion.Tracking | None = None
+    ) -> plans.MotionCheck:
         """Return whether a motion keeps all limits, and else the first one that it violates. Nothing moves.
 
         Args:
             wishes: moves that start and end together, or the steps of a program.
             min_singular_value: the smallest singular value of the Jacobian that is accepted, its linear rows divided by
                 the longest lever arm; 0 means that only lines and arcs keep away from singularities, by 0.01.
+            tracking: what it goes along with, all along its window.
 
         Raises:
             VirtualRobotError: when it is no motion at all, such as for unknown names.
@@ -187,7 +193,7 @@ class Client:
             >>> print(client.check([arm.linear(goal)]).first_violation)
             the joint 'lbr_iiwa_joint_4' of 'arm' leaves its range, up to -2.14 rad after 1.32 s, ...
         """
-        return plans.check(self._services, wishes, min_singular_value=min_singular_value)
+        return plans.check(self._services, wishes, min_singular_value=min_singular_value, tracking=tracking)
 
     def program(self) -> Program:
         """Return an empty program: moves of several robots, signals, waits and dwells, one after the other.

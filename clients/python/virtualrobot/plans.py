@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix, poses_from_rows
+from virtualrobot.motion import Tracking
 from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot.v1 import motion_pb2
 from virtualrobot.wire import array_of, pose_of
@@ -205,27 +206,44 @@ class MotionCheck:
 
 
 def plan(
-    services: Services, wishes: Iterable[Wish], *, sample_seconds: float = 0.0, expected_revision: int = 0
+    services: Services,
+    wishes: Iterable[Wish],
+    *,
+    sample_seconds: float = 0.0,
+    expected_revision: int = 0,
+    tracking: Tracking | None = None,
 ) -> MotionPlan:
     """Return what a motion would do; see `Client.plan`."""
-    motion = _motion(wishes, expected_revision)
+    motion = _motion(wishes, expected_revision, tracking)
     request = motion_pb2.PlanMotionRequest(motion=motion, sample_seconds=sample_seconds)
     return MotionPlan.of(services.motion.PlanMotion(request, timeout=LONG_TIMEOUT_SECONDS))
 
 
 def check(
-    services: Services, wishes: Iterable[Wish], *, min_singular_value: float = 0.0, expected_revision: int = 0
+    services: Services,
+    wishes: Iterable[Wish],
+    *,
+    min_singular_value: float = 0.0,
+    expected_revision: int = 0,
+    tracking: Tracking | None = None,
 ) -> MotionCheck:
     """Return whether a motion keeps all limits; see `Client.check`."""
-    motion = _motion(wishes, expected_revision)
+    motion = _motion(wishes, expected_revision, tracking)
     request = motion_pb2.CheckMotionRequest(motion=motion, min_singular_value=min_singular_value)
     return MotionCheck.of(services.motion.CheckMotion(request, timeout=LONG_TIMEOUT_SECONDS))
 
 
-def _motion(wishes: Iterable[Wish], expected_revision: int) -> motion_pb2.StartMotionRequest:
+def _motion(
+    wishes: Iterable[Wish], expected_revision: int, tracking: Tracking | None
+) -> motion_pb2.StartMotionRequest:
     given = list(wishes)
     moves = [wish for wish in given if isinstance(wish, motion_pb2.Move)]
     steps = [wish for wish in given if isinstance(wish, motion_pb2.ProgramStep)]
     if len(moves) + len(steps) < len(given) or (moves and steps):
         raise InvalidArgumentError("a motion is moves that go together, or the steps of a program")
-    return motion_pb2.StartMotionRequest(moves=moves, steps=steps, expected_revision=expected_revision)
+    return motion_pb2.StartMotionRequest(
+        moves=moves,
+        steps=steps,
+        expected_revision=expected_revision,
+        tracking=None if tracking is None else tracking.message,
+    )
