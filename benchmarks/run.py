@@ -21,7 +21,7 @@ SUITES = (
     *("rpc", "tick", "setpoints", "kinematics", "closed_form", "dynamics", "planning"),
     *("components", "loading", "viewer", "startup"),
 )
-PACKAGES = ("numpy", "numba", "grpcio", "protobuf", "viser", "ruckig", "pin", "pytracik")
+PACKAGES = ("numpy", "numba", "grpcio", "protobuf", "viser", "ruckig", "toppra", "pin", "pytracik")
 HEADER = ("what", "ours", "peer", "peer's name", "unit", "ratio", "budget", "")
 
 

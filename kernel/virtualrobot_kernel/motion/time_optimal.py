@@ -117,9 +117,15 @@ def _solved(nodes: Array, speed: Array, slope: Array, bend: Array) -> Array:
 
 def _toppra(nodes: Array, top: Array, slope: Array, bend: Array) -> Array | None:
     """Return s' at the nodes (m,) with s' <= top and |slope s'' + bend s'^2| <= 1, or None."""
-    from toppra.algorithm import TOPPRA
-    from toppra.constraint import ConstraintType, DiscretizationType, LinearConstraint
-    from toppra.constraint.linear_constraint import canlinear_colloc_to_interpolate
+    try:
+        from toppra.algorithm import TOPPRA
+        from toppra.constraint import ConstraintType, DiscretizationType, LinearConstraint
+        from toppra.constraint.linear_constraint import canlinear_colloc_to_interpolate
+    except ImportError as error:
+        raise KernelError(
+            f"a time-optimal law along a curve needs the library toppra, which the kernel does not have ({error}); "
+            "a jerk-limited law needs nothing, nor does a point-to-point move without zones"
+        ) from error
 
     class Limits(LinearConstraint):
         def __init__(self) -> None:

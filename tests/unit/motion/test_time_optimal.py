@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 
 import numpy as np
 import pytest
@@ -234,3 +235,12 @@ def test_a_path_may_stand_still_on_a_part(law: TimeLaw) -> None:
     _, v, a, _ = track.derivatives(np.arange(0.0, track.time_law.end, FINE))
     assert np.abs(v).max() <= 1.0 + 1e-9
     assert np.abs(a).max() <= 2.0 + 1e-9
+
+
+def test_without_the_library_a_curve_is_refused_and_a_straight_move_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "toppra.algorithm", None)
+    limits = arm_limits("ur5")
+    goal = np.full(6, 0.5)
+    with pytest.raises(KernelError, match="needs the library toppra"):
+        path_law(joint_line(np.zeros(6), goal), limits, [], [], OPTIMAL)
+    assert plan_ptp(np.zeros(6), goal, limits, 1.0, OPTIMAL).duration > 0.0
