@@ -3,6 +3,7 @@
 # make bench  sets up and measures against the named peers -> benchmarks/RESULTS.md
 # make stubs  writes the Python stubs and the reference after a change of the contract
 # make picture  takes the README's picture of the running demo
+# make profiles  draws the pictures of each kind of motion, as the kernel plans it
 # make constraints  writes constraints.txt with today's versions
 #
 # Windows, without make:
@@ -18,7 +19,7 @@ INSTALL := $(BIN)/python -m pip install -qq --disable-pip-version-check
 NODE_BIN := node_modules/.bin
 
 MAKEFLAGS += --no-print-directory
-.PHONY: run test bench lint ruff pyright buf stubs constraints picture clean
+.PHONY: run test bench lint ruff pyright buf stubs constraints picture profiles clean
 .DELETE_ON_ERROR:
 
 run: $(VENV)/installed-kernel
@@ -55,6 +56,10 @@ constraints: $(VENV)/bin/python
 # The README's picture, taken of the running demo.
 picture: $(VENV)/installed-dev
 	@$(BIN)/python tools/picture.py docs/pictures/cell.png
+
+# The pictures of docs/motion-profiles.md.
+profiles: $(VENV)/installed-kernel
+	@$(BIN)/python tools/plot_motions.py docs/pictures
 
 clean:
 	@rm -rf $(VENV) node_modules clients/node/node_modules clients/node/dist build dist *.egg-info .pytest_cache .ruff_cache

@@ -44,7 +44,7 @@ def chart(times: NDArray[np.float64], panels: Sequence[Panel], marks: Sequence[f
             parts.append(f'<path d="M{x(mark)} {top:g}v{panel.height}" stroke="#888" stroke-dasharray="4 3"/>')
         top += panel.height + GAP
     bottom = top - GAP
-    for seconds in ticks(0.0, end, 8):
+    for seconds in (tick for tick in ticks(0.0, end, 8) if tick <= end):
         parts.append(f'<path d="M{x(seconds)} {bottom:g}v4" stroke="#888"/>')
         parts.append(f'<text x="{x(seconds)}" y="{bottom + 18:g}" text-anchor="middle">{seconds:g}</text>')
     parts.append(f'<text x="{x(end / 2)}" y="{height - 8}" text-anchor="middle">time in s</text>')
