@@ -1,4 +1,4 @@
-"""What else robots can be told to do: smooth curves through poses, and jogs, which are motions by hand."""
+"""What else robots can be told to do: curves through poses, and jogs, which are motions by hand."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from virtualrobot import moves
 from virtualrobot.motion import Motion
 from virtualrobot.mover import Mover
 from virtualrobot.redundancy import Lock, Prefer
-from virtualrobot.v1 import motion_pb2
 
 
 class Jogger(Mover):
@@ -19,28 +18,6 @@ class Jogger(Mover):
 
     A jog goes on until its distance, or until the robot can go no farther; cancel it when the key is released.
     """
-
-    def spline(
-        self,
-        goals: Iterable[ArrayLike],
-        *,
-        reference: str | Sequence[str] = "",
-        velocity: float = 0.0,
-        acceleration: float = 0.0,
-        speed_factor: float = 0.0,
-        time_law: str = "",
-        moving: bool = False,
-        lock: Lock = (),
-        prefer: Prefer = "",
-    ) -> motion_pb2.Move:
-        """Return a move of the tool centre point along a smooth curve through 4x4 poses, up to 1,000.
-
-        `reference` is the node in whose frame all poses are given, or one node for each (empty: world). `velocity` and
-        `acceleration` in m/s and m/s^2; 0 means 0.25 and 1. With `moving` the curve is one in the frame of `reference`
-        while another move of the same step moves that.
-        """
-        move = moves.spline(self.name, goals, reference, velocity, acceleration, speed_factor, time_law, moving)
-        return self._wished(move, lock, prefer)
 
     def move_spline(
         self,

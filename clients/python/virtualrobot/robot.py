@@ -15,7 +15,7 @@ from virtualrobot.geometry import Matrix, poses_from_rows
 from virtualrobot.jogger import Jogger
 from virtualrobot.kinematics_check import KinematicsCheck
 from virtualrobot.leases import Lease, acquire
-from virtualrobot.mover import JointPositions
+from virtualrobot.move_maker import JointPositions
 from virtualrobot.redundancy import Lock, Prefer, redundancy
 from virtualrobot.robot_values import (
     Actuator,
