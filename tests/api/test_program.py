@@ -221,6 +221,41 @@ def test_a_search_finds_and_does_not_find(stepped: Stubs) -> None:
     np.testing.assert_allclose(matrix(ended.search.world_t_tcp)[2, 3], at[2, 3] - 0.1, atol=1e-5)
 
 
+def test_a_waiting_program_makes_way_at_once(stepped: Stubs) -> None:
+    load(stepped, IIWA, "arm")
+    signals(stepped, "go")
+    waiting = run(stepped, wait("go"), move(joints("arm", lbr_iiwa_joint_1=0.1))).motion
+    step(stepped, 3)
+    request = motion_pb2.StartMotionRequest(
+        steps=[move(joints("arm", lbr_iiwa_joint_1=0.2))],
+        busy_policy=motion_pb2.BUSY_POLICY_PREEMPT,
+        on_disconnect=motion_pb2.DISCONNECT_POLICY_CONTINUE,
+    )
+    ask = stepped.motion.StartMotion(request).motion
+    ended = motion(stepped, waiting.id)
+    assert (ended.phase, ended.cancel_cause) == (CANCELLED, motion_pb2.CANCEL_CAUSE_PREEMPTED)
+    assert finished(stepped, ask.id).phase == SUCCEEDED
+
+
+def test_low_speed_factors_change_moves_and_not_dwells(stepped: Stubs) -> None:
+    """At a tenth of the speed a move takes ten times as long, a dwell as long as ever, and a signal is set once."""
+    load(stepped, IIWA, "arm")
+    signals(stepped, "a")
+    factor = scene_pb2.SetSpeedFactor(robot="arm", factor=0.1)
+    apply(stepped, scene_pb2.Command(set_speed_factor=factor))
+    ask = run(stepped, move(joints("arm", lbr_iiwa_joint_1=0.05)), put("a"), dwell(0.2)).motion
+    watch = stepped.signal.WatchSignals(signal_pb2.WatchSignalsRequest())
+    next(watch)
+    begin = state_tick(stepped)
+    moving = ask.planned_duration_seconds - 0.2
+    step(stepped, 5000)
+    assert motion(stepped, ask.id).phase == SUCCEEDED
+    change = next(watch)
+    assert [(one.name, one.value) for one in change.signals] == [("a", True)]
+    assert change.stamp.tick - begin == int(np.ceil(10 * moving / TICK - 1e-6))
+    watch.cancel()
+
+
 def test_a_client_that_vanishes_leaves_no_waiting_program(stubs: Stubs) -> None:
     load(stubs, IIWA, "arm")
     signals(stubs, "go")

@@ -88,6 +88,11 @@ class Motion:
         return tuple(self._message.robots)
 
     @property
+    def _title(self) -> str:
+        """What people are told of: a program that only sets signals moves no robot."""
+        return f"{self.id} of {', '.join(self.robots)}" if self.robots else self.id
+
+    @property
     def planned_duration_seconds(self) -> float:
         """How long it takes at full speed factors."""
         return self._message.planned_duration_seconds
@@ -158,7 +163,7 @@ class Motion:
         if Phase(self._message.phase) is Phase.CANCELLED:
             reason = self._message.cancel_reason or "no reason given"
             raise MotionCancelledError(
-                f"motion {self.id} of {', '.join(self.robots)} was cancelled at "
+                f"motion {self._title} was cancelled at "
                 f"{100 * self._message.progress:.0f}%: {reason}",
                 metadata={"motion": self.id, "cancel_reason": self._message.cancel_reason},
             )
@@ -219,7 +224,7 @@ class Motion:
     def __repr__(self) -> str:
         """Return a line for people, as it was last told."""
         phase, progress = Phase(self._message.phase).name.lower(), self._message.progress
-        return f"<Motion {self.id} of {', '.join(self.robots)}: {phase}, {100 * progress:.0f}%>"
+        return f"<Motion {self._title}: {phase}, {100 * progress:.0f}%>"
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -123,8 +124,9 @@ def test_a_file_that_searches_and_one_that_goes_on(run: Run, client: Client, arm
     assert run("program", str(file)).endswith("found nothing\n")
     client.signals["touch"] = True
     assert "found at" in run("program", str(file))
-    file.write_text("schema_version: 1\nsteps:\n  - dwell: {seconds: 1}\n")
+    file.write_text("schema_version: 1\nsteps:\n  - wait_signal: {condition: {signal: part, value: true}}\n")
     assert "started" in run("program", str(file), "--no-wait")
+    assert re.search(r"motion motion-\d+: (waiting|running), \d+%, step 0 of 1", run("state"))
     client.stop()
 
 

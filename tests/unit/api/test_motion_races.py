@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from types import SimpleNamespace
@@ -13,6 +15,7 @@ from virtualrobot.v1 import motion_pb2
 from virtualrobot_kernel.api import motion as api
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.turns import Turns
+from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.commands import CancelMotion, Command, StartMotion
@@ -108,6 +111,32 @@ def test_a_client_that_vanishes_as_its_motion_starts_leaves_none_behind(
         await until(world, lambda motion: motion.cancellation)
 
     asyncio.run(run())
+
+
+def test_a_client_that_vanishes_while_its_program_is_planned_ends_the_planning(
+    world: SteeredWorld, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun, ended = threading.Event(), threading.Event()
+
+    def plan(snapshot: object, wish: object, solver_of: object, given_up: Callable[[], bool]) -> None:
+        begun.set()
+        while not given_up():
+            time.sleep(0.001)
+        ended.set()
+        raise KernelError("nobody waits for this plan any more")
+
+    monkeypatch.setattr(api, "plan_wish", plan)
+
+    async def run() -> None:
+        call = asyncio.ensure_future(served(world).StartMotion(start(1.0), CLIENT))
+        await asyncio.to_thread(begun.wait, 30)
+        call.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await call
+
+    asyncio.run(run())
+    assert ended.wait(30)
+    assert not world.snapshot.state.motions
 
 
 def test_the_grace_begins_when_the_last_watch_ends(world: SteeredWorld, monkeypatch: pytest.MonkeyPatch) -> None:

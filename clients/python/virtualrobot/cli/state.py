@@ -13,6 +13,7 @@ from virtualrobot.cli.options import GO_ON, Target, degrees_option, target_optio
 
 if TYPE_CHECKING:
     from virtualrobot.connection import Client
+    from virtualrobot.motion import Motion
 
 _WATCH_SECONDS = 0.2
 
@@ -86,11 +87,14 @@ def describe(client: Client, robots: Sequence[str], degrees: bool) -> str:
         lines += [f"signal {signal.name}: {'on' if signal.value else 'off'}" for signal in client.signals.read()]
     motions = [motion for motion in client.motions() if not robots or set(motion.robots) & set(robots)]
     lines += [""] * bool(motions)
-    lines += [
-        f"motion {motion.id} of {', '.join(motion.robots)}: {motion.phase.name.lower()}, {100 * motion.progress:.0f}%"
-        for motion in motions
-    ]
+    lines += [_motion(motion) for motion in motions]
     return "\n".join(lines)
+
+
+def _motion(motion: Motion) -> str:
+    robots = f" of {', '.join(motion.robots)}" if motion.robots else ""
+    step = f", step {motion.step} of {motion.step_count}" if motion.step_count else ""
+    return f"motion {motion.id}{robots}: {motion.phase.name.lower()}, {100 * motion.progress:.0f}%{step}"
 
 
 def _tools(chosen: str, states: dict[str, str]) -> str:
