@@ -35,7 +35,8 @@ from virtualrobot_kernel.api.convert.values import (
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.planning.dynamics import EffortViolation, solve_inverse_dynamics
-from virtualrobot_kernel.planning.robots import arm_of, forward_links, solve_inverse
+from virtualrobot_kernel.planning.free_joints import solve_inverse
+from virtualrobot_kernel.planning.robots import arm_of, forward_links
 from virtualrobot_kernel.world.commands import SetKinematics
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import Applied

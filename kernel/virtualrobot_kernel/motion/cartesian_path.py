@@ -1,6 +1,7 @@
 """The joint path along a course: one continuous branch of the inverse kinematics, followed step by step.
 
-The path solves q'(u) = J(q)^+ twist(u) (resolved-rate motion, Whitney 1969; a redundant arm takes the least norm):
+The path solves q'(u) = J(q)^+ twist(u) (resolved-rate motion, Whitney 1969; a redundant arm takes the least norm, and
+what its wish adds in the null space):
 a Runge-Kutta step predicts the next sample from the last one, Newton steps put it on the course, and a quintic Hermite
 piece with the exact q' and q'' joins the two. Steps shrink until the middle of each piece, where a Hermite piece
 deviates most, is on the course. Since each sample comes from its neighbour, the branch cannot jump.
@@ -18,6 +19,7 @@ from virtualrobot_sdk.kinematics import Kinematics
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.course import Course
 from virtualrobot_kernel.motion.limits import TOLERANCE, JointLimits
+from virtualrobot_kernel.motion.nullspace import Wish, free_motion
 from virtualrobot_kernel.motion.path import quintic_hermite
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 
@@ -39,10 +41,14 @@ _ENDS = (Reason.LIMIT_EXCEEDED, Reason.SINGULARITY, Reason.UNREACHABLE)
 
 @dataclass(frozen=True, eq=False)
 class TcpKinematics:
-    """Pose and Jacobian of a tool centre point that is fixed at the tip by `tip_t_tcp` (4, 4)."""
+    """Pose and Jacobian of a tool centre point that is fixed at the tip by `tip_t_tcp` (4, 4).
+
+    wish: what the joints are used for that a path leaves free; None: to move as little as possible.
+    """
 
     kinematics: Kinematics
     tip_t_tcp: Array
+    wish: Wish | None = None
 
     def pose(self, q: Array) -> Array:
         """Return base_t_tcp (4, 4)."""
@@ -83,7 +89,13 @@ class _Follower:
         return self.course.twist(u) * self.weights
 
     def rate(self, u: float, q: Array) -> Array:
-        return self.solve(self.tcp.jacobian(q), self.twist(u))
+        return self.rate_by(self.tcp.jacobian(q), u, q)
+
+    def rate_by(self, jacobian: Array, u: float, q: Array) -> Array:
+        rate = self.solve(jacobian, self.twist(u))
+        if self.tcp.wish is None:
+            return rate
+        return rate + free_motion(jacobian * self.weights[:, None], rate, self.tcp.wish, q)
 
     def solve(self, jacobian: Array, weighted: Array) -> Array:
         solution = np.linalg.lstsq(jacobian * self.weights[:, None], weighted, rcond=1e-12)[0]
@@ -104,8 +116,10 @@ class _Follower:
             )
         # Differences over about 1e-4 rad: truncation and rounding are both below 1e-7 of the value.
         step = min(1e-4 / max(float(np.abs(rate).max()), 1e-4), self.longest_difference)
+        if self.tcp.wish is not None:
+            rate = self.rate(u, q)
         before, after = (self.tcp.jacobian(q + sign * step * rate) for sign in (-1.0, 1.0))
-        curvature = self.solve(after, self.twist(u + step)) - self.solve(before, self.twist(u - step))
+        curvature = self.rate_by(after, u + step, q + step * rate) - self.rate_by(before, u - step, q - step * rate)
         curvature /= 2.0 * step
         slope = float(left[:, -1] @ ((after - before) * self.weights[:, None]) @ right[-1]) / (2.0 * step)
         return _Sample(u, q, rate, curvature, float(values[-1]), slope)

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
 from virtualrobot_kernel.motion.jog import JogEnd, plan_cartesian_jog, plan_joint_jog
 from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
+from virtualrobot_kernel.planning.free_joints import led_tcp
 from virtualrobot_kernel.planning.notes import Note, NoteKind
 from virtualrobot_kernel.planning.planned_move import (
     JERK_RATIO,
@@ -22,7 +22,7 @@ from virtualrobot_kernel.planning.planned_move import (
     led_move,
 )
 from virtualrobot_kernel.planning.redundancy import FREE, Redundancy
-from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_on_path, flange_t_tcp, tcp_frame
+from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_on_path, tcp_frame
 from virtualrobot_kernel.world.actuators import actuators_of
 from virtualrobot_kernel.world.change import inverse, single_joint
 from virtualrobot_kernel.world.state import Snapshot
@@ -96,7 +96,7 @@ def cartesian_jog(snapshot: Snapshot, move: CartesianJog, solver_of: SolverOf) -
     arm = arm_on_path(snapshot, node, move.redundancy)
     limits, start = joint_limits(snapshot, node, arm.joint_names)
     direction = _base_direction(snapshot, node, arm, move)
-    tcp = TcpKinematics(solver_of(snapshot, arm), flange_t_tcp(snapshot, node))
+    tcp = led_tcp(snapshot, arm, solver_of, move.redundancy)
     cartesian = CartesianLimits(acceleration=LINE_ACCELERATION, jerk=JERK_RATIO * LINE_ACCELERATION)
     if move.turns:
         cartesian = replace(cartesian, rotation_velocity=move.velocity or ROTATION_VELOCITY)
@@ -106,7 +106,7 @@ def cartesian_jog(snapshot: Snapshot, move: CartesianJog, solver_of: SolverOf) -
         translation, rotation = (move.distance or FARTHEST) * direction, np.zeros(3)
     speed_factor = move.speed_factor or 1.0
     plan, end = plan_cartesian_jog(
-        tcp.kinematics, start, translation, rotation, limits, cartesian, speed_factor, tcp.tip_t_tcp
+        tcp.kinematics, start, translation, rotation, limits, cartesian, speed_factor, tcp.tip_t_tcp, tcp.wish
     )
     return replace(led_move(node, arm, plan, tcp, cartesian, speed_factor), notes=_notes(node, end))
 

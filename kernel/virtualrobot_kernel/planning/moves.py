@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.motion.bounds import TimeLaw
-from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
 from virtualrobot_kernel.motion.circle import arc
 from virtualrobot_kernel.motion.course import Course
 from virtualrobot_kernel.motion.limits import JointLimits
@@ -20,6 +19,7 @@ from virtualrobot_kernel.motion.plan import Plan, plan_circ, plan_lin, plan_ptp,
 from virtualrobot_kernel.motion.spline import spline
 from virtualrobot_kernel.planning.actuators import check_plan
 from virtualrobot_kernel.planning.carried import Carriers, carried_by, carriers, in_order, plan_carried
+from virtualrobot_kernel.planning.free_joints import led_tcp, solve_inverse
 from virtualrobot_kernel.planning.jog import CartesianJog, JogFrame, JointJog, cartesian_jog, joint_jog
 from virtualrobot_kernel.planning.planned_move import (
     PlannedMove,
@@ -30,7 +30,7 @@ from virtualrobot_kernel.planning.planned_move import (
     world_t_goal,
 )
 from virtualrobot_kernel.planning.redundancy import Redundancy
-from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_of, arm_on_path, flange_t_tcp, solve_inverse
+from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_of, arm_on_path
 from virtualrobot_kernel.planning.spline import Spline, moving_reference, spline_move
 from virtualrobot_kernel.planning.wishes import (
     LED,
@@ -265,9 +265,11 @@ def _linear(snapshot: Snapshot, move: Linear, solver_of: SolverOf) -> PlannedMov
     arm = arm_on_path(snapshot, node, move.redundancy)
     limits, start = joint_limits(snapshot, node, arm.joint_names)
     base_t_goal = inverse(snapshot.world_t(arm.base)) @ world_t_goal(snapshot, move.goal)
-    tcp = TcpKinematics(solver_of(snapshot, arm), flange_t_tcp(snapshot, node))
+    tcp = led_tcp(snapshot, arm, solver_of, move.redundancy)
     cartesian, speed_factor = cartesian_limits(move.max_velocity, move.max_acceleration), move.speed_factor or 1.0
-    plan = plan_lin(tcp.kinematics, start, base_t_goal, limits, cartesian, speed_factor, tcp.tip_t_tcp, move.time_law)
+    plan = plan_lin(
+        tcp.kinematics, start, base_t_goal, limits, cartesian, speed_factor, tcp.tip_t_tcp, move.time_law, tcp.wish
+    )
     return led_move(node, arm, plan, tcp, cartesian, speed_factor)
 
 
@@ -277,7 +279,7 @@ def _circular(snapshot: Snapshot, move: Circular, solver_of: SolverOf) -> Planne
     limits, start = joint_limits(snapshot, node, arm.joint_names)
     world_t_reference = snapshot.world_t(snapshot.structure.node(move.reference).uid)
     base_t_reference = inverse(snapshot.world_t(arm.base)) @ world_t_reference
-    tcp = TcpKinematics(solver_of(snapshot, arm), flange_t_tcp(snapshot, node))
+    tcp = led_tcp(snapshot, arm, solver_of, move.redundancy)
     cartesian, speed_factor = cartesian_limits(move.max_velocity, move.max_acceleration), move.speed_factor or 1.0
     plan = plan_circ(
         tcp.kinematics,
@@ -290,6 +292,7 @@ def _circular(snapshot: Snapshot, move: Circular, solver_of: SolverOf) -> Planne
         tcp.tip_t_tcp,
         move.with_arc,
         move.time_law,
+        tcp.wish,
     )
     return led_move(node, arm, plan, tcp, cartesian, speed_factor)
 

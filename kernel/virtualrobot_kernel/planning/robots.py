@@ -8,13 +8,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from virtualrobot_sdk.kinematics import InverseOptions, InverseResult, Kinematics, SerialChain
+from virtualrobot_sdk.kinematics import Kinematics, SerialChain
 
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason, UnknownNameError
 from virtualrobot_kernel.motion.limits import TOLERANCE
 from virtualrobot_kernel.numeric.forest import forward_forest
 from virtualrobot_kernel.planning.extract import extract_chain, lock_coordinates
-from virtualrobot_kernel.planning.redundancy import FREE, Redundancy
+from virtualrobot_kernel.planning.redundancy import Redundancy
 from virtualrobot_kernel.world.change import check_joint_value, inverse, single_joint
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.state import Snapshot, State
@@ -270,46 +270,3 @@ def forward_links(snapshot: Snapshot, robot: Node, positions: Mapping[str, float
     index = structure.robots[robot.uid]
     tcp = world_t_tcp(structure, snapshot.state, world, robot)
     return world[[structure.rows[uid] for uid in index.links]], tcp
-
-
-def solve_inverse(
-    snapshot: Snapshot,
-    robot: Node,
-    world_t_tcp: Pose,
-    seed: Mapping[str, float],
-    solver_of: SolverOf,
-    configuration: str = "",
-    redundancy: Redundancy = FREE,
-) -> tuple[Arm, InverseResult]:
-    """Return the arm and the joints that bring its chosen tool centre point to `world_t_tcp` (4, 4).
-
-    Only those of one configuration where it is named; an unknown name is refused with the component's own words. The
-    solutions have all joints of the arm; those that are locked are where they are locked.
-    """
-    arm = arm_of(snapshot, robot)
-    reduced = locked_arm(arm, redundancy.locked_joints)
-    solver = solver_of(snapshot, reduced)
-    base_t_tip = inverse(snapshot.world_t(arm.base)) @ world_t_tcp @ inverse(flange_t_tcp(snapshot, robot))
-    options = InverseOptions(
-        seed=joint_vector(snapshot, reduced, seed), configuration=configuration, arm_angle=redundancy.arm_angle
-    )
-    result = solver.inverse(base_t_tip, options)
-    if redundancy.arm_angle is not None and len(result.solutions) and not result.arm_angles:
-        raise KernelError(
-            f"the kinematics component of {robot.name!r} knows no arm angle, so {redundancy.arm_angle:g} cannot be "
-            "given; choose `arm_angle`",
-            robot=robot.name,
-            field="arm_angle_radians",
-        )
-    return arm, replace(result, solutions=_expanded(arm, reduced, result.solutions))
-
-
-def _expanded(arm: Arm, reduced: Arm, solutions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return solutions (m, k) of all joints from those of an arm with locked ones."""
-    if not reduced.locked:
-        return solutions
-    every = np.empty((len(solutions), len(arm.q_index)))
-    free = dict(zip(reduced.q_index.tolist(), solutions.T, strict=True))
-    for column, place in zip(every.T, arm.q_index.tolist(), strict=True):
-        column[:] = free[place] if place in free else reduced.locked[place]
-    return every

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.bounds import TimeLaw
-from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
 from virtualrobot_kernel.motion.cartesian_plan import plan_spline
+from virtualrobot_kernel.planning.free_joints import led_tcp
 from virtualrobot_kernel.planning.planned_move import (
     PlannedMove,
     PoseGoal,
@@ -17,7 +17,7 @@ from virtualrobot_kernel.planning.planned_move import (
     world_t_goal,
 )
 from virtualrobot_kernel.planning.redundancy import FREE, Redundancy
-from virtualrobot_kernel.planning.robots import SolverOf, arm_on_path, flange_t_tcp
+from virtualrobot_kernel.planning.robots import SolverOf, arm_on_path
 from virtualrobot_kernel.world.change import inverse
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind
@@ -57,7 +57,9 @@ def spline_move(snapshot: Snapshot, move: Spline, solver_of: SolverOf) -> Planne
     limits, start = joint_limits(snapshot, node, arm.joint_names)
     base_t_world = inverse(snapshot.world_t(arm.base))
     goals = [base_t_world @ world_t_goal(snapshot, goal) for goal in move.goals]
-    tcp = TcpKinematics(solver_of(snapshot, arm), flange_t_tcp(snapshot, node))
+    tcp = led_tcp(snapshot, arm, solver_of, move.redundancy)
     cartesian, speed_factor = cartesian_limits(move.max_velocity, move.max_acceleration), move.speed_factor or 1.0
-    plan = plan_spline(tcp.kinematics, start, goals, limits, cartesian, speed_factor, tcp.tip_t_tcp, move.time_law)
+    plan = plan_spline(
+        tcp.kinematics, start, goals, limits, cartesian, speed_factor, tcp.tip_t_tcp, move.time_law, tcp.wish
+    )
     return led_move(node, arm, plan, tcp, cartesian, speed_factor)

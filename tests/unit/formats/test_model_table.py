@@ -73,6 +73,7 @@ def test_the_table_has_what_the_project_promises() -> None:
     assert [model.name for model in list_models() if not model.package] == [
         "ar_manipulator",
         "conveyor",
+        "nine_axis",
         "palletizer",
         "parallel_gripper",
         "positioner",

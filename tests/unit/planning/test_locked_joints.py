@@ -9,10 +9,11 @@ import pytest
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.errors import KernelError, LimitError, UnknownNameError
 from virtualrobot_kernel.planning.extract import lock_coordinates
+from virtualrobot_kernel.planning.free_joints import solve_inverse
 from virtualrobot_kernel.planning.moves import joints_of
 from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.planning.redundancy import Redundancy
-from virtualrobot_kernel.planning.robots import arm_of, locked_arm, solve_inverse, tcp_frame, tip_of
+from virtualrobot_kernel.planning.robots import arm_of, locked_arm, tcp_frame, tip_of
 from virtualrobot_kernel.planning.solvers import LOCKED_ARMS, Solvers
 from virtualrobot_kernel.planning.wishes import Linear, PointToPoint
 from virtualrobot_kernel.world.commands import StartMotion
@@ -106,6 +107,25 @@ def test_the_panda_with_joint_7_locked_has_all_its_solutions_in_closed_form(
         for other in others:
             assert any(same(reduced.serial(), other, one[:6]) for one in result.solutions), (q.tolist(), other.tolist())
     assert known > 2 * POSES, "the search itself must find more than the posture that it was given"
+
+
+def test_the_nine_axis_arm_is_configured_by_locking_joints(solvers: Solvers, rng: np.random.Generator) -> None:
+    """Whole it is solved numerically at every reachable pose; without rail and lift by its arm angle."""
+    snapshot, node = standing("nine_axis", {"joint_4": 0.8})
+    arm = arm_of(snapshot, node)
+    chain, tip = arm.serial(), tip_of(snapshot, arm)
+    for _ in range(100):
+        target = snapshot.world_t(arm.base) @ tip(rng.uniform(chain.lower, chain.upper))
+        _, result = solve_inverse(snapshot, node, target, {}, solvers.of)
+        assert len(result.solutions), result.reason
+        reached = tip(result.solutions[0])
+        np.testing.assert_allclose(snapshot.world_t(arm.base) @ reached, target, atol=1e-8)
+        q = rng.uniform(chain.lower, chain.upper)
+        wish = Redundancy({"rail": q[0], "lift": q[1]}, arm_angle=0.3)
+        _, result = solve_inverse(snapshot, node, snapshot.world_t(arm.base) @ tip(q), {}, solvers.of, redundancy=wish)
+        for one, angle in zip(result.solutions, result.arm_angles, strict=True):
+            np.testing.assert_allclose(tip(one), tip(q), atol=1e-9)
+            assert (one[0], one[1], round(angle, 9)) == (q[0], q[1], 0.3)
 
 
 def test_components_of_locked_arms_are_kept_and_the_oldest_are_dropped(solvers: Solvers) -> None:

@@ -14,7 +14,8 @@ import pytest
 from virtualrobot_kernel.components.catalog import Catalog, Offer
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning import solvers as module
-from virtualrobot_kernel.planning.robots import arm_of, solve_inverse, world_poses
+from virtualrobot_kernel.planning.free_joints import solve_inverse
+from virtualrobot_kernel.planning.robots import arm_of, world_poses
 from virtualrobot_kernel.planning.solvers import Solvers
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import CreateNodes, RemoveNode, SetKinematics

@@ -28,6 +28,11 @@ def wished_redundancy(message: robot_pb2.Redundancy, what: str) -> Redundancy:
     arm_angle = None
     if message.HasField("arm_angle_radians"):
         arm_angle = finite(message.arm_angle_radians, f"{what}.arm_angle_radians")
+    if arm_angle is not None and preference is not Preference.UNSPECIFIED:
+        raise KernelError(
+            f"{what} has an arm angle, which leaves nothing free, and the preference {preference.value}; give one",
+            field=f"{what}.preference",
+        )
     return Redundancy(
         _finite_joints(by_name(message.locked_joints), f"{what}.locked_joints"),
         arm_angle,

@@ -1,0 +1,134 @@
+"""What an arm does with the joints that its tool centre point leaves free: wishes, and the motion that follows them.
+
+A wish is a function from joints to a cost, the less the better, and its gradient. Where the tool centre point stands or
+goes, joints move by (I - J^+ J) z with z against the gradient (A. Liegeois, Automatic supervisory control of the
+configuration and behavior of multibody mechanisms, IEEE Trans. Systems, Man and Cybernetics 7(12), 1977).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from virtualrobot_kernel.motion.polynomial import Array
+
+Wish = Callable[[Array], tuple[float, Array]]
+"""Gives the cost (without unit) of joints (k,) and its gradient (k,), both smooth inside the joints' limits."""
+
+GAIN = 1.0
+"""The greatest motion in the null space on a path, in parts of the motion that the path itself needs."""
+_NEAREST = 0.999
+"""How far from the middle (0) to a limit (1) the cost of limits grows; beyond, its gradient stays as it is."""
+_DIFFERENCE = 1e-5
+_STEPS = 200
+_LONGEST_STEP = 0.2
+_SHORTEST_STEP = 1e-6
+_CLOSED = 1e-10
+
+
+def away_from_limits(lower: Array, upper: Array) -> Wish:
+    """Return the wish to stay in the middle of joints' ranges (k,): the sum of -log(1 - x^2), x from -1 to 1 in each.
+
+    Joints that lack a limit do not count.
+    """
+    counted = np.isfinite(lower) & np.isfinite(upper) & (upper > lower)
+    middle = np.where(counted, (np.where(counted, lower, 0.0) + np.where(counted, upper, 0.0)) / 2.0, 0.0)
+    half = np.where(counted, (np.where(counted, upper, 2.0) - np.where(counted, lower, 0.0)) / 2.0, 1.0)
+
+    def wish(q: Array) -> tuple[float, Array]:
+        x = np.where(counted, np.clip((q - middle) / half, -_NEAREST, _NEAREST), 0.0)
+        return float(-np.log(1.0 - x * x).sum()), 2.0 * x / (1.0 - x * x) / half
+
+    return wish
+
+
+def away_from_singularities(jacobian: Callable[[Array], Array]) -> Wish:
+    """Return the wish for manipulability w, the product of the Jacobian's singular values: the cost is -log(w).
+
+    T. Yoshikawa, Manipulability of robotic mechanisms, Int. J. Robotics Research 4(2), 1985. `jacobian` gives (6, k) at
+    joints (k,), its linear rows in lengths that compare with radians; the gradient is by central differences.
+    """
+
+    def cost(q: Array) -> float:
+        return -float(np.log(np.maximum(np.linalg.svd(jacobian(q), compute_uv=False), 1e-9)).sum())
+
+    def wish(q: Array) -> tuple[float, Array]:
+        steps = _DIFFERENCE * np.eye(len(q))
+        return cost(q), np.array([(cost(q + step) - cost(q - step)) / (2.0 * _DIFFERENCE) for step in steps])
+
+    return wish
+
+
+def near_posture(posture: Array) -> Wish:
+    """Return the wish to be near a posture (k,), NaN where a joint has no wish: half the sum of squares (rad, m)."""
+    wanted = np.isfinite(posture)
+
+    def wish(q: Array) -> tuple[float, Array]:
+        off = np.where(wanted, q - np.where(wanted, posture, 0.0), 0.0)
+        return float(off @ off) / 2.0, off
+
+    return wish
+
+
+def free_motion(jacobian: Array, rate: Array, wish: Wish, q: Array) -> Array:
+    """Return how joints (k,) move in the null space of a Jacobian (m, k) while the task moves them by `rate` (k,).
+
+    It is along the path as `rate` is, never faster than GAIN times it, and smooth where that is smooth and not 0.
+    """
+    gradient = wish(q)[1]
+    speed = GAIN * np.linalg.norm(rate) / np.sqrt(1.0 + gradient @ gradient)
+    return _projected(jacobian, -speed * gradient)
+
+
+def improved(
+    jacobian: Callable[[Array], Array],
+    deviation: Callable[[Array], Array],
+    q: Array,
+    wish: Wish,
+    lower: Array,
+    upper: Array,
+) -> Array:
+    """Return the joints (k,) that a wish leads to from `q` (k,), which solves a pose, while the pose stays.
+
+    Steps against the gradient in the null space, each put back onto the pose by Newton steps and kept within limits
+    (k,), until the cost does not fall any more: a local best. `jacobian` gives (6, k), `deviation` the twist (6,) from
+    joints to the pose; the pose is met to 1e-10.
+    """
+    cost, gradient = wish(q)
+    step = _LONGEST_STEP
+    for _ in range(_STEPS):
+        way = _projected(jacobian(q), -gradient)
+        length = float(np.linalg.norm(way))
+        if length < 1e-9:
+            break
+        while step > _SHORTEST_STEP:
+            tried = _put_back(jacobian, deviation, q + way * min(1.0, step / length))
+            if tried is not None and ((tried >= lower) & (tried <= upper)).all():
+                after, downhill = wish(tried)
+                if after < cost - 1e-12:
+                    break
+            step *= 0.5
+        else:
+            break
+        q, cost, gradient = tried, after, downhill
+        step = min(_LONGEST_STEP, 2.0 * step)
+    return q
+
+
+def _put_back(jacobian: Callable[[Array], Array], deviation: Callable[[Array], Array], q: Array) -> Array | None:
+    """Return joints that Newton steps lead to from `q`, on the pose; None where they lead nowhere near."""
+    start = q
+    for _ in range(8):
+        off = deviation(q)
+        if np.abs(off).max() < _CLOSED:
+            return q
+        q = q + np.linalg.lstsq(jacobian(q), off, rcond=1e-9)[0]
+        if not np.abs(q - start).max() < _LONGEST_STEP:
+            return None
+    return None
+
+
+def _projected(jacobian: Array, vector: Array) -> Array:
+    """Return (I - J^+ J) times a vector (k,)."""
+    return vector - np.linalg.lstsq(jacobian, jacobian @ vector, rcond=1e-9)[0]

@@ -1,0 +1,154 @@
+"""Solving poses and leading tool centre points with what is wished of the joints that this leaves free."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from virtualrobot_sdk.kinematics import InverseOptions, InverseResult, Kinematics, SerialChain
+
+from virtualrobot_kernel.errors import KernelError, UnknownNameError
+from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
+from virtualrobot_kernel.motion.nullspace import (
+    Wish,
+    away_from_limits,
+    away_from_singularities,
+    improved,
+    near_posture,
+)
+from virtualrobot_kernel.motion.rotation import rotation_vector
+from virtualrobot_kernel.planning.redundancy import FREE, Preference, Redundancy
+from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_of, flange_t_tcp, joint_vector, locked_arm
+from virtualrobot_kernel.world.change import inverse
+from virtualrobot_kernel.world.figures import Pose
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import Node
+
+IMPROVED = 8
+"""How many solutions of a component are improved: those nearest to the seed."""
+NEEDED = 6
+"""An arm with no more joints than a pose has numbers has none to spare."""
+_SAME = 1e-4
+_FOUND = 1e-6
+
+
+def led_tcp(snapshot: Snapshot, arm: Arm, solver_of: SolverOf, redundancy: Redundancy) -> TcpKinematics:
+    """Return the chosen tool centre point of an arm as it is led along a path, with what is wished of free joints."""
+    tcp = TcpKinematics(solver_of(snapshot, arm), flange_t_tcp(snapshot, arm.robot))
+    return replace(tcp, wish=wish_of(arm, redundancy, tcp.jacobian, snapshot.state.q[arm.q_index]))
+
+
+def wish_of(
+    arm: Arm, redundancy: Redundancy, jacobian: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    start: NDArray[np.float64],
+) -> Wish | None:
+    """Return what is wished of the joints (k,) of an arm; None without a wish or without a joint to spare.
+
+    `jacobian` gives (6, k), `start` (k,) is where its lengths are made comparable. Raises UnknownNameError for a joint
+    of a posture that the arm has not.
+    """
+    chain = arm.serial()
+    for name in redundancy.posture:
+        if name not in chain.joint_names and name not in redundancy.locked_joints:
+            raise UnknownNameError(f"joint that moves the flange of {arm.robot.name!r}", name, chain.joint_names)
+    if len(chain.joint_names) <= NEEDED:
+        return None
+    match redundancy.preference:
+        case Preference.JOINT_LIMITS:
+            return away_from_limits(chain.lower, chain.upper)
+        case Preference.POSTURE:
+            return near_posture(np.array([redundancy.posture.get(name, np.nan) for name in chain.joint_names]))
+        case Preference.MANIPULABILITY:
+            given = jacobian(start)
+            lever = float(np.linalg.norm(given[:3], axis=0)[np.linalg.norm(given[3:], axis=0) > 1e-9].max(initial=0.0))
+            weights = np.array([1.0 / lever if lever > 1e-6 else 1.0] * 3 + [1.0] * 3)[:, None]
+            return away_from_singularities(lambda q: jacobian(q) * weights)
+        case Preference.UNSPECIFIED:
+            return None
+
+
+def solve_inverse(
+    snapshot: Snapshot,
+    robot: Node,
+    world_t_tcp: Pose,
+    seed: Mapping[str, float],
+    solver_of: SolverOf,
+    configuration: str = "",
+    redundancy: Redundancy = FREE,
+) -> tuple[Arm, InverseResult]:
+    """Return the arm and the joints that bring its chosen tool centre point to `world_t_tcp` (4, 4).
+
+    Only those of one configuration where it is named; an unknown name is refused with the component's own words. The
+    solutions have all joints of the arm; those that are locked are where they are locked. With a preference each is the
+    best near one that the component gives, and the best comes first.
+    """
+    arm = arm_of(snapshot, robot)
+    reduced = locked_arm(arm, redundancy.locked_joints)
+    solver = solver_of(snapshot, reduced)
+    base_t_tip = inverse(snapshot.world_t(arm.base)) @ world_t_tcp @ inverse(flange_t_tcp(snapshot, robot))
+    start = joint_vector(snapshot, reduced, seed)
+    options = InverseOptions(seed=start, configuration=configuration, arm_angle=redundancy.arm_angle)
+    result = solver.inverse(base_t_tip, options)
+    if (wish := wish_of(reduced, redundancy, solver.jacobian, start)) is not None:
+        result = _preferred(solver, reduced.serial(), base_t_tip, result, options, wish)
+    if redundancy.arm_angle is not None and len(result.solutions) and not result.arm_angles:
+        raise KernelError(
+            f"the kinematics component of {robot.name!r} knows no arm angle, so {redundancy.arm_angle:g} cannot be "
+            "given; choose `arm_angle`",
+            robot=robot.name,
+            field="arm_angle_radians",
+        )
+    return arm, replace(result, solutions=_expanded(arm, reduced, result.solutions))
+
+
+def _preferred(
+    solver: Kinematics,
+    chain: SerialChain,
+    base_t_tip: Pose,
+    result: InverseResult,
+    options: InverseOptions,
+    wish: Wish,
+) -> InverseResult:
+    """Return what a wish makes of solutions: each the best near one of them, the best first, with its own name."""
+
+    def deviation(q: NDArray[np.float64]) -> NDArray[np.float64]:
+        reached = solver.forward(q)[-1]
+        turn = rotation_vector(base_t_tip[:3, :3] @ reached[:3, :3].T)
+        return np.concatenate([base_t_tip[:3, 3] - reached[:3, 3], turn])
+
+    told: list[tuple[float, NDArray[np.float64], str, tuple[float, ...]]] = []
+    for i, given in enumerate(result.solutions[:IMPROVED]):
+        best = improved(solver.jacobian, deviation, given, wish, chain.lower, chain.upper)
+        # The component tells its name: on its way a posture may have come to another branch.
+        again = solver.inverse(base_t_tip, replace(options, seed=best))
+        off = np.abs(again.solutions - best).max(axis=1, initial=0.0)
+        if len(off) and off.min() < _FOUND:
+            j = int(off.argmin())
+            best, name, angles = again.solutions[j], again.configurations[j], again.arm_angles[j : j + 1]
+        elif result.configurations[i]:
+            # What has left the wanted configuration is of no use.
+            best, name, angles = given, result.configurations[i], result.arm_angles[i : i + 1]
+        else:
+            name, angles = "", ()
+        if not any(np.abs(best - other).max() < _SAME for _, other, _, _ in told):
+            told.append((wish(best)[0], best, name, angles))
+    told.sort(key=lambda one: one[0])
+    return replace(
+        result,
+        solutions=np.array([q for _, q, _, _ in told]).reshape(-1, len(chain.joint_names)),
+        configurations=tuple(name for _, _, name, _ in told),
+        arm_angles=tuple(angle for _, _, _, angles in told for angle in angles),
+    )
+
+
+def _expanded(arm: Arm, reduced: Arm, solutions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return solutions (m, k) of all joints from those of an arm with locked ones."""
+    if not reduced.locked:
+        return solutions
+    every = np.empty((len(solutions), len(arm.q_index)))
+    free = dict(zip(reduced.q_index.tolist(), solutions.T, strict=True))
+    for column, place in zip(every.T, arm.q_index.tolist(), strict=True):
+        column[:] = free[place] if place in free else reduced.locked[place]
+    return every

@@ -1,0 +1,172 @@
+"""What free joints are used for: at a pose and along a path they go where the wish leads, and the tool stays."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from virtualrobot_kernel.components.catalog import Catalog
+from virtualrobot_kernel.errors import KernelError, UnknownNameError
+from virtualrobot_kernel.motion.cartesian_plan import plan_lin
+from virtualrobot_kernel.motion.nullspace import away_from_limits, away_from_singularities, near_posture
+from virtualrobot_kernel.planning.free_joints import led_tcp, solve_inverse, wish_of
+from virtualrobot_kernel.planning.planned_move import joint_limits
+from virtualrobot_kernel.planning.redundancy import FREE, Preference, Redundancy
+from virtualrobot_kernel.planning.robots import arm_of, tcp_frame, tip_of
+from virtualrobot_kernel.planning.solvers import Solvers
+
+from .robots import standing
+
+MODELS = ("panda", "iiwa", "nine_axis")
+LIMITS = Redundancy(preference=Preference.JOINT_LIMITS)
+MANIPULABILITY = Redundancy(preference=Preference.MANIPULABILITY)
+
+
+@pytest.fixture(scope="module")
+def solvers() -> Iterator[Solvers]:
+    solvers = Solvers(Catalog())
+    yield solvers
+    solvers.close()
+
+
+def somewhere(model: str, rng: np.random.Generator) -> tuple[str, dict[str, float]]:
+    """Return the robot's name and a random posture well within limits."""
+    snapshot, node = standing(model)
+    chain = arm_of(snapshot, node).serial()
+    q = (chain.lower + chain.upper) / 2.0 + 0.4 * rng.uniform(-1.0, 1.0, len(chain.lower)) * (chain.upper - chain.lower)
+    return node.name, dict(zip(chain.joint_names, q.tolist(), strict=True))
+
+
+@pytest.mark.parametrize("k", [3, 7])
+def test_gradients_are_those_of_the_costs(k: int, rng: np.random.Generator) -> None:
+    """By central differences; a joint without limits or without a wanted position does not count."""
+    lower, upper = rng.uniform(-3.0, -1.0, k), rng.uniform(1.0, 3.0, k)
+    lower[0] = -np.inf
+    posture = rng.uniform(-1.0, 1.0, k)
+    posture[1] = np.nan
+    shape = rng.normal(size=(6, k, k))
+    wishes = [
+        away_from_limits(lower, upper),
+        near_posture(posture),
+        away_from_singularities(lambda q: np.sin(shape @ q)),
+    ]
+    for i, wish in enumerate(wishes):
+        q = rng.uniform(-0.9, 0.9, k)
+        steps = 1e-6 * np.eye(k)
+        expected = [(wish(q + step)[0] - wish(q - step)[0]) / 2e-6 for step in steps]
+        np.testing.assert_allclose(wish(q)[1], expected, rtol=1e-4, atol=1e-5)
+        if i < 2:
+            assert wish(q)[1][i] == 0.0
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("redundancy", [LIMITS, MANIPULABILITY], ids=["limits", "manipulability"])
+def test_a_pose_is_solved_where_the_wish_is_best_nearby(
+    solvers: Solvers, model: str, redundancy: Redundancy, rng: np.random.Generator
+) -> None:
+    for _ in range(4):
+        _, seed = somewhere(model, rng)
+        snapshot, node = standing(model, seed)
+        arm = arm_of(snapshot, node)
+        target = tcp_frame(snapshot, node)
+        _, plain = solve_inverse(snapshot, node, target, {}, solvers.of)
+        _, better = solve_inverse(snapshot, node, target, {}, solvers.of, redundancy=redundancy)
+        tcp = led_tcp(snapshot, arm, solvers.of, FREE)
+        wish = wish_of(arm, redundancy, solvers.of(snapshot, arm).jacobian, np.array(list(seed.values())))
+        assert wish is not None
+        costs = [wish(q)[0] for q in better.solutions]
+        assert costs == sorted(costs)
+        assert costs[0] <= min(wish(q)[0] for q in plain.solutions[:8]) + 1e-12
+        assert costs[0] < wish(np.array(list(seed.values())))[0], "a random posture is not the best one"
+        for q in better.solutions:
+            np.testing.assert_allclose(
+                tip_of(snapshot, arm)(q), tip_of(snapshot, arm)(np.array(list(seed.values()))), atol=1e-9
+            )
+            assert ((q >= arm.serial().lower) & (q <= arm.serial().upper)).all()
+        assert len(better.configurations) == len(better.solutions)
+        assert len(better.arm_angles) in (0, len(better.solutions))
+        assert tcp.wish is None
+
+
+def test_a_pose_is_solved_near_a_wanted_posture(solvers: Solvers, rng: np.random.Generator) -> None:
+    """The arm's own posture is wanted: nothing is nearer to it."""
+    for model in ("panda", "iiwa"):
+        _, wanted = somewhere(model, rng)
+        snapshot, node = standing(model, wanted)
+        away = {name: value * 0.9 for name, value in wanted.items()}
+        wish = Redundancy(preference=Preference.POSTURE, posture=wanted)
+        _, found = solve_inverse(snapshot, node, tcp_frame(snapshot, node), away, solvers.of, redundancy=wish)
+        np.testing.assert_allclose(found.solutions[0], list(wanted.values()), atol=2e-3)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_line_follows_the_wish_and_stays_a_line(solvers: Solvers, model: str, rng: np.random.Generator) -> None:
+    """The same line with and without the wish: equal ends of the tool, less cost at the joints' end."""
+    better = tried = 0
+    while tried < 3:
+        _, posture = somewhere(model, rng)
+        snapshot, node = standing(model, posture)
+        arm = arm_of(snapshot, node)
+        limits, start = joint_limits(snapshot, node, arm.joint_names)
+        tcp = led_tcp(snapshot, arm, solvers.of, LIMITS)
+        assert tcp.wish is not None
+        goal = tcp.pose(start)
+        goal[:3, 3] += 0.15 * rng.uniform(-1.0, 1.0, 3)
+        try:
+            plain = plan_lin(tcp.kinematics, start, goal, limits, tip_t_tcp=tcp.tip_t_tcp)
+            wished = plan_lin(tcp.kinematics, start, goal, limits, tip_t_tcp=tcp.tip_t_tcp, wish=tcp.wish)
+        except KernelError:
+            continue  # a limit or a singularity on the way
+        tried += 1
+        better += tcp.wish(wished.goal)[0] < tcp.wish(plain.goal)[0]
+        np.testing.assert_allclose(tcp.pose(wished.goal), goal, atol=1e-6)
+        track = wished.tracks[0]
+        line = goal[:3, 3] - tcp.pose(start)[:3, 3]
+        q_all, velocities, accelerations, *_ = track.derivatives(np.linspace(0.0, wished.duration, 200))
+        for q, velocity, acceleration in zip(q_all, velocities, accelerations, strict=True):
+            off = tcp.pose(q)[:3, 3] - tcp.pose(start)[:3, 3]
+            along = off @ line / (line @ line)
+            assert np.linalg.norm(off - along * line) < 1e-5
+            assert (np.abs(velocity) <= limits.velocity * 1.001).all()
+            assert (np.abs(acceleration) <= limits.acceleration * 1.01).all()
+    assert better == tried
+
+
+def test_a_line_that_would_meet_a_limit_is_led_away_from_it(solvers: Solvers) -> None:
+    """The iiwa's elbow, near its limit, swings aside while the tool goes its way."""
+    gone = {"plain": 0, "wished": 0}
+    rng = np.random.default_rng(20081)
+    for _ in range(40):
+        _, posture = somewhere("iiwa", rng)
+        snapshot, node = standing("iiwa", posture)
+        arm = arm_of(snapshot, node)
+        limits, start = joint_limits(snapshot, node, arm.joint_names)
+        tcp = led_tcp(snapshot, arm, solvers.of, LIMITS)
+        goal = tcp.pose(start)
+        goal[:3, 3] += 0.3 * rng.uniform(-1.0, 1.0, 3)
+        for name, wish in (("plain", None), ("wished", tcp.wish)):
+            try:
+                plan_lin(tcp.kinematics, start, goal, limits, tip_t_tcp=tcp.tip_t_tcp, wish=wish)
+                gone[name] += 1
+            except KernelError:
+                pass
+    assert gone["wished"] > gone["plain"], gone
+
+
+def test_a_wish_of_an_arm_without_a_joint_to_spare_changes_nothing(solvers: Solvers) -> None:
+    snapshot, node = standing("panda", {"panda_joint4": -1.5, "panda_joint6": 1.5})
+    locked = replace(LIMITS, locked_joints={"panda_joint7": 0.4})
+    target = tcp_frame(snapshot, node)
+    alone = replace(locked, preference=FREE.preference)
+    _, plain = solve_inverse(snapshot, node, target, {}, solvers.of, redundancy=alone)
+    _, wished = solve_inverse(snapshot, node, target, {}, solvers.of, redundancy=locked)
+    np.testing.assert_array_equal(wished.solutions, plain.solutions)
+
+
+def test_a_posture_of_unknown_joints_is_refused(solvers: Solvers) -> None:
+    snapshot, node = standing("panda", {"panda_joint4": -1.5, "panda_joint6": 1.5})
+    wish = Redundancy(preference=Preference.POSTURE, posture={"panda_joint9": 0.0})
+    with pytest.raises(UnknownNameError, match="panda_joint9"):
+        solve_inverse(snapshot, node, tcp_frame(snapshot, node), {}, solvers.of, redundancy=wish)
