@@ -27,7 +27,7 @@ def ended(stream: virtualrobot.SetpointStream) -> Phase:
 
 def test_positions_are_followed_to_the_last_one(client: Client, iiwa: Robot) -> None:
     waiting = threading.Event()
-    with iiwa.stream() as stream:
+    with iiwa.stream(timeout=LONG) as stream:
         assert stream.joint_names == tuple(iiwa.joint_names)
         for place in np.linspace(0.0, 1.0, 50):
             stream.send(np.multiply(BENT, 0.1 * place))
@@ -39,7 +39,7 @@ def test_positions_are_followed_to_the_last_one(client: Client, iiwa: Robot) -> 
 
 
 def test_a_proportional_controller_reaches_its_goal(client: Client, iiwa: Robot) -> None:
-    with iiwa.stream("velocity", [FIRST], timeout=5.0) as stream:
+    with iiwa.stream("velocity", [FIRST], timeout=LONG) as stream:
         for state in stream:
             error = 0.4 - state.positions[0]
             if abs(error) < 1e-3:
@@ -88,9 +88,10 @@ def test_a_refused_setpoint_is_raised(client: Client, iiwa: Robot) -> None:
     with pytest.raises(virtualrobot.LimitError):
         stream.send([0.0])
     assert ended(stream) is Phase.CANCELLED
-    with pytest.raises(virtualrobot.LimitError), iiwa.stream("velocity", [FIRST]) as stream:
+    with pytest.raises(virtualrobot.LimitError), iiwa.stream("velocity", [FIRST], timeout=LONG) as stream:
         stream.send([1e6])
-    stream = iiwa.stream("velocity", [FIRST])
+    assert ended(stream) is Phase.CANCELLED
+    stream = iiwa.stream("velocity", [FIRST], timeout=LONG)
     with pytest.raises(virtualrobot.InvalidArgumentError, match="not nan"):
         stream.send([float("nan")], wait=True)
 
@@ -134,7 +135,7 @@ def test_a_busy_robot_is_refused_or_preempted(client: Client, iiwa: Robot) -> No
     motion = iiwa.move_joints(BENT, speed_factor=0.1, wait=False)
     with pytest.raises(virtualrobot.RobotBusyError):
         iiwa.stream()
-    with iiwa.stream("velocity", preempt=True) as stream:
+    with iiwa.stream("velocity", timeout=LONG, preempt=True) as stream:
         stream.send([0.0] * 7)
     assert motion.phase is Phase.CANCELLED
 
@@ -149,6 +150,6 @@ def test_stop_ends_a_stream(client: Client, iiwa: Robot) -> None:
 
 
 def test_a_lease_lets_its_client_stream(client: Client, iiwa: Robot) -> None:
-    with iiwa.lease(), iiwa.stream("velocity", [FIRST]) as stream:
+    with iiwa.lease(), iiwa.stream("velocity", [FIRST], timeout=LONG) as stream:
         stream.send([0.1])
     assert stream.motion.phase is Phase.SUCCEEDED
