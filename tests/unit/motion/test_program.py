@@ -99,6 +99,26 @@ def test_joints_never_jump_and_keep_their_limits(rng: np.random.Generator) -> No
         assert (np.abs(after.sample()[0] - before.sample()[0]) <= fastest * TICK + 1e-12).all()
 
 
+def test_all_limits_hold_between_the_ticks_too(rng: np.random.Generator) -> None:
+    """At ten points of each tick velocities and accelerations keep the limits, and a tick is the sum of its parts."""
+    program = chained(rng, "move", "move", "dwell", "set a", "move", "move")
+    limits = np.zeros((2, JOINTS))
+    for stage in program.stages:
+        if stage.plan is not None:
+            bounds = np.stack([stage.plan.max_velocity, stage.plan.max_acceleration])
+            limits[:, list(stage.columns)] = np.maximum(limits[:, list(stage.columns)], bounds)
+    override = float(rng.uniform(0.2, 1.0))
+    whole = parts = program_run.start(program, override)
+    while not whole.ended:
+        whole = whole.advance(TICK, override)
+        for _ in range(10):
+            parts = parts.advance(TICK / 10, override)
+            _, velocity, acceleration = parts.sample()
+            assert (np.abs([velocity, acceleration]) <= limits * (1 + 1e-6) + 1e-9).all()
+        np.testing.assert_allclose(parts.sample()[0], whole.sample()[0], atol=1e-9)
+    assert parts.ended
+
+
 @pytest.mark.parametrize("slow", [1.0, 0.37, 0.01])
 def test_marks_are_set_once_in_order_at_any_override(rng: np.random.Generator, slow: float) -> None:
     program = chained(rng, "set a", "move", "clear a", "move", "set b", "move")
