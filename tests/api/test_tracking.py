@@ -182,6 +182,7 @@ REFUSED = {
     ),
     "no window": (tracking(0.0), "INVALID_ARGUMENT", "tracking.window must say how far"),
     "a window that is no number": (tracking(float("nan")), "INVALID_ARGUMENT", "tracking.window"),
+    "an endless window": (tracking(1e9), "INVALID_ARGUMENT", "tracking.window is at most 100 m"),
     "a speed that is no number": (tracking(fastest=float("inf")), "INVALID_ARGUMENT", "tracking.max_velocity"),
     "a negative speed": (tracking(fastest=-0.1), "INVALID_ARGUMENT", "tracking.max_velocity must be 0"),
     "a window out of reach": (tracking(3.0), "UNREACHABLE", "the arm cannot go along beyond"),

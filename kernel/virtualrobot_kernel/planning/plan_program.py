@@ -84,8 +84,8 @@ def plan_wish(
         motion = PlannedMotion(_start(snapshot, wish.moves, run), notes)
     if wish.tracking is None:
         return motion
-    _go_on(given_up)
-    return replace(motion, command=tracked(snapshot, motion.command, wish.tracking))
+    command = tracked(snapshot, motion.command, wish.tracking, lambda: _go_on(given_up))
+    return replace(motion, command=command)
 
 
 def _start(snapshot: Snapshot, moves: Sequence[Move], run: PlannedRun) -> StartMotion:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,6 +31,12 @@ from virtualrobot_kernel.world.commands import StartMotion, Tracking
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Joint, JointType, LinkData, Node
 
+LARGEST_WINDOW = 100.0
+"""The largest window in meters or radians: each centimetre of it is looked at."""
+
+GoOn = Callable[[], None]
+"""Called before each stage is looked at; raises KernelError when nobody waits for the plan any more."""
+
 
 @dataclass(frozen=True, slots=True)
 class _Frame:
@@ -53,7 +59,7 @@ def arms_joints(snapshot: Snapshot, joints: Iterable[tuple[int, str]]) -> set[tu
     return needed
 
 
-def tracked(snapshot: Snapshot, command: StartMotion, wish: TrackingWish) -> StartMotion:
+def tracked(snapshot: Snapshot, command: StartMotion, wish: TrackingWish, go_on: GoOn = lambda: None) -> StartMotion:
     """Return a planned motion as one that goes along with a node, slower where the joints need it.
 
     Raises KernelError when no joint of another robot, or more than one, moves the node; when an arm can't go along all
@@ -76,7 +82,7 @@ def tracked(snapshot: Snapshot, command: StartMotion, wish: TrackingWish) -> Sta
     joints = tuple(dict.fromkeys([*command.joints, *((robot.name, j) for robot, arm in arms for j in arm.joint_names)]))
     program = _widened(snapshot, command.program, joints)
     followers = [_follower(snapshot, robot, arm, joints, frame) for robot, arm in arms]
-    program, following = _checked(snapshot, program, frame, window, velocity, arms, followers)
+    program, following = _checked(snapshot, program, frame, window, velocity, arms, followers, go_on)
     ways = [Way(robot.uid, (structure.node(wish.node).uid,)) for robot, _ in arms]
     uids = ((structure.robot(robot)[0].uid, joint) for robot, joint in joints)
     assumed = (*command.assumed, *assume(structure, snapshot.state, uids, ways))
@@ -131,9 +137,7 @@ def _frame(
     return _Frame(structure.nodes[robot], joint, link, float(snapshot.state.q[place]), unit)
 
 
-def _check_carriers(
-    snapshot: Snapshot, robot: Node, arm: Arm, name: str, moved: Collection[tuple[str, str]]
-) -> None:
+def _check_carriers(snapshot: Snapshot, robot: Node, arm: Arm, name: str, moved: Collection[tuple[str, str]]) -> None:
     """Raise KernelError when the motion moves what carries the arm but not the frame: then no place is what it was."""
     structure = snapshot.structure
     common = {node.uid for node in structure.ancestors(structure.node(name).uid)}
@@ -160,6 +164,11 @@ def _joint_at(snapshot: Snapshot, robot: int, place: int) -> Joint:
 
 def _window(frame: _Frame, wish: TrackingWish) -> tuple[float, float]:
     """Return between which displacements the frame is followed; a joint's limits shorten the window."""
+    if abs(wish.window) > LARGEST_WINDOW:
+        raise KernelError(
+            f"tracking.window is at most {LARGEST_WINDOW:g} {frame.unit} either way, not {wish.window:g}",
+            field="tracking.window",
+        )
     low = max(min(wish.window, 0.0), frame.joint.limits.lower - frame.position)
     high = min(max(wish.window, 0.0), frame.joint.limits.upper - frame.position)
     if (high if wish.window > 0.0 else -low) <= 0.0:
@@ -210,11 +219,13 @@ def _checked(
     velocity: float,
     arms: Sequence[tuple[Node, Arm]],
     followers: Sequence[Follower],
+    go_on: GoOn,
 ) -> tuple[Program, Following]:
     """Return the program as slow as the joints need it, and how the frame is followed; raise where they can't."""
     rates: list[tuple[Rates, JointLimits]] = []
     q = program.start
     for number, stage in enumerate(program.stages):
+        go_on()
         for (robot, arm), follower in zip(arms, followers, strict=True):
             limits, _ = joint_limits(snapshot, robot, arm.joint_names)
             place = _place(snapshot, program, robot, arm, frame)
