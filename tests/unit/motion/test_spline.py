@@ -73,7 +73,7 @@ def test_velocity_and_acceleration_are_continuous_where_poses_are_passed(rng: np
     poses = random_poses(rng, 7)
     course = spline(poses[0], poses[1:])
     for before, u, after in zip(course.u[:-2], course.u[1:-1], course.u[2:], strict=True):
-        h = 1e-3 * min(u - before, after - u)
+        h = 1e-4 * min(u - before, after - u)
         at = course.twist(u)
         left, right = ([course.twist(u + sign * k * h) for k in (1, 2)] for sign in (-1.0, 1.0))
         np.testing.assert_allclose(course.twist(np.nextafter(u, 0.0)), at, rtol=1e-9, atol=1e-9)
