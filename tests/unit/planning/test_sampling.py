@@ -10,7 +10,9 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
 from virtualrobot_kernel.motion.circle import Via
 from virtualrobot_kernel.motion.planned import Plan
+from virtualrobot_kernel.planning.plan_program import plan_wish
 from virtualrobot_kernel.planning.planned_move import PoseGoal
+from virtualrobot_kernel.planning.program import DwellWish, MotionWish, MoveStepWish, Zone
 from virtualrobot_kernel.planning.robots import arm_of, flange_t_tcp, world_poses
 from virtualrobot_kernel.planning.sampling import MOST_NUMBERS, Samples, check_size, joint_states, sample_times, sampled
 from virtualrobot_kernel.planning.wishes import Circular, JointTrajectory, Linear, Move, PointToPoint
@@ -89,6 +91,34 @@ def test_the_world_does_at_each_tick_what_was_sampled(kind: str, rng: np.random.
     for robot in told.robots:
         np.testing.assert_array_equal(robot.positions[-1], plan_of(command).goal[list(robot.columns)])
         assert not robot.velocities[-1].any() and not robot.accelerations[-1].any() and robot.tcp_speeds[-1] == 0.0
+
+
+def test_the_world_runs_a_program_as_it_was_sampled(rng: np.random.Generator) -> None:
+    """Zones, a dwell, two robots in turn: a stage begins with what its predecessor leaves of a tick."""
+    change = cell()
+    here = tcp(change)
+    corner, end = (shifted(*rng.uniform(-0.08, 0.08, 3)) @ here for _ in range(2))
+    steps = (
+        MoveStepWish((Linear("arm", PoseGoal(corner)),), Zone(meters=0.02)),
+        MoveStepWish((Linear("arm", PoseGoal(end)),)),
+        MoveStepWish((PointToPoint("belt", {"slide": 0.3}),)),
+        DwellWish(0.1234),
+        MoveStepWish((PointToPoint("arm", random_joints(rng)), PointToPoint("belt", {"slide": 0.0}))),
+    )
+    command = plan_wish(pictured(change), MotionWish(steps=steps), chain).command
+    told = samples_of(change, command)
+    assert told.steps.tolist() == sorted(told.steps) and set(told.steps) == {0, 1, 2, 3, 4}
+    begins = [told.times[told.steps == step][0] for step in (3, 4)]
+    assert begins[1] - begins[0] == pytest.approx(0.1234, abs=TICK)
+    started = after(change, command)
+    structure, state = started.structure, started.state
+    for row in range(len(told.times)):
+        for robot in told.robots:
+            q_index, v_index = joint_places(structure, tuple((robot.robot.uid, name) for name in robot.joint_names))
+            np.testing.assert_allclose(state.q[q_index], robot.positions[row], atol=1e-9)
+            np.testing.assert_allclose(state.v[v_index], robot.velocities[row], atol=1e-7)
+        state = advance(structure, state, TICK, world_poses)
+    assert not state.motions
 
 
 def test_efforts_agree_with_pinocchio(rng: np.random.Generator) -> None:
