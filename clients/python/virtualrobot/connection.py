@@ -173,7 +173,7 @@ class Client:
             >>> plan.duration_seconds, plan.robots["right"].tcp_speeds.max()
             (2.31, 0.25)
         """
-        return plans.plan(self._services, wishes, sample_seconds=sample_seconds, tracking=tracking)
+        return plans.plan(self._services, plans.motion_of(wishes, tracking), sample_seconds=sample_seconds)
 
     def check(
         self, wishes: Iterable[plans.Wish], *, min_singular_value: float = 0.0, tracking: motion.Tracking | None = None
@@ -193,7 +193,8 @@ class Client:
             >>> print(client.check([arm.linear(goal)]).first_violation)
             the joint 'lbr_iiwa_joint_4' of 'arm' leaves its range, up to -2.14 rad after 1.32 s, ...
         """
-        return plans.check(self._services, wishes, min_singular_value=min_singular_value, tracking=tracking)
+        wanted = plans.motion_of(wishes, tracking)
+        return plans.check(self._services, wanted, min_singular_value=min_singular_value)
 
     def program(self) -> Program:
         """Return an empty program: moves of several robots, signals, waits and dwells, one after the other.

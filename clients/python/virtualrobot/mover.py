@@ -240,7 +240,7 @@ class Mover(MoveMaker):
             >>> np.abs(plan.robots[robot.name].efforts).max(axis=0)
             array([...])
         """
-        return plans.plan(self._services, [move], sample_seconds=sample_seconds)
+        return plans.plan(self._services, plans.motion_of([move]), sample_seconds=sample_seconds)
 
     def check(self, move: motion_pb2.Move, *, min_singular_value: float = 0.0) -> plans.MotionCheck:
         """Return whether a move keeps all limits, and else the first one that it violates; see `Client.check`.
@@ -249,7 +249,7 @@ class Mover(MoveMaker):
             >>> robot.check(robot.ptp("home")).ok
             True
         """
-        return plans.check(self._services, [move], min_singular_value=min_singular_value)
+        return plans.check(self._services, plans.motion_of([move]), min_singular_value=min_singular_value)
 
     def stop(self) -> list[motion.Motion]:
         """Cancel every motion of this robot; return them."""

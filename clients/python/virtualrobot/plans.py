@@ -205,45 +205,26 @@ class MotionCheck:
         )
 
 
-def plan(
-    services: Services,
-    wishes: Iterable[Wish],
-    *,
-    sample_seconds: float = 0.0,
-    expected_revision: int = 0,
-    tracking: Tracking | None = None,
-) -> MotionPlan:
+def plan(services: Services, motion: motion_pb2.StartMotionRequest, *, sample_seconds: float = 0.0) -> MotionPlan:
     """Return what a motion would do; see `Client.plan`."""
-    motion = _motion(wishes, expected_revision, tracking)
     request = motion_pb2.PlanMotionRequest(motion=motion, sample_seconds=sample_seconds)
     return MotionPlan.of(services.motion.PlanMotion(request, timeout=LONG_TIMEOUT_SECONDS))
 
 
 def check(
-    services: Services,
-    wishes: Iterable[Wish],
-    *,
-    min_singular_value: float = 0.0,
-    expected_revision: int = 0,
-    tracking: Tracking | None = None,
+    services: Services, motion: motion_pb2.StartMotionRequest, *, min_singular_value: float = 0.0
 ) -> MotionCheck:
     """Return whether a motion keeps all limits; see `Client.check`."""
-    motion = _motion(wishes, expected_revision, tracking)
     request = motion_pb2.CheckMotionRequest(motion=motion, min_singular_value=min_singular_value)
     return MotionCheck.of(services.motion.CheckMotion(request, timeout=LONG_TIMEOUT_SECONDS))
 
 
-def _motion(
-    wishes: Iterable[Wish], expected_revision: int, tracking: Tracking | None
-) -> motion_pb2.StartMotionRequest:
+def motion_of(wishes: Iterable[Wish], tracking: Tracking | None = None) -> motion_pb2.StartMotionRequest:
+    """Return the motion that is these moves together, or these steps."""
     given = list(wishes)
     moves = [wish for wish in given if isinstance(wish, motion_pb2.Move)]
     steps = [wish for wish in given if isinstance(wish, motion_pb2.ProgramStep)]
     if len(moves) + len(steps) < len(given) or (moves and steps):
         raise InvalidArgumentError("a motion is moves that go together, or the steps of a program")
-    return motion_pb2.StartMotionRequest(
-        moves=moves,
-        steps=steps,
-        expected_revision=expected_revision,
-        tracking=None if tracking is None else tracking.message,
-    )
+    tracked = None if tracking is None else tracking.message
+    return motion_pb2.StartMotionRequest(moves=moves, steps=steps, tracking=tracked)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from virtualrobot import motion
+from virtualrobot import motion, plans
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.moves import condition
 from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
@@ -77,6 +77,20 @@ class Program:
         An error of the planner names the step, in its message and as `metadata["step"]`; then nothing moves.
         """
         return motion.start_request(self._services, self.request, **options)
+
+    def plan(self, *, sample_seconds: float = 0.0) -> plans.MotionPlan:
+        """Return what it would do, in samples; see `Client.plan`. Nothing moves."""
+        return plans.plan(self._services, self.request, sample_seconds=sample_seconds)
+
+    def check(self, *, min_singular_value: float = 0.0) -> plans.MotionCheck:
+        """Return whether it keeps all limits, and else the first one that it violates; see `Client.check`.
+
+        Example:
+            >>> found = program.check()
+            >>> if not found.ok:
+            ...     print(found.first_violation.step, found.first_violation)
+        """
+        return plans.check(self._services, self.request, min_singular_value=min_singular_value)
 
     def __len__(self) -> int:
         """Return the number of steps."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -105,7 +105,8 @@ def _refused(
                 return Checked(found.first_violation)
     if (step := int(error.metadata.get("step", "0"))) > 0:
         # What the steps before it violate comes first.
-        before = check_motion(snapshot, MotionWish(steps=wish.steps[:step]), solver_of, min_singular_value, given_up)
+        steps = replace(wish, steps=wish.steps[:step])
+        before = check_motion(snapshot, steps, solver_of, min_singular_value, given_up)
         if before.first_violation is not None:
             return Checked(before.first_violation)
     return Checked(_told_by(snapshot, error))

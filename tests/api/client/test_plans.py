@@ -80,6 +80,36 @@ def test_a_check_tells_the_first_violation(client: Client, bent: Robot) -> None:
         bent.check(bent.ptp("nowhere"))
 
 
+def test_a_program_is_planned_and_checked(client: Client, bent: Robot) -> None:
+    program = client.program().move(bent.ptp({"lbr_iiwa_joint_1": 0.4})).dwell(0.5)
+    plan = program.plan(sample_seconds=0.02)
+    assert set(plan.steps.tolist()) == {0, 1}
+    found = program.check()
+    assert found.ok and found.duration_seconds == plan.duration_seconds
+    far = program.move(bent.ptp({"lbr_iiwa_joint_1": 4.0})).check().first_violation
+    assert far is not None and far.time_seconds is not None
+    assert (far.kind, far.step) == (ViolationKind.JOINT_POSITION, 2)
+    assert far.time_seconds > plan.duration_seconds
+
+
+PROGRAM = """
+schema_version: 1
+steps:
+  - dwell: {seconds: 0.1}
+  - move: {moves: [{robot: iiwa, point_to_point: {joints: {joint_positions: {lbr_iiwa_joint_1: GOAL}}}}]}
+"""
+
+
+def test_a_program_file_is_checked(run: Run, bent: Robot, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "program.yaml"
+    file.write_text(PROGRAM.replace("GOAL", "0.5"))
+    assert f"{file} keeps all limits: the motion takes " in run("program", str(file), "--check")
+    file.write_text(PROGRAM.replace("GOAL", "5"))
+    assert code_of("program", str(file), "--check") == 1
+    assert capsys.readouterr().out.startswith("step 1: the joint 'lbr_iiwa_joint_1' of 'iiwa' leaves its range")
+    np.testing.assert_array_equal(bent.positions, BENT)
+
+
 def test_a_start_for_another_revision_is_refused(client: Client, bent: Robot) -> None:
     revision = bent.state.stamp.structure_revision
     client.scene.add_object("table")
@@ -96,7 +126,7 @@ def code_of(*arguments: str) -> object:
 
 def test_check_has_a_verdict_and_an_exit_code(run: Run, bent: Robot, capsys: pytest.CaptureFixture[str]) -> None:
     told = run("check", "iiwa", "lbr_iiwa_joint_1=0.5")
-    assert told.startswith("iiwa keeps all limits: the move takes ")
+    assert told.startswith("iiwa keeps all limits: the motion takes ")
     assert told.count("\n") == 1
     assert code_of("check", "iiwa", "lbr_iiwa_joint_1=4") == 1
     captured = capsys.readouterr()

@@ -12,7 +12,7 @@ from virtualrobot.cli.options import Target, target_options
 from virtualrobot.cli.orders import Order, order_options
 
 if TYPE_CHECKING:
-    from virtualrobot.plans import MotionPlan, RobotTrajectory
+    from virtualrobot.plans import MotionCheck, MotionPlan, RobotTrajectory
     from virtualrobot.robot_values import JointLimits
 
 _PLAN_EXAMPLES = """
@@ -73,12 +73,17 @@ def check(target: Target, robot: str, order: Order, min_singular_value: float) -
     with target.connect() as client:
         handle = client.robot(robot)
         found = handle.check(order.move(handle), min_singular_value=min_singular_value)
+    return verdict(robot, found)
+
+
+def verdict(what: str, found: MotionCheck) -> int:
+    """Print in a line what a check has found; return the exit code."""
     if found.first_violation is not None:
         click.echo(found.first_violation.message)
         return 1
     margin = found.min_singular_value
     near = "" if margin is None else f", and its smallest singular value is {margin:.3g}"
-    click.echo(f"{robot} keeps all limits: the move takes {found.duration_seconds:.3f} s{near}")
+    click.echo(f"{what} keeps all limits: the motion takes {found.duration_seconds:.3f} s{near}")
     return 0
 
 

@@ -6,20 +6,27 @@ import click
 
 from virtualrobot.cli.move import follow
 from virtualrobot.cli.options import GO_ON, Target, target_options
+from virtualrobot.cli.plan import verdict
 
 
 @click.command()
 @click.argument("file", type=click.Path(exists=True, dir_okay=False))
 @click.option("--preempt", is_flag=True, help="Stop what the robots do and take over.")
 @click.option("--no-wait", is_flag=True, help="Return at once; the program goes on.")
+@click.option("--check", is_flag=True, help="Tell whether it keeps all limits, with exit code 0 or 1; nothing moves.")
 @target_options
-def program(target: Target, file: str, preempt: bool, no_wait: bool) -> None:
+def program(target: Target, file: str, preempt: bool, no_wait: bool, check: bool) -> int:
     """Run the program in FILE (YAML) and show how far it is; Ctrl-C stops it on its path.
 
     All steps are planned before anything moves. What the planner makes other than it was asked to is told.
     """
     with target.connect() as client:
         steps = client.read_program(file)
+        if check:
+            found = steps.check()
+            if found.first_violation is not None:
+                click.echo(f"step {found.first_violation.step}: ", nl=False)
+            return verdict(file, found)
         if client.clock.mode == "stepped" and not no_wait:
             click.echo(f"time stands still: the program goes on with each 'virtualrobot step'; {GO_ON}", err=True)
         motion = steps.start(
@@ -29,10 +36,11 @@ def program(target: Target, file: str, preempt: bool, no_wait: bool) -> None:
             click.echo(f"note: {note.message}", err=True)
         if no_wait:
             click.echo(f"started {motion.id}: {motion.planned_duration_seconds:.2f} s")
-            return
+            return 0
         follow(motion)
         click.echo(f"{motion.id} is done")
         if motion.search is not None:
             x, y, z = motion.search.world_t_tcp[:3, 3]
             where = f"at {x:.4f}, {y:.4f}, {z:.4f}" if motion.search.found else "nothing"
             click.echo(f"found {where}")
+    return 0
