@@ -21,7 +21,8 @@ _CURVATURE_ACCELERATION, _CURVATURE_JERK, _ACROSS_JERK, _ALONG_JERK = 0.8, 0.4, 
 _LOOKS, _LOOKS_PER_PIECE = 33, 8
 #: By how much less than what is allowed is used, for what lies between the places that are looked at.
 _MARGIN = 1.0002
-_ROUNDS = 20
+#: What is exceeded by less than this is settled by a stretch of the whole.
+_NEARLY, _ROUNDS = 1.002, 20
 _TINY = 1e-200
 
 
@@ -55,7 +56,7 @@ def law_through(whole: Rounded, rates: Sequence[Rate]) -> PiecewisePolynomial:
         reached = _reachable(passing, moves)
         law, ends = _law(whole, moves, reached)
         needed = _needed(law, ends, rates, len(whole.path.coefficients))
-        if needed.max() <= 1.0:
+        if needed.max() <= _NEARLY:
             break
         for place, factor in enumerate(needed.tolist()):
             if factor <= 1.0:

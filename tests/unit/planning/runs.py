@@ -17,7 +17,7 @@ from virtualrobot_kernel.planning.moves import plan_moves
 from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.planning.program import MoveStepWish, Zone
 from virtualrobot_kernel.planning.robots import Arm, arm_of, tcp_frame, world_poses
-from virtualrobot_kernel.planning.wishes import Circular, Linear, Move, PointToPoint
+from virtualrobot_kernel.planning.wishes import Circular, Linear, Move, PointToPoint, Spline
 from virtualrobot_kernel.world.state import Snapshot, State
 from virtualrobot_kernel.world.structure import Kind
 from virtualrobot_plugins.chain.component import ChainKinematics
@@ -26,8 +26,8 @@ from virtualrobot_sdk.kinematics import Kinematics
 from tests.unit.formats.models import load, structure_of
 from tests.unit.numeric.urdf_arrays import URDFS
 
-KINDS = ("joints", "pose", "line", "arc")
-"""The kinds of moves: PTP to joints and to a pose, LIN, CIRC."""
+KINDS = ("joints", "pose", "line", "arc", "spline")
+"""The kinds of moves: PTP to joints and to a pose, LIN, CIRC, and a spline."""
 
 
 @cache
@@ -91,6 +91,10 @@ def random_move(rng: np.random.Generator, snapshot: Snapshot, robot: str, kind: 
             move = PointToPoint(robot, pose, speed_factor)
         elif kind == "line":
             move = Linear(robot, pose, speed_factor, max_velocity=float(rng.uniform(0.1, 1.0)))
+        elif kind == "spline":
+            middle = here.copy()
+            middle[:3, 3] = 0.5 * (here + goal)[:3, 3] + rng.uniform(-0.05, 0.05, 3)
+            move = Spline(robot, (PoseGoal(middle), pose), speed_factor, max_velocity=float(rng.uniform(0.1, 1.0)))
         else:
             via = Via(here[:3, 3] + rng.uniform(-0.15, 0.15, 3))
             move = Circular(robot, via, goal, "", speed_factor=speed_factor, max_velocity=float(rng.uniform(0.1, 1.0)))
