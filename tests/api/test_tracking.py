@@ -279,3 +279,42 @@ def test_a_node_that_two_joints_move_and_a_rail_that_moves_too(cell: Stubs) -> N
         lambda: go(cell, motion_pb2.StartMotionRequest(moves=[bend, joints("rail", slide=0.2)], tracking=tracking()))
     )
     assert "while the same motion moves what carries it, 'slide' of 'rail'" in told.message
+
+
+def test_an_arm_of_four_axes(stepped: Stubs) -> None:
+    """A palletizer, whose flange stays level, goes along with belts, and not with a wheel that would tilt it."""
+    load(stepped, "model://palletizer", "arm")
+    put(stepped, "arm", {"joint_1": -0.3, "joint_2": 0.2, "joint_3": 0.4})
+    tool = matrix(state(stepped, "arm").world_t_tcp)[:3, 3]
+    place = at(tool[0], tool[1] - 0.5)
+    place[:3, :3] = Rotation.from_euler("z", 90, degrees=True).as_matrix()
+    load(stepped, "model://conveyor", parent_t_node=pose(place))
+    run_belt(stepped)
+    step(stepped, 100)
+    goal = seen(stepped) @ at(z=0.05)
+    ask = go(stepped, motion_pb2.StartMotionRequest(moves=[to(stepped, goal)], tracking=tracking(0.8)))
+    while (told := motion(stepped, ask.id)).phase == RUNNING and told.progress < 1.0:
+        step(stepped)
+    np.testing.assert_allclose(seen(stepped), goal, atol=1e-5)
+    assert finished(stepped, ask.id).phase == SUCCEEDED
+    climbing = place.copy()
+    climbing[:3, :3] = Rotation.from_euler("zy", [90, -10], degrees=True).as_matrix()
+    load(stepped, "model://conveyor", "ramp", parent_t_node=pose(climbing))
+    bend = joints("arm", joint_4=0.1)
+    ask = go(stepped, motion_pb2.StartMotionRequest(moves=[bend], tracking=tracking(0.3, 0.1, "ramp.belt")))
+    assert finished(stepped, ask.id).phase == SUCCEEDED
+    table = at(tool[0] + 0.3, tool[1], 0.3)
+    table[:3, :3] = Rotation.from_euler("x", 90, degrees=True).as_matrix()
+    limits = nodes_pb2.JointLimits(lower=-100.0, upper=100.0, velocity=1.0, acceleration=1.0, jerk=10.0)
+    turn = nodes_pb2.Joint(
+        name="turn", type=nodes_pb2.JOINT_TYPE_CONTINUOUS, axis=geometry_pb2.Vector3(z=1.0), limits=limits
+    )
+    apply(
+        stepped,
+        create(nodes_pb2.Node(name="wheel", robot=nodes_pb2.Robot(), parent_t_node=pose(table))),
+        create(nodes_pb2.Node(name="wheel.rim", parent="wheel", link=nodes_pb2.Link(joint=turn))),
+    )
+    told = refusal(
+        lambda: go(stepped, motion_pb2.StartMotionRequest(moves=[bend], tracking=tracking(0.3, 0.1, "wheel.rim")))
+    )
+    assert told.reason == "UNREACHABLE"
