@@ -18,7 +18,7 @@ from virtualrobot_kernel.motion.program import Stage
 STEP = 0.01
 """Between places of the frame that are looked at, in m or rad."""
 
-_TIME_STEP, _FEWEST, _MOST = 0.01, 24, 240
+_TIME_STEP, _FEWEST, _MOST = 0.015, 24, 200
 _LARGEST_ERROR, _LARGEST_JUMP = 1e-9, 0.1
 #: Every so many places derivatives are taken, and so many moments singular values.
 _SPARSE, _THIN = 4, 6
@@ -84,6 +84,8 @@ def checked_rates(
     count = max(2 * _SPARSE, int(np.ceil(abs(goal) / STEP)))
     places = np.linspace(0.0, goal, count + 1)
     table = [nominal]
+    thin = np.unique(np.append(np.arange(0, len(times), _THIN), len(times) - 1))
+    null_space = _null_space(follower, nominal[thin])
     for column, e in enumerate(places.tolist()):
         if column:
             predicted = _extrapolated(table)
@@ -99,7 +101,7 @@ def checked_rates(
                 )
             table.append(found)
             _check_limits(table, limits, times, e, number, place)
-        _check_singularity(follower, nominal, table[-1], times, e, number, place)
+        _check_singularity(follower, null_space, table[-1][thin], times[thin], e, number, place)
     sparse = sorted({*range(0, count + 1, _SPARSE), count})
     rates = [_rates(follower, nominal, velocity, acceleration, places[j], table[j]) for j in sparse]
     return Rates(number, times, places[sparse], velocity, *(np.stack(arrays) for arrays in zip(*rates, strict=True)))
@@ -140,20 +142,25 @@ def _check_limits(
         raise limits.error(joint, float(q[row, joint]), f"going along meets a joint limit {where}", **metadata)
 
 
+def _null_space(follower: Follower, nominal: Array) -> Array:
+    """Return the projectors (m, k, k) on the null spaces at nominal postures (m, k): zeros for up to six joints."""
+    count = nominal.shape[1]
+    if count <= 6:
+        return np.zeros((len(nominal), count, count))
+    jacobians = follower.jacobians(nominal)
+    return np.eye(count) - np.linalg.pinv(jacobians) @ jacobians
+
+
 def _check_singularity(
-    follower: Follower, nominal: Array, q: Array, times: Array, e: float, number: int, place: Place
+    follower: Follower, null_space: Array, q: Array, times: Array, e: float, number: int, place: Place
 ) -> None:
-    rows = np.unique(np.append(np.arange(0, len(q), _THIN), len(q) - 1))
-    jacobians = follower.jacobians(q[rows])
-    system = np.einsum("mai,maj->mij", jacobians, jacobians)
-    if q.shape[1] > 6:
-        # What keeps the arm from moving in itself: see `follow_frame`.
-        straight = follower.jacobians(nominal[rows])
-        system += np.eye(q.shape[1]) - np.linalg.pinv(straight) @ straight
+    """Raise KernelError (SINGULARITY) where what `follow_frame` solves at q (m, k) is nearly singular."""
+    jacobians = follower.jacobians(q)
+    system = jacobians.transpose(0, 2, 1) @ jacobians + null_space
     smallest = np.sqrt(np.maximum(np.linalg.eigvalsh(system)[:, 0], 0.0))
     worst = int(np.argmin(smallest))
     if smallest[worst] < SMALLEST_SINGULAR_VALUE:
-        where, metadata = place(number, float(times[rows[worst]]), e, q[rows[worst]])
+        where, metadata = place(number, float(times[worst]), e, q[worst])
         raise KernelError(
             f"going along meets a singularity {where}: the smallest singular value of the Jacobian is "
             f"{smallest[worst]:.3g}, it must be at least {SMALLEST_SINGULAR_VALUE}",
@@ -164,10 +171,12 @@ def _check_singularity(
 
 
 def _rates(follower: Follower, q: Array, v: Array, a: Array, e: float, near: Array) -> tuple[Array, ...]:
+    """Return the derivatives that `Rates` holds at one place, by differences; near (m, k): the postures there."""
+
     def at(t: float, x: float) -> Array:
         return follower.postures(q + t * (v + 0.5 * t * a), np.full(len(q), e + x), near)[0]
 
-    here, later, before, far, back = at(0.0, 0.0), at(_DT, 0.0), at(-_DT, 0.0), at(0.0, _DE), at(0.0, -_DE)
+    here, later, before, far, back = near, at(_DT, 0.0), at(-_DT, 0.0), at(0.0, _DE), at(0.0, -_DE)
     both = at(_DT, _DE) + at(-_DT, -_DE)
     return (
         (later - before) / (2.0 * _DT),
