@@ -123,8 +123,9 @@ def _toppra(nodes: Array, top: Array, slope: Array, bend: Array) -> Array | None
         from toppra.constraint.linear_constraint import canlinear_colloc_to_interpolate
     except ImportError as error:
         raise KernelError(
-            f"a time-optimal law along a curve needs the library toppra, which the kernel does not have ({error}); "
-            "a jerk-limited law needs nothing, nor does a point-to-point move without zones"
+            f"a time-optimal law along a curve needs the library toppra, which the kernel does not have ({error}): "
+            "pip install 'virtualrobot[time-optimal]' (Linux on x86-64); a jerk-limited law needs nothing, nor does a "
+            "point-to-point move without zones"
         ) from error
 
     class Limits(LinearConstraint):
