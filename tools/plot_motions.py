@@ -120,6 +120,37 @@ def search(cell: Cell) -> Drawing:
     return Drawing(np.array(times), [Panel("TCP speed, m/s", ["TCP"], rates[:, None])], (at,))
 
 
+def tracking(cell: Cell) -> Drawing:
+    """Return a line down to a belt that runs at 0.1 m/s in y, and up again, as it was run."""
+    client, tick = cell.client, cell.client.clock.read().tick_seconds
+    x, y, _ = cell.iiwa.tcp[:3, 3]
+    base = virtualrobot.pose(x, y - 0.7, 0.0, yaw=np.pi / 2)
+    conveyor = client.load_robot("model://conveyor", name="conveyor", pose=base)
+    conveyor.move_joints({"belt": 100.0}, speed_factor=0.2, wait=False, on_disconnect="continue")
+    client.clock.step(250)
+    belt = "conveyor.belt"
+    belt_t_world = np.linalg.inv(client.scene.node(belt).pose)
+    program = client.program()
+    for height in (-0.08, 0.0):
+        program.move(cell.iiwa.linear(belt_t_world @ cell.lifted(0.0, 0.0, height), reference=belt))
+    along = virtualrobot.Tracking(belt, window=0.35, max_velocity=0.12)
+    motion = program.start(wait=False, on_disconnect="continue", tracking=along)
+    rows = [(0.0, cell.iiwa.tcp[1, 3], cell.iiwa.tcp[2, 3], 0.1)]
+    while not motion.phase.ended:
+        robots = client.clock.step().robots
+        place = robots["iiwa"].world_t_tcp[:3, 3]
+        rows.append((len(rows) * tick, place[1], place[2], float(robots["conveyor"].velocities[0])))
+    times, along_belt, height, speed = np.array(rows).T
+    speeds = np.stack([speed, np.gradient(along_belt, times)], axis=1)
+    conveyor.stop()
+    while client.clock.step().robots["conveyor"].motion_ids:
+        pass
+    client.scene.remove("conveyor")
+    cell.iiwa.set_positions(READY)
+    panels = [Panel("along the belt, m/s", ["belt", "TCP"], speeds), Panel("height, m", ["TCP"], height[:, None])]
+    return Drawing(times, panels)
+
+
 def stream(cell: Cell) -> Drawing:
     """Return a joint that follows velocities, as it was run: 0.8, -0.4 and 0 rad/s."""
     joint, tick = "lbr_iiwa_joint_1", cell.client.clock.read().tick_seconds
@@ -182,6 +213,7 @@ PROFILES: dict[str, Profile] = {
     "program": planned(lambda cell: corners(cell, 0.05)),
     "search": search,
     "stream": stream,
+    "tracking": tracking,
 }
 """The pictures by their names in the page; those of moves are the fields of the contract's `Move`."""
 
