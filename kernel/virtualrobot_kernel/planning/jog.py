@@ -9,9 +9,11 @@ from math import inf, tau
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.motion.jog import JogEnd, plan_cartesian_jog, plan_joint_jog
+from virtualrobot_kernel.errors import KernelError, LimitError
+from virtualrobot_kernel.motion.jog import SMALLEST_JOG, JogEnd, plan_cartesian_jog, plan_joint_jog
 from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
+from virtualrobot_kernel.motion.planned import Plan
+from virtualrobot_kernel.planning.actuators import first_beyond
 from virtualrobot_kernel.planning.free_joints import led_tcp
 from virtualrobot_kernel.planning.notes import Note, NoteKind
 from virtualrobot_kernel.planning.planned_move import (
@@ -100,14 +102,26 @@ def cartesian_jog(snapshot: Snapshot, move: CartesianJog, solver_of: SolverOf) -
     cartesian = CartesianLimits(acceleration=LINE_ACCELERATION, jerk=JERK_RATIO * LINE_ACCELERATION)
     if move.turns:
         cartesian = replace(cartesian, rotation_velocity=move.velocity or ROTATION_VELOCITY)
-        translation, rotation = np.zeros(3), (move.distance or FARTHEST_TURN) * direction
+        wanted = move.distance or FARTHEST_TURN
     else:
         cartesian = replace(cartesian, velocity=move.velocity or VELOCITY)
-        translation, rotation = (move.distance or FARTHEST) * direction, np.zeros(3)
+        wanted = move.distance or FARTHEST
     speed_factor = move.speed_factor or 1.0
-    plan, end = plan_cartesian_jog(
-        tcp.kinematics, start, translation, rotation, limits, cartesian, speed_factor, tcp.tip_t_tcp, tcp.wish
-    )
+
+    def planned(distance: float) -> tuple[Plan, JogEnd | None]:
+        way, still = distance * direction, np.zeros(3)
+        ways = (still, way) if move.turns else (way, still)
+        return plan_cartesian_jog(
+            tcp.kinematics, start, *ways, limits, cartesian, speed_factor, tcp.tip_t_tcp, tcp.wish
+        )
+
+    plan, end = planned(wanted)
+    if beyond := first_beyond(snapshot, node, arm.joint_names, plan.tracks[0].path):
+        share, error = beyond
+        kept = share * (end.kept if end else wanted) - SMALLEST_JOG
+        if kept < SMALLEST_JOG:
+            raise LimitError(f"the jog cannot move: {error}", reason=error.reason, **error.metadata) from error
+        plan, end = planned(kept)[0], JogEnd(wanted, kept, str(error))
     return replace(led_move(node, arm, plan, tcp, cartesian, speed_factor), notes=_notes(node, end))
 
 

@@ -81,3 +81,36 @@ def test_the_command_line_jogs(run: Run, bent: Robot) -> None:
     assert "no joint" in run("jog", "iiwa", "elbow", "--velocity", "1", code=1)
     for wrong in (["iiwa"], ["iiwa", "j", "--along", "0,0,1"], ["iiwa", "lbr_iiwa_joint_1"]):
         run("jog", *wrong, code=2, warns=4)
+
+
+def test_rods_end_the_jogs_of_a_palletizer(client: Client) -> None:
+    """Its forearm's motor stands on the column and turns by the sum of two joints: its limit ends what they don't."""
+    client.clock.set_stepped()
+    palletizer = client.load_robot("model://palletizer", name="palletizer")
+    limits = np.array([[one.lower, one.upper] for one in palletizer.actuators])
+
+    def at_ends() -> list[int]:
+        client.clock.step(4000)
+        assert not client.motions()
+        positions = palletizer.state.actuator_positions
+        assert np.all((positions >= limits[:, 0] - 1e-3) & (positions <= limits[:, 1] + 1e-3))
+        # The motor turns by 150 rad for a radian of the joints.
+        room = np.minimum(positions - limits[:, 0], limits[:, 1] - positions)
+        return np.flatnonzero(room < 0.02).tolist()
+
+    palletizer.set_positions([0.2, 1.0, 0.2, 0.1])
+    palletizer.jog_joint("joint_3", 0.5)
+    assert at_ends() == [2]
+    with pytest.raises(virtualrobot.LimitError, match="it is at its end"):
+        palletizer.jog_joint("joint_3", 0.5)
+    palletizer.set_positions([0.2, 0.3, 1.2, 0.1])
+    motion = palletizer.jog([0, 0, -1], velocity=0.3)
+    (note,) = motion.notes
+    assert "actuator" in note.message
+    assert at_ends() == [2]
+    with pytest.raises(virtualrobot.LimitError, match="the jog cannot move"):
+        palletizer.jog([0, 0, -1])
+    before = palletizer.tcp
+    assert not palletizer.jog([0, 0, 1], distance=0.05, velocity=0.3).notes
+    client.clock.step(1000)
+    np.testing.assert_allclose(palletizer.tcp, pose(z=0.05) @ before, atol=1e-8)
