@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
+from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.planning.check import Checked, check_motion
 from virtualrobot_kernel.planning.plan_program import plan_wish
 from virtualrobot_kernel.planning.planned_move import PoseGoal
-from virtualrobot_kernel.planning.program import DwellWish, MotionWish, MoveStepWish
+from virtualrobot_kernel.planning.program import DwellWish, MotionWish, MoveStepWish, Zone
 from virtualrobot_kernel.planning.violations import Violation, ViolationKind
 from virtualrobot_kernel.planning.wishes import JointTrajectory, Linear, Move, PointToPoint
 from virtualrobot_kernel.world.change import Change
@@ -228,6 +229,31 @@ def test_what_comes_before_a_step_that_cannot_be_planned_is_told_first() -> None
     told = check_motion(pictured(cell()), MotionWish(steps=steps), chain, 0.0, waiting).first_violation
     assert told is not None
     assert (told.kind, told.step, told.robot) == (ViolationKind.REACH, 1, "arm")
+
+
+@pytest.mark.parametrize("law", TimeLaw)
+def test_programs_that_can_be_planned_keep_the_joints_limits(law: TimeLaw, rng: np.random.Generator) -> None:
+    """Lines and joint moves in any order, with zones or without; planner and check share nothing but the limits."""
+    change = cell()
+    here = tcp(change)
+
+    def step() -> MoveStepWish:
+        zone = Zone(meters=float(rng.uniform(0.005, 0.06))) if rng.random() < 0.8 else None
+        if rng.random() < 0.4:
+            goal = {name: READY[name] + float(rng.uniform(-0.4, 0.4)) for name in JOINTS}
+            return MoveStepWish((PointToPoint("arm", goal, time_law=law),), zone)
+        goal = PoseGoal(shifted(*rng.uniform(-0.15, 0.15, 3)) @ here)
+        rates = (float(rng.uniform(0.1, 1.5)), float(rng.uniform(1.0, 8.0)))
+        return MoveStepWish((Linear("arm", goal, 1.0, *rates, time_law=law),), zone)
+
+    planned = 0
+    for _ in range(4):
+        wish = MotionWish(steps=tuple(step() for _ in range(3)))
+        found = check_motion(pictured(change), wish, chain, 0.0, waiting)
+        if found.duration > 0.0:  # else it could not be planned
+            planned += 1
+            assert found.first_violation is None or found.first_violation.kind is ViolationKind.EFFORT, str(found)
+    assert planned > 0
 
 
 def test_what_is_no_motion_stays_an_error() -> None:
