@@ -66,13 +66,13 @@ def joint_rates(path: PiecewisePolynomial, limits: JointLimits, bounds: Sequence
     for bound in bounds:
         if bound.end > bound.begin and np.any(bound.share < 1.0):
             slow = np.concatenate([rows[:1] * bound.share, rows[1:]])
-            rates.append(Rate(restricted(whole, bound.begin, bound.end), 1, slow))
+            rates.append(Rate(_within(whole, bound), 1, slow))
     return rates
 
 
 def tcp_rate(path: PiecewisePolynomial, bound: TcpBound) -> Rate:
     """Return the rates of a TCP's position and rotation on the range of `bound`: J(q(s)) q'(s)."""
-    part = restricted(path, bound.begin, bound.end)
+    part = _within(path, bound)
 
     def twist(s: float) -> Array:
         q, rate = part.state(s, 1)[:, bound.columns]
@@ -90,6 +90,10 @@ def tcp_rate_once(path: PiecewisePolynomial, bound: TcpBound) -> Rate:
     return Rate(PiecewisePolynomial(np.array([path.start, path.end]), coefficients[None]), 3, _rows(bound.limits))
 
 
+def _within(function: PiecewisePolynomial, bound: JointBound | TcpBound) -> PiecewisePolynomial:
+    return function.between(max(bound.begin, function.start), min(bound.end, function.end))
+
+
 def course_rate(course: Course, path: PiecewisePolynomial, limits: CartesianLimits) -> Rate:
     """Return the rates of position and rotation along the course that the TCP of a joint path on [0, 1] follows."""
     return Rate(fitted(course.twist, np.unique([path.start, *course.knots, path.end])), 3, _rows(limits))
@@ -103,22 +107,6 @@ def _rows(limits: CartesianLimits) -> Array:
             [limits.jerk, limits.rotation_jerk],
         ]
     )
-
-
-def restricted(function: PiecewisePolynomial, begin: float, end: float) -> PiecewisePolynomial:
-    """Return the same function on [begin, end] alone, within the range of `function`."""
-    begin, end = max(begin, function.start), min(end, function.end)
-    inner = function.breaks[(function.breaks > begin) & (function.breaks < end)]
-    breaks = np.concatenate([[begin], inner, [end]])
-    pieces = np.searchsorted(function.breaks, breaks[:-1], side="right") - 1
-    shift = breaks[:-1] - function.breaks[pieces]
-    coefficients = function.coefficients[pieces].copy()
-    # Taylor shift by Horner's scheme (Knuth, The Art of Computer Programming 2, section 4.6.4).
-    terms = coefficients.shape[1]
-    for first in range(terms - 1):
-        for k in range(terms - 2, first - 1, -1):
-            coefficients[:, k] += shift[:, None] * coefficients[:, k + 1]
-    return PiecewisePolynomial(breaks, coefficients)
 
 
 def fitted(function: Callable[[float], Array], breaks: Array) -> PiecewisePolynomial:
