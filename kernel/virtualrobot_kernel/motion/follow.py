@@ -123,11 +123,16 @@ class Following:
             self.limits.check(np.array(wanted), "a setpoint is refused")
             for coupling in self.bounds.couplings:
                 _check_coupling(coupling, wanted, "a setpoint is refused")
+            # They may be outside by rounding; no joint goes there.
+            wanted = tuple(map(min, map(max, wanted, self.bounds.lower), self.bounds.upper))
             self._check_jump(wanted)
         return replace(self, newest=wanted, fresh=True)
 
     def close(self) -> Following:
-        """Return the motion going on to its newest setpoint, or to standstill, where it will have succeeded."""
+        """Return the motion going on to its newest setpoint, or to standstill, where it will have succeeded.
+
+        Where an actuator's limits keep the joints from that setpoint it is cancelled as they stand.
+        """
         return replace(self, closed=True, fresh=False, counted=self.newest, goal=self.newest, drift=self._at_rest)
 
     def advance(self, dt: float, override: float, given: Given = NOTHING) -> Following:
@@ -140,7 +145,17 @@ class Following:
         if heard.phase is Phase.PAUSED or heard.ended:
             return replace(heard, goal=goal, age=heard.age + dt)
         _, now = heard.way(dt, override)
-        return replace(heard, now=now, phase=heard._phase_at(now), goal=goal, age=heard.age + dt)
+        phase, fault = heard._phase_at(now), heard.fault
+        if phase is Phase.RUNNING and self.closed and now == self.now:
+            off, name = max(zip(map(_distance, now.q, self.counted), self.limits.names, strict=True))
+            phase = Phase.SUCCEEDED if off <= TOLERANCE else Phase.CANCELLED
+            if phase is Phase.CANCELLED:
+                actuators = " and ".join(repr(coupling.name) for coupling in self.bounds.couplings)
+                fault = (
+                    "SETPOINT_REFUSED",
+                    f"the limits of {actuators} keep the joint {name!r} {off:.6g} from its last setpoint",
+                )
+        return replace(heard, now=now, phase=phase, fault=fault, goal=goal, age=heard.age + dt)
 
     def way(self, dt: float, override: float) -> tuple[Way, JointState]:
         """Return the way of the joints in the next `dt` seconds, and where they are then."""
@@ -285,6 +300,10 @@ class Following:
             raise KernelError(f"the motion {doing} and cannot be {what}", reason=Reason.WRONG_STATE)
 
 
+def _distance(a: float, b: float) -> float:
+    return abs(a - b)
+
+
 def _check_coupling(coupling: Coupling, q: Sequence[float], what: str) -> None:
     value = coupling.value(q)
     room = TOLERANCE * max(1.0, *(abs(ratio) for _, ratio in coupling.terms))
@@ -317,8 +336,22 @@ def start(
         raise KernelError(f"the timeout of setpoints must be finite and above 0, not {timeout}", value=timeout)
     for coupling in couplings:
         _check_coupling(coupling, places.tolist(), "setpoints cannot be followed from here")
-    # Joints may be outside their limits by rounding; there they begin.
+    for name, velocity, acceleration, jerk in zip(
+        limits.names, limits.velocity, limits.acceleration, limits.jerk, strict=True
+    ):
+        if not max(velocity / acceleration, acceleration / jerk) <= online.MOST_SECONDS:
+            raise KernelError(
+                f"setpoints cannot be followed: joint {name!r} with limits of velocity {velocity:g}, acceleration "
+                f"{acceleration:g} and jerk {jerk:g} takes longer than {online.MOST_SECONDS:g} s to stop",
+                joint=name,
+            )
+    # Joints and actuators may be outside their limits by rounding; there they begin.
     limits = replace(limits, lower=np.minimum(limits.lower, places), upper=np.maximum(limits.upper, places))
+    values = [coupling.value(places.tolist()) for coupling in couplings]
+    couplings = [
+        coupling._replace(lower=min(coupling.lower, value), upper=max(coupling.upper, value))
+        for coupling, value in zip(couplings, values, strict=True)
+    ]
     at = tuple(places.tolist())
     rest = (0.0,) * len(at)
     first = rest if mode is SetpointMode.VELOCITY else at

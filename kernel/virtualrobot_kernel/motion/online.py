@@ -7,7 +7,8 @@ point on it is the same way. Waypoints are never given to ruckig: they would go 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from typing import NamedTuple
 
 import ruckig
@@ -16,6 +17,15 @@ from virtualrobot_kernel.motion.limits import JointLimits
 
 _FARTHEST_SECONDS = 100.0
 """Goals farther than this at the greatest velocity are taken for nearer ones: ruckig plans for two hours at most."""
+
+MOST_SECONDS = 600.0
+"""The longest that a joint may take to its greatest acceleration, or with that to its greatest velocity: for the same
+reason.
+"""
+
+_LESS = (0.999, 0.99, 0.97, 0.95, 0.9, 0.8, 0.7, 0.5)
+_SHARES = tuple(pair for share in _LESS for pair in ((1.0, share), (share, 1.0), (share, share)))
+"""Shares of the limits of acceleration and jerk that are tried where ruckig fails."""
 
 
 class JointState(NamedTuple):
@@ -155,8 +165,8 @@ def _within_limits(
     """Return the way by `leg`, but to a rest at `rests` (k,) for joints that could not stop within limits after `dt`.
 
     By induction every joint could stop within its limits now. The fastest way to a rest within them never leaves them:
-    it turns back no later than the brake does. Joints that an actuator couples brake all when one of them would leave
-    its limits, or they together the actuator's.
+    it turns back no later than the brake does. Of joints that an actuator couples, one that would leave its limits
+    brakes, and so do those that lead the actuator beyond its own.
     """
     states = leg.at(dt)
     if not bounds.couplings and _far_from_limits(now, states, bounds, dt):
@@ -170,18 +180,15 @@ def _within_limits(
             # Where it turned round between the ticks, it has been farther than at both by at most this,
             between = bounds.acceleration[joint] * dt**2 / 8.0
         elif now.v[joint] or now.a[joint]:
-            # and where it turned twice by this; from standstill it doesn't turn.
-            between = bounds.jerk[joint] * dt**3 / 12.0
+            # and where it turned twice by this; from standstill, or fast, it doesn't turn.
+            slow = min(abs(now.v[joint]), abs(v[joint])) < bounds.jerk[joint] * dt**2 / 8.0
+            between = bounds.jerk[joint] * dt**3 / 12.0 if slow else 0.0
         lowest = min(now.q[joint], q[joint] + extrema[joint].min) - between
         highest = max(now.q[joint], q[joint] + extrema[joint].max) + between
         chosen.append(1 if lowest < lower or highest > upper else 0)
         spans.append((lowest, highest))
-    for _ in bounds.couplings:
-        for coupling in bounds.couplings:
-            columns = [column for column, _ in coupling.terms]
-            if any(chosen[column] for column in columns) or _leaves(coupling, spans):
-                for column in columns:
-                    chosen[column] = 2
+    if bounds.couplings:
+        _brake_coupled(now, bounds, chosen, spans)
     if not any(chosen):
         return Way((leg,), chosen, bounds), _inside(states, bounds)
     goals = [goal if choice == 1 else place for goal, place, choice in zip(rests, now.q, chosen, strict=True)]
@@ -210,13 +217,41 @@ def _far_from_limits(now: JointState, after: Sequence[tuple[float, float, float]
     return True
 
 
-def _leaves(coupling: Coupling, spans: Sequence[tuple[float, float]]) -> bool:
-    """Return whether an actuator may leave its limits while each joint is somewhere in its span of positions.
+def _brake_coupled(now: JointState, bounds: Bounds, chosen: list[int], spans: list[tuple[float, float]]) -> None:
+    """Let joints brake (`chosen` becomes 2) until no actuator can leave its limits while joints are in their spans.
 
-    As the joints brake, what is left of their spans becomes smaller: so they can stop within the limits then, too.
+    First those brake that lead an actuator beyond its limit, so that others may lead it back. By induction all can
+    brake within the limits, now and, as what is left of a braking joint's span becomes smaller, after this tick, too.
     """
+    extrema = _brake(now, bounds).trajectory.position_extrema
+    braking = [(min(q, q + most.min), max(q, q + most.max)) for q, most in zip(now.q, extrema, strict=True)]
+
+    def brakes(columns: Iterable[int]) -> bool:
+        moving = [column for column in columns if chosen[column] != 2]
+        for column in moving:
+            chosen[column], spans[column] = 2, braking[column]
+        return bool(moving)
+
+    for coupling in bounds.couplings:
+        brakes(column for column, _ in coupling.terms if chosen[column])
+    again = True
+    while again:
+        again = False
+        for coupling in bounds.couplings:
+            lowest, highest = _reach(coupling, spans)
+            least, most = _reach(coupling, braking)
+            # Braking is all that can be done, also where rounding has led past a limit.
+            columns = [column for column, _ in coupling.terms]
+            if sum(lowest) < min(coupling.lower, sum(least)):
+                again |= brakes(column for column, a, b in zip(columns, lowest, least, strict=True) if a < b)
+            if sum(highest) > max(coupling.upper, sum(most)):
+                again |= brakes(column for column, a, b in zip(columns, highest, most, strict=True) if a > b)
+
+
+def _reach(coupling: Coupling, spans: Sequence[tuple[float, float]]) -> tuple[list[float], list[float]]:
+    """Return what each joint of an actuator adds to its position at least and at most, with each joint in its span."""
     ways = [(ratio * spans[column][0], ratio * spans[column][1]) for column, ratio in coupling.terms]
-    return sum(map(min, ways)) < coupling.lower or sum(map(max, ways)) > coupling.upper
+    return list(map(min, ways)), list(map(max, ways))
 
 
 def _brake(now: JointState, bounds: Bounds) -> _Leg:
@@ -230,7 +265,21 @@ def _to_velocities(now: JointState, wanted: Sequence[float], bounds: Bounds) -> 
     given.current_velocity = now.v
     given.target_velocity = wanted
     trajectory = ruckig.Trajectory(count)
-    _calculate(given, now.a, bounds, trajectory)
+    try:
+        _calculate(given, now.a, bounds, trajectory)
+    except (ruckig.RuckigError, ValueError):
+        # Its last check is about rounding and fails on some ways of joints that are very fast: with other numbers it
+        # doesn't.
+        for share, jerk_share in _SHARES:
+            less = bounds._replace(
+                acceleration=[share * most for most in bounds.acceleration],
+                jerk=[jerk_share * most for most in bounds.jerk],
+            )
+            with suppress(ruckig.RuckigError, ValueError):
+                _calculate(given, now.a, less, trajectory)
+                break
+        else:
+            raise
     # Seen from where each joint is now.
     return _Leg(trajectory, now.q, [0.0] * count, wanted, False)
 

@@ -121,6 +121,61 @@ def test_joints_of_one_actuator_keep_its_limits_together(mode: SetpointMode, rng
             following.set([1.0, 0.0, float(np.sign(ratio))])
 
 
+def test_joints_go_along_the_limit_of_their_actuator() -> None:
+    """One leads it back while the other waits for room; what is reached in the end is the setpoint."""
+    limits = JointLimits(("a", "b"), *(np.full(2, value) for value in (-3.0, 3.0, 2.0, 10.0, 100.0)))
+    sum_of_both = Coupling("rods", ((0, 1.0), (1, 1.0)), -1.0, 1.0)
+    following = start(POSITION, limits, [0.7, 0.3], 1.0, [sum_of_both])
+    following = following.set([0.65, 0.35]).close()
+    for _ in range(200):
+        check_limits(following, limits)
+        assert all(sum(state.q) <= 1.0 for state in samples(following))
+        following = following.advance(TICK, 1.0)
+    assert following.phase is Phase.SUCCEEDED
+    assert following.now.q == (0.65, 0.35)
+
+
+def test_a_closed_stream_whose_setpoint_an_actuator_keeps_out_of_reach_ends() -> None:
+    """Actuators that cross: each joint's way leads one of them beyond its limits, though start and goal are within."""
+    limits = JointLimits(("a", "b"), *(np.full(2, value) for value in (-3.0, 3.0, 2.0, 10.0, 100.0)))
+    difference = Coupling("slit", ((0, 1.0), (1, -1.0)), 0.0, 0.0)
+    following = start(POSITION, limits, [0.0, 0.0], 1.0, [difference]).set([0.05, 0.05]).close()
+    for _ in range(10):
+        following = following.advance(TICK, 1.0)
+    assert following.phase is Phase.CANCELLED
+    assert following.fault
+    assert following.fault[0] == "SETPOINT_REFUSED"
+    assert "'slit' keep the joint 'b' 0.05 from its last setpoint" in following.fault[1]
+
+
+def test_setpoints_outside_the_limits_by_rounding_are_reached_at_the_limits() -> None:
+    following = start(POSITION, one(), [2.99], 1.0).set([3.0 + 5e-7]).close()
+    for _ in range(200):
+        following = following.advance(TICK, 1.0)
+    assert following.phase is Phase.SUCCEEDED
+    assert following.now.q == (3.0,)
+
+
+@pytest.mark.parametrize("mode", SetpointMode)
+def test_limits_with_which_a_joint_takes_forever_are_refused(mode: SetpointMode, rng: np.random.Generator) -> None:
+    """The library ruckig plans for two hours at most and fails on longer ways, which nobody could stop in the tick."""
+    with pytest.raises(KernelError, match="joint 'j' with limits of velocity 2, acceleration 1e-09"):
+        start(mode, one(acceleration=1e-9), [0.0], 1.0)
+
+
+@pytest.mark.parametrize("mode", SetpointMode)
+def test_joints_of_any_speed_follow_and_stop(mode: SetpointMode, rng: np.random.Generator) -> None:
+    """An exception in the tick would end the kernel; ruckig's own checks fail on one way of a thousand here."""
+    for _ in range(600):
+        velocity, *seconds = (10.0 ** rng.uniform([0.0, -4.0, -4.0], [4.0, 2.0, 2.0])).tolist()
+        acceleration = velocity / seconds[0]
+        following = start(mode, one(velocity, acceleration, acceleration / seconds[1], reach=1e9), [0.0], 1e9)
+        for _ in range(5):
+            following = following.set(near(following, rng).tolist()).advance(TICK, float(rng.choice([1.0, 1e-9])))
+        for _ in range(3):
+            following = following.cancel().advance(TICK, 1.0)
+
+
 def test_velocities_are_reached_exactly() -> None:
     following = start(VELOCITY, one(), [0.0], timeout=1e9).set([0.7])
     for _ in range(100):
