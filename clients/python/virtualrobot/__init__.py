@@ -35,6 +35,10 @@ if TYPE_CHECKING:
     from virtualrobot.motion import Phase as Phase
     from virtualrobot.motion import Search as Search
     from virtualrobot.motion import Tracking as Tracking
+    from virtualrobot.plans import MotionCheck as MotionCheck
+    from virtualrobot.plans import MotionPlan as MotionPlan
+    from virtualrobot.plans import Violation as Violation
+    from virtualrobot.plans import ViolationKind as ViolationKind
     from virtualrobot.program import Program as Program
     from virtualrobot.robot import Robot as Robot
     from virtualrobot.setpoints import SetpointStream as SetpointStream
@@ -54,6 +58,7 @@ _MODULES = {
     "leases": ("Lease", "LeaseInfo"),
     "geometry": ("pose", "pose_from_quaternion", "quaternion_of", "roll_pitch_yaw_of"),
     "motion": ("Motion", "Phase", "Tracking", "Search"),
+    "plans": ("MotionCheck", "MotionPlan", "Violation", "ViolationKind"),
     "program": ("Program",),
     "robot": ("Robot",),
     "setpoints": ("SetpointStream", "StreamState"),

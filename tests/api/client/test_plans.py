@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import virtualrobot
-from virtualrobot import Client, Robot, cli
-from virtualrobot.plans import ViolationKind
+from virtualrobot import Client, Robot, ViolationKind, cli
 from virtualrobot.v1 import motion_pb2
 
 from tests.api.client.conftest import PANDA, Run
