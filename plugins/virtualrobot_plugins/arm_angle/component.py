@@ -60,7 +60,8 @@ class ArmAngleKinematics(BranchKinematics):
         """Return all postures that put the tip at `base_t_tip` (4, 4) at one arm angle, to 1e-10 (m, rad).
 
         The arm angle is the one that is asked for, else that of the seed (of the middle of all ranges without one),
-        else the one nearest to it where a posture is within limits. Each branch comes with all its turned variants;
+        else the one nearest to it where a posture is within limits; where no arm angle is asked for, the branch that
+        the seed is in comes at the nearest one that has it. Each branch comes with all its turned variants;
         nearest to the seed first, or without a seed by branch and turns. Where two joints turn about one line the
         former stands as in the seed, and `reason` names the singularity.
 
@@ -73,7 +74,8 @@ class ArmAngleKinematics(BranchKinematics):
         arm_angle = arm_angle_of(self._arm, asked[2]) if wanted is None else math.remainder(wanted, 2.0 * math.pi)
         result, found = self._at(arm_angle, asked, options)
         if len(result.solutions):
-            return result
+            stays = wanted is not None or options.configuration or options.seed is None or not options.respect_limits
+            return result if stays else self._with_branch_of_seed(result, arm_angle, asked, options)
         reasons = [result.reason]
         if found[1] and options.respect_limits:
             ranges = self._ranges(asked, options)
@@ -105,6 +107,37 @@ class ArmAngleKinematics(BranchKinematics):
         status = InverseStatus.SOLVED if names else InverseStatus.OUTSIDE_LIMITS
         told = tuple(arm_angle_of(self._arm, q) for q in solutions) if polish else (arm_angle,) * len(names)
         return InverseResult(status, solutions, names, *found[4:], reason=reason, arm_angles=told), found
+
+    def _with_branch_of_seed(
+        self, result: InverseResult, arm_angle: float, asked: Asked, options: InverseOptions
+    ) -> InverseResult:
+        """Return a result with the branch that the seed is in, where only other arm angles have it within limits.
+
+        Else an arm would go to another branch, far away, where a small swing of the elbow keeps it in its own.
+        """
+        seed = asked[2]
+        signs = np.sin(seed[1::2] - self._model.numbers[:3]) < 0.0
+        branch = self._branch_names[int(signs @ (4, 2, 1))]
+        if any(self._is(name, branch) for name in result.configurations):
+            return result
+        only = replace(options, configuration=branch)
+        for other in _nearest(self._ranges(asked, only), arm_angle):
+            own, _ = self._at(other, asked, only)
+            if not len(own.solutions):
+                continue
+            solutions = np.vstack([own.solutions, result.solutions])
+            order = np.argsort(((solutions - seed) ** 2).sum(axis=1), kind="stable")
+            names = own.configurations + result.configurations
+            angles = own.arm_angles + result.arm_angles
+            return replace(
+                result,
+                solutions=solutions[order],
+                configurations=tuple(names[i] for i in order),
+                arm_angles=tuple(angles[i] for i in order),
+                position_error=max(own.position_error, result.position_error),
+                rotation_error=max(own.rotation_error, result.rotation_error),
+            )
+        return result
 
     def _polished(self, target: Floats, starts: Sequence[Floats]) -> Iterator[Floats]:
         """Yield the postures (7, 1) at the target that are next to those given (7,): models round their numbers."""

@@ -36,12 +36,35 @@ def test_the_arm_angle_that_is_found_is_the_nearest(rng: np.random.Generator) ->
         seed = rng.uniform(chain.lower, chain.upper)
         result = kinematics.inverse(target, InverseOptions(seed=seed))
         wanted = kinematics.arm_angle(seed)
-        if between(result.arm_angles[0], wanted) < 1e-6:
+        if min(between(angle, wanted) for angle in result.arm_angles) < 1e-6:
             continue
         tried += 1
         inside = [one for one in GRID if len(kinematics.inverse(target, InverseOptions(arm_angle=one)).solutions)]
         nearest = min((between(one, wanted) for one in inside), default=np.inf)
         assert between(result.arm_angles[0], wanted) < nearest + np.radians(0.51)
+
+
+def test_an_arm_stays_in_its_branch_where_some_arm_angle_lets_it(rng: np.random.Generator) -> None:
+    """Compared with each degree of the arm angle."""
+    kinematics, chain = arm("iiwa"), chain_of_arm("iiwa")
+    moved = 0
+    for _ in range(40):
+        q = rng.uniform(chain.lower, chain.upper)
+        target = kinematics.forward(rng.uniform(chain.lower, chain.upper))[-1]
+        own = "".join("+" if np.sin(value) > 0.0 else "-" for value in q[[1, 3, 5]])
+        branch = "shoulder{} elbow{} wrist{}".format(*own)
+        there = [
+            one
+            for one in GRID[::4]
+            if len(kinematics.inverse(target, InverseOptions(arm_angle=one, configuration=branch)).solutions)
+        ]
+        result = kinematics.inverse(target, InverseOptions(seed=q))
+        if there:
+            assert any(name.startswith(branch) for name in result.configurations)
+        apart = ((result.solutions - q) ** 2).sum(axis=1)
+        assert (np.diff(apart) >= -1e-9).all()
+        moved += len({round(angle, 6) for angle in result.arm_angles}) > 1
+    assert moved, "some branches are within limits at other arm angles only"
 
 
 def test_an_arm_angle_outside_limits_is_refused_with_those_inside(rng: np.random.Generator) -> None:
