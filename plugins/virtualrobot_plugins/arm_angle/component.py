@@ -60,10 +60,10 @@ class ArmAngleKinematics(BranchKinematics):
         """Return all postures that put the tip at `base_t_tip` (4, 4) at one arm angle, to 1e-10 (m, rad).
 
         The arm angle is the one that is asked for, else that of the seed (of the middle of all ranges without one),
-        else the one nearest to it where a posture is within limits; where no arm angle is asked for, the branch that
-        the seed is in comes at the nearest one that has it. Each branch comes with all its turned variants;
-        nearest to the seed first, or without a seed by branch and turns. Where two joints turn about one line the
-        former stands as in the seed, and `reason` names the singularity.
+        else the one nearest to it where a posture is within limits; with a seed, and no arm angle asked for, branches
+        that are within limits at others only come at the nearest of these. Each branch comes with all its turned
+        variants; nearest to the seed first, or without a seed by branch and turns. Where two joints turn about one line
+        the former stands as in the seed, and `reason` names the singularity.
 
         Raises ArgumentError when the target is no finite rigid transform, an option makes no sense, or there is no such
         configuration.
@@ -73,9 +73,9 @@ class ArmAngleKinematics(BranchKinematics):
         wanted = options.arm_angle
         arm_angle = arm_angle_of(self._arm, asked[2]) if wanted is None else math.remainder(wanted, 2.0 * math.pi)
         result, found = self._at(arm_angle, asked, options)
+        swings = wanted is None and options.seed is not None and options.respect_limits and not options.configuration
         if len(result.solutions):
-            stays = wanted is not None or options.configuration or options.seed is None or not options.respect_limits
-            return result if stays else self._with_branch_of_seed(result, arm_angle, asked, options)
+            return self._with_other_branches(result, arm_angle, asked, options) if swings else result
         reasons = [result.reason]
         if found[1] and options.respect_limits:
             ranges = self._ranges(asked, options)
@@ -83,7 +83,7 @@ class ArmAngleKinematics(BranchKinematics):
                 for other in _nearest(ranges, arm_angle):
                     nearest, _ = self._at(other, asked, options)
                     if len(nearest.solutions):
-                        return nearest
+                        return self._with_other_branches(nearest, arm_angle, asked, options) if swings else nearest
             reasons = [_said_of_angles(arm_angle, ranges), *reasons]
             options = replace(options, arm_angle=arm_angle)
         return self._none(target, options, found[1], found[4:], reasons)
@@ -108,36 +108,40 @@ class ArmAngleKinematics(BranchKinematics):
         told = tuple(arm_angle_of(self._arm, q) for q in solutions) if polish else (arm_angle,) * len(names)
         return InverseResult(status, solutions, names, *found[4:], reason=reason, arm_angles=told), found
 
-    def _with_branch_of_seed(
+    def _with_other_branches(
         self, result: InverseResult, arm_angle: float, asked: Asked, options: InverseOptions
     ) -> InverseResult:
-        """Return a result with the branch that the seed is in, where only other arm angles have it within limits.
+        """Return a result with the branches that are within limits at other arm angles only, each at the nearest.
 
-        Else an arm would go to another branch, far away, where a small swing of the elbow keeps it in its own.
+        Else an arm would go to a branch far away where a small swing of the elbow lets it have one close by.
         """
-        seed = asked[2]
-        signs = np.sin(seed[1::2] - self._model.numbers[:3]) < 0.0
-        branch = self._branch_names[int(signs @ (4, 2, 1))]
-        if any(self._is(name, branch) for name in result.configurations):
-            return result
-        only = replace(options, configuration=branch)
-        for other in _nearest(self._ranges(asked, only), arm_angle):
-            own, _ = self._at(other, asked, only)
-            if not len(own.solutions):
-                continue
-            solutions = np.vstack([own.solutions, result.solutions])
-            order = np.argsort(((solutions - seed) ** 2).sum(axis=1), kind="stable")
-            names = own.configurations + result.configurations
-            angles = own.arm_angles + result.arm_angles
-            return replace(
-                result,
-                solutions=solutions[order],
-                configurations=tuple(names[i] for i in order),
-                arm_angles=tuple(angles[i] for i in order),
-                position_error=max(own.position_error, result.position_error),
-                rotation_error=max(own.rotation_error, result.rotation_error),
-            )
-        return result
+        missing = [
+            branch for branch in self._branch_names if not any(self._is(name, branch) for name in result.configurations)
+        ]
+        ranges: dict[str, list[tuple[float, float]]] = {branch: [] for branch in missing}
+        for begin, end in ranges_between_limits(self._arm, asked[0], *self._limits) if missing else ():
+            middle = math.remainder((begin + end) / 2.0, 2.0 * math.pi)
+            for name in self._at(middle, asked, options)[0].configurations:
+                branch = next((one for one in missing if self._is(name, one)), None)
+                if branch is not None and (begin, end) not in ranges[branch][-1:]:
+                    ranges[branch].append((begin, end))
+        found = [result]
+        for branch in missing:
+            only = replace(options, configuration=branch)
+            own = (self._at(other, asked, only)[0] for other in _nearest(_joined(ranges[branch]), arm_angle))
+            found += [one for one in [next((one for one in own if len(one.solutions)), None)] if one is not None]
+        solutions = np.vstack([one.solutions for one in found])
+        names = [name for one in found for name in one.configurations]
+        angles = [angle for one in found for angle in one.arm_angles]
+        order = np.argsort(((solutions - asked[2]) ** 2).sum(axis=1), kind="stable")
+        return replace(
+            result,
+            solutions=solutions[order],
+            configurations=tuple(names[i] for i in order),
+            arm_angles=tuple(angles[i] for i in order),
+            position_error=max(one.position_error for one in found),
+            rotation_error=max(one.rotation_error for one in found),
+        )
 
     def _polished(self, target: Floats, starts: Sequence[Floats]) -> Iterator[Floats]:
         """Yield the postures (7, 1) at the target that are next to those given (7,): models round their numbers."""
@@ -152,10 +156,8 @@ class ArmAngleKinematics(BranchKinematics):
         for begin, end in ranges_between_limits(self._arm, asked[0], *self._limits):
             middle = math.remainder((begin + end) / 2.0, 2.0 * math.pi)
             if len(self._at(middle, asked, options)[0].solutions):
-                if ranges and begin - ranges[-1][1] < 1e-9:
-                    begin = ranges.pop()[0]
                 ranges.append((begin, end))
-        return ranges
+        return _joined(ranges)
 
     def _finds_again(self) -> bool:
         """Return whether random postures are found again from their poses, each under a name of its own."""
@@ -167,6 +169,15 @@ class ArmAngleKinematics(BranchKinematics):
             if found[3] or not len(result.solutions) or np.abs(result.solutions[0] - q).max() > 1e-5:
                 return False
         return True
+
+
+def _joined(ranges: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Return ranges, those that touch as one."""
+    joined: list[tuple[float, float]] = []
+    for begin, end in ranges:
+        first = joined.pop()[0] if joined and begin - joined[-1][1] < 1e-9 else begin
+        joined.append((first, end))
+    return joined
 
 
 def _nearest(ranges: Sequence[tuple[float, float]], arm_angle: float) -> Iterator[float]:
