@@ -45,6 +45,7 @@ class CancelCause(Enum):
     SETPOINT_REFUSED = "setpoint refused"
     WINDOW_LEFT = "window left"
     TRACKING_LOST = "tracking lost"
+    FAILED = "failed"
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -14,6 +15,8 @@ from virtualrobot_kernel.world.tcp import world_t_tcp
 
 REMEMBERED = 256
 """How many motions that have ended the state remembers."""
+
+log = logging.getLogger(__name__)
 
 
 def advance(structure: Structure, state: State, tick_seconds: float, forward: Forward) -> State:
@@ -30,7 +33,13 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
         done = motion.running.steps_done if state.tick > motion.start_tick else 0
         at = motion.followed_at
         told = given._replace(followed=(float(q[at[0]]), float(v[at[1]]))) if at else given
-        now = motion.running.advance(tick_seconds, override(state, motion), told)
+        try:
+            now = motion.running.advance(tick_seconds, override(state, motion), told)
+        except Exception as error:  # one motion ends then, and not the world's thread with all others
+            log.exception("the motion %r failed inside the kernel; it ends where it is", motion.id)
+            now = motion.running.abort()
+            why = Cancellation(CancelCause.FAILED, f"it failed inside the kernel: {type(error).__name__}")
+            motion = replace(motion, cancellation=motion.cancellation or why)
         motion = replace(motion, running=now)
         for name, value in now.signals.items():
             if (signal := signals.get(name) or state.signals[name]).value is not value:

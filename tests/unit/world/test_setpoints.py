@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,7 +28,7 @@ from virtualrobot_kernel.world.commands import (
     UpdateNode,
 )
 from virtualrobot_kernel.world.journal import Entry, replay
-from virtualrobot_kernel.world.state import CancelCause, Motion
+from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion
 from virtualrobot_kernel.world.structure import Actuator, RobotData
 from virtualrobot_kernel.world.tick import advance
 
@@ -205,3 +206,24 @@ def test_a_run_with_setpoints_is_replayed_bit_for_bit(cell: Change, rng: np.rand
     assert [motion.running.phase for motion in again.state.ended] == [
         motion.running.phase for motion in change.state.ended
     ]
+
+
+def test_a_motion_that_fails_in_the_tick_ends_alone(
+    cell: Change, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    both = after(cell, StartFollowing("arm", ("a",), VELOCITY, 1.0), StartFollowing("arm", ("b",), VELOCITY, 1.0))
+    go_on = Following.advance
+
+    def fail(self: Following, *arguments: Any) -> Following:  # noqa: ANN401 those of the method
+        if self.limits.names == ("a",):
+            raise ZeroDivisionError("no way")
+        return go_on(self, *arguments)
+
+    monkeypatch.setattr(Following, "advance", fail)
+    change = ticked(both, 2)
+    assert [motion.id for motion in change.state.motions] == ["motion-2"]
+    assert last(change).end_tick == both.state.tick + 1
+    assert last(change).cancellation == Cancellation(
+        CancelCause.FAILED, "it failed inside the kernel: ZeroDivisionError"
+    )
+    assert "the motion 'motion-1' failed inside the kernel" in caplog.text

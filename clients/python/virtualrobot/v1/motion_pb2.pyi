@@ -67,6 +67,7 @@ class CancelCause(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     CANCEL_CAUSE_SETPOINT_REFUSED: _ClassVar[CancelCause]
     CANCEL_CAUSE_WINDOW_LEFT: _ClassVar[CancelCause]
     CANCEL_CAUSE_TRACKING_LOST: _ClassVar[CancelCause]
+    CANCEL_CAUSE_FAILED: _ClassVar[CancelCause]
 
 class PlanNoteKind(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
@@ -128,6 +129,7 @@ CANCEL_CAUSE_SETPOINT_TIMEOUT: CancelCause
 CANCEL_CAUSE_SETPOINT_REFUSED: CancelCause
 CANCEL_CAUSE_WINDOW_LEFT: CancelCause
 CANCEL_CAUSE_TRACKING_LOST: CancelCause
+CANCEL_CAUSE_FAILED: CancelCause
 PLAN_NOTE_KIND_UNSPECIFIED: PlanNoteKind
 PLAN_NOTE_KIND_ZONE_SHRUNK: PlanNoteKind
 PLAN_NOTE_KIND_ZONE_DROPPED: PlanNoteKind
