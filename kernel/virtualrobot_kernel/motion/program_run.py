@@ -78,6 +78,11 @@ class ProgramRun:
         return steps[max(0, bisect_right(steps, self._gone, key=_time) - 1)][1]
 
     @property
+    def _stands(self) -> bool:
+        """Whether nothing moves: no motion has begun, or the one that has is over, as one without length is at once."""
+        return self.running is None or self.running.ended
+
+    @property
     def _gone(self) -> float:
         """The planned seconds of the stage that are over."""
         if self.running is not None:
@@ -112,7 +117,7 @@ class ProgramRun:
         if self.phase in (Phase.PAUSING, Phase.PAUSED):
             return self
         _refuse(self, "paused")
-        if self.running is None:
+        if self._stands:
             return replace(self, phase=Phase.PAUSED)
         return replace(self, running=self.running.pause(), phase=Phase.PAUSING)
 
@@ -124,7 +129,7 @@ class ProgramRun:
         if self.phase in (Phase.RUNNING, Phase.WAITING):
             return self
         _refuse(self, "resumed")
-        if self.running is not None:
+        if self.running is not None and not self._stands:
             return replace(self, running=self.running.resume(), phase=Phase.RUNNING)
         waits = self.at < len(self.program.stages) and self.program.stages[self.at].wait is not None
         return replace(self, phase=Phase.WAITING if waits else Phase.RUNNING)
@@ -189,7 +194,7 @@ def _advanced(run: ProgramRun, dt: float, override: float, given: Given) -> Prog
     left = dt
     for _ in range(MOST_STAGES):
         over = False
-        if at < len(stages) and not (phase is Phase.PAUSED and moving is None):
+        if at < len(stages) and not (phase is Phase.PAUSED and (moving is None or moving.ended)):
             stage = stages[at]
             if stage.plan is not None:
                 if moving is None and phase is not Phase.STOPPING:

@@ -252,6 +252,24 @@ def searching(rng: np.random.Generator) -> Program:
     return Program((Stage(plan, (0, 1), ((0.0, 0),), until=("touch", True)),), np.zeros(2), 1)
 
 
+def test_a_program_that_begins_where_it_stands_can_be_paused_before_its_first_tick(rng: np.random.Generator) -> None:
+    """Its first motion has no length and is over at once, the program is not."""
+    here = np.zeros(JOINTS)
+    nothing = Stage(plan_ptp(here, here, random_limits(rng, JOINTS)), (0, 1, 2), ((0.0, 0),), ((0.0, "first", True),))
+    then = Stage(None, (), ((0.0, 1),), wait=Wait(3 * TICK))
+    paused = program_run.start(Program((nothing, then), here, 2), 1.0).pause()
+    for _ in range(5):
+        assert paused.phase is Phase.PAUSED and not paused.signals
+        paused = paused.advance(TICK, 1.0, Given(np.zeros(0), {}))
+    now = paused.resume().advance(TICK, 1.0, Given(np.zeros(0), {}))
+    assert dict(now.signals) == {"first": True}
+    for _ in range(2):
+        assert now.phase is Phase.WAITING
+        now = now.advance(TICK, 1.0, Given(np.zeros(0), {}))
+    assert now.phase is Phase.SUCCEEDED
+    assert paused.cancel().phase is Phase.CANCELLED
+
+
 def test_a_search_brakes_where_it_finds_its_signal(rng: np.random.Generator) -> None:
     program = searching(rng)
     ticks = int(program.duration / TICK)
