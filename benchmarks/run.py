@@ -18,7 +18,7 @@ from benchmarks.rows import Row
 
 RESULTS = Path(__file__).resolve().parent / "RESULTS.md"
 SUITES = (
-    *("rpc", "tick", "setpoints", "kinematics", "closed_form", "dynamics", "planning"),
+    *("rpc", "tick", "setpoints", "kinematics", "closed_form", "arm_angle", "dynamics", "planning"),
     *("components", "loading", "viewer", "startup"),
 )
 PACKAGES = ("numpy", "numba", "grpcio", "protobuf", "viser", "ruckig", "toppra", "pin", "pytracik")
