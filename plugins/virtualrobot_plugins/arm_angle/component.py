@@ -15,7 +15,7 @@ from virtualrobot_sdk.kinematics import Floats, InverseOptions, InverseResult, I
 
 from virtualrobot_plugins.arm_angle.angles import all_branches, arm_angle_of
 from virtualrobot_plugins.arm_angle.geometry import arm_of, model_of
-from virtualrobot_plugins.arm_angle.intervals import ranges_between_limits
+from virtualrobot_plugins.arm_angle.intervals import meetings_of, ranges_between_limits
 from virtualrobot_plugins.chain.serial import reach_bound
 from virtualrobot_plugins.closed_form.branch_kinematics import DEFAULTS, POLISHED, BranchKinematics
 from virtualrobot_plugins.closed_form.branches import ELBOW, LOOSE, SHOULDER, WRIST, Asked, Found
@@ -47,6 +47,7 @@ class ArmAngleKinematics(BranchKinematics):
         """
         self._arm, axes = arm_of(chain)
         super().__init__(chain)
+        self._meetings = meetings_of(self._arm, *self._limits)
         self._use(SCHEME, model_of(chain, axes, self._arm, reach_bound(chain)[1]))
         if not self._finds_again():
             raise ArgumentError("the arm has an arm angle, but postures of it are missed")
@@ -119,11 +120,12 @@ class ArmAngleKinematics(BranchKinematics):
             branch for branch in self._branch_names if not any(self._is(name, branch) for name in result.configurations)
         ]
         ranges: dict[str, list[tuple[float, float]]] = {branch: [] for branch in missing}
-        for begin, end in ranges_between_limits(self._arm, asked[0], *self._limits) if missing else ():
+        for begin, end in ranges_between_limits(self._arm, self._meetings, asked[0]) if missing else ():
             middle = math.remainder((begin + end) / 2.0, 2.0 * math.pi)
-            for name in self._at(middle, asked, options)[0].configurations:
-                branch = next((one for one in missing if self._is(name, one)), None)
-                if branch is not None and (begin, end) not in ranges[branch][-1:]:
+            # A branch's name is three words; those of turns follow.
+            names = self._at(middle, asked, options)[0].configurations
+            for branch in {" ".join(name.split(" ", 3)[:3]) for name in names}:
+                if branch in ranges:
                     ranges[branch].append((begin, end))
         found = [result]
         for branch in missing:
@@ -153,7 +155,7 @@ class ArmAngleKinematics(BranchKinematics):
     def _ranges(self, asked: Asked, options: InverseOptions) -> list[tuple[float, float]]:
         """Return the ranges of arm angles (rad) with a posture within limits and of the configuration asked for."""
         ranges: list[tuple[float, float]] = []
-        for begin, end in ranges_between_limits(self._arm, asked[0], *self._limits):
+        for begin, end in ranges_between_limits(self._arm, self._meetings, asked[0]):
             middle = math.remainder((begin + end) / 2.0, 2.0 * math.pi)
             if len(self._at(middle, asked, options)[0].solutions):
                 ranges.append((begin, end))
