@@ -16,11 +16,13 @@ from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.planning.moves import joints_of, solved_robots
 from virtualrobot_kernel.planning.program import MotionWish
 from virtualrobot_kernel.planning.tracking import arms_joints
+from virtualrobot_kernel.world.actuators import coupled_joints
 from virtualrobot_kernel.world.change import moving_motion
 from virtualrobot_kernel.world.commands import CancelMotion
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion, Snapshot
 
 Result = TypeVar("Result")
+
 
 def find_motion(snapshot: Snapshot, id: str) -> Motion:
     """Return a motion that runs or has ended lately; raise UnknownNameError."""
@@ -37,7 +39,7 @@ async def make_way(
     """Refuse, or cancel and wait for standstill, when joints that are `needed` (robot uid, joint name) move already."""
     world = rooms.world
     snapshot = world.snapshot
-    while motion := moving_motion(snapshot.state, needed(snapshot)):
+    while motion := moving_motion(snapshot.state, coupled_joints(snapshot.structure, needed(snapshot))):
         if policy != motion_pb2.BUSY_POLICY_PREEMPT:
             names = ", ".join(repr(snapshot.structure.nodes[uid].name) for uid in motion.robots)
             raise KernelError(

@@ -167,11 +167,7 @@ class PiecewisePolynomial:
         property, Farin, Curves and Surfaces for CAGD, 5th ed., ch. 5); the others are decided by polynomial roots.
         """
         low, high = lower - tolerance, upper + tolerance
-        degree = self.coefficients.shape[1] - 1
-        width = np.diff(self.breaks)
-        scaled = self.coefficients * (width[:, None] ** np.arange(degree + 1))[:, :, None]
-        to_bernstein = np.array([[comb(k, i) / comb(degree, i) for i in range(degree + 1)] for k in range(degree + 1)])
-        bernstein = np.einsum("ki,pin->pkn", to_bernstein, scaled)
+        bernstein = self._bernstein()
         suspicious = np.any((bernstein < low) | (bernstein > high), axis=1)
         for piece in np.flatnonzero(suspicious.any(axis=1)):
             found = [
@@ -182,6 +178,19 @@ class PiecewisePolynomial:
             if found:
                 return min(found, key=lambda excursion: excursion.entered)
         return None
+
+    def hull(self) -> tuple[Array, Array]:
+        """Return bounds (n,) that the function keeps: exact for pieces of the first degree, else a little wider."""
+        bernstein = self._bernstein()
+        return bernstein.min(axis=(0, 1)), bernstein.max(axis=(0, 1))
+
+    def _bernstein(self) -> Array:
+        """Return the Bernstein coefficients (pieces, degree + 1, n): each piece is in their hull."""
+        degree = self.coefficients.shape[1] - 1
+        width = np.diff(self.breaks)
+        scaled = self.coefficients * (width[:, None] ** np.arange(degree + 1))[:, :, None]
+        to_bernstein = np.array([[comb(k, i) / comb(degree, i) for i in range(degree + 1)] for k in range(degree + 1)])
+        return np.einsum("ki,pin->pkn", to_bernstein, scaled)
 
     def _piece_excursion(self, piece: int, component: int, low: float, high: float) -> Excursion | None:
         polynomial = np.polynomial.Polynomial(self.coefficients[piece, :, component])

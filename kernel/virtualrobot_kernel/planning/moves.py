@@ -17,7 +17,7 @@ from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.line import line_between
 from virtualrobot_kernel.motion.plan import Plan, plan_circ, plan_lin, plan_ptp, plan_together, plan_trajectory
 from virtualrobot_kernel.motion.spline import spline
-from virtualrobot_kernel.planning.actuators import check_plan
+from virtualrobot_kernel.planning.actuators import check_plans
 from virtualrobot_kernel.planning.carried import Carriers, carried_by, carriers, in_order, plan_carried
 from virtualrobot_kernel.planning.free_joints import led_tcp, solve_inverse
 from virtualrobot_kernel.planning.jog import CartesianJog, JogFrame, JointJog, cartesian_jog, joint_jog
@@ -75,8 +75,7 @@ def plan_moves(snapshot: Snapshot, moves: Sequence[Move], solver_of: SolverOf) -
     if len(set(joints)) != len(joints):
         robot, joint = next(pair for pair in joints if joints.count(pair) > 1)
         raise KernelError(f"two moves of one motion move the joint {joint!r} of {robot!r}", robot=robot, joint=joint)
-    for one in planned:
-        check_plan(snapshot, one.robot, one.joint_names, one.plan)
+    check_plans(snapshot, planned)
     return planned
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,21 @@ def actuator_positions(structure: Structure, robot: Node, q: NDArray[np.float64]
     """Return where the actuators of a robot are, in its order and their units, for all coordinates q of the world."""
     places = _places(structure, robot)
     return [_position(one, {joint: float(q[places[joint]]) for joint, _ in one.terms}) for one in actuators_of(robot)]
+
+
+def coupled_joints(structure: Structure, joints: Iterable[tuple[int, str]]) -> set[tuple[int, str]]:
+    """Return joints, given as (robot uid, joint name), and those that an actuator with limits moves with one of them.
+
+    What moves some of them has to know where the others stand; robots that are gone have no such others.
+    """
+    result = set(joints)
+    for uid in {uid for uid, _ in result} & structure.nodes.keys():
+        names = {name for owner, name in result if owner == uid}
+        for actuator in actuators_of(structure.nodes[uid]):
+            terms = [name for name, _ in actuator.terms]
+            if not names.isdisjoint(terms) and np.isfinite([actuator.lower, actuator.upper]).any():
+                result |= {(uid, name) for name in terms}
+    return result
 
 
 def check_actuators(structure: Structure, robot: Node, q: NDArray[np.float64]) -> None:

@@ -10,6 +10,7 @@ from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.motion import program_run, tracked
 from virtualrobot_kernel.motion.moving import Phase
 from virtualrobot_kernel.world import assumed
+from virtualrobot_kernel.world.actuators import coupled_joints
 from virtualrobot_kernel.world.apply_robots import tool_state
 from virtualrobot_kernel.world.change import (
     Change,
@@ -50,8 +51,9 @@ def start_motion(change: Change, command: StartMotion, forward: Forward) -> Chan
     for name in program.signals:
         if name not in state.signals:
             raise UnknownNameError("signal", name, state.signals)
+    needed = coupled_joints(structure, joints)
     for uid in dict.fromkeys(uid for uid, _ in joints):
-        refuse_while_moving(change, structure.nodes[uid], {joint for joint in joints if joint[0] == uid})
+        refuse_while_moving(change, structure.nodes[uid], {joint for joint in needed if joint[0] == uid})
     q_index, v_index = joint_places(structure, joints)
     off = np.abs(state.q[q_index] - program.start)
     if len(off) and off.max() > START_TOLERANCE:

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.world import index
+from virtualrobot_kernel.world.actuators import check_actuators
 from virtualrobot_kernel.world.change import (
     Change,
     Forward,
@@ -282,6 +283,7 @@ def _mounted(change: Change, tool: Node) -> Change:
             refuse_while_moving(change, owner, {(owner.uid, joint) for joint in positions})
             for joint, value in positions.items():
                 q[single_joint(structure, owner, joint)[1]] = value
+            check_actuators(structure, owner, q)
         state = replace(state, q=q, tool_states={**state.tool_states, tool.uid: name})
     if owner is not None and not state.selections.get(owner.uid, Selection()).tool:
         chosen = Selection(tool.uid, next(iter(tool.data.tool_center_points), ""))

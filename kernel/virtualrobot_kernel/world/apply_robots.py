@@ -8,7 +8,7 @@ import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.world import index
-from virtualrobot_kernel.world.actuators import check_actuators
+from virtualrobot_kernel.world.actuators import check_actuators, coupled_joints
 from virtualrobot_kernel.world.apply_nodes import attached
 from virtualrobot_kernel.world.change import Change, Forward, check_joint_value, refuse_while_moving, single_joint
 from virtualrobot_kernel.world.commands import (
@@ -157,9 +157,11 @@ def set_tool_state(change: Change, command: SetToolState, forward: Forward) -> C
     q = change.state.q.copy()
     robot = change.structure.robot_of(tool.uid)
     if robot is not None:
-        refuse_while_moving(change, robot, {(robot.uid, name) for name in positions})
+        needed = coupled_joints(change.structure, {(robot.uid, name) for name in positions})
+        refuse_while_moving(change, robot, needed)
         for name, value in positions.items():
             q[single_joint(change.structure, robot, name)[1]] = value
+        check_actuators(change.structure, robot, q)
     return replace(
         change, state=replace(change.state, q=q, tool_states={**change.state.tool_states, tool.uid: command.state})
     )

@@ -13,6 +13,7 @@ from enum import Enum
 import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.world.actuators import coupled_joints
 from virtualrobot_kernel.world.change import joint_places
 from virtualrobot_kernel.world.index import moved_links
 from virtualrobot_kernel.world.state import Selection, State
@@ -85,6 +86,10 @@ def assume(
         robot = structure.robots[uid]
         wanted[moved_links(structure, robot)[robot.joint_names.index(name)], Aspect.JOINT, ""] = None
     wanted |= dict.fromkeys((uid, Aspect.ACTUATORS, "") for uid, _ in joints)
+    # Where the others are that an actuator moves with them decides how far it may go.
+    for uid, name in sorted(coupled_joints(structure, joints) - set(joints)):
+        robot = structure.robots[uid]
+        wanted[moved_links(structure, robot)[robot.joint_names.index(name)], Aspect.POSITION, ""] = None
     moving = {int(place) for motion in state.motions for place in motion.q_index}
     moving |= {int(place) for place in joint_places(structure, joints)[0]}
     for way in ways:

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from virtualrobot_kernel.errors import KernelError, LimitError, UnknownNameError
+from virtualrobot_kernel.errors import KernelError, LimitError, Reason, UnknownNameError
 from virtualrobot_kernel.planning.wishes import ActuatorGoal, PointToPoint
 from virtualrobot_kernel.world.actuators import actuator_positions, joint_positions
 from virtualrobot_kernel.world.change import Change
-from virtualrobot_kernel.world.commands import CreateNodes, SetJointPositions, UpdateNode
+from virtualrobot_kernel.world.commands import CreateNodes, SetJointPositions, SetToolState, StartMotion, UpdateNode
 from virtualrobot_kernel.world.structure import Actuator, Node, NodeSpec, RobotData
 
 from tests.unit.planning.test_moves import nobody, pictured
@@ -112,3 +112,44 @@ def test_a_renamed_joint_is_renamed_in_the_actuators() -> None:
     joint = replace(link.data.joint, name="shoulder")  # pyright: ignore[reportAttributeAccessIssue, reportOptionalMemberAccess] a link
     world = after(world, UpdateNode("arm.one", data=replace(link.data, joint=joint)))  # pyright: ignore[reportArgumentType, reportCallIssue]
     assert node(world).data.actuators == (Actuator("one", (("shoulder", 2.0), ("b", 3.0))),)  # pyright: ignore
+
+
+RODS = Actuator("rods", (("a", 1.0), ("b", 1.0)), 0.0, -0.5, 1.0)
+
+
+def test_joints_of_one_actuator_do_not_move_in_two_motions_at_once() -> None:
+    """Each of the two would end within the limits of -0.5 to 1 if the other joint stood still; together at 1.2."""
+
+    def plans(world: Change) -> list[StartMotion]:
+        return [plan_motion(pictured(world), [PointToPoint("arm", {name: 0.6})], nobody) for name in ("a", "b")]
+
+    world = geared(RODS)
+    one, two = plans(world)
+    moving = after(world, one)
+    with pytest.raises(KernelError, match="'arm' moves in 'motion-1'") as refused:
+        after(moving, two)
+    assert refused.value.reason is Reason.ROBOT_BUSY
+    with pytest.raises(KernelError, match=r"'arm.one' is not what the motion was planned with: where its joint stands"):
+        after(ticked(moving, 1000), two)
+    free = geared(replace(RODS, lower=-np.inf, upper=np.inf))
+    assert len(after(free, *plans(free)).state.motions) == 2
+
+
+def test_moves_of_one_step_keep_the_limits_of_an_actuator_together() -> None:
+    world = geared(RODS)
+    moves = [PointToPoint("arm", {"a": 0.6}), PointToPoint("arm", {"b": 0.4})]
+    plan_motion(pictured(world), moves, nobody)
+    with pytest.raises(LimitError, match=r"'rods' of 'arm'.*be at 1.2 somewhere on the ways of its joints"):
+        plan_motion(pictured(world), [moves[0], PointToPoint("arm", {"b": 0.6})], nobody)
+    with pytest.raises(LimitError, match=r"be at -0.6 somewhere"):
+        plan_motion(pictured(world), [PointToPoint("arm", {"a": -0.3}), PointToPoint("arm", {"b": -0.3})], nobody)
+
+
+def test_tool_states_keep_the_limits_of_actuators() -> None:
+    """The gripper starts open, at 0.04 m."""
+    with pytest.raises(LimitError, match=r"'clamp' of 'arm'.*would be at 40; its limits are -1 to 30"):
+        geared(Actuator("clamp", (("f", 1000.0),), 0.0, -1.0, 30.0))
+    world = geared(Actuator("clamp", (("f", 1000.0),), 0.0, 10.0, 40.0))
+    with pytest.raises(LimitError, match=r"'clamp' of 'arm'.*would be at 0; its limits are 10 to 40"):
+        after(world, SetToolState("arm_gripper", "closed"))
+    assert after(world, SetToolState("arm_gripper", "open")).state.q is not world.state.q
