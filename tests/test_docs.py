@@ -232,5 +232,9 @@ def test_command_line_tells_which_kernel_and_each_command() -> None:
     text = sections(ROOT / "docs" / "command-line.md")
     assert set(re.findall(r"^\| `(--[\w-]+)", text["Which kernel"], re.MULTILINE)) == TARGET
     assert list(text) == ["Which kernel", *COMMANDS]
+    contents = re.findall(
+        r"^\| \[(\w+)\]\(#\w+\) \|", (ROOT / "docs" / "command-line.md").read_text("utf-8"), re.MULTILINE
+    )
+    assert contents == list(COMMANDS)
     for name in COMMANDS:
         assert re.search(rf"^\$ virtualrobot {name}\b", text[name], re.MULTILINE), f"{name} has no example"

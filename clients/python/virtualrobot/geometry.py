@@ -104,7 +104,10 @@ def checked_pose(value: ArrayLike) -> Matrix:
     Raises:
         InvalidArgumentError: when it is not 4x4, not finite, or no rigid transform to 1e-6.
     """
-    matrix = np.asarray(value, dtype=float)
+    try:
+        matrix = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise InvalidArgumentError(f"a pose is a 4x4 array, not {value!r}; see virtualrobot.pose()") from None
     if matrix.shape != (4, 4):
         raise InvalidArgumentError(f"a pose is a 4x4 array, not one of shape {matrix.shape}; see virtualrobot.pose()")
     rotation = matrix[:3, :3]

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot.errors import CallTimeoutError, MotionCancelledError, VirtualRobotError
+from virtualrobot.errors import CallTimeoutError, InvalidArgumentError, MotionCancelledError, VirtualRobotError
+from virtualrobot.moves import unstarted
 from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot.transport import Stream
 from virtualrobot.v1 import motion_pb2
@@ -252,7 +253,7 @@ class Tracking:
 
 def start(services: Services, moves: Iterable[motion_pb2.Move], **options: Any) -> Motion:  # noqa: ANN401
     """Start moves that go together; the options are those of `start_request`."""
-    return start_request(services, motion_pb2.StartMotionRequest(moves=moves), **options)
+    return start_request(services, motion_pb2.StartMotionRequest(moves=unstarted(moves)), **options)
 
 
 def start_request(
@@ -277,13 +278,15 @@ def start_request(
     policies = {"stop": motion_pb2.DISCONNECT_POLICY_STOP, "continue": motion_pb2.DISCONNECT_POLICY_CONTINUE}
     if on_disconnect is not None:
         if on_disconnect not in policies:
-            raise ValueError(f"on_disconnect is 'stop' or 'continue', not {on_disconnect!r}")
+            raise InvalidArgumentError(f"on_disconnect is 'stop' or 'continue', not {on_disconnect!r}")
         asked.on_disconnect = policies[on_disconnect]
     if preempt is not None:
         asked.busy_policy = motion_pb2.BUSY_POLICY_PREEMPT if preempt else motion_pb2.BUSY_POLICY_REJECT
     if expected_revision is not None:
         asked.expected_revision = expected_revision
     if tracking is not None:
+        if not isinstance(tracking, Tracking):
+            raise InvalidArgumentError(f"tracking is a virtualrobot.Tracking(node, window), not {tracking!r}")
         asked.tracking.CopyFrom(tracking.message)
     # A program of thousands of steps takes its time to plan.
     response = services.motion.StartMotion(asked, timeout=LONG_TIMEOUT_SECONDS)

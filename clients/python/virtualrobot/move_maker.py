@@ -79,10 +79,10 @@ class MoveMaker:
         prefer: Prefer = "",
         until: moves.Until | None = None,
     ) -> motion_pb2.Move:
-        """Return a straight move of the tool centre point to a 4x4 pose; 0 means 0.25 m/s and 1 m/s^2.
+        """Return a straight move of the tool centre point to a 4x4 pose.
 
-        With `moving` the line is one in the frame of `reference` while another move of the same step moves that. With
-        `until` it is a search; see `search`.
+        `velocity` in m/s and `acceleration` in m/s^2; 0 means 0.25 and 1. With `moving` the line is one in the frame of
+        `reference` while another move of the same step moves that. With `until` it is a search; see `Mover.search`.
         """
         rates = velocity, acceleration, speed_factor
         move = moves.linear(self.name, reference_t_tcp, reference, *rates, time_law, moving, until)

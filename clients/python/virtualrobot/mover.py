@@ -123,7 +123,9 @@ class Mover(MoveMaker):
         prefer: Prefer = "",
         **options: Any,  # noqa: ANN401
     ) -> motion.Motion:
-        """Move the tool centre point straight to a 4x4 pose; 0 means 0.25 m/s and 1 m/s^2.
+        """Move the tool centre point straight to a 4x4 pose.
+
+        `velocity` in m/s and `acceleration` in m/s^2; 0 means 0.25 and 1.
 
         Example:
             >>> robot.move_linear(robot.tcp @ virtualrobot.pose(z=0.1), velocity=0.1)     # 10 cm along the tool
@@ -151,12 +153,15 @@ class Mover(MoveMaker):
         velocity: float = 0.0,
         acceleration: float = 0.0,
         speed_factor: float = 0.0,
+        time_law: str = "",
+        lock: Lock = (),
+        prefer: Prefer = "",
         **options: Any,  # noqa: ANN401
     ) -> motion.Motion:
         """Move straight to a 4x4 pose, or until a signal is on; `Motion.search` tells where that was.
 
-        `until` is the signal, or the signal and its value. The line brakes smoothly, so the robot stands a little
-        beyond the place that it has found.
+        `until` is the signal, or the signal and its value; all else is as for `move_linear`. The line brakes smoothly,
+        so the robot stands a little beyond the place that it has found.
 
         Example:
             >>> motion = robot.search(robot.tcp @ virtualrobot.pose(z=0.1), "touch", velocity=0.02)
@@ -169,6 +174,9 @@ class Mover(MoveMaker):
             velocity=velocity,
             acceleration=acceleration,
             speed_factor=speed_factor,
+            time_law=time_law,
+            lock=lock,
+            prefer=prefer,
             until=until,
         )
         return self.start(line, **options)

@@ -51,6 +51,18 @@ def pose_goal(
     )
 
 
+def unstarted(moves: Iterable[motion_pb2.Move]) -> list[motion_pb2.Move]:
+    """Return moves that go together, after a look that they are moves and no motions that run already."""
+    given = list(moves)
+    for move in given:
+        if not isinstance(move, motion_pb2.Move):
+            raise InvalidArgumentError(
+                f"moves that go together or are steps of a program are made by robot.ptp, robot.linear and their like, "
+                f"which start nothing; not {move!r}"
+            )
+    return given
+
+
 def time_law_number(name: str) -> motion_pb2.TimeLaw:
     """Return the enum value of a time law; empty means the kernel's usual one."""
     if name not in TIME_LAWS:
@@ -186,12 +198,10 @@ def spline(
     return motion_pb2.Move(robot=robot, speed_factor=speed_factor, time_law=law, spline=curve)
 
 
-def joint_jog(
-    robot: str, joint: str, velocity: float, distance: float | None = None, speed_factor: float = 0.0
-) -> motion_pb2.Move:
+def joint_jog(robot: str, joint: str, velocity: float, distance: float | None = None) -> motion_pb2.Move:
     """Return a move of one joint at a velocity, whose sign says which way; see `Jogger.jog_joint`."""
     jog = motion_pb2.JointJog(joint=joint, velocity=velocity, distance=distance)
-    return motion_pb2.Move(robot=robot, speed_factor=speed_factor, joint_jog=jog)
+    return motion_pb2.Move(robot=robot, joint_jog=jog)
 
 
 def cartesian_jog(
@@ -203,7 +213,6 @@ def cartesian_jog(
     node: str = "",
     velocity: float = 0.0,
     distance: float | None = None,
-    speed_factor: float = 0.0,
 ) -> motion_pb2.Move:
     """Return a move of the tool centre point along `translation` or about `rotation`; see `Jogger.jog`."""
     if (translation is None) == (rotation is None):
@@ -220,7 +229,7 @@ def cartesian_jog(
             + (f" with the node {node!r}" if node else "")
         )
     jog.frame = _JOG_FRAMES[name]
-    return motion_pb2.Move(robot=robot, speed_factor=speed_factor, cartesian_jog=jog)
+    return motion_pb2.Move(robot=robot, cartesian_jog=jog)
 
 
 def trajectory(

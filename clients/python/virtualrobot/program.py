@@ -8,7 +8,7 @@ from typing import Any
 
 from virtualrobot import motion, plans
 from virtualrobot.errors import InvalidArgumentError
-from virtualrobot.moves import condition
+from virtualrobot.moves import condition, unstarted
 from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot.v1 import motion_pb2
 
@@ -44,8 +44,9 @@ class Program:
         """
         if zone and zone_percent:
             raise InvalidArgumentError("a zone has a distance or a percentage: give one of zone and zone_percent")
+        given = unstarted(moves)
         step = self.request.steps.add().move
-        step.moves.extend(moves)
+        step.moves.extend(given)
         if zone:
             step.blend_distance_meters = zone
         if zone_percent:

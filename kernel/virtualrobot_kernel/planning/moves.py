@@ -69,7 +69,7 @@ def search_of(snapshot: Snapshot, moves: Sequence[Move]) -> Linear | None:
 def plan_moves(snapshot: Snapshot, moves: Sequence[Move], solver_of: SolverOf) -> list[PlannedMove]:
     """Return the plan of each of some moves that go together; raise KernelError with place and reason."""
     if not moves:
-        raise KernelError("a motion needs at least one move", field="moves")
+        raise KernelError("a motion needs at least one move, or one step of a program", field="moves")
     planned = _planned(snapshot, moves, solver_of)
     joints = [(one.robot.name, name) for one in planned for name in one.joint_names]
     if len(set(joints)) != len(joints):

@@ -78,6 +78,8 @@ def test_the_command_line_jogs(run: Run, bent: Robot) -> None:
     np.testing.assert_allclose(bent.tcp, here @ pose(z=0.01), atol=1e-8)
     run("jog", "iiwa", "--about", "0,0,1", "--node", "iiwa", "--velocity", "30", "--distance", "6", "--degrees")
     np.testing.assert_allclose(bent.tcp[:3, :3], (pose(yaw=np.radians(6.0)) @ here)[:3, :3], atol=1e-8)
+    told = run("jog", "iiwa", "--about", "1,0,0", "--frame", "tool", "--velocity", "1", warns=1)
+    assert "reached its end" in told, "a whole turn about the tool's x axis meets a joint's end before"
     assert "no joint" in run("jog", "iiwa", "elbow", "--velocity", "1", code=1)
     for wrong in (["iiwa"], ["iiwa", "j", "--along", "0,0,1"], ["iiwa", "lbr_iiwa_joint_1"]):
         run("jog", *wrong, code=2, warns=4)

@@ -162,4 +162,15 @@ def test_plan_shows_peaks_or_samples(run: Run, bent: Robot, tmp_path: Path) -> N
     np.testing.assert_array_equal(np.array(rows[1:], float)[:, 1], exact.robots["iiwa"].positions[:, 0])
     shown = run("plan", "iiwa", "lbr_iiwa_joint_1=0.5", "--csv", "-")
     assert shown == file.read_text()
+    run("plan", "iiwa", "lbr_iiwa_joint_1=0.5", "--every", "0.1", code=2, warns=4)
+    nowhere = str(tmp_path / "no" / "a.csv")
+    assert "cannot be written" in run("plan", "iiwa", "lbr_iiwa_joint_1=0.5", "--csv", nowhere, code=1)
+
+    degrees = run("plan", "iiwa", "lbr_iiwa_joint_1=30", "--degrees").splitlines()
+    _, start, end, velocity, share = degrees[1].split()[:5]
+    turning = bent.plan(bent.ptp({"lbr_iiwa_joint_1": np.radians(30.0)})).robots["iiwa"]
+    peak = np.abs(turning.velocities[:, 0]).max()
+    assert (float(start), float(end)) == (0.0, 30.0)
+    assert float(velocity) == pytest.approx(np.degrees(peak), abs=6e-4)
+    assert share == f"({100.0 * peak / bent.limits['lbr_iiwa_joint_1'].velocity:.0f}%)"
     np.testing.assert_array_equal(bent.positions, BENT)

@@ -51,6 +51,29 @@ def test_a_program_reads_like_one(client: Client, arm: Robot) -> None:
     assert all(note.step == 3 for note in motion.notes)
 
 
+def test_what_runs_already_is_no_step(client: Client, arm: Robot) -> None:
+    for use in (client.program().move, lambda motion: client.move_together([motion])):
+        with pytest.raises(virtualrobot.InvalidArgumentError, match="which start nothing; not <Motion"):
+            use(arm.move_joints(BENT))  # type: ignore[arg-type]
+    program = client.program()
+    with pytest.raises(virtualrobot.InvalidArgumentError, match="or one step of a program"):
+        program.start()
+    for bad in ({"tracking": "conveyor.belt"}, {"on_disconnect": "keep"}):
+        with pytest.raises(virtualrobot.InvalidArgumentError, match=r"Tracking|'stop' or 'continue'"):
+            arm.move_joints(BENT, **bad)
+    with pytest.raises(virtualrobot.InvalidArgumentError, match="4x4 array, not 'home'"):
+        arm.move_linear("home")
+
+
+def test_a_search_takes_what_a_line_takes(arm: Robot) -> None:
+    goal = arm.tcp @ virtualrobot.pose(z=0.05)
+    motion = arm.search(goal, "touch", time_law="time_optimal", lock=["lbr_iiwa_joint_3"], prefer="limits")
+    assert motion.search is not None
+    assert not motion.search.found
+    np.testing.assert_allclose(arm.tcp, goal, atol=1e-6)
+    assert arm.positions[2] == pytest.approx(BENT[2], abs=1e-9)
+
+
 def test_what_became_of_a_zone_is_told(client: Client, arm: Robot) -> None:
     motion = client.program().move(arm.ptp(BENT), zone=0.05).dwell(0.01).start()
     (note,) = motion.notes

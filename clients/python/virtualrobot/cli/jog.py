@@ -8,6 +8,7 @@ import click
 
 from virtualrobot.cli.move import start_and_follow
 from virtualrobot.cli.options import GO_ON, Numbers, Target, degrees_option, target_options
+from virtualrobot.cli.orders import sliding_joints
 
 _EXAMPLES = """
 \b
@@ -27,7 +28,7 @@ Examples:
     "--frame", type=click.Choice(["base", "tool", "world"]), help="In whose axes the direction is given [base]."
 )
 @click.option("--node", default="", help="In the axes of this node instead.")
-@click.option("--velocity", type=float, help="m/s or rad/s; of a joint with the sign of its way [0.1 or 0.25].")
+@click.option("--velocity", type=float, help="m/s or rad/s [0.1 or 0.25]; a joint needs one, with the sign of its way.")
 @click.option("--distance", type=float, help="m or rad [as far as it goes].")
 @click.option("--preempt", is_flag=True, help="Stop what the robot does and take over.")
 @degrees_option
@@ -50,7 +51,6 @@ def jog(
     Ctrl-C, like a key that is released, stops it on its path.
     """
     from virtualrobot import moves
-    from virtualrobot.v1 import nodes_pb2
 
     if (joint is not None) + (along is not None) + (about is not None) != 1:
         raise click.UsageError("say what moves, in one way: a JOINT, --along or --about")
@@ -62,10 +62,8 @@ def jog(
         raise click.UsageError("--frame or --node, not both")
     with target.connect() as client:
         handle = client.robot(robot)
-        sliding = any(
-            one.name == joint and one.type == nodes_pb2.JOINT_TYPE_PRISMATIC for one in handle.description.joints
-        )
-        unit = math.radians(1.0) if degrees and along is None and not sliding else 1.0
+        sliding = along is not None or joint in sliding_joints(handle)
+        unit = math.radians(1.0) if degrees and not sliding else 1.0
         speed = unit * (velocity or 0.0)
         way = None if distance is None else unit * distance
         if joint is not None:

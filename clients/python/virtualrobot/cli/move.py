@@ -58,11 +58,18 @@ def stop(target: Target, robots: tuple[str, ...]) -> None:
 def start_and_follow(robot: Robot, wish: motion_pb2.Move, preempt: bool, no_wait: bool) -> None:
     """Start a move and show how far it is, or leave it alone."""
     motion = robot.start(wish, wait=False, preempt=preempt, on_disconnect="continue" if no_wait else "stop")
+    show_notes(motion)
     if no_wait:
         click.echo(f"started {motion.id}: {motion.planned_duration_seconds:.2f} s")
         return
     follow(motion)
-    click.echo(f"{motion.id} reached its goal")
+    click.echo(f"{motion.id} reached its {'end' if motion.notes else 'goal'}")
+
+
+def show_notes(motion: Motion) -> None:
+    """Tell what the planner made other than it was asked to."""
+    for note in motion.notes:
+        click.echo(f"note: {note.message}", err=True)
 
 
 def follow(motion: Motion) -> None:

@@ -88,7 +88,6 @@ def order_options(function: Callable[..., Any]) -> Callable[..., Any]:
 def joint_goal(robot: Robot, words: Sequence[str], degrees: bool) -> dict[str, float] | list[float]:
     """Return joint values by name from `name=value` words, or in order from numbers; `degrees` for turning joints."""
     from virtualrobot.errors import UnknownNameError
-    from virtualrobot.v1 import nodes_pb2
 
     entries = [entry for word in words for entry in re.split(r"[\s,]+", word.strip(" ,"))]
     named = ["=" in entry for entry in entries]
@@ -101,7 +100,7 @@ def joint_goal(robot: Robot, words: Sequence[str], degrees: bool) -> dict[str, f
     if not degrees:
         return dict(zip((e.rpartition("=")[0] for e in entries), values, strict=True)) if all(named) else values
     description = robot.description
-    sliding = {joint.name for joint in description.joints if joint.type == nodes_pb2.JOINT_TYPE_PRISMATIC}
+    sliding = sliding_joints(robot)
     every = [joint.name for joint in description.joints]
     if all(named):
         names = [entry.rpartition("=")[0] for entry in entries]
@@ -112,3 +111,10 @@ def joint_goal(robot: Robot, words: Sequence[str], degrees: bool) -> dict[str, f
         if len(names) != len(values):
             return values  # the robot says what is wrong
     return {n: v if n in sliding else math.radians(v) for n, v in zip(names, values, strict=True)}
+
+
+def sliding_joints(robot: Robot) -> set[str]:
+    """Return the names of the joints whose positions are meters and no angles."""
+    from virtualrobot.v1 import nodes_pb2
+
+    return {joint.name for joint in robot.description.joints if joint.type == nodes_pb2.JOINT_TYPE_PRISMATIC}

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import csv
+import math
 import sys
-from typing import TYPE_CHECKING, TextIO
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import click
 
 from virtualrobot.cli.options import Target, target_options
-from virtualrobot.cli.orders import Order, order_options
+from virtualrobot.cli.orders import Order, order_options, sliding_joints
 
 if TYPE_CHECKING:
     from virtualrobot.plans import MotionCheck, MotionPlan, RobotTrajectory
+    from virtualrobot.robot import Robot
     from virtualrobot.robot_values import JointLimits
 
 _PLAN_EXAMPLES = """
@@ -33,27 +36,37 @@ Examples:
 
 @click.command(epilog=_PLAN_EXAMPLES)
 @order_options
-@click.option("--every", type=float, default=0.0, metavar="SECONDS", help="The time between samples [a tick].")
-@click.option("--csv", "file", type=click.File("w"), metavar="FILE", help="Write the samples to a file; - is here.")
+@click.option(
+    "--every",
+    type=click.FloatRange(min=0.0),
+    metavar="SECONDS",
+    help="With --table or --csv: between samples [a tick].",
+)
+@click.option("--csv", "file", metavar="FILE", help="Write the samples to a file; - shows them and nothing else.")
 @click.option("--table", is_flag=True, help="Show the samples instead of the greatest values.")
 @target_options
-def plan(target: Target, robot: str, order: Order, every: float, file: TextIO | None, table: bool) -> None:
+def plan(target: Target, robot: str, order: Order, every: float | None, file: str | None, table: bool) -> None:
     """Show what a move would do: how long it takes, how fast each joint is and what it needs. Nothing moves."""
     from virtualrobot.tables import aligned
 
+    if every and not table and file is None:
+        raise click.UsageError("--every goes with --table or --csv")
     with target.connect() as client:
         handle = client.robot(robot)
-        planned = handle.plan(order.move(handle), sample_seconds=every)
+        planned = handle.plan(order.move(handle), sample_seconds=every or 0.0)
         limits = handle.limits
-    told = planned.robots[robot]
+        told = in_degrees(handle, planned.robots[robot]) if order.degrees else planned.robots[robot]
     if file is not None:
-        csv.writer(file, lineterminator="\n").writerows(samples(planned, told))
-        if file is sys.stdout:
+        write_samples(file, samples(planned, told))
+        if file == "-":
             return
-    rows = samples(planned, told, "{:.4f}") if table else peaks(told, limits)
-    click.echo("\n".join(aligned(rows)))
-    fastest = told.tcp_speeds.max()
-    click.echo(f"{planned.duration_seconds:.3f} s; the tool centre point moves at up to {fastest:.4f} m/s")
+    if table:
+        click.echo("\n".join(aligned(samples(planned, told, "{:.4f}"))))
+    elif not every:
+        click.echo("\n".join(aligned(peaks(told, limits, planned.robots[robot]))))
+    # What is greatest lies between samples that are far apart.
+    fastest = "" if every else f"; the tool centre point moves at up to {told.tcp_speeds.max():.4f} m/s"
+    click.echo(f"{planned.duration_seconds:.3f} s{fastest}")
     for note in planned.notes:
         click.echo(note.message)
 
@@ -62,7 +75,7 @@ def plan(target: Target, robot: str, order: Order, every: float, file: TextIO | 
 @order_options
 @click.option(
     "--min-singular-value",
-    type=float,
+    type=click.FloatRange(min=0.0),
     default=0.0,
     metavar="VALUE",
     help="The smallest singular value of the Jacobian that is accepted [that of lines and arcs alone].",
@@ -87,19 +100,49 @@ def verdict(what: str, found: MotionCheck) -> int:
     return 0
 
 
-def peaks(told: RobotTrajectory, limits: dict[str, JointLimits]) -> list[list[str]]:
-    """Return for each joint where it starts and ends, and its greatest speed, acceleration and effort, with shares."""
+def peaks(told: RobotTrajectory, limits: dict[str, JointLimits], exact: RobotTrajectory) -> list[list[str]]:
+    """Return for each joint where it starts and ends, and its greatest speed, acceleration and effort, with shares.
+
+    `told` is what people are told, perhaps in degrees, and `exact` the same in SI, as the limits are.
+    """
     rows = [["joint", "from", "to", "velocity", "acceleration", "effort"]]
     for column, name in enumerate(told.joint_names):
         limit = limits[name]
         greatest = (
-            (abs(told.velocities[:, column]).max(), limit.velocity),
-            (abs(told.accelerations[:, column]).max(), limit.acceleration),
-            (abs(told.efforts[:, column]).max(), limit.effort),
+            (told.velocities, exact.velocities, limit.velocity),
+            (told.accelerations, exact.accelerations, limit.acceleration),
+            (told.efforts, exact.efforts, limit.effort),
         )
-        ends = (f"{told.positions[row, column]:.4f}" for row in (0, -1))
-        rows.append([name, *ends, *(f"{value:.3f}{_share(value, most)}" for value, most in greatest)])
+        shown = (
+            f"{abs(ours[:, column]).max():.3f}{_share(abs(theirs[:, column]).max(), most)}"
+            for ours, theirs, most in greatest
+        )
+        rows.append([name, *(f"{told.positions[row, column]:.4f}" for row in (0, -1)), *shown])
     return rows
+
+
+def in_degrees(robot: Robot, told: RobotTrajectory) -> RobotTrajectory:
+    """Return the same with the angles of turning joints in degrees."""
+    sliding = sliding_joints(robot)
+    unit = [1.0 if name in sliding else math.degrees(1.0) for name in told.joint_names]
+    return replace(
+        told,
+        positions=told.positions * unit,
+        velocities=told.velocities * unit,
+        accelerations=told.accelerations * unit,
+    )
+
+
+def write_samples(file: str, rows: list[list[str]]) -> None:
+    """Write rows as CSV to a file, or show them for `-`."""
+    if file == "-":
+        csv.writer(sys.stdout, lineterminator="\n").writerows(rows)
+        return
+    try:
+        with open(file, "w", encoding="utf-8", newline="") as opened:
+            csv.writer(opened, lineterminator="\n").writerows(rows)
+    except OSError as error:
+        raise click.ClickException(f"{file} cannot be written: {error.strerror}") from None
 
 
 def _share(value: float, most: float) -> str:

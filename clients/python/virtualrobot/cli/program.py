@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from virtualrobot.cli.move import follow
+from virtualrobot.cli.move import follow, show_notes
 from virtualrobot.cli.options import GO_ON, Target, target_options
 from virtualrobot.cli.plan import verdict
 
@@ -32,8 +32,7 @@ def program(target: Target, file: str, preempt: bool, no_wait: bool, check: bool
         motion = steps.start(
             wait=False, preempt=True if preempt else None, on_disconnect="continue" if no_wait else None
         )
-        for note in motion.notes:
-            click.echo(f"note: {note.message}", err=True)
+        show_notes(motion)
         if no_wait:
             click.echo(f"started {motion.id}: {motion.planned_duration_seconds:.2f} s")
             return 0

@@ -70,8 +70,9 @@ def _distance(jog: motion_pb2.JointJog | motion_pb2.CartesianJog, what: str) -> 
         return None
     distance = finite(jog.distance, f"{what}.distance")
     if distance <= 0.0:
+        sense = "the sign of the velocity" if isinstance(jog, motion_pb2.JointJog) else "the direction"
         raise KernelError(
-            f"{what}.distance must be above 0, not {distance:g}; the way is said by the direction",
+            f"{what}.distance must be above 0, not {distance:g}; {sense} says which way",
             field=f"{what}.distance",
             value=distance,
         )
