@@ -72,6 +72,7 @@ class SetpointStream:
         self._arrived = 0
         self._closed = False
         self._ended = False
+        self._cancelled = False
         self._error: VirtualRobotError | None = None
         self._call: Stream[motion_pb2.StreamSetpointsResponse] = services.motion.StreamSetpoints(self._requests(target))
         try:
@@ -131,6 +132,7 @@ class SetpointStream:
 
     def cancel(self) -> None:
         """Stop the joints at once, smoothly, and end the stream; the motion is cancelled."""
+        self._cancelled = True
         self._call.cancel()
         self._end(None)
 
@@ -151,10 +153,10 @@ class SetpointStream:
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         """Let the joints come to rest; stop them when the block failed."""
-        if kind is None:
-            self.close()
-        else:
+        if kind is not None:
             self.cancel()
+        elif not self._cancelled:
+            self.close()
 
     def __repr__(self) -> str:
         """Return a line for people."""

@@ -60,6 +60,13 @@ def test_joints_that_are_not_named_keep_their_setpoint(client: Client, iiwa: Rob
     stream.close()
 
 
+def test_a_block_that_cancels_its_stream_ends_without_an_error(iiwa: Robot) -> None:
+    with iiwa.stream("velocity", [FIRST], timeout=LONG) as stream:
+        stream.send([0.1])
+        stream.cancel()
+    assert ended(stream) is Phase.CANCELLED
+
+
 def test_a_program_that_steps_the_clock_knows_when_its_setpoints_count(client: Client, iiwa: Robot) -> None:
     runs = []
     client.clock.set_stepped()
