@@ -86,7 +86,8 @@ class ClosedFormKinematics(BranchKinematics):
         candidates = polished(self._chain, self._angles, target, seed, limits, close_by=not near)
         found, solutions, codes = self._found(candidates, asked)
         count, branches, more, clashes, position_error, rotation_error = found
-        if near and (more & ~LOOSE or not branches):
+        # Close to where two branches meet, the arm that was meant may have none, or one for both.
+        if near and (more & ~LOOSE or branches < max(1, len(self.configurations))):
             return self._looked_again(asked, more | LOOSE)
         return (count, branches, more | flags & ~LOOSE, clashes, position_error, rotation_error), solutions, codes
 
