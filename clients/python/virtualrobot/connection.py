@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Unpack
 
 from numpy.typing import ArrayLike
 
@@ -147,7 +147,7 @@ class Client:
         """
         return known_models(self._services)
 
-    def move_together(self, moves: Iterable[motion_pb2.Move], **options: Any) -> motion.Motion:  # noqa: ANN401 those of Robot
+    def move_together(self, moves: Iterable[motion_pb2.Move], **options: Unpack[motion.StartOptions]) -> motion.Motion:
         """Move several robots so that they start and end together.
 
         Example:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Unpack
 
 from numpy.typing import ArrayLike
 
 from virtualrobot import moves
-from virtualrobot.motion import Motion
+from virtualrobot.motion import GoingOptions, Motion
 from virtualrobot.mover import Mover
 from virtualrobot.redundancy import Lock, Prefer
 
@@ -30,7 +30,7 @@ class Jogger(Mover):
         time_law: str = "",
         lock: Lock = (),
         prefer: Prefer = "",
-        **options: Any,  # noqa: ANN401
+        **options: Unpack[GoingOptions],
     ) -> Motion:
         """Move the tool centre point along a smooth curve through 4x4 poses; see `spline`.
 
@@ -57,7 +57,7 @@ class Jogger(Mover):
         distance: float | None = None,
         *,
         wait: bool = False,
-        **options: Any,  # noqa: ANN401
+        **options: Unpack[GoingOptions],
     ) -> Motion:
         """Move one joint at a velocity in rad/s or m/s, whose sign says which way, and return at once.
 
@@ -81,7 +81,7 @@ class Jogger(Mover):
         lock: Lock = (),
         prefer: Prefer = "",
         wait: bool = False,
-        **options: Any,  # noqa: ANN401
+        **options: Unpack[GoingOptions],
     ) -> Motion:
         """Move the tool centre point along `translation`, or turn it about the axis `rotation`, and return at once.
 

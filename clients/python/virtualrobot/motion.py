@@ -7,7 +7,7 @@ import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any
+from typing import TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -251,7 +251,22 @@ class Tracking:
         return motion_pb2.Tracking(node=self.node, window=self.window, max_velocity=self.max_velocity)
 
 
-def start(services: Services, moves: Iterable[motion_pb2.Move], **options: Any) -> Motion:  # noqa: ANN401
+class GoingOptions(TypedDict, total=False):
+    """What every start takes besides whether to wait; see `start_request`."""
+
+    preempt: bool | None
+    on_disconnect: str | None
+    expected_revision: int | None
+    tracking: Tracking | None
+
+
+class StartOptions(GoingOptions, total=False):
+    """What a start takes; see `start_request`."""
+
+    wait: bool
+
+
+def start(services: Services, moves: Iterable[motion_pb2.Move], **options: Unpack[StartOptions]) -> Motion:
     """Start moves that go together; the options are those of `start_request`."""
     return start_request(services, motion_pb2.StartMotionRequest(moves=unstarted(moves)), **options)
 

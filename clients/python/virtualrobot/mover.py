@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Unpack
 
 from numpy.typing import ArrayLike
 
@@ -25,6 +25,7 @@ class Mover(MoveMaker):
     - `preempt`: cancel motions in the way instead of being refused with `RobotBusyError`.
     - `on_disconnect`: what the kernel does when this program vanishes, `stop` or `continue`.
     - `tracking`: what it goes along with, a `virtualrobot.Tracking`.
+    - `expected_revision`: refuse to start when the scene's structure has another one (`StaleRevisionError`).
 
     Moves to poses take wishes for joints that the pose does not need, as `solve_inverse` does:
 
@@ -32,7 +33,7 @@ class Mover(MoveMaker):
     - `prefer`: what free joints are used for: `limits`, `manipulability`, or a posture to be near, by joint name.
     """
 
-    def start(self, move: motion_pb2.Move, **options: Any) -> motion.Motion:  # noqa: ANN401 wait, preempt, on_disconnect
+    def start(self, move: motion_pb2.Move, **options: Unpack[motion.StartOptions]) -> motion.Motion:
         """Start one move; see the options of the class."""
         return motion.start(self._services, [move], **options)
 
@@ -42,7 +43,7 @@ class Mover(MoveMaker):
         *,
         speed_factor: float = 0.0,
         time_law: str = "",
-        **options: Any,  # noqa: ANN401
+        **options: Unpack[motion.StartOptions],
     ) -> motion.Motion:
         """Move joints to values by name, or in order (all joints, or those of the chain).
 
@@ -63,7 +64,7 @@ class Mover(MoveMaker):
         lock: Lock = (),
         arm_angle: float | None = None,
         prefer: Prefer = "",
-        **options: Any,  # noqa: ANN401
+        **options: Unpack[motion.StartOptions],
     ) -> motion.Motion:
         """Move the tool centre point to a 4x4 pose, point to point, with the posture nearest to the present one.
 
@@ -90,7 +91,7 @@ class Mover(MoveMaker):
         *,
         speed_factor: float = 0.0,
         time_law: str = "",
-        **options: Any,  # noqa: ANN401
+        **options: Unpack[motion.StartOptions],
     ) -> motion.Motion:
         """Move to a posture with a name, such as `home`."""
         return self.start(self.ptp(posture, speed_factor=speed_factor, time_law=time_law), **options)
@@ -101,7 +102,7 @@ class Mover(MoveMaker):
         *,
         speed_factor: float = 0.0,
         time_law: str = "",
-        **options: Any,  # noqa: ANN401
+        **options: Unpack[motion.StartOptions],
     ) -> motion.Motion:
         """Move to where actuators, by name and in their own units, have the joints; see `Robot.actuators`.
 
@@ -121,7 +122,7 @@ class Mover(MoveMaker):
         time_law: str = "",
         lock: Lock = (),
         prefer: Prefer = "",
-        **options: Any,  # noqa: ANN401
+        **options: Unpack[motion.StartOptions],
     ) -> motion.Motion:
         """Move the tool centre point straight to a 4x4 pose.
 
@@ -156,7 +157,7 @@ class Mover(MoveMaker):
         time_law: str = "",
         lock: Lock = (),
         prefer: Prefer = "",
-        **options: Any,  # noqa: ANN401
+        **options: Unpack[motion.StartOptions],
     ) -> motion.Motion:
         """Move straight to a 4x4 pose, or until a signal is on; `Motion.search` tells where that was.
 
@@ -197,7 +198,7 @@ class Mover(MoveMaker):
         time_law: str = "",
         lock: Lock = (),
         prefer: Prefer = "",
-        **options: Any,  # noqa: ANN401
+        **options: Unpack[motion.StartOptions],
     ) -> motion.Motion:
         """Move the tool centre point along an arc; see `circular`.
 
@@ -232,7 +233,7 @@ class Mover(MoveMaker):
         *,
         joints: list[str] | None = None,
         speed_factor: float = 0.0,
-        **options: Any,  # noqa: ANN401
+        **options: Unpack[motion.StartOptions],
     ) -> motion.Motion:
         """Pass joint positions at given times; see `trajectory`."""
         move = self.trajectory(times, positions, velocities, joints=joints, speed_factor=speed_factor)

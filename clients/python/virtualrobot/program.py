@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Unpack
 
 from virtualrobot import motion, plans
 from virtualrobot.errors import InvalidArgumentError
@@ -72,7 +72,7 @@ class Program:
         self.request.steps.add(dwell=motion_pb2.DwellStep(seconds=seconds))
         return self
 
-    def start(self, **options: Any) -> motion.Motion:  # noqa: ANN401 wait, preempt, on_disconnect
+    def start(self, **options: Unpack[motion.StartOptions]) -> motion.Motion:
         """Plan all steps and start; the options are those of `Robot`.
 
         An error of the planner names the step, in its message and as `metadata["step"]`; then nothing moves.

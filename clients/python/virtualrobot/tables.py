@@ -69,7 +69,7 @@ def joint_rows(robot: robot_pb2.GetRobotResponse, state: RobotState, degrees: bo
         here = state.positions[position : position + joint.coordinate_count]
         speed = state.velocities[velocity : velocity + joint.velocity_count]
         columns = ([*here], [*speed], [limits.lower], [limits.upper])
-        rows.append([joint.name, *(" ".join(f"{unit * value:.4f}" for value in column) for column in columns)])
+        rows.append([joint.name, *(" ".join(f"{unit * value:z.4f}" for value in column) for column in columns)])
         position, velocity = position + joint.coordinate_count, velocity + joint.velocity_count
     return rows
 

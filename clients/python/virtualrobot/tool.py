@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Unpack
 
 from google.protobuf.field_mask_pb2 import FieldMask
 
@@ -59,15 +59,15 @@ class Tool:
         """`tool_t_tcp`, 4x4, by name."""
         return {point.name: pose_of(point.tool_t_tcp) for point in self._message.tool_center_points}
 
-    def set(self, state: str, *, wait: bool = True, **options: Any) -> motion.Motion:  # noqa: ANN401 those of motion.start
+    def set(self, state: str, *, wait: bool = True, **options: Unpack[motion.GoingOptions]) -> motion.Motion:
         """Move its joints to where a state has them; then it is in that state."""
         return motion.start(self._services, [self.state_move(state)], wait=wait, **options)
 
-    def open(self, **options: Any) -> motion.Motion:  # noqa: ANN401
+    def open(self, **options: Unpack[motion.GoingOptions]) -> motion.Motion:
         """Move to the state `open`."""
         return self.set("open", **options)
 
-    def close(self, **options: Any) -> motion.Motion:  # noqa: ANN401
+    def close(self, **options: Unpack[motion.GoingOptions]) -> motion.Motion:
         """Move to the state `closed`."""
         return self.set("closed", **options)
 

@@ -108,9 +108,9 @@ class _Follower:
         rate = right.T @ (projected / np.maximum(values, 1e-12))
         if len(q) < 6 and np.linalg.norm(left @ projected - twist) > 1e-6 * np.linalg.norm(twist):
             where, metadata = self.course.place(u)
+            joints = f"{len(q)} joints" if len(q) > 1 else "one joint"
             raise KernelError(
-                f"the arm cannot follow the {self.course.noun} {where}: with {len(q)} joints it cannot move and turn "
-                "this way",
+                f"the arm cannot follow the {self.course.noun} {where}: with {joints} it cannot move and turn this way",
                 reason=Reason.UNREACHABLE,
                 **metadata,
             )

@@ -95,7 +95,7 @@ def checked_rates(
                 row = int(np.argmax(bad))
                 where, metadata = place(number, times[row], e, table[-1][row])
                 raise KernelError(
-                    f"the arm cannot go along beyond {where}: the next pose has no solution near this one",
+                    f"the arm cannot go along {where}: the next pose has no solution near this one",
                     reason=Reason.UNREACHABLE,
                     **metadata,
                 )

@@ -115,7 +115,7 @@ def _frame(
     own = {robot.uid for robot, _ in arms}
     keys = list(found.values())
     if len(keys) != 1 or keys[0][0] in own:
-        told = f"it is moved by {' and '.join(names)}" if names else "no joint moves it"
+        told = f"it is moved by {', '.join(names)}" if names else "no joint moves it"
         if any((structure.nodes[robot].name, _joint_at(snapshot, robot, at).name) in moved for robot, at in keys):
             told += ", which the motion moves itself"
         raise KernelError(

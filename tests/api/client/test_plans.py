@@ -166,6 +166,12 @@ def test_plan_shows_peaks_or_samples(run: Run, bent: Robot, tmp_path: Path) -> N
     nowhere = str(tmp_path / "no" / "a.csv")
     assert "cannot be written" in run("plan", "iiwa", "lbr_iiwa_joint_1=0.5", "--csv", nowhere, code=1)
 
+    goal = ",".join(f"{value:.17g}" for value in bent.tcp[:3, 3] + (0.0, 0.1, 0.0))
+    line = run("plan", "iiwa", "--pose", goal, "--linear", "--velocity", "0.08")
+    assert line.endswith("moves at up to 0.0800 m/s\n")
+    for wrong in (["--velocity", "0.08"], ["--linear", "--velocity", "0"]):
+        run("plan", "iiwa", "--pose", goal, *wrong, code=2, warns=4)
+
     degrees = run("plan", "iiwa", "lbr_iiwa_joint_1=30", "--degrees").splitlines()
     _, start, end, velocity, share = degrees[1].split()[:5]
     turning = bent.plan(bent.ptp({"lbr_iiwa_joint_1": np.radians(30.0)})).robots["iiwa"]

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -58,7 +59,8 @@ def test_what_runs_already_is_no_step(client: Client, arm: Robot) -> None:
     program = client.program()
     with pytest.raises(virtualrobot.InvalidArgumentError, match="or one step of a program"):
         program.start()
-    for bad in ({"tracking": "conveyor.belt"}, {"on_disconnect": "keep"}):
+    wrong: list[dict[str, Any]] = [{"tracking": "conveyor.belt"}, {"on_disconnect": "keep"}]
+    for bad in wrong:
         with pytest.raises(virtualrobot.InvalidArgumentError, match=r"Tracking|'stop' or 'continue'"):
             arm.move_joints(BENT, **bad)
     with pytest.raises(virtualrobot.InvalidArgumentError, match="4x4 array, not 'home'"):

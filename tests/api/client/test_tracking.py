@@ -47,8 +47,8 @@ def test_what_it_would_do_and_whether_it_can(client: Client, arm: Robot) -> None
     assert client.check([move], tracking=Tracking("conveyor.belt", 0.6, 0.2)).first_violation is None
     violation = client.check([move], tracking=Tracking("conveyor.belt", 5.0, 0.2)).first_violation
     assert violation is not None
-    assert "the arm cannot go along beyond" in violation.message
-    with pytest.raises(UnreachableError, match="the arm cannot go along beyond"):
+    assert "the arm cannot go along at" in violation.message
+    with pytest.raises(UnreachableError, match="the arm cannot go along at"):
         arm.start(move, tracking=Tracking("conveyor.belt", 5.0, 0.2))
 
 

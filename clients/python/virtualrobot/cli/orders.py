@@ -29,6 +29,7 @@ class Order:
     linear: bool
     via: tuple[float, ...] | None
     speed: float
+    velocity: float
     degrees: bool
 
     def move(self, robot: Robot) -> motion_pb2.Move:
@@ -37,10 +38,13 @@ class Order:
             goal = self.posture or joint_goal(robot, self.joints, self.degrees)
             return robot.ptp(goal, speed_factor=self.speed)
         where = pose_of_numbers(self.pose, self.degrees, robot.tcp if not self.reference else None)
-        if self.via is not None:
-            return robot.circular(self.via, where, reference=self.reference, speed_factor=self.speed)
-        make = robot.linear if self.linear else robot.ptp
-        return make(where, reference=self.reference, speed_factor=self.speed)
+        if self.via is None and not self.linear:
+            return robot.ptp(where, reference=self.reference, speed_factor=self.speed)
+        if self.via is None:
+            return robot.linear(where, reference=self.reference, velocity=self.velocity, speed_factor=self.speed)
+        return robot.circular(
+            self.via, where, reference=self.reference, velocity=self.velocity, speed_factor=self.speed
+        )
 
 
 def order_options(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -55,6 +59,7 @@ def order_options(function: Callable[..., Any]) -> Callable[..., Any]:
     @click.option("--linear", is_flag=True, help="Along a straight line; with --pose.")
     @click.option("--via", type=Numbers(3), metavar="X,Y,Z", help="Along an arc through this point; with --pose.")
     @click.option("--speed", type=float, default=1.0, help="The part of the greatest joint speed, in (0, 1] [1].")
+    @click.option("--velocity", type=float, metavar="M/S", help="With --linear or --via: along the path [0.25].")
     @degrees_option
     @functools.wraps(function)
     def command(
@@ -67,6 +72,7 @@ def order_options(function: Callable[..., Any]) -> Callable[..., Any]:
         linear: bool,
         via: tuple[float, ...] | None,
         speed: float,
+        velocity: float | None,
         degrees: bool,
         **options: Any,  # noqa: ANN401
     ) -> Any:  # noqa: ANN401
@@ -79,7 +85,11 @@ def order_options(function: Callable[..., Any]) -> Callable[..., Any]:
             raise click.UsageError("--via goes with --pose and without --linear")
         if not 0 < speed <= 1:
             raise click.UsageError(f"--speed is above 0, up to 1, not {speed:g}")
-        order = Order(words, pose, posture or "", reference, linear, via, speed, degrees)
+        if velocity is not None and not linear and via is None:
+            raise click.UsageError("--velocity goes with --linear or --via; other moves take --speed")
+        if velocity is not None and not velocity > 0:
+            raise click.UsageError(f"--velocity is above 0, not {velocity:g}")
+        order = Order(words, pose, posture or "", reference, linear, via, speed, velocity or 0.0, degrees)
         return function(*arguments, order=order, **options)
 
     return command

@@ -61,7 +61,7 @@ def plan(target: Target, robot: str, order: Order, every: float | None, file: st
         if file == "-":
             return
     if table:
-        click.echo("\n".join(aligned(samples(planned, told, "{:.4f}"))))
+        click.echo("\n".join(aligned(samples(planned, told, "{:z.4f}"))))
     elif not every:
         click.echo("\n".join(aligned(peaks(told, limits, planned.robots[robot]))))
     # What is greatest lies between samples that are far apart.
@@ -117,7 +117,7 @@ def peaks(told: RobotTrajectory, limits: dict[str, JointLimits], exact: RobotTra
             f"{abs(ours[:, column]).max():.3f}{_share(abs(theirs[:, column]).max(), most)}"
             for ours, theirs, most in greatest
         )
-        rows.append([name, *(f"{told.positions[row, column]:.4f}" for row in (0, -1)), *shown])
+        rows.append([name, *(f"{told.positions[row, column]:z.4f}" for row in (0, -1)), *shown])
     return rows
 
 

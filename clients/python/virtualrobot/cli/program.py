@@ -40,6 +40,6 @@ def program(target: Target, file: str, preempt: bool, no_wait: bool, check: bool
         click.echo(f"{motion.id} is done")
         if motion.search is not None:
             x, y, z = motion.search.world_t_tcp[:3, 3]
-            where = f"at {x:.4f}, {y:.4f}, {z:.4f}" if motion.search.found else "nothing"
+            where = f"at {x:z.4f}, {y:z.4f}, {z:z.4f}" if motion.search.found else "nothing"
             click.echo(f"found {where}")
     return 0

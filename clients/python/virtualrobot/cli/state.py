@@ -112,5 +112,5 @@ def _place(world_t_tcp: object, degrees: bool) -> str:
     angles = roll_pitch_yaw_of(matrix)
     angles = np.degrees(angles) if degrees else angles
     unit = "deg" if degrees else "rad"
-    x, y, z, roll, pitch, yaw = (f"{value:.4f}" for value in (*matrix[:3, 3], *angles))
+    x, y, z, roll, pitch, yaw = (f"{value:z.4f}" for value in (*matrix[:3, 3], *angles))
     return f"{x} {y} {z} m   roll pitch yaw {roll} {pitch} {yaw} {unit}"
