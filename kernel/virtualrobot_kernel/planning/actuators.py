@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from virtualrobot_kernel.errors import LimitError
 from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
@@ -13,6 +15,33 @@ from virtualrobot_kernel.world.actuators import LIMIT_TOLERANCE, actuators_of, b
 from virtualrobot_kernel.world.change import single_joint
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Actuator, Node
+
+
+@dataclass(frozen=True, eq=False)
+class ActuatorLimit:
+    """An actuator of a robot for some of its joints (k,): it is at ratios (k,) times their positions, plus the rest.
+
+    rest: its offset, and what the robot's other joints add where they stand.
+    """
+
+    robot: Node
+    actuator: Actuator
+    ratios: NDArray[np.float64]
+    rest: float
+
+
+def actuator_limits(snapshot: Snapshot, robot: Node, joint_names: Sequence[str]) -> list[ActuatorLimit]:
+    """Return the actuators that move one of these joints of a robot."""
+    return [
+        ActuatorLimit(
+            robot,
+            actuator,
+            np.array([dict(actuator.terms).get(joint, 0.0) for joint in joint_names]),
+            actuator.offset + _standing(snapshot, robot, actuator, joint_names),
+        )
+        for actuator in actuators_of(robot)
+        if any(joint in joint_names for joint, _ in actuator.terms)
+    ]
 
 
 def check_plans(snapshot: Snapshot, planned: Sequence[PlannedMove]) -> None:
@@ -48,13 +77,12 @@ def first_beyond(
     stay where the snapshot has them.
     """
     found = []
-    for actuator in actuators_of(robot) if actuators is None else actuators:
-        if not any(joint in joint_names for joint, _ in actuator.terms):
+    for one in actuator_limits(snapshot, robot, joint_names):
+        actuator = one.actuator
+        if actuators is not None and actuator not in actuators:
             continue
-        rest = actuator.offset + _standing(snapshot, robot, actuator, joint_names)
-        ratios = np.array([dict(actuator.terms).get(joint, 0.0) for joint in joint_names])
-        coefficients = path.coefficients @ ratios[:, None]
-        coefficients[:, 0, 0] += rest
+        coefficients = path.coefficients @ one.ratios[:, None]
+        coefficients[:, 0, 0] += one.rest
         lower, upper = np.array([actuator.lower]), np.array([actuator.upper])
         excursion = PiecewisePolynomial(path.breaks, coefficients).first_excursion(lower, upper, LIMIT_TOLERANCE)
         if excursion is not None:

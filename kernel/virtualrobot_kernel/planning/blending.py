@@ -320,8 +320,10 @@ def _corner(
 
 
 def _stays(frame: Frame, piece: PiecewisePolynomial, room: Room) -> bool:
-    """Whether joints stay within their limits and tool centre points within the zone on a corner's piece."""
+    """Whether joints, actuators and tool centre points stay within limits and zone on a corner's piece."""
     if piece.first_excursion(frame.limits.lower, frame.limits.upper, TOLERANCE) is not None:
+        return False
+    if not frame.keeps_actuators(piece):
         return False
     return room.holds(piece.evaluate(np.linspace(piece.start, piece.end, _LOOKS)))
 

@@ -16,6 +16,7 @@ from virtualrobot_kernel.motion.path_law import law_along
 from virtualrobot_kernel.motion.planned import Plan, Track
 from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial, stacked
 from virtualrobot_kernel.motion.rates import Rate, joint_rates, tcp_rate
+from virtualrobot_kernel.planning.actuators import first_beyond
 from virtualrobot_kernel.planning.planned_move import PlannedMove, joint_limits
 from virtualrobot_kernel.planning.program import Zone
 from virtualrobot_kernel.planning.robots import arm_of, flange_t_tcp, tip_of
@@ -61,6 +62,17 @@ class Frame:
             [single_joint(structure, structure.node(robot), joint)[1] for robot, joint in self.columns]
         )
         self.limits = self._limits()
+
+    def keeps_actuators(self, path: PiecewisePolynomial) -> bool:
+        """Whether a path of all columns keeps the limits of actuators, where those are not the joints'."""
+        snapshot = self.steps[0].snapshot
+        for name in dict.fromkeys(robot for robot, _ in self.columns):
+            own = [place for place, (robot, _) in enumerate(self.columns) if robot == name]
+            part = PiecewisePolynomial(path.breaks, path.coefficients[:, :, own])
+            node, joints = snapshot.structure.node(name), [self.columns[place][1] for place in own]
+            if first_beyond(snapshot, node, joints, part) is not None:
+                return False
+        return True
 
     def positions(self, steps: Sequence[Step]) -> list[Position]:
         """Return where the tool centre points of the robots of steps are, by the joints of all columns."""

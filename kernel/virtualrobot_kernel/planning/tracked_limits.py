@@ -14,6 +14,8 @@ from virtualrobot_kernel.motion.limits import TOLERANCE, JointLimits
 from virtualrobot_kernel.motion.planned import Plan, peaks
 from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.program import Stage
+from virtualrobot_kernel.planning.actuators import ActuatorLimit
+from virtualrobot_kernel.world.actuators import LIMIT_TOLERANCE, beyond
 
 STEP = 0.01
 """Between places of the frame that are looked at, in m or rad."""
@@ -67,6 +69,7 @@ class Budget:
 def checked_rates(
     follower: Follower,
     limits: JointLimits,
+    actuators: Sequence[ActuatorLimit],
     stage: Stage,
     number: int,
     q: Array,
@@ -100,7 +103,7 @@ def checked_rates(
                     **metadata,
                 )
             table.append(found)
-            _check_limits(table, limits, times, e, number, place)
+            _check_limits(table, limits, actuators, times, e, number, place)
         _check_singularity(follower, null_space, table[-1][thin], times[thin], e, number, place)
     sparse = sorted({*range(0, count + 1, _SPARSE), count})
     rates = [_rates(follower, nominal, velocity, acceleration, places[j], table[j]) for j in sparse]
@@ -130,16 +133,31 @@ def _extrapolated(table: Sequence[Array]) -> Array:
 
 
 def _check_limits(
-    table: Sequence[Array], limits: JointLimits, times: Array, e: float, number: int, place: Place
+    table: Sequence[Array],
+    limits: JointLimits,
+    actuators: Sequence[ActuatorLimit],
+    times: Array,
+    e: float,
+    number: int,
+    place: Place,
 ) -> None:
     q = table[-1]
     # Between places that are looked at joints go beyond both by at most an eighth of the second difference.
-    bend = np.abs(q - 2.0 * table[-2] + table[-3]) / 8.0 if len(table) > 2 else 0.0
-    outside = (q + bend > limits.upper + TOLERANCE) | (q - bend < limits.lower - TOLERANCE)
+    bend = (q - 2.0 * table[-2] + table[-3]) / 8.0 if len(table) > 2 else np.zeros_like(q)
+    outside = (q + np.abs(bend) > limits.upper + TOLERANCE) | (q - np.abs(bend) < limits.lower - TOLERANCE)
     if outside.any():
         row, joint = (int(i) for i in np.argwhere(outside)[0])
         where, metadata = place(number, times[row], e, q[row])
         raise limits.error(joint, float(q[row, joint]), f"going along meets a joint limit {where}", **metadata)
+    for one in actuators:
+        positions, more = one.rest + q @ one.ratios, np.abs(bend @ one.ratios) - LIMIT_TOLERANCE
+        outside = (positions + more > one.actuator.upper) | (positions - more < one.actuator.lower)
+        if outside.any():
+            row = int(np.argmax(outside))
+            where, metadata = place(number, times[row], e, q[row])
+            error = beyond(one.robot, one.actuator, float(positions[row]), f" {where}")
+            error.metadata.update({key: str(value) for key, value in metadata.items()})
+            raise error
 
 
 def _null_space(follower: Follower, nominal: Array) -> Array:

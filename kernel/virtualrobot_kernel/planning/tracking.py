@@ -13,6 +13,7 @@ from virtualrobot_kernel.motion.frame_following import Follower, Following
 from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.program import Program
+from virtualrobot_kernel.planning.actuators import actuator_limits
 from virtualrobot_kernel.planning.planned_move import joint_limits
 from virtualrobot_kernel.planning.program import TrackingWish
 from virtualrobot_kernel.planning.robots import Arm, arm_of, flange_t_tcp, tip_of
@@ -229,7 +230,8 @@ def _checked(
         for (robot, arm), follower in zip(arms, followers, strict=True):
             limits, _ = joint_limits(snapshot, robot, arm.joint_names)
             place = _place(snapshot, program, robot, arm, frame)
-            rates.append((checked_rates(follower, limits, stage, number, q, window, place), limits))
+            motors = actuator_limits(snapshot, robot, arm.joint_names)
+            rates.append((checked_rates(follower, limits, motors, stage, number, q, window, place), limits))
         if stage.plan is not None:
             q = q.copy()
             q[list(stage.columns)] = stage.plan.goal

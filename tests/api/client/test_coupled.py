@@ -106,3 +106,16 @@ def test_actuators_stand_in_scene_files(client: Client, palletizer: Robot, tmp_p
     client.scene.clear()
     client.scene.load_scene(tmp_path / "cell.yaml")
     assert client.robot("palletizer").actuators == before
+
+
+def test_the_forearms_motor_ends_how_far_a_conveyor_is_followed(client: Client, palletizer: Robot) -> None:
+    """A belt that runs down leads the motor beyond its limits long before a joint."""
+    palletizer.set_positions([0.2, 0.3, 1.2, 0.1])
+    x, y, z = palletizer.tcp[:3, 3]
+    client.load_robot("model://conveyor", name="lift", pose=virtualrobot.pose(x, y, z, pitch=np.pi / 2))
+    still = palletizer.linear(palletizer.tcp @ virtualrobot.pose(x=0.01))
+    with pytest.raises(virtualrobot.LimitError, match="the actuator 'motor_3' of 'palletizer'") as refused:
+        client.move_together([still], tracking=virtualrobot.Tracking("lift.belt", window=0.6, max_velocity=0.1))
+    assert refused.value.metadata["actuator"] == "motor_3"
+    kept = 0.9 * float(refused.value.metadata["displacement"])
+    client.move_together([still], tracking=virtualrobot.Tracking("lift.belt", window=kept, max_velocity=0.1))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -18,8 +19,9 @@ from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.planning.program import MoveStepWish, Zone
 from virtualrobot_kernel.planning.robots import tcp_frame
 from virtualrobot_kernel.planning.wishes import Circular, JointTrajectory, Linear, Move, PointToPoint
+from virtualrobot_kernel.world.index import replaced
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import Kind
+from virtualrobot_kernel.world.structure import Actuator, Kind, RobotData
 
 from tests.unit.motion.motions import FINE, TICK
 from tests.unit.planning.runs import KINDS, cell_of, random_move, random_steps, solver
@@ -160,6 +162,34 @@ def line_steps(
             continue
         return snapshot, steps
     raise AssertionError("no lines of 200 could be planned")
+
+
+def test_a_corner_keeps_the_limits_of_actuators(rng: np.random.Generator) -> None:
+    """The programmed way only just keeps an actuator's limit, and a corner that nobody watches goes beyond it."""
+    for _ in range(100):
+        snapshot, steps = random_steps(rng, "puma560", ("joints", "line"), Zone(percent=50.0))
+        ways = [joints_of(run) for run in alone(snapshot, steps)]
+        (run, *_), told = plan_run(snapshot, steps, solver)
+        ratios = rng.normal(size=(200, len(run.joints)))
+        ends = np.concatenate(ways).dot(ratios.T).max(axis=0)
+        beyond = joints_of(run).dot(ratios.T).max(axis=0) - ends
+        worst = int(beyond.argmax())
+        if not told and beyond[worst] > 1e-3:
+            break
+    else:
+        raise AssertionError("no corner of 100 leaves the hull of its way")
+    terms = tuple(zip((joint for _, joint in run.joints), ratios[worst].tolist(), strict=True))
+    node = snapshot.structure.node("arm0", Kind.ROBOT)
+    assert isinstance(node.data, RobotData)
+    rod = Actuator("rod", terms, lower=-np.inf, upper=float(ends[worst]) + 1e-5)
+    geared = replace(node, data=replace(node.data, actuators=(rod,)))
+    runs, _ = plan_run(replace(snapshot, structure=replaced(snapshot.structure, geared)), steps, solver)
+    assert max(joints_of(run).dot(ratios[worst]).max() for run in runs) <= rod.upper + 2e-6
+
+
+def joints_of(run: PlannedRun) -> np.ndarray:
+    """Return the joints of a run in many places (m, n)."""
+    return run.plan.derivatives(np.linspace(0.0, run.plan.duration, 3000))[0]
 
 
 def test_a_zone_larger_than_half_a_move_is_shrunk_and_told(rng: np.random.Generator) -> None:
