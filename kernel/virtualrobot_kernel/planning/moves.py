@@ -95,6 +95,13 @@ def _planned(snapshot: Snapshot, moves: Sequence[Move], solver_of: SolverOf) -> 
         except KernelError as error:
             error.metadata.setdefault("robot", move.robot)
             raise
+    timed = next((move for move in moves if isinstance(move, JointTrajectory)), None)
+    if timed is not None and (one := next((one for one in planned.values() if one.seen), None)):
+        raise KernelError(
+            f"the joint trajectory of {timed.robot!r} has times of its own, and moves that go together with a carried "
+            f"one, that of {one.robot.name!r}, have one law; give other moves, or a step for each",
+            robot=timed.robot,
+        )
     return [planned[place] for place in range(len(moves))]
 
 

@@ -20,8 +20,8 @@ from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.planning.program import MoveStepWish, Zone
 from virtualrobot_kernel.planning.robots import tcp_frame, world_poses
 from virtualrobot_kernel.planning.spline import Spline
-from virtualrobot_kernel.planning.wishes import Circular, Linear, Move, PointToPoint
-from virtualrobot_kernel.world.change import Change, joint_places
+from virtualrobot_kernel.planning.wishes import Circular, JointTrajectory, Linear, Move, PointToPoint
+from virtualrobot_kernel.world.change import Change, joint_places, single_joint
 from virtualrobot_kernel.world.commands import AttachNode, CreateNodes
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Joint, JointLimits, JointType, Kind, NodeSpec, RobotData
@@ -256,6 +256,19 @@ def test_moves_that_carry_each_other_and_moves_that_cannot_be_carried(world: Cha
         chain,
     )
     assert len(planned) == 2 and "one robot goes along with another" in notes[0].message
+
+
+def test_a_trajectory_keeps_its_times_so_it_carries_nothing(world: Change) -> None:
+    """All moves of a step with a carried line have one law, so the times of a trajectory would count for nothing."""
+    snapshot = pictured(world)
+    times, places = np.array([0.0, 1.0, 2.0]), np.array([[0.0], [0.1], [0.2]])
+    places += snapshot.state.q[single_joint(snapshot.structure, snapshot.structure.node("rail"), "slide")[1]]
+    slide = JointTrajectory("rail", ("slide",), times, places)
+    line = Linear("arm", PoseGoal(tcp_frame(snapshot, snapshot.structure.node("arm"))))
+    with pytest.raises(KernelError, match="the joint trajectory of 'rail' has times of its own"):
+        run(snapshot, line, slide)
+    bend = PointToPoint("arm", {"lbr_iiwa_joint_1": 0.1})
+    assert run(snapshot, bend, slide).plan.duration == pytest.approx(2.0)
 
 
 def test_the_jacobian_between_frames_is_that_of_finite_differences(world: Change, rng: np.random.Generator) -> None:
