@@ -130,6 +130,19 @@ def test_kinematics_are_swapped_by_the_holder_alone(cell: Stubs, kernel: KernelP
     ada.stubs.robot.SetKinematics(request, metadata=ada.metadata)
 
 
+def test_a_program_of_a_leased_robot_is_refused_before_it_is_planned(cell: Stubs, kernel: KernelProcess) -> None:
+    """Its second step can't be planned, as is told to the holder alone."""
+    ada = Holder(kernel, "left")
+    goal = motion_pb2.JointGoal(joint_positions={"elbow": 1.0})
+    move = motion_pb2.Move(robot="left", point_to_point=motion_pb2.PointToPoint(joints=goal))
+    step = motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=[move]))
+    dwell = motion_pb2.ProgramStep(dwell=motion_pb2.DwellStep(seconds=1.0))
+    program = motion_pb2.StartMotionRequest(steps=[dwell, step])
+    assert refusal(lambda: cell.motion.StartMotion(program)).reason == "LEASED"
+    refused = refusal(lambda: ada.stubs.motion.StartMotion(program, metadata=ada.metadata))
+    assert "elbow" in refused.message
+
+
 def test_the_methods_that_need_a_lease() -> None:
     """Whoever adds a method that moves or changes robots marks it, and this list says so."""
     marked = {

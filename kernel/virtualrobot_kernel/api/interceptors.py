@@ -26,7 +26,9 @@ LEASE_KEY = "virtualrobot-lease"
 """The metadata key of a lease's token; a call may have several."""
 
 NAMED: dict[type, Callable[[Any], Iterable[str]]] = {
-    motion_pb2.StartMotionRequest: lambda request: (move.robot for move in request.moves),
+    motion_pb2.StartMotionRequest: lambda request: {
+        move.robot for moves in (request.moves, *(step.move.moves for step in request.steps)) for move in moves
+    },
     robot_pb2.SetKinematicsRequest: lambda request: (request.robot,),
 }
 """The robots that requests name whose commands come late, after planning or trying: refused before that work is done.
