@@ -280,6 +280,7 @@ def start_request(
     on_disconnect: str | None = None,
     expected_revision: int | None = None,
     tracking: Tracking | None = None,
+    **unknown: object,
 ) -> Motion:
     """Start a motion; return its handle, after its end with `wait`.
 
@@ -288,6 +289,10 @@ def start_request(
     (StaleRevisionError) when there is another one. With `tracking` it goes along with a frame that moves. None leaves
     each as the request says.
     """
+    if unknown:
+        # Python's own error would name this function, which nobody has called by hand.
+        known = ", ".join(sorted(StartOptions.__optional_keys__))
+        raise TypeError(f"there is no option {next(iter(unknown))!r}; besides its move's own a start takes {known}")
     asked = motion_pb2.StartMotionRequest()
     asked.CopyFrom(request)
     policies = {"stop": motion_pb2.DISCONNECT_POLICY_STOP, "continue": motion_pb2.DISCONNECT_POLICY_CONTINUE}

@@ -63,6 +63,8 @@ def test_what_runs_already_is_no_step(client: Client, arm: Robot) -> None:
     for bad in wrong:
         with pytest.raises(virtualrobot.InvalidArgumentError, match=r"Tracking|'stop' or 'continue'"):
             arm.move_joints(BENT, **bad)
+    with pytest.raises(TypeError, match="no option 'speed'; besides its move's own a start takes expected_revision"):
+        arm.move_joints(BENT, speed=0.5)  # type: ignore[call-arg]
     with pytest.raises(virtualrobot.InvalidArgumentError, match="4x4 array, not 'home'"):
         arm.move_linear("home")
 

@@ -15,6 +15,14 @@ if TYPE_CHECKING:
     from virtualrobot.robot import Robot
 
 
+_EXAMPLES = """
+\b
+Examples; 'virtualrobot plugins --settings' shows the components and their settings:
+  virtualrobot kinematics arm
+  virtualrobot kinematics arm chain
+"""
+
+
 @click.command()
 @click.option("--reload", is_flag=True, help="Look for plugins that were installed since the kernel's start.")
 @click.option("--settings", is_flag=True, help="Show the settings of each component too.")
@@ -26,7 +34,7 @@ def plugins(target: Target, reload: bool, settings: bool) -> None:
     click.echo("\n".join(describe(found, settings)))
 
 
-@click.command()
+@click.command(epilog=_EXAMPLES)
 @click.argument("robot")
 @click.argument("component", required=False)
 @settings_option

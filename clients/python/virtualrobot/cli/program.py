@@ -8,8 +8,20 @@ from virtualrobot.cli.move import follow, show_notes
 from virtualrobot.cli.options import GO_ON, Target, target_options
 from virtualrobot.cli.plan import verdict
 
+_EXAMPLE = """
+\b
+Example of a FILE; names are those of StartMotionRequest in the contract:
+  schema_version: 1
+  steps:
+    - move:
+        moves:
+          - robot: arm
+            point_to_point: {joints: {joint_positions: {joint_1: 0.5}}}
+    - wait_signal: {condition: {signal: part, value: true}, timeout_seconds: 5}
+"""
 
-@click.command()
+
+@click.command(epilog=_EXAMPLE)
 @click.argument("file", type=click.Path(exists=True, dir_okay=False))
 @click.option("--preempt", is_flag=True, help="Stop what the robots do and take over.")
 @click.option("--no-wait", is_flag=True, help="Return at once; the program goes on.")
