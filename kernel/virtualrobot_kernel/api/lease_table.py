@@ -105,7 +105,8 @@ class LeaseTable:
             _held(table, token)
         for uid in robots:
             lease = table.by_robot.get(uid)
-            if lease is not None and lease.token not in tokens:
+            # A robot that was removed has nobody to move it.
+            if lease is not None and lease.token not in tokens and uid in snapshot.structure.nodes:
                 name = snapshot.structure.nodes[uid].name
                 since = datetime.fromtimestamp(lease.since, UTC).isoformat(timespec="seconds")
                 raise KernelError(

@@ -83,3 +83,10 @@ def test_a_reader_never_sees_a_robot_free_while_it_changes_hands(snapshot: Snaps
     ended.set()
     reader.join()
     assert set(seen) == {Reason.LEASED}
+
+
+def test_a_robot_that_was_removed_is_in_nobody_s_way(snapshot: Snapshot) -> None:
+    """A stream of setpoints asks once its motion has ended, when the robot may be gone with the lease on it."""
+    table = LeaseTable()
+    table.acquire(snapshot, [10**6], "Ada")
+    table.check(snapshot, [10**6], ())
