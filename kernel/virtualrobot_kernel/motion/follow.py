@@ -150,11 +150,10 @@ class Following:
             off, name = max(zip(map(_distance, now.q, self.counted), self.limits.names, strict=True))
             phase = Phase.SUCCEEDED if off <= TOLERANCE else Phase.CANCELLED
             if phase is Phase.CANCELLED:
-                actuators = " and ".join(repr(coupling.name) for coupling in self.bounds.couplings)
-                fault = (
-                    "SETPOINT_REFUSED",
-                    f"the limits of {actuators} keep the joint {name!r} {off:.6g} from its last setpoint",
-                )
+                kept = " and ".join(repr(coupling.name) for coupling in self.bounds.couplings)
+                why = f": the limits of {kept} keep it from there" if kept else ""
+                message = f"the joint {name!r} comes no nearer than {off:.6g} to its last setpoint{why}"
+                fault = ("SETPOINT_REFUSED", message)
         return replace(heard, now=now, phase=phase, fault=fault, goal=goal, age=heard.age + dt)
 
     def way(self, dt: float, override: float) -> tuple[Way, JointState]:
