@@ -7,6 +7,7 @@ matplotlib, which take half a second.
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Sequence
 
@@ -127,6 +128,8 @@ def _toppra(nodes: Array, top: Array, slope: Array, bend: Array) -> Array | None
             "pip install 'virtualrobot[time-optimal]' (Linux on x86-64); a jerk-limited law needs nothing, nor does a "
             "point-to-point move without zones"
         ) from error
+
+    logging.getLogger("toppra").setLevel(logging.CRITICAL)  # what it fails at is solved otherwise, or told as an error
 
     class Limits(LinearConstraint):
         def __init__(self) -> None:

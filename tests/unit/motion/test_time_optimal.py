@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import sys
 
@@ -11,7 +12,7 @@ from toppra import SplineInterpolator
 from toppra.algorithm import TOPPRA
 from toppra.constraint import JointAccelerationConstraint, JointVelocityConstraint
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.motion import running
+from virtualrobot_kernel.motion import running, time_optimal
 from virtualrobot_kernel.motion.bounds import JointBound, TcpBound, TimeLaw
 from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
 from virtualrobot_kernel.motion.limits import JointLimits
@@ -235,6 +236,15 @@ def test_a_path_may_stand_still_on_a_part(law: TimeLaw) -> None:
     _, v, a, _ = track.derivatives(np.arange(0.0, track.time_law.end, FINE))
     assert np.abs(v).max() <= 1.0 + 1e-9
     assert np.abs(a).max() <= 2.0 + 1e-9
+
+
+def test_what_toppra_fails_at_is_not_logged(caplog: pytest.LogCaptureFixture) -> None:
+    """Another unit of time is tried then, and in the end it is an error of ours: toppra's warnings alarm for nothing."""
+    caplog.set_level(logging.WARNING)
+    logging.getLogger("toppra").setLevel(logging.NOTSET)
+    nodes = np.linspace(0.0, 1.0, 21)
+    speeds = time_optimal._toppra(nodes, np.ones(21), np.full((21, 1), np.nan), np.zeros((21, 1)))
+    assert speeds is None and not caplog.records
 
 
 def test_without_the_library_a_curve_is_refused_and_a_straight_move_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
