@@ -98,6 +98,7 @@ def _passing(path: PiecewisePolynomial, part: tuple[float, float], rates: Sequen
     return 1.0 / (slowest * _MARGIN)
 
 
+@np.errstate(over="ignore")  # limits beyond all numbers count as none
 def _move(path: PiecewisePolynomial, part: tuple[float, float], rates: Sequence[Rate]) -> _Move:
     """Return constant limits of s', s'' and s''' on a part of a path with which the limits of all rates hold.
 
@@ -139,7 +140,7 @@ def _move(path: PiecewisePolynomial, part: tuple[float, float], rates: Sequence[
 def _change(v0: float, v1: float, move: _Move) -> tuple[float, float, float]:
     """Return how long s' takes from v0 to v1, with s'' = 0 at both ends, how far s gets, and the time of each ramp."""
     change = abs(v1 - v0)
-    if change * move.jerk < move.acceleration**2:
+    if change * move.jerk < move.acceleration * move.acceleration:  # a power of large numbers would raise
         ramp = math.sqrt(change / move.jerk)
         seconds = 2.0 * ramp
     else:

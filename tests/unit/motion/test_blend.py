@@ -7,8 +7,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from virtualrobot_kernel.motion.blend import round_corner, rounded
+from virtualrobot_kernel.motion.blend_law import law_through
+from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.path import joint_line, quintic_hermite
 from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
+from virtualrobot_kernel.motion.rates import joint_rates
 
 
 def curve(rng: np.random.Generator, start: np.ndarray) -> PiecewisePolynomial:
@@ -73,3 +76,15 @@ def test_two_corners_may_meet_in_the_middle_of_a_move(rng: np.random.Generator) 
     assert whole.moves[1][0] == whole.moves[1][1] == whole.corners[0][1] == whole.corners[1][0]
     middle = whole.path.evaluate(whole.moves[1][0])
     assert np.allclose(middle, 0.5 * (points[1] + points[2]), rtol=0.0, atol=1e-12)
+
+
+def test_limits_may_be_as_large_as_numbers_go(rng: np.random.Generator) -> None:
+    """An acceleration that some model names so that nothing ever keeps to it: speed and jerk count then."""
+    start, corner, goal = rng.normal(size=(3, 3))
+    before, after = joint_line(start, corner), joint_line(corner, goal)
+    whole = rounded([before, after], [round_corner(before, after, 0.2, 0.2)])
+    laws = []
+    for acceleration in (1e3, 1e300):
+        limits = JointLimits(("a", "b", "c"), *(np.full(3, end) for end in (-9.0, 9.0, 1.0, acceleration, 50.0)))
+        laws.append(law_through(whole, joint_rates(whole.path, limits, [])))
+    assert 0.0 < laws[1].end <= 1.001 * laws[0].end

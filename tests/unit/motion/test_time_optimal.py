@@ -239,7 +239,7 @@ def test_a_path_may_stand_still_on_a_part(law: TimeLaw) -> None:
 
 
 def test_what_toppra_fails_at_is_not_logged(caplog: pytest.LogCaptureFixture) -> None:
-    """Another unit of time is tried then, and in the end it is an error of ours: toppra's warnings alarm for nothing."""
+    """Another unit of time is tried then, and in the end it is an error of ours; its warnings alarm for nothing."""
     caplog.set_level(logging.WARNING)
     logging.getLogger("toppra").setLevel(logging.NOTSET)
     nodes = np.linspace(0.0, 1.0, 21)
