@@ -45,9 +45,9 @@ def check_robot(change: Change, robot: int) -> None:
     for joint, place in zip(found.joints, found.q_start, strict=True):
         if joint.type.coordinate_count == 1:
             check_joint_value(node.name, joint, float(change.state.q[place]))
-    check_actuators(structure, node, change.state.q)
     for named in (node, *structure.tools_of(robot)):
         check_names(structure, named)
+    check_actuators(structure, node, change.state.q)
 
 
 def check_tool_in_use(change: Change, tool: Node) -> None:

@@ -10,7 +10,14 @@ from virtualrobot_kernel.errors import KernelError, LimitError, Reason, UnknownN
 from virtualrobot_kernel.planning.wishes import ActuatorGoal, PointToPoint
 from virtualrobot_kernel.world.actuators import actuator_positions, joint_positions
 from virtualrobot_kernel.world.change import Change
-from virtualrobot_kernel.world.commands import CreateNodes, SetJointPositions, SetToolState, StartMotion, UpdateNode
+from virtualrobot_kernel.world.commands import (
+    CreateNodes,
+    RemoveNode,
+    SetJointPositions,
+    SetToolState,
+    StartMotion,
+    UpdateNode,
+)
 from virtualrobot_kernel.world.structure import Actuator, Node, NodeSpec, RobotData
 
 from tests.unit.planning.test_moves import nobody, pictured
@@ -97,6 +104,13 @@ def test_actuator_goals_that_say_too_little_too_much_or_nothing_known(ratios: np
         joint_positions(robot, {"four": 1.0})
     with pytest.raises(KernelError, match="names no actuator"):
         joint_positions(robot, {})
+
+
+def test_a_link_whose_joint_an_actuator_moves_is_not_removed() -> None:
+    world = geared(Actuator("one", (("f", 1.0),)))
+    world = after(world, RemoveNode("arm.right"), RemoveNode("arm_gripper"))
+    with pytest.raises(UnknownNameError, match=r"the actuator 'one' of 'arm': .*'f'"):
+        after(world, RemoveNode("arm.left"))
 
 
 def test_an_actuator_of_a_joint_that_is_not_there_or_mimics_is_refused() -> None:
