@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -62,8 +62,16 @@ class PlannedRun:
     tool_states: tuple[tuple[str, str], ...]
 
 
+GoOn = Callable[[], None]
+"""Called before each step and each corner; raises KernelError when nobody waits for the plan any more."""
+
+
 def plan_run(
-    snapshot: Snapshot, steps: Sequence[MoveStepWish], solver_of: SolverOf, numbers: Sequence[int] | None = None
+    snapshot: Snapshot,
+    steps: Sequence[MoveStepWish],
+    solver_of: SolverOf,
+    numbers: Sequence[int] | None = None,
+    go_on: GoOn = lambda: None,
 ) -> tuple[list[PlannedRun], list[Note]]:
     """Return the plans of consecutive move steps, one after the other, and what became of their zones.
 
@@ -71,7 +79,7 @@ def plan_run(
     between, the corner is reached exactly and at rest, which a note tells. numbers: what the steps are called in plans,
     notes and errors; from 0 without it. Raises KernelError that names the step which can't be planned.
     """
-    planned_steps = _each(snapshot, steps, solver_of, range(len(steps)) if numbers is None else numbers)
+    planned_steps = _each(snapshot, steps, solver_of, range(len(steps)) if numbers is None else numbers, go_on)
     notes = [replace(note, step=step.number) for step in planned_steps for one in step.moves for note in one.notes]
     runs: list[PlannedRun] = []
     group: list[Step] = []
@@ -81,7 +89,7 @@ def plan_run(
             continue
         if step.zone is not None:
             notes.append(_dropped(step, why))
-        found, told = _group(group)
+        found, told = _group(group, go_on)
         runs, notes, group = [*runs, *found], [*notes, *told], []
     return runs, sorted(notes, key=lambda note: note.step)
 
@@ -102,11 +110,12 @@ def arrived(snapshot: Snapshot, joints: Sequence[Column], q: Floats) -> Snapshot
 
 
 def _each(
-    snapshot: Snapshot, steps: Sequence[MoveStepWish], solver_of: SolverOf, numbers: Sequence[int]
+    snapshot: Snapshot, steps: Sequence[MoveStepWish], solver_of: SolverOf, numbers: Sequence[int], go_on: GoOn
 ) -> list[Step]:
     """Return each step planned from where the one before it ends."""
     result = []
     for number, wish in zip(numbers, steps, strict=True):
+        go_on()
         try:
             moves = plan_moves(snapshot, wish.moves, solver_of)
         except KernelError as error:
@@ -189,7 +198,7 @@ class _Corner:
     through: bool
 
 
-def _group(steps: Sequence[Step]) -> tuple[list[PlannedRun], list[Note]]:
+def _group(steps: Sequence[Step], go_on: GoOn) -> tuple[list[PlannedRun], list[Note]]:
     """Return the plans of steps that shall be joined, and what became of their zones."""
     if len(steps) == 1:
         return [_alone_run(steps[0])], []
@@ -200,6 +209,7 @@ def _group(steps: Sequence[Step]) -> tuple[list[PlannedRun], list[Note]]:
     runs: list[PlannedRun] = []
     begin = 0
     for place, pair in enumerate(pairwise(steps)):
+        go_on()
         corner, why = _best(frame, pair, alone[place : place + 2])
         if corner:
             corners.append(corner)
@@ -207,9 +217,9 @@ def _group(steps: Sequence[Step]) -> tuple[list[PlannedRun], list[Note]]:
                 notes.append(_shrunk(steps[place], corner.room))
             continue
         notes.append(_dropped(steps[place], why))
-        found, told = _joined(frame, steps[begin : place + 1], alone[begin : place + 1], corners)
+        found, told = _joined(frame, steps[begin : place + 1], alone[begin : place + 1], corners, go_on)
         runs, notes, corners, begin = [*runs, *found], [*notes, *told], [], place + 1
-    found, told = _joined(frame, steps[begin:], alone[begin:], corners)
+    found, told = _joined(frame, steps[begin:], alone[begin:], corners, go_on)
     dropped = {note.step for note in told if note.kind is NoteKind.ZONE_DROPPED}
     return [*runs, *found], [note for note in notes if note.step not in dropped] + told
 
@@ -243,9 +253,10 @@ def _best(frame: Frame, pair: Sequence[Step], alone: Sequence[_Part]) -> tuple[_
 
 
 def _joined(
-    frame: Frame, steps: Sequence[Step], alone: Sequence[_Part], corners: Sequence[_Corner]
+    frame: Frame, steps: Sequence[Step], alone: Sequence[_Part], corners: Sequence[_Corner], go_on: GoOn
 ) -> tuple[list[PlannedRun], list[Note]]:
     """Return the plans of steps with a way through each corner; where these don't go together one is left out."""
+    go_on()
     if len(steps) == 1:
         return [_alone_run(steps[0])], []
     cuts = [place + 1 for place, corner in enumerate(corners) if not corner.through]
@@ -270,8 +281,8 @@ def _joined(
         if run.plan.duration < sum(one.track.time_law.end for one in alone):
             return [run], []
         unfit = len(corners) // 2
-    first, told = _joined(frame, steps[: unfit + 1], alone[: unfit + 1], corners[:unfit])
-    second, more = _joined(frame, steps[unfit + 1 :], alone[unfit + 1 :], corners[unfit + 1 :])
+    first, told = _joined(frame, steps[: unfit + 1], alone[: unfit + 1], corners[:unfit], go_on)
+    second, more = _joined(frame, steps[unfit + 1 :], alone[unfit + 1 :], corners[unfit + 1 :], go_on)
     return [*first, *second], [*told, _dropped(steps[unfit], _UNFIT), *more]
 
 

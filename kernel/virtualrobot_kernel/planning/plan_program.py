@@ -11,7 +11,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
-from virtualrobot_sdk.kinematics import Kinematics
 
 from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.motion.planned import Plan
@@ -28,7 +27,7 @@ from virtualrobot_kernel.planning.program import (
     StepWish,
     WaitSignalWish,
 )
-from virtualrobot_kernel.planning.robots import Arm, SolverOf
+from virtualrobot_kernel.planning.robots import SolverOf
 from virtualrobot_kernel.planning.tracking import tracked
 from virtualrobot_kernel.planning.wishes import Move
 from virtualrobot_kernel.world.change import single_joint
@@ -100,10 +99,6 @@ def _program(snapshot: Snapshot, wish: MotionWish, solver_of: SolverOf, given_up
     steps, there = wish.steps, snapshot
     _check(snapshot, steps)
 
-    def solver(now: Snapshot, arm: Arm) -> Kinematics:
-        _go_on(given_up)  # steps that are joined by zones are planned at once
-        return solver_of(now, arm)
-
     parts: list[_Part] = []
     notes: list[Note] = []
     place = 0
@@ -114,7 +109,7 @@ def _program(snapshot: Snapshot, wish: MotionWish, solver_of: SolverOf, given_up
             members, lonely = _joined(steps, place)
             wishes = [_move_step(steps, member) for member in members]
             wishes[-1] = replace(wishes[-1], zone=None)
-            runs, told = plan_run(there, wishes, solver, members)
+            runs, told = plan_run(there, wishes, solver_of, members, lambda: _go_on(given_up))
             for run in runs:
                 parts.append(_part(run, steps, members))
                 there = arrived(there, run.joints, run.plan.goal)

@@ -194,6 +194,22 @@ def test_planning_ends_when_nobody_waits_for_it() -> None:
     assert asked == 4
 
 
+@pytest.mark.parametrize("last", [3, 12, 23, 28])
+def test_planning_steps_that_zones_join_ends_too(last: int) -> None:
+    """Twenty steps are planned one by one, then the corners between them; no solver is needed for moves to joints."""
+    change, asked = world(), 0
+
+    def given_up() -> bool:
+        nonlocal asked
+        asked += 1
+        return asked > last
+
+    steps = tuple(MoveStepWish((belt(0.1 * (n % 2)),), Zone(percent=20.0)) for n in range(20))
+    with pytest.raises(KernelError, match="nobody waits"):
+        plan_wish(pictured(change), MotionWish(steps=steps), chain, given_up)
+    assert asked == last + 1
+
+
 def test_tool_states_are_there_when_their_step_is_done() -> None:
     change = world()
     hand = change.structure.node("hand").uid
