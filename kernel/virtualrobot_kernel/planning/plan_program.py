@@ -6,6 +6,7 @@ to stay where they are, and signals have no say in what is planned.
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -176,7 +177,8 @@ def _part(run: PlannedRun, steps: Sequence[StepWish], members: Sequence[int]) ->
     """Return a run with the signals that are set where one of its steps begins: in the zone's middle, or at rest."""
     marks: list[tuple[float, str, bool]] = []
     for time, number in run.steps:
-        before = max((member for member in members if member < number), default=number)
+        place = bisect_left(members, number)
+        before = members[place - 1] if place else number
         marks += [
             (time, step.signal, step.value)
             for step in steps[before + 1 : number]
