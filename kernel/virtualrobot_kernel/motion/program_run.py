@@ -117,7 +117,7 @@ class ProgramRun:
         if self.phase in (Phase.PAUSING, Phase.PAUSED):
             return self
         _refuse(self, "paused")
-        if self._stands:
+        if self.running is None or self._stands:
             return replace(self, phase=Phase.PAUSED)
         return replace(self, running=self.running.pause(), phase=Phase.PAUSING)
 
