@@ -6,6 +6,8 @@ import logging
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from virtualrobot_kernel.motion.moving import Given, Phase
 from virtualrobot_kernel.world.apply_motions import override
 from virtualrobot_kernel.world.change import Forward, frozen
@@ -35,9 +37,12 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
         told = given._replace(followed=(float(q[at[0]]), float(v[at[1]]))) if at else given
         try:
             now = motion.running.advance(tick_seconds, override(state, motion), told)
+            position, velocity, _ = now.sample()
+            if not np.isfinite(position).all():
+                raise FloatingPointError(f"joints at {position.tolist()}")
         except Exception as error:  # one motion ends then, and not the world's thread with all others
             log.exception("the motion %r failed inside the kernel; it ends where it is", motion.id)
-            now = motion.running.abort()
+            now, position, velocity = motion.running.abort(), q[motion.q_index], 0.0
             why = Cancellation(CancelCause.FAILED, f"it failed inside the kernel: {type(error).__name__}")
             motion = replace(motion, cancellation=motion.cancellation or why)
         motion = replace(motion, running=now)
@@ -46,7 +51,6 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
                 signals[name] = replace(signal, value=value)
         if now.fault and not motion.cancellation:
             motion = replace(motion, cancellation=Cancellation(CancelCause[now.fault[0]], now.fault[1]))
-        position, velocity, _ = now.sample()
         q[motion.q_index] = position
         v[motion.v_index] = velocity
         for step, tool, name in motion.tool_states:

@@ -227,3 +227,19 @@ def test_a_motion_that_fails_in_the_tick_ends_alone(
         CancelCause.FAILED, "it failed inside the kernel: ZeroDivisionError"
     )
     assert "the motion 'motion-1' failed inside the kernel" in caplog.text
+
+
+def test_a_motion_that_leads_nowhere_ends_where_it_is(
+    cell: Change, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    going = after(cell, StartFollowing("arm", ("a",), VELOCITY, 1.0))
+    nowhere = np.array([np.nan])
+    monkeypatch.setattr(Following, "sample", lambda self: (nowhere, nowhere, nowhere))
+    change = ticked(going, 2)
+    assert not change.state.motions
+    assert last(change).cancellation == Cancellation(
+        CancelCause.FAILED, "it failed inside the kernel: FloatingPointError"
+    )
+    assert change.state.q.tobytes() == going.state.q.tobytes()
+    assert not change.state.v.any()
+    assert "joints at [nan]" in caplog.text
