@@ -38,14 +38,11 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
         try:
             now = motion.running.advance(tick_seconds, override(state, motion), told)
             position, velocity, _ = now.sample()
-            if not np.isfinite(position).all():
-                raise FloatingPointError(f"joints at {position.tolist()}")
+            motion = replace(motion, running=now)
         except Exception as error:  # one motion ends then, and not the world's thread with all others
             log.exception("the motion %r failed inside the kernel; it ends where it is", motion.id)
-            now, position, velocity = motion.running.abort(), q[motion.q_index], 0.0
-            why = Cancellation(CancelCause.FAILED, f"it failed inside the kernel: {type(error).__name__}")
-            motion = replace(motion, cancellation=motion.cancellation or why)
-        motion = replace(motion, running=now)
+            motion = _failed(motion, type(error).__name__)
+            now, position, velocity = motion.running, q[motion.q_index], 0.0
         for name, value in now.signals.items():
             if (signal := signals.get(name) or state.signals[name]).value is not value:
                 signals[name] = replace(signal, value=value)
@@ -62,6 +59,12 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
             cancellation = None if now.phase is Phase.SUCCEEDED else motion.cancellation
             motion = replace(motion, end_tick=state.tick + 1, cancellation=cancellation)
         advanced[motion.id] = motion
+    if not np.isfinite(q).all():
+        for motion in advanced.values():
+            if not np.isfinite(joints := q[motion.q_index]).all():
+                log.error("the motion %r leads to %s; it ends where it is", motion.id, joints.tolist())
+                advanced[motion.id] = replace(_failed(motion, "no finite numbers"), end_tick=state.tick + 1)
+                q[motion.q_index], v[motion.v_index] = state.q[motion.q_index], 0.0
     motions = [advanced[motion.id] for motion in state.motions]
     later = replace(
         state,
@@ -79,6 +82,12 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
     ended = tuple(motion for motion in motions if motion.running.ended)
     going = tuple(motion for motion in motions if not motion.running.ended)
     return replace(later, motions=going, ended=(*state.ended, *ended)[-REMEMBERED:])
+
+
+def _failed(motion: Motion, why: str) -> Motion:
+    """Return a motion ended by a fault of the kernel."""
+    cancellation = Cancellation(CancelCause.FAILED, f"it failed inside the kernel: {why}")
+    return replace(motion, running=motion.running.abort(), cancellation=motion.cancellation or cancellation)
 
 
 def in_order(motions: Sequence[Motion]) -> Sequence[Motion]:
