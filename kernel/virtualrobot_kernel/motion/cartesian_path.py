@@ -73,16 +73,24 @@ class _Sample:
     singular_slope: float
 
 
+def lever_arm(jacobian: Array) -> float:
+    """Return the longest lever arm (m) of a Jacobian (6, k), or 1 where nothing turns the tool centre point about."""
+    turning = np.linalg.norm(jacobian[3:], axis=0) > 1e-9
+    levers = np.linalg.norm(jacobian[:3], axis=0)[turning]
+    return float(levers.max()) if len(levers) and levers.max() > 1e-6 else 1.0
+
+
+def row_weights(lever: float) -> Array:
+    """Return what makes the rows of a Jacobian (6, k) comparable, (6,): linear ones are divided by a lever arm (m)."""
+    return np.array([1.0 / lever] * 3 + [1.0] * 3)
+
+
 class _Follower:
     """What stays the same along one course: kinematics, course and the length that makes its rows comparable."""
 
     def __init__(self, tcp: TcpKinematics, course: Course, q_start: Array) -> None:
         self.tcp, self.course = tcp, course
-        jacobian = tcp.jacobian(q_start)
-        turning = np.linalg.norm(jacobian[3:], axis=0) > 1e-9
-        levers = np.linalg.norm(jacobian[:3], axis=0)[turning]
-        lever = float(levers.max()) if len(levers) and levers.max() > 1e-6 else 1.0
-        self.weights = np.array([1.0 / lever] * 3 + [1.0] * 3)
+        self.weights = row_weights(lever_arm(tcp.jacobian(q_start)))
         self.longest_difference = _DIFFERENCE * float(np.diff([0.0, *course.knots, 1.0]).min())
 
     def twist(self, u: float) -> Array:

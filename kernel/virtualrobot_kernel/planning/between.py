@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.motion.limits import CartesianLimits
-from virtualrobot_kernel.numeric.forest import PRISMATIC, REVOLUTE, forward_forest
+from virtualrobot_kernel.numeric.forest import PRISMATIC, REVOLUTE
+from virtualrobot_kernel.planning.robots import poses_of_rows
 from virtualrobot_kernel.world.change import inverse
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.state import Snapshot
@@ -63,21 +64,7 @@ class Between:
         """Return world_t_node (N, 4, 4), of which only the rows of `order` are written."""
         everything = self.q.copy()
         everything[self.q_index] = q
-        forest = self.structure.forest
-        world = np.empty_like(self.parent_t_node)
-        forward_forest(
-            self.order,
-            forest.parent,
-            forest.joint_type,
-            forest.axis,
-            forest.q_index,
-            forest.multiplier,
-            forest.offset,
-            self.parent_t_node,
-            everything,
-            world,
-        )
-        return world
+        return poses_of_rows(self.structure, self.order, self.parent_t_node, everything)
 
 
 def between(snapshot: Snapshot, reference: int, node: int, node_t_point: Pose, q_index: Integers) -> Between:

@@ -23,10 +23,10 @@ from virtualrobot_kernel.planning.moves import plan_moves, together
 from virtualrobot_kernel.planning.notes import Note, NoteKind
 from virtualrobot_kernel.planning.planned_move import PlannedMove
 from virtualrobot_kernel.planning.program import MoveStepWish
-from virtualrobot_kernel.planning.robots import SolverOf, world_poses
+from virtualrobot_kernel.planning.robots import SolverOf, standing_at
 from virtualrobot_kernel.planning.wishes import JointTrajectory, ToolStateMove
 from virtualrobot_kernel.planning.zones import Room, room_for
-from virtualrobot_kernel.world.change import single_joint
+from virtualrobot_kernel.world.change import joint_places
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind
 
@@ -101,12 +101,9 @@ def run_together(snapshot: Snapshot, wish: MoveStepWish, moves: list[PlannedMove
 
 def arrived(snapshot: Snapshot, joints: Sequence[Column], q: Floats) -> Snapshot:
     """Return the world with joints, (robot, joint), at q (k,), and nothing else different."""
-    structure, state = snapshot.structure, snapshot.state
-    everything = state.q.copy()
-    for (robot, joint), value in zip(joints, q, strict=True):
-        everything[single_joint(structure, structure.node(robot, Kind.ROBOT), joint)[1]] = value
-    state = replace(state, q=everything)
-    return replace(snapshot, state=state, world_t_node=world_poses(structure, state))
+    structure = snapshot.structure
+    named = tuple((structure.node(robot, Kind.ROBOT).uid, joint) for robot, joint in joints)
+    return standing_at(snapshot, joint_places(structure, named)[0], q)
 
 
 def _each(

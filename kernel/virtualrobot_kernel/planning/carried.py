@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.profile import jerk_limited_profile
 from virtualrobot_kernel.planning.between import Seen, between, rows_above
 from virtualrobot_kernel.planning.planned_move import PlannedMove, joint_limits
-from virtualrobot_kernel.planning.robots import Arm, SolverOf, flange_t_tcp, world_poses
+from virtualrobot_kernel.planning.robots import Arm, SolverOf, flange_t_tcp, standing_at
 from virtualrobot_kernel.world.change import inverse, joint_places
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import WORLD_UID
@@ -61,11 +61,7 @@ class Carriers:
 
     def arrived(self) -> Snapshot:
         """Return the world with the joints where their moves end."""
-        state = self.snapshot.state
-        q = state.q.copy()
-        q[self.q_index] = self.at(1.0)[0]
-        state = replace(state, q=q)
-        return replace(self.snapshot, state=state, world_t_node=world_poses(self.snapshot.structure, state))
+        return standing_at(self.snapshot, self.q_index, self.at(1.0)[0])
 
     def frame(self, arm: Arm, reference: int, moving: bool) -> Callable[[float], tuple[Array, Array]]:
         """Return what gives base_t_frame (4, 4) and its twist (6,) by u, for the base of an arm.

@@ -64,22 +64,38 @@ class Arm:
 
 def world_poses(structure: Structure, state: State) -> NDArray[np.float64]:
     """Return world_t_node (N, 4, 4) of every node: the one forward pass."""
+    result = poses_of_rows(structure, structure.forest.order, state.parent_t_node, state.q)
+    result.setflags(write=False)
+    return result
+
+
+def poses_of_rows(
+    structure: Structure, order: NDArray[np.int32], parent_t_node: NDArray[np.float64], q: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return world_t_node (N, 4, 4), in which only the rows of `order`, parents before children, are written."""
     forest = structure.forest
-    result = np.empty_like(state.parent_t_node)
+    result = np.empty_like(parent_t_node)
     forward_forest(
-        forest.order,
+        order,
         forest.parent,
         forest.joint_type,
         forest.axis,
         forest.q_index,
         forest.multiplier,
         forest.offset,
-        state.parent_t_node,
-        state.q,
+        parent_t_node,
+        q,
         result,
     )
-    result.setflags(write=False)
     return result
+
+
+def standing_at(snapshot: Snapshot, q_index: NDArray[np.int32], q: NDArray[np.float64]) -> Snapshot:
+    """Return the world with coordinates `q_index` (k,) at q (k,), and nothing else different."""
+    everything = snapshot.state.q.copy()
+    everything[q_index] = q
+    state = replace(snapshot.state, q=everything)
+    return replace(snapshot, state=state, world_t_node=world_poses(snapshot.structure, state))
 
 
 _arms: OrderedDict[tuple[RobotIndex, int, bytes], Arm] = OrderedDict()

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from virtualrobot_kernel.motion.cartesian_path import row_weights
 from virtualrobot_kernel.numeric.forest import PRISMATIC, REVOLUTE, forward_forest
 from virtualrobot_kernel.planning.robots import arm_of
 from virtualrobot_kernel.world.state import Snapshot
@@ -92,13 +93,6 @@ def tool_states(chain: ToolChain, q: Floats, v: Floats) -> ToolStates:
     return ToolStates(world_t_tcp, velocities, jacobians)
 
 
-def lever_arm(jacobian: Floats) -> float:
-    """Return the longest lever arm (m) of a Jacobian (6, k), or 1 where nothing turns the tool centre point about."""
-    turning = np.linalg.norm(jacobian[3:], axis=0) > 1e-9
-    levers = np.linalg.norm(jacobian[:3], axis=0)[turning]
-    return float(levers.max()) if len(levers) and levers.max() > 1e-6 else 1.0
-
-
 def singular_values(jacobians: Floats, lever: float) -> Floats:
     """Return the smallest singular value (n,) of Jacobians (n, 6, k) whose linear rows are divided by `lever`.
 
@@ -106,8 +100,7 @@ def singular_values(jacobians: Floats, lever: float) -> Floats:
     """
     if not jacobians.shape[2]:
         return np.zeros(len(jacobians))
-    weights = np.array([1.0 / lever] * 3 + [1.0] * 3)
-    return np.asarray(np.linalg.svd(jacobians * weights[:, None], compute_uv=False)[:, -1], np.float64)
+    return np.asarray(np.linalg.svd(jacobians * row_weights(lever)[:, None], compute_uv=False)[:, -1], np.float64)
 
 
 def _forward(chain: ToolChain, q: Floats) -> Floats:
