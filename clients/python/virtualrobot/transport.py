@@ -29,6 +29,7 @@ from virtualrobot.session import is_loopback
 Message = TypeVar("Message")
 MAX_MESSAGE_BYTES = 256 * 1024 * 1024
 LEASE_KEY = "virtualrobot-lease"
+_CLOSE_SECONDS = 1.0
 _NO_ERROR_INFO: dict[grpc.StatusCode, type[VirtualRobotError]] = {
     grpc.StatusCode.INVALID_ARGUMENT: InvalidArgumentError,
     grpc.StatusCode.UNAUTHENTICATED: AuthenticationError,
@@ -136,9 +137,14 @@ class Channel:
         return make
 
     def close(self) -> None:
-        """Close the channel; calls under way end."""
+        """Close the channel; calls under way end.
+
+        grpc waits without end where Ctrl-C struck while it began a call: such a channel is left to the process's end.
+        """
         self._closed = True
-        self._channel.close()
+        closing = threading.Thread(target=self._channel.close, daemon=True)
+        closing.start()
+        closing.join(_CLOSE_SECONDS)
 
     def _check_open(self) -> None:
         if self._closed:
