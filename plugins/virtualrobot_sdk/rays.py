@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass
+from enum import Enum
 from typing import Any, Protocol
 
 import numpy as np
@@ -16,6 +17,27 @@ Booleans = np.ndarray[Any, np.dtype[np.bool_]]
 
 NO_ELEMENT = -1
 """What `element` says of a ray that hits nothing."""
+
+
+class Round(Enum):
+    """Shapes whose surface is curved, all about the origin and along z."""
+
+    SPHERE = "sphere"
+    CYLINDER = "cylinder"
+    """From -length/2 to length/2, with both discs."""
+    CONE = "cone"
+    """Its base at -length/2 and its tip at length/2, with the disc."""
+    CAPSULE = "capsule"
+    """A cylinder of this length without discs, with a half sphere on both ends."""
+
+
+@dataclass(frozen=True, slots=True)
+class Primitive:
+    """A curved surface as it is meant, in meters; a sphere has no length."""
+
+    kind: Round
+    radius: float
+    length: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,13 +53,16 @@ class Shape:
     """(t, 3) rows of `vertices`, counter-clockwise as seen from outside; one without area is never hit."""
     key: str
     """Names the content: shapes of one key have the same triangles, in every call and process."""
+    primitive: Primitive | None = None
+    """The curved surface that the triangles stand for; None where they are the surface themselves. A caster that knows
+    how meets this one; others meet the triangles."""
 
 
-def make_shape(vertices: ArrayLike, triangles: ArrayLike) -> Shape:
-    """Return the shape of `triangles` (t, 3), rows of `vertices` (v, 3) in meters; its key is their SHA-256."""
+def make_shape(vertices: ArrayLike, triangles: ArrayLike, primitive: Primitive | None = None) -> Shape:
+    """Return the shape of `triangles` (t, 3), rows of `vertices` (v, 3) in meters; its key is the content's SHA-256."""
     corners, rows = np.ascontiguousarray(vertices, np.float32), np.ascontiguousarray(triangles, np.int32)
-    content = len(corners).to_bytes(8, "little") + corners.tobytes() + rows.tobytes()
-    return Shape(corners, rows, hashlib.sha256(content).hexdigest())
+    content = len(corners).to_bytes(8, "little") + corners.tobytes() + rows.tobytes() + repr(primitive).encode()
+    return Shape(corners, rows, hashlib.sha256(content).hexdigest(), primitive)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,6 +85,9 @@ class Hits:
     """(n,) which element; NO_ELEMENT where it meets nothing."""
     normal: Floats
     """(n, 3) unit normal of the surface in the world's frame, turned to the ray's origin; 0 where it meets nothing."""
+    triangle: Integers | None = None
+    """(n,) which row of the shape's triangles; -1 on a curved surface and where a ray meets nothing. None where the
+    caster does not tell."""
 
 
 class RayCaster(Protocol):
@@ -77,21 +105,25 @@ class RayCaster(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrueHits:
-    """What a sensor's n rays truly hit, as a sensor model gets it."""
+    """What the k rays of each of a sensor's n beams truly hit, as a sensor model gets it."""
 
     distance: Floats
-    """(n,) in meters; inf where a ray hits nothing."""
+    """(n, k) in meters; inf where a ray hits nothing within `farthest`."""
     incidence: Floats
-    """(n,) angle between ray and normal (rad), 0 to pi/2; 0 where a ray hits nothing."""
+    """(n, k) angle between ray and normal (rad), 0 to pi/2; 0 where a ray hits nothing."""
     reflectance: Floats
-    """(n,) part of the light that comes back at normal incidence, 0 to 1; 0 where a ray hits nothing."""
+    """(n, k) part of the light that comes back at normal incidence, 0 to 1; 0 where a ray hits nothing."""
     element: Integers
-    """(n,) which element; NO_ELEMENT where a ray hits nothing."""
+    """(n, k) which element; NO_ELEMENT where a ray hits nothing."""
+    nearest: float
+    """The least distance that the sensor is set to measure (m), 0 or more."""
+    farthest: float
+    """The greatest one (m), finite and above `nearest`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Readings:
-    """What the sensor says of its n rays."""
+    """What the sensor says of its n beams."""
 
     distance: Floats
     """(n,) in meters, 0 or more; where it is not valid, what this sensor says then (inf, 0 or its greatest range)."""
@@ -104,10 +136,18 @@ class Readings:
 class SensorModel(Protocol):
     """From true hits to what a given sensor says: noise, range, quantisation, dropouts. Pure."""
 
+    def beam(self) -> Floats:
+        """Return the rays that make up one beam: unit directions (k, 3) in the beam's frame, x along it, z upwards.
+
+        k is at least 1, and the answer the same each time; the first is the one that a beam's element is told of. An
+        ideal sensor has one, (1, 0, 0); one whose beam is a cone has as many as it takes to fill it.
+        """
+        ...
+
     def apply(self, hits: TrueHits, rng: np.random.Generator, /) -> Readings:
         """Return the readings; all that is random comes of `rng`, so that equal draws give equal readings.
 
         `rng` is made anew for each call, of the sensor's seed and the number of the scan: what a call draws in another
-        process does not come back. The number of hits may be 0, and another one each time.
+        process does not come back. The number of beams may be 0, and another one each time.
         """
         ...
