@@ -1,5 +1,6 @@
 from google.protobuf import struct_pb2 as _struct_pb2
 from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
+from virtualrobot.v1 import sensing_pb2 as _sensing_pb2
 from google.protobuf.internal import containers as _containers
 from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
 from google.protobuf import descriptor as _descriptor
@@ -36,7 +37,7 @@ FIGURE_ROLE_VISUAL: FigureRole
 FIGURE_ROLE_COLLISION: FigureRole
 
 class Node(_message.Message):
-    __slots__ = ("uid", "name", "parent", "parent_t_node", "hidden", "figures", "world", "object", "part", "robot", "link", "adapter", "tool", "annotation")
+    __slots__ = ("uid", "name", "parent", "parent_t_node", "hidden", "figures", "world", "object", "part", "robot", "link", "adapter", "tool", "annotation", "range_sensor", "camera_sensor", "contact_sensor", "motion_sensor", "light")
     UID_FIELD_NUMBER: _ClassVar[int]
     NAME_FIELD_NUMBER: _ClassVar[int]
     PARENT_FIELD_NUMBER: _ClassVar[int]
@@ -51,6 +52,11 @@ class Node(_message.Message):
     ADAPTER_FIELD_NUMBER: _ClassVar[int]
     TOOL_FIELD_NUMBER: _ClassVar[int]
     ANNOTATION_FIELD_NUMBER: _ClassVar[int]
+    RANGE_SENSOR_FIELD_NUMBER: _ClassVar[int]
+    CAMERA_SENSOR_FIELD_NUMBER: _ClassVar[int]
+    CONTACT_SENSOR_FIELD_NUMBER: _ClassVar[int]
+    MOTION_SENSOR_FIELD_NUMBER: _ClassVar[int]
+    LIGHT_FIELD_NUMBER: _ClassVar[int]
     uid: int
     name: str
     parent: str
@@ -65,7 +71,12 @@ class Node(_message.Message):
     adapter: Adapter
     tool: Tool
     annotation: Annotation
-    def __init__(self, uid: _Optional[int] = ..., name: _Optional[str] = ..., parent: _Optional[str] = ..., parent_t_node: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., hidden: bool = ..., figures: _Optional[_Iterable[_Union[Figure, _Mapping]]] = ..., world: _Optional[_Union[World, _Mapping]] = ..., object: _Optional[_Union[SceneObject, _Mapping]] = ..., part: _Optional[_Union[Part, _Mapping]] = ..., robot: _Optional[_Union[Robot, _Mapping]] = ..., link: _Optional[_Union[Link, _Mapping]] = ..., adapter: _Optional[_Union[Adapter, _Mapping]] = ..., tool: _Optional[_Union[Tool, _Mapping]] = ..., annotation: _Optional[_Union[Annotation, _Mapping]] = ...) -> None: ...
+    range_sensor: _sensing_pb2.RangeSensor
+    camera_sensor: _sensing_pb2.CameraSensor
+    contact_sensor: _sensing_pb2.ContactSensor
+    motion_sensor: _sensing_pb2.MotionSensor
+    light: _sensing_pb2.Light
+    def __init__(self, uid: _Optional[int] = ..., name: _Optional[str] = ..., parent: _Optional[str] = ..., parent_t_node: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., hidden: bool = ..., figures: _Optional[_Iterable[_Union[Figure, _Mapping]]] = ..., world: _Optional[_Union[World, _Mapping]] = ..., object: _Optional[_Union[SceneObject, _Mapping]] = ..., part: _Optional[_Union[Part, _Mapping]] = ..., robot: _Optional[_Union[Robot, _Mapping]] = ..., link: _Optional[_Union[Link, _Mapping]] = ..., adapter: _Optional[_Union[Adapter, _Mapping]] = ..., tool: _Optional[_Union[Tool, _Mapping]] = ..., annotation: _Optional[_Union[Annotation, _Mapping]] = ..., range_sensor: _Optional[_Union[_sensing_pb2.RangeSensor, _Mapping]] = ..., camera_sensor: _Optional[_Union[_sensing_pb2.CameraSensor, _Mapping]] = ..., contact_sensor: _Optional[_Union[_sensing_pb2.ContactSensor, _Mapping]] = ..., motion_sensor: _Optional[_Union[_sensing_pb2.MotionSensor, _Mapping]] = ..., light: _Optional[_Union[_sensing_pb2.Light, _Mapping]] = ...) -> None: ...
 
 class World(_message.Message):
     __slots__ = ()

@@ -1,6 +1,7 @@
 from google.protobuf import field_mask_pb2 as _field_mask_pb2
 from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
 from google.protobuf.internal import containers as _containers
+from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
 from google.protobuf import descriptor as _descriptor
 from google.protobuf import message as _message
 from collections.abc import Iterable as _Iterable, Mapping as _Mapping
@@ -8,19 +9,77 @@ from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
 
 DESCRIPTOR: _descriptor.FileDescriptor
 
+class PointColor(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    POINT_COLOR_UNSPECIFIED: _ClassVar[PointColor]
+    POINT_COLOR_DISTANCE: _ClassVar[PointColor]
+    POINT_COLOR_INTENSITY: _ClassVar[PointColor]
+
+class ImageFormat(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    IMAGE_FORMAT_UNSPECIFIED: _ClassVar[ImageFormat]
+    IMAGE_FORMAT_PNG: _ClassVar[ImageFormat]
+    IMAGE_FORMAT_JPEG: _ClassVar[ImageFormat]
+    IMAGE_FORMAT_RAW: _ClassVar[ImageFormat]
+POINT_COLOR_UNSPECIFIED: PointColor
+POINT_COLOR_DISTANCE: PointColor
+POINT_COLOR_INTENSITY: PointColor
+IMAGE_FORMAT_UNSPECIFIED: ImageFormat
+IMAGE_FORMAT_PNG: ImageFormat
+IMAGE_FORMAT_JPEG: ImageFormat
+IMAGE_FORMAT_RAW: ImageFormat
+
 class View(_message.Message):
-    __slots__ = ("background", "grid_hidden", "joint_axes", "bounding_boxes", "camera")
+    __slots__ = ("background", "grid_hidden", "joint_axes", "bounding_boxes", "camera", "sensors", "measurements")
     BACKGROUND_FIELD_NUMBER: _ClassVar[int]
     GRID_HIDDEN_FIELD_NUMBER: _ClassVar[int]
     JOINT_AXES_FIELD_NUMBER: _ClassVar[int]
     BOUNDING_BOXES_FIELD_NUMBER: _ClassVar[int]
     CAMERA_FIELD_NUMBER: _ClassVar[int]
+    SENSORS_FIELD_NUMBER: _ClassVar[int]
+    MEASUREMENTS_FIELD_NUMBER: _ClassVar[int]
     background: _geometry_pb2.Color
     grid_hidden: bool
     joint_axes: _containers.RepeatedScalarFieldContainer[str]
     bounding_boxes: _containers.RepeatedScalarFieldContainer[str]
     camera: Camera
-    def __init__(self, background: _Optional[_Union[_geometry_pb2.Color, _Mapping]] = ..., grid_hidden: bool = ..., joint_axes: _Optional[_Iterable[str]] = ..., bounding_boxes: _Optional[_Iterable[str]] = ..., camera: _Optional[_Union[Camera, _Mapping]] = ...) -> None: ...
+    sensors: _containers.RepeatedCompositeFieldContainer[SensorOverlay]
+    measurements: _containers.RepeatedCompositeFieldContainer[Measurement]
+    def __init__(self, background: _Optional[_Union[_geometry_pb2.Color, _Mapping]] = ..., grid_hidden: bool = ..., joint_axes: _Optional[_Iterable[str]] = ..., bounding_boxes: _Optional[_Iterable[str]] = ..., camera: _Optional[_Union[Camera, _Mapping]] = ..., sensors: _Optional[_Iterable[_Union[SensorOverlay, _Mapping]]] = ..., measurements: _Optional[_Iterable[_Union[Measurement, _Mapping]]] = ...) -> None: ...
+
+class SensorOverlay(_message.Message):
+    __slots__ = ("sensor", "rays", "points", "color_by", "frustum", "image")
+    SENSOR_FIELD_NUMBER: _ClassVar[int]
+    RAYS_FIELD_NUMBER: _ClassVar[int]
+    POINTS_FIELD_NUMBER: _ClassVar[int]
+    COLOR_BY_FIELD_NUMBER: _ClassVar[int]
+    FRUSTUM_FIELD_NUMBER: _ClassVar[int]
+    IMAGE_FIELD_NUMBER: _ClassVar[int]
+    sensor: str
+    rays: bool
+    points: bool
+    color_by: PointColor
+    frustum: bool
+    image: bool
+    def __init__(self, sensor: _Optional[str] = ..., rays: bool = ..., points: bool = ..., color_by: _Optional[_Union[PointColor, str]] = ..., frustum: bool = ..., image: bool = ...) -> None: ...
+
+class NodePoint(_message.Message):
+    __slots__ = ("node", "point")
+    NODE_FIELD_NUMBER: _ClassVar[int]
+    POINT_FIELD_NUMBER: _ClassVar[int]
+    node: str
+    point: _geometry_pb2.Vector3
+    def __init__(self, node: _Optional[str] = ..., point: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ...) -> None: ...
+
+class Measurement(_message.Message):
+    __slots__ = ("name", "first", "second")
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    FIRST_FIELD_NUMBER: _ClassVar[int]
+    SECOND_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    first: NodePoint
+    second: NodePoint
+    def __init__(self, name: _Optional[str] = ..., first: _Optional[_Union[NodePoint, _Mapping]] = ..., second: _Optional[_Union[NodePoint, _Mapping]] = ...) -> None: ...
 
 class Camera(_message.Message):
     __slots__ = ("position", "target", "field_of_view_radians")
@@ -67,3 +126,59 @@ class WatchViewResponse(_message.Message):
     VIEW_FIELD_NUMBER: _ClassVar[int]
     view: View
     def __init__(self, view: _Optional[_Union[View, _Mapping]] = ...) -> None: ...
+
+class Shot(_message.Message):
+    __slots__ = ("camera", "camera_sensor", "width", "height", "format", "plain")
+    CAMERA_FIELD_NUMBER: _ClassVar[int]
+    CAMERA_SENSOR_FIELD_NUMBER: _ClassVar[int]
+    WIDTH_FIELD_NUMBER: _ClassVar[int]
+    HEIGHT_FIELD_NUMBER: _ClassVar[int]
+    FORMAT_FIELD_NUMBER: _ClassVar[int]
+    PLAIN_FIELD_NUMBER: _ClassVar[int]
+    camera: Camera
+    camera_sensor: str
+    width: int
+    height: int
+    format: ImageFormat
+    plain: bool
+    def __init__(self, camera: _Optional[_Union[Camera, _Mapping]] = ..., camera_sensor: _Optional[str] = ..., width: _Optional[int] = ..., height: _Optional[int] = ..., format: _Optional[_Union[ImageFormat, str]] = ..., plain: bool = ...) -> None: ...
+
+class CaptureRequest(_message.Message):
+    __slots__ = ("shot",)
+    SHOT_FIELD_NUMBER: _ClassVar[int]
+    shot: Shot
+    def __init__(self, shot: _Optional[_Union[Shot, _Mapping]] = ...) -> None: ...
+
+class CaptureResponse(_message.Message):
+    __slots__ = ("stamp", "image", "width", "height")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    IMAGE_FIELD_NUMBER: _ClassVar[int]
+    WIDTH_FIELD_NUMBER: _ClassVar[int]
+    HEIGHT_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    image: bytes
+    width: int
+    height: int
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., image: _Optional[bytes] = ..., width: _Optional[int] = ..., height: _Optional[int] = ...) -> None: ...
+
+class RecordRequest(_message.Message):
+    __slots__ = ("shot", "frames_per_second", "duration_seconds")
+    SHOT_FIELD_NUMBER: _ClassVar[int]
+    FRAMES_PER_SECOND_FIELD_NUMBER: _ClassVar[int]
+    DURATION_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    shot: Shot
+    frames_per_second: float
+    duration_seconds: float
+    def __init__(self, shot: _Optional[_Union[Shot, _Mapping]] = ..., frames_per_second: _Optional[float] = ..., duration_seconds: _Optional[float] = ...) -> None: ...
+
+class RecordResponse(_message.Message):
+    __slots__ = ("stamp", "frame", "image", "behind")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    FRAME_FIELD_NUMBER: _ClassVar[int]
+    IMAGE_FIELD_NUMBER: _ClassVar[int]
+    BEHIND_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    frame: int
+    image: bytes
+    behind: int
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., frame: _Optional[int] = ..., image: _Optional[bytes] = ..., behind: _Optional[int] = ...) -> None: ...

@@ -50,6 +50,16 @@ class ViewServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_view__pb2.WatchViewRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_view__pb2.WatchViewResponse.FromString,
                 _registered_method=True)
+        self.Capture = channel.unary_unary(
+                '/virtualrobot.v1.ViewService/Capture',
+                request_serializer=virtualrobot_dot_v1_dot_view__pb2.CaptureRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_view__pb2.CaptureResponse.FromString,
+                _registered_method=True)
+        self.Record = channel.unary_stream(
+                '/virtualrobot.v1.ViewService/Record',
+                request_serializer=virtualrobot_dot_v1_dot_view__pb2.RecordRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_view__pb2.RecordResponse.FromString,
+                _registered_method=True)
 
 
 class ViewServiceServicer(object):
@@ -77,6 +87,20 @@ class ViewServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
+    def Capture(self, request, context):
+        """A picture of the world as it is now, annotations included; it needs no browser.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def Record(self, request, context):
+        """Pictures at equal steps of simulation time, none left out, however long each takes; ends with the duration or the call.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
 
 def add_ViewServiceServicer_to_server(servicer, server):
     rpc_method_handlers = {
@@ -94,6 +118,16 @@ def add_ViewServiceServicer_to_server(servicer, server):
                     servicer.WatchView,
                     request_deserializer=virtualrobot_dot_v1_dot_view__pb2.WatchViewRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_view__pb2.WatchViewResponse.SerializeToString,
+            ),
+            'Capture': grpc.unary_unary_rpc_method_handler(
+                    servicer.Capture,
+                    request_deserializer=virtualrobot_dot_v1_dot_view__pb2.CaptureRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_view__pb2.CaptureResponse.SerializeToString,
+            ),
+            'Record': grpc.unary_stream_rpc_method_handler(
+                    servicer.Record,
+                    request_deserializer=virtualrobot_dot_v1_dot_view__pb2.RecordRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_view__pb2.RecordResponse.SerializeToString,
             ),
     }
     generic_handler = grpc.method_handlers_generic_handler(
@@ -178,6 +212,60 @@ class ViewService(object):
             '/virtualrobot.v1.ViewService/WatchView',
             virtualrobot_dot_v1_dot_view__pb2.WatchViewRequest.SerializeToString,
             virtualrobot_dot_v1_dot_view__pb2.WatchViewResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def Capture(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/virtualrobot.v1.ViewService/Capture',
+            virtualrobot_dot_v1_dot_view__pb2.CaptureRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_view__pb2.CaptureResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def Record(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_stream(
+            request,
+            target,
+            '/virtualrobot.v1.ViewService/Record',
+            virtualrobot_dot_v1_dot_view__pb2.RecordRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_view__pb2.RecordResponse.FromString,
             options,
             channel_credentials,
             insecure,
