@@ -1,4 +1,4 @@
-"""Checks of what kinematics components answer: nonsense becomes a `ComponentFault` that says what is wrong."""
+"""Checks of what components answer: nonsense becomes a `ComponentFault` that says what is wrong."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from virtualrobot_sdk.errors import ComponentFault, FaultKind
 from virtualrobot_sdk.kinematics import Floats, InverseOptions, InverseResult, InverseStatus, SerialChain
+from virtualrobot_sdk.rays import Readings
 
 RIGID = 1e-6
 """How far the rotation of a returned pose may be from orthonormal (largest entry of R^T R - I)."""
@@ -19,6 +20,9 @@ MOST_SOLUTIONS = 10_000
 
 LONGEST_TEXT = 2_000
 """How many characters of a text are kept."""
+
+MOST_BEAM_RAYS = 4096
+"""How many rays may make up one beam."""
 
 CLOSURE = 1e-6
 """How far a solution's tip may be from its target where tighter tolerances were asked for (m, rad)."""
@@ -119,6 +123,53 @@ def pose_distance(a: Floats, b: Floats) -> tuple[float, float]:
     # From the skew part as well as the trace: the arc cosine of almost 1 loses half of the digits.
     skew = math.hypot(turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1])
     return math.dist(a[:3, 3], b[:3, 3]), math.atan2(skew, turn[0, 0] + turn[1, 1] + turn[2, 2] - 1.0)
+
+
+def checked_beam(value: object) -> Floats:
+    """Return a copy of what a sensor model's `beam` answered, (k, 3).
+
+    Raises ComponentFault unless k is from 1 to MOST_BEAM_RAYS and all are unit vectors that go forward.
+    """
+    beam = _floats("beam", value)
+    if beam.ndim != 2 or beam.shape[1] != 3 or not 1 <= len(beam) <= MOST_BEAM_RAYS:
+        raise nonsense(f"beam returned shape {beam.shape}; it must be (k, 3) with k from 1 to {MOST_BEAM_RAYS}")
+    _finite("beam", beam)
+    lengths = np.linalg.norm(beam, axis=1)
+    wrong = (np.abs(lengths - 1.0) > RIGID) | (beam[:, 0] <= 0.0)
+    if wrong.any():
+        i = int(wrong.argmax())
+        right = "unit length" if abs(lengths[i] - 1.0) > RIGID else "x above 0: the beam is along x"
+        raise nonsense(f"beam returned ray {i} as {beam[i].tolist()}; it must have {right}")
+    return beam
+
+
+def checked_readings(value: object, count: int) -> Readings:
+    """Return a copy of what a sensor model's `apply` answered for `count` beams.
+
+    Raises ComponentFault for another type or shape, a distance that is NaN or below 0, a valid one that is not finite,
+    or an intensity that is not from 0 to 1.
+    """
+    if not isinstance(value, Readings):
+        raise nonsense(f"apply returned {_kind(value)}; it must be Readings")
+    distance, intensity = _floats("apply", value.distance), _floats("apply", value.intensity)
+    valid = value.valid
+    if not isinstance(valid, np.ndarray) or valid.dtype != np.bool_:
+        raise nonsense(f"apply returned {_kind(valid)} as valid; it must be an array of bool")
+    for name, array in (("distance", distance), ("intensity", intensity), ("valid", valid)):
+        if array.shape != (count,):
+            raise nonsense(f"apply returned {name} of shape {array.shape}; it must be ({count},), one for each beam")
+    valid = np.array(valid, dtype=np.bool_)
+    # Written so that NaN, which compares as false, counts as wrong.
+    for what, wrong in (
+        ("a distance that is NaN or negative", ~(distance >= 0.0)),
+        ("a valid distance that is not finite", valid & np.isinf(distance)),
+        ("an intensity that is not from 0 to 1", ~((intensity >= 0.0) & (intensity <= 1.0))),
+    ):
+        if wrong.any():
+            i = int(wrong.argmax())
+            said = f"{distance[i]} m, intensity {intensity[i]}, valid {valid[i]}"
+            raise nonsense(f"apply returned {what}: beam {i} reads {said}")
+    return Readings(distance, intensity, valid)
 
 
 def nonsense(reason: str) -> ComponentFault:

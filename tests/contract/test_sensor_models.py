@@ -1,4 +1,4 @@
-"""The suite for sensor models: two keep it, and each wrong one is found by the law that it breaks."""
+"""The suite for sensor models: three keep it, and each wrong one is found by the law that it breaks."""
 
 from __future__ import annotations
 
@@ -12,10 +12,15 @@ from tests.contract.breaking import broken
 COMPONENTS = "tests.contract.components.sensor_models"
 
 WRONG = {
+    "HalfBeam": ("beam", r"beam returned ray 1 as \[0\.5, 0\.0, 0\.0\]; it must have unit length"),
+    "Backwards": ("beam", r"beam returned ray 0 as \[-1\.0, 0\.0, 0\.0\]; it must have x above 0"),
+    "NoBeam": ("beam", r"beam returned shape \(0, 3\); it must be \(k, 3\) with k from 1 to 4096"),
+    "Wanders": ("beam", r"beam returns other rays"),
+    "OneEach": ("readings", r"apply returned distance of shape \(\d+, 1\); it must be \(\d+,\), one for each beam"),
     "OwnChance": ("purity", r"the same hits and draws give another distance"),
     "Remembers": ("purity", r"the same hits and draws give another distance"),
-    "NoisyMisses": ("readings", r"gives a distance that is NaN or negative: nan m"),
-    "AlwaysValid": ("misses", r"100\.0% of the rays that hit nothing are valid; it may be 0\.0%"),
+    "NoisyMisses": ("readings", r"a distance that is NaN or negative: beam \d+ reads nan m"),
+    "AlwaysValid": ("misses", r"100\.0% of the beams that hit nothing are valid; it may be 0\.0%"),
     "Folds": ("growth", r"the mean reading is \S+ m, less than \S+ m at"),
     "ChangesHits": ("readings", r"read-only \(sensor_models\.py:\d+ in apply\)"),
     "NeedsRays": ("none", r"ValueError: zero-size array"),
@@ -24,6 +29,10 @@ WRONG = {
 
 class TestIdeal(SensorModelContract):
     component = f"{COMPONENTS}:Ideal"
+
+
+class TestCone(SensorModelContract):
+    component = f"{COMPONENTS}:Cone"
 
 
 class TestNoisy(SensorModelContract):

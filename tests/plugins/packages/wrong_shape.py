@@ -1,12 +1,14 @@
-"""A plugin whose component returns arrays of a wrong shape."""
+"""A plugin whose components return arrays of a wrong shape."""
 
 from __future__ import annotations
 
 import dataclasses
 
+import numpy as np
 from arm_for_tests import DEFAULTS, Arm, Settings
 from virtualrobot_sdk.hookspecs import Register, hookimpl
 from virtualrobot_sdk.kinematics import Floats, InverseOptions, InverseResult
+from virtualrobot_sdk.rays import Readings, TrueHits
 
 api_version = "1.0"
 
@@ -20,7 +22,25 @@ class WrongShape(Arm):
         return dataclasses.replace(result, solutions=result.solutions[0]) if self.is_wrong() else result
 
 
+class ReadingOfEachRay:
+    """Returns a reading of each ray, where one of each beam belongs."""
+
+    def beam(self) -> Floats:
+        """Return two rays."""
+        return np.array([[1.0, 0.0, 0.0], [0.8, 0.6, 0.0]])
+
+    def apply(self, hits: TrueHits, rng: np.random.Generator, /) -> Readings:
+        """Return arrays (n, 2)."""
+        return Readings(hits.distance.copy(), hits.reflectance.copy(), np.isfinite(hits.distance))
+
+
 @hookimpl
 def virtualrobot_register_kinematics(register: Register) -> None:
     """Register it."""
     register("wrong_shape", WrongShape, Settings)
+
+
+@hookimpl
+def virtualrobot_register_sensor_models(register: Register) -> None:
+    """Register it."""
+    register("wrong_shape", ReadingOfEachRay)
