@@ -36,7 +36,7 @@ lint: ruff pyright buf
 
 ruff: $(VENV)/installed-dev
 	@echo "ruff ..."
-	@$(BIN)/ruff check --quiet
+	@$(BIN)/ruff check --quiet && $(BIN)/ruff format --check --quiet
 
 pyright: $(VENV)/installed-dev node_modules/.package-lock.json
 	@echo "pyright ..."

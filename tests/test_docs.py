@@ -24,8 +24,11 @@ from virtualrobot.v1 import (
     motion_pb2,
     nodes_pb2,
     plugin_pb2,
+    ray_pb2,
     robot_pb2,
     scene_pb2,
+    sensing_pb2,
+    sensor_pb2,
     signal_pb2,
     view_pb2,
 )
@@ -46,8 +49,11 @@ MODULES = (
     motion_pb2,
     nodes_pb2,
     plugin_pb2,
+    ray_pb2,
     robot_pb2,
     scene_pb2,
+    sensing_pb2,
+    sensor_pb2,
     signal_pb2,
     view_pb2,
 )

@@ -118,9 +118,7 @@ def test_the_tcp_goes_as_far_as_it_can_and_is_told_what_ends_it(ready: Stubs) ->
         fastest = max(fastest, float(np.linalg.norm(now[:3, 3] - before[:3, 3])) / TICK)
         before = now
     assert fastest <= 0.5 * (1.0 + 1e-6)
-    np.testing.assert_allclose(
-        before[:3, 3] - first[:3, 3], note.kept * outward / np.linalg.norm(outward), atol=1e-6
-    )
+    np.testing.assert_allclose(before[:3, 3] - first[:3, 3], note.kept * outward / np.linalg.norm(outward), atol=1e-6)
     with unchanged(ready):
         refused = refusal(lambda: start(ready, jog("arm", outward)))
     assert refused.reason == "SINGULARITY"

@@ -65,7 +65,6 @@ def shifted(pose: np.ndarray, x: float = 0.0, z: float = 0.0) -> np.ndarray:
     return result
 
 
-
 def state_tick(stubs: Stubs) -> int:
     return stubs.kernel.GetClock(kernel_pb2.GetClockRequest()).stamp.tick
 

@@ -164,8 +164,7 @@ class Motion:
         if Phase(self._message.phase) is Phase.CANCELLED:
             reason = self._message.cancel_reason or "no reason given"
             raise MotionCancelledError(
-                f"motion {self._title} was cancelled at "
-                f"{100 * self._message.progress:.0f}%: {reason}",
+                f"motion {self._title} was cancelled at {100 * self._message.progress:.0f}%: {reason}",
                 metadata={"motion": self.id, "cancel_reason": self._message.cancel_reason},
             )
         return self

@@ -211,9 +211,7 @@ def plan(services: Services, motion: motion_pb2.StartMotionRequest, *, sample_se
     return MotionPlan.of(services.motion.PlanMotion(request, timeout=LONG_TIMEOUT_SECONDS))
 
 
-def check(
-    services: Services, motion: motion_pb2.StartMotionRequest, *, min_singular_value: float = 0.0
-) -> MotionCheck:
+def check(services: Services, motion: motion_pb2.StartMotionRequest, *, min_singular_value: float = 0.0) -> MotionCheck:
     """Return whether a motion keeps all limits; see `Client.check`."""
     request = motion_pb2.CheckMotionRequest(motion=motion, min_singular_value=min_singular_value)
     return MotionCheck.of(services.motion.CheckMotion(request, timeout=LONG_TIMEOUT_SECONDS))

@@ -65,9 +65,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
             notes=note_messages(planned.notes),
         )
 
-    async def PlanMotion(
-        self, request: motion_pb2.PlanMotionRequest, context: object
-    ) -> motion_pb2.PlanMotionResponse:
+    async def PlanMotion(self, request: motion_pb2.PlanMotionRequest, context: object) -> motion_pb2.PlanMotionResponse:
         """Tell what StartMotion would do."""
         return await planned_motion(self._rooms, request)
 
@@ -84,6 +82,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         async with aclosing(stream_setpoints(self._rooms, request_iterator, context)) as responses:
             async for response in responses:
                 yield response
+
     async def ReadProgram(
         self, request: motion_pb2.ReadProgramRequest, context: object
     ) -> motion_pb2.ReadProgramResponse:

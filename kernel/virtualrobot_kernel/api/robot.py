@@ -82,7 +82,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
             kinematics=kinematics,
             chain_joints=arm.joint_names,
             postures=posture_messages(data),
-            kinematics_settings=settings_message(data),
+            kinematics_settings=settings_message(data.kinematics_settings),
             kinematics_fault=self._rooms.solvers.fault_of(node),
             groups=group_messages(data),
             allowed_collisions=pair_messages(data),

@@ -51,8 +51,7 @@ def round_corner(before: PiecewisePolynomial, after: PiecewisePolynomial, left: 
     """
     length = 2.0 * min(left, right)
     values, rates, curvatures = (
-        np.array(rows)
-        for rows in zip(before.state(before.end - left, 2), after.state(right, 2), strict=True)
+        np.array(rows) for rows in zip(before.state(before.end - left, 2), after.state(right, 2), strict=True)
     )
     piece = quintic_hermite(np.array([0.0, length]), values, rates, curvatures)
     return Corner(left, right, piece)

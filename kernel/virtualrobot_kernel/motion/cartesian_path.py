@@ -152,7 +152,6 @@ class _Follower:
                 return None
         return q if np.abs(self.course.deviation(u, self.tcp.pose(q))).max() < 1e-10 else None
 
-
     def advanced(self, start: _Sample, u: float, limits: JointLimits, tolerance: float) -> _Sample | None:
         """Return the sample at `u`, or None when the step is too long; raise KernelError when the arm can't do it."""
         q = self.step(start, u)

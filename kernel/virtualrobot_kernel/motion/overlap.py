@@ -139,9 +139,7 @@ def _unit_quintics(first: Array, second: Array, seconds: Array) -> Array:
     )
 
 
-def _phases(
-    entry: tuple[float, float, float], exit: tuple[float, float, float], seconds: float
-) -> PiecewisePolynomial:
+def _phases(entry: tuple[float, float, float], exit: tuple[float, float, float], seconds: float) -> PiecewisePolynomial:
     """Return a law s(t) from 0 with the rate and slope of two states at its ends, whose rate never gets to 0: cubics.
 
     Each slope is brought to 0 within a third of the time, and before the rate is half of what it was; the rates that

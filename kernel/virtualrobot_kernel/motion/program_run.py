@@ -181,9 +181,7 @@ def _on_its_way(run: ProgramRun, dt: float, override: float) -> ProgramRun | Non
     marks = run.program.stages[run.at].marks
     if run.marked < len(marks) and marks[run.marked][0] <= moving.tau + _TOLERANCE:
         return None
-    return ProgramRun(
-        run.program, moving.phase, run.at, moving, 0.0, run.held, run.marked, (), _NO_SIGNALS, run.found
-    )
+    return ProgramRun(run.program, moving.phase, run.at, moving, 0.0, run.held, run.marked, (), _NO_SIGNALS, run.found)
 
 
 def _advanced(run: ProgramRun, dt: float, override: float, given: Given) -> ProgramRun:

@@ -159,4 +159,3 @@ def plan_carried(
     within = reference if moving else WORLD_UID
     seen = Seen(snapshot, within, arm.flange, tcp.tip_t_tcp, limits.scaled(speed_factor))
     return PlannedMove(node, arm.joint_names, plan, speed_factor=speed_factor, seen=seen)
-

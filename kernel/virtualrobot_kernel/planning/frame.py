@@ -19,10 +19,11 @@ from virtualrobot_kernel.motion.rates import Rate, joint_rates, tcp_rate
 from virtualrobot_kernel.planning.actuators import first_beyond
 from virtualrobot_kernel.planning.planned_move import PlannedMove, joint_limits
 from virtualrobot_kernel.planning.program import Zone
-from virtualrobot_kernel.planning.robots import arm_of, flange_t_tcp, tip_of
+from virtualrobot_kernel.planning.robots import Arm, arm_of, flange_t_tcp, tip_of
 from virtualrobot_kernel.planning.zones import Position
 from virtualrobot_kernel.world.change import single_joint
 from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import Node
 
 Floats = NDArray[np.float64]
 Column = tuple[str, str]
@@ -83,19 +84,7 @@ class Frame:
             arm = arm_of(snapshot, robot)
             if arm.chain is None:
                 continue
-            tip, point = tip_of(snapshot, arm), flange_t_tcp(snapshot, robot)[:, 3]
-            own = [int(np.flatnonzero(arm.q_index == index)[0]) for index in self.q_index if index in arm.q_index]
-            columns = np.flatnonzero(np.isin(self.q_index, arm.q_index))
-            base = snapshot.state.q[arm.q_index]
-
-            def position(
-                q: Floats, tip=tip, point=point, own=own, columns=columns, base=base  # noqa: ANN001 each as above
-            ) -> Floats:
-                mine = base.copy()
-                mine[own] = q[columns]
-                return (tip(mine) @ point)[:3]
-
-            found.append(position)
+            found.append(_position(snapshot, robot, arm, self.q_index))
         return found
 
     def _limits(self) -> JointLimits:
@@ -127,14 +116,8 @@ class Frame:
 
     def _rates(self, path: PiecewisePolynomial, steps: Sequence[Step], whole: Rounded) -> list[Rate]:
         """Return what has limits along the path of steps, with the ranges of their moves and corners."""
-        joints = [
-            JointBound(*part, self._shares(step)) for part, step in zip(whole.moves, steps, strict=True)
-        ]
-        tcps = [
-            self._placed(one, part)
-            for part, step in zip(whole.moves, steps, strict=True)
-            for one in step.moves
-        ]
+        joints = [JointBound(*part, self._shares(step)) for part, step in zip(whole.moves, steps, strict=True)]
+        tcps = [self._placed(one, part) for part, step in zip(whole.moves, steps, strict=True) for one in step.moves]
         seen = [
             TcpBound(*part, slice(0, len(self.columns)), one.seen.by(self.q_index), one.seen.limits)
             for part, step in zip(whole.moves, steps, strict=True)
@@ -204,3 +187,18 @@ class Frame:
 
 def _larger(one: CartesianLimits, other: CartesianLimits) -> CartesianLimits:
     return CartesianLimits(*(max(pair) for pair in zip(vars(one).values(), vars(other).values(), strict=True)))
+
+
+def _position(snapshot: Snapshot, robot: Node, arm: Arm, q_index: NDArray[np.int32]) -> Position:
+    """Return what tells where a robot's tool centre point is by the joints of the columns `q_index`."""
+    tip, point = tip_of(snapshot, arm), flange_t_tcp(snapshot, robot)[:, 3]
+    own = [int(np.flatnonzero(arm.q_index == index)[0]) for index in q_index if index in arm.q_index]
+    columns = np.flatnonzero(np.isin(q_index, arm.q_index))
+    base = snapshot.state.q[arm.q_index]
+
+    def position(q: Floats) -> Floats:
+        mine = base.copy()
+        mine[own] = q[columns]
+        return (tip(mine) @ point)[:3]
+
+    return position

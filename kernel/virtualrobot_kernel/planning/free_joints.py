@@ -41,7 +41,9 @@ def led_tcp(snapshot: Snapshot, arm: Arm, solver_of: SolverOf, redundancy: Redun
 
 
 def wish_of(
-    arm: Arm, redundancy: Redundancy, jacobian: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    arm: Arm,
+    redundancy: Redundancy,
+    jacobian: Callable[[NDArray[np.float64]], NDArray[np.float64]],
     start: NDArray[np.float64],
 ) -> Wish | None:
     """Return what is wished of the joints (k,) of an arm; None without a wish or without a joint to spare.

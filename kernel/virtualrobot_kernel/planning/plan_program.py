@@ -180,9 +180,7 @@ def _part(run: PlannedRun, steps: Sequence[StepWish], members: Sequence[int]) ->
         place = bisect_left(members, number)
         before = members[place - 1] if place else number
         marks += [
-            (time, step.signal, step.value)
-            for step in steps[before + 1 : number]
-            if isinstance(step, SetSignalWish)
+            (time, step.signal, step.value) for step in steps[before + 1 : number] if isinstance(step, SetSignalWish)
         ]
     return _Part(run.steps, run.plan, run.joints, run.tool_states, tuple(marks))
 

@@ -218,9 +218,7 @@ WORDS = {
 """What a joint does, and the unit of those that turn and of those that slide."""
 
 
-def tool_pose(
-    snapshot: Snapshot, program: Program, joints: Sequence[tuple[str, str]], robot: str, time: float
-) -> Pose:
+def tool_pose(snapshot: Snapshot, program: Program, joints: Sequence[tuple[str, str]], robot: str, time: float) -> Pose:
     """Return world_t_tcp (4, 4) of a robot at a time of a motion, in s."""
     node = snapshot.structure.node(robot, Kind.ROBOT)
     structure = snapshot.structure

@@ -29,6 +29,7 @@ from virtualrobot_kernel.world.consistency import (
 )
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.renaming import with_joint_renamed
+from virtualrobot_kernel.world.sensing import CameraSensor, ContactSensor, Light, MotionSensor, RangeSensor
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Selection, State
 from virtualrobot_kernel.world.structure import (
     WORLD_UID,
@@ -41,7 +42,17 @@ from virtualrobot_kernel.world.structure import (
     ToolData,
 )
 
-DATA = {Kind.PART: PartData, Kind.ROBOT: RobotData, Kind.LINK: LinkData, Kind.TOOL: ToolData}
+DATA = {
+    Kind.PART: PartData,
+    Kind.ROBOT: RobotData,
+    Kind.LINK: LinkData,
+    Kind.TOOL: ToolData,
+    Kind.RANGE_SENSOR: RangeSensor,
+    Kind.CAMERA_SENSOR: CameraSensor,
+    Kind.CONTACT_SENSOR: ContactSensor,
+    Kind.MOTION_SENSOR: MotionSensor,
+    Kind.LIGHT: Light,
+}
 """The data that a kind of node must have; other kinds have none."""
 
 

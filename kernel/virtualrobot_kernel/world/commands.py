@@ -98,6 +98,23 @@ class SetKinematics:
 
 
 @dataclass(frozen=True, slots=True)
+class RunSensors:
+    """Starts or stops sensors (empty: all); one that runs already is started anew."""
+
+    sensors: tuple[str, ...]
+    running: bool
+
+
+@dataclass(frozen=True, slots=True)
+class SetRangeComponents:
+    """Gives a range sensor another ray caster or sensor model (name, settings); None keeps the one that it has."""
+
+    sensor: str
+    ray_caster: tuple[str, Mapping[str, Any]] | None = None
+    sensor_model: tuple[str, Mapping[str, Any]] | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class SelectTool:
     """Chooses a robot's tool (empty: none) and tool centre point (empty: the tool's first)."""
 
@@ -249,6 +266,8 @@ Command = (
     | PlacePart
     | SetJointPositions
     | SetKinematics
+    | RunSensors
+    | SetRangeComponents
     | SelectTool
     | SetToolState
     | CreateSignal

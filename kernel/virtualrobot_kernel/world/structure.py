@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from virtualrobot_kernel.errors import UnknownNameError
 from virtualrobot_kernel.world.figures import Figure, Pose, identity
+from virtualrobot_kernel.world.sensing import CameraSensor, ContactSensor, Light, MotionSensor, RangeSensor
 
 WORLD_UID = 1
 WORLD_NAME = "world"
@@ -34,6 +35,11 @@ class Kind(Enum):
     ADAPTER = "adapter"
     TOOL = "tool"
     ANNOTATION = "annotation"
+    RANGE_SENSOR = "range_sensor"
+    CAMERA_SENSOR = "camera_sensor"
+    CONTACT_SENSOR = "contact_sensor"
+    MOTION_SENSOR = "motion_sensor"
+    LIGHT = "light"
 
 
 class JointType(Enum):
@@ -189,7 +195,18 @@ class ToolData:
     inertial: Inertial | None = None
 
 
-NodeData = PartData | RobotData | LinkData | ToolData | None
+NodeData = (
+    PartData
+    | RobotData
+    | LinkData
+    | ToolData
+    | RangeSensor
+    | CameraSensor
+    | ContactSensor
+    | MotionSensor
+    | Light
+    | None
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

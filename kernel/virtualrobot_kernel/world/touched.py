@@ -116,6 +116,8 @@ TOUCHED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.PlacePart: _placed,
     commands.SetJointPositions: _robot,
     commands.SetKinematics: _robot,
+    commands.RunSensors: _nothing,
+    commands.SetRangeComponents: _nothing,
     commands.SelectTool: _robot,
     commands.SetToolState: _tool,
     commands.CreateSignal: _nothing,

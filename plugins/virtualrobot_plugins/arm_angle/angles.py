@@ -89,9 +89,7 @@ def _reference(arm: Floats, q4: float, wx: float, wy: float, wz: float) -> tuple
 
 
 @inlined
-def _three(
-    arm: Floats, i: int, m: Floats, k: int, seed: Floats, q: Floats, column: int, second: bool
-) -> None:
+def _three(arm: Floats, i: int, m: Floats, k: int, seed: Floats, q: Floats, column: int, second: bool) -> None:
     """Write joints i to i + 2 that turn as m[k] (4, 4), the one or the other of two ways, to a column of q."""
     h = 3 * i
     hx, hy, hz = arm[h + 6], arm[h + 7], arm[h + 8]

@@ -84,9 +84,7 @@ def test_the_law_through_corners_keeps_the_limits_at_a_constant_rate_in_each(rng
     way = points(rng, limits, 6)
     paths = [joint_line(a, b) for a, b in pairwise(way)]
     shares = rng.uniform(0.05, 0.5, 4)
-    corners = [
-        round_corner(a, b, share, share) for a, b, share in zip(paths[:-1], paths[1:], shares, strict=True)
-    ]
+    corners = [round_corner(a, b, share, share) for a, b, share in zip(paths[:-1], paths[1:], shares, strict=True)]
     whole = rounded(paths, corners)
     law = law_through(whole, joint_rates(whole.path, limits, []))
     assert np.isclose(law.evaluate(law.end)[0], whole.path.end, rtol=1e-12)

@@ -51,8 +51,12 @@ def test_the_tcp_keeps_its_limits_in_space(name: str, rng: np.random.Generator) 
     poses = np.array([chain.forward(row)[-1] @ motion.tool for row in q])
     velocity = np.diff(poses[:, :3, 3], axis=0) / h
     turns = poses[1:, :3, :3] @ poses[:-1, :3, :3].transpose(0, 2, 1)
-    spin = 0.5 / h * np.stack(
-        [turns[:, 2, 1] - turns[:, 1, 2], turns[:, 0, 2] - turns[:, 2, 0], turns[:, 1, 0] - turns[:, 0, 1]], axis=1
+    spin = (
+        0.5
+        / h
+        * np.stack(
+            [turns[:, 2, 1] - turns[:, 1, 2], turns[:, 0, 2] - turns[:, 2, 0], turns[:, 1, 0] - turns[:, 0, 1]], axis=1
+        )
     )  # the rotation vector of a small turn
     limits = motion.cartesian
     for rate, greatest, steepest in (

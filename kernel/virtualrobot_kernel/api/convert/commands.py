@@ -8,14 +8,16 @@ from typing import Any
 import numpy as np
 from virtualrobot.v1 import nodes_pb2, scene_pb2
 
-from virtualrobot_kernel.api.convert.nodes import figures, node_data, node_spec
+from virtualrobot_kernel.api.convert.nodes import SENSING, figures, node_data, node_spec
 from virtualrobot_kernel.api.convert.values import array, by_name, finite, mask_fields, not_negative, pose
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.world import commands
 from virtualrobot_kernel.world.state import Signal
 from virtualrobot_kernel.world.structure import NodeSpec
 
-UPDATABLE = frozenset({"name", "parent_t_node", "hidden", "figures", "part", "robot", "link", "adapter", "tool"})
+KINDS = frozenset({"part", "robot", "link", "adapter", "tool"}) | SENSING
+"""The kinds of nodes whose own fields can be changed."""
+UPDATABLE = frozenset({"name", "parent_t_node", "hidden", "figures"}) | KINDS
 
 
 def world_commands(messages: Iterable[scene_pb2.Command]) -> list[commands.Command]:
@@ -52,7 +54,7 @@ def _update(message: scene_pb2.UpdateNode) -> commands.UpdateNode:
         )
     node, what = message.node, message.name
     data = node_data(node, what)
-    kinds = fields & {"part", "robot", "link", "adapter", "tool"}
+    kinds = fields & KINDS
     if kinds and node.WhichOneof("kind") not in kinds:
         raise KernelError(
             f"the mask of update_node for {what!r} names {', '.join(sorted(kinds))}, but the node has none", node=what

@@ -112,20 +112,14 @@ def _mesh(message: nodes_pb2.Mesh, what: str) -> Mesh:
 
 
 def _material(message: nodes_pb2.Material, what: str) -> Material:
-    color = None
-    if message.HasField("color"):
-        given = message.color
-        alpha = given.alpha if given.HasField("alpha") else 1.0
-        color = (given.red, given.green, given.blue, alpha)
-        if not all(0.0 <= part <= 1.0 for part in color):
-            raise KernelError(f"{what}.color must have parts from 0 to 1, not {color}", field=what)
+    shown = color(message.color, f"{what}.color") if message.HasField("color") else None
     reflectance = message.reflectance if message.HasField("reflectance") else 0.5
     friction = message.friction if message.HasField("friction") else 0.5
     if not 0.0 <= reflectance <= 1.0:
         raise KernelError(f"{what}.reflectance must be 0 to 1, not {reflectance:g}", field=what)
     if not 0.0 <= friction < np.inf:
         raise KernelError(f"{what}.friction must be 0 or more, not {friction:g}", field=what)
-    return Material(color, reflectance, friction)
+    return Material(shown, reflectance, friction)
 
 
 def _material_message(material: Material) -> nodes_pb2.Material:
@@ -137,6 +131,15 @@ def _material_message(material: Material) -> nodes_pb2.Material:
     if material.friction != 0.5:
         message.friction = material.friction
     return message
+
+
+def color(message: geometry_pb2.Color, what: str) -> tuple[float, float, float, float]:
+    """Return red, green, blue, alpha; raise KernelError unless all are from 0 to 1."""
+    alpha = message.alpha if message.HasField("alpha") else 1.0
+    parts = (message.red, message.green, message.blue, alpha)
+    if not all(0.0 <= part <= 1.0 for part in parts):
+        raise KernelError(f"{what} must have parts from 0 to 1, not {parts}", field=what)
+    return parts
 
 
 def color_message(color: tuple[float, ...]) -> geometry_pb2.Color:

@@ -10,6 +10,7 @@ from virtualrobot.v1 import nodes_pb2
 
 from virtualrobot_kernel.api.convert.figures import figure, figure_message
 from virtualrobot_kernel.api.convert.robots import robot_data, robot_message
+from virtualrobot_kernel.api.convert.sensing import sensing_data, sensing_message
 from virtualrobot_kernel.api.convert.values import (
     by_name,
     finite,
@@ -49,6 +50,8 @@ JOINT_TYPES = {
     nodes_pb2.JOINT_TYPE_FLOATING: JointType.FLOATING,
     nodes_pb2.JOINT_TYPE_PLANAR: JointType.PLANAR,
 }
+SENSING = frozenset({"range_sensor", "camera_sensor", "contact_sensor", "motion_sensor", "light"})
+"""The kinds of nodes whose messages are converted field by field."""
 JOINT_TYPE_NUMBERS = {kind: number for number, kind in JOINT_TYPES.items()}
 
 
@@ -88,7 +91,7 @@ def node_data(message: nodes_pb2.Node, what: str) -> NodeData:
         return LinkData(_joint(message.link.joint, what), _told_inertial(message.link, what))
     if kind == "tool":
         return _tool(message.tool, what)
-    return None
+    return sensing_data(getattr(message, kind), f"{what}.{kind}") if kind in SENSING else None
 
 
 def _joint(message: nodes_pb2.Joint, what: str) -> Joint:
@@ -213,6 +216,8 @@ def node_message(snapshot: Snapshot, node: Node) -> nodes_pb2.Node:
         message.link.CopyFrom(_link_message(node.data))
     elif isinstance(node.data, ToolData):
         message.tool.CopyFrom(_tool_message(node.data))
+    elif node.kind.value in SENSING:
+        getattr(message, node.kind.value).CopyFrom(sensing_message(node.data))
     return message
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 from google.protobuf.struct_pb2 import Struct, Value
@@ -63,7 +64,7 @@ def robot_message(data: RobotData, joint_names: tuple[str, ...]) -> nodes_pb2.Ro
         kinematics=data.kinematics,
         postures=posture_messages(data),
         source=data.source,
-        kinematics_settings=settings_message(data),
+        kinematics_settings=settings_message(data.kinematics_settings),
         groups=group_messages(data),
         allowed_collisions=pair_messages(data),
         actuators=actuator_messages(data),
@@ -75,12 +76,12 @@ def posture_messages(data: RobotData) -> list[nodes_pb2.NamedPosture]:
     return [nodes_pb2.NamedPosture(name=name, joint_positions=joints) for name, joints in data.postures.items()]
 
 
-def settings_message(data: RobotData) -> Struct | None:
-    """Return the settings of a robot's kinematics component; None when there are none."""
-    if not data.kinematics_settings:
+def settings_message(settings: Mapping[str, Any]) -> Struct | None:
+    """Return the settings of a component; None when there are none."""
+    if not settings:
         return None
     message = Struct()
-    message.update(data.kinematics_settings)
+    message.update(settings)
     return message
 
 
@@ -97,8 +98,7 @@ def group_messages(data: RobotData) -> list[nodes_pb2.JointGroup]:
 def pair_messages(data: RobotData) -> list[nodes_pb2.LinkPair]:
     """Return the pairs of a robot's links that may touch."""
     return [
-        nodes_pb2.LinkPair(first=pair.first, second=pair.second, reason=pair.reason)
-        for pair in data.allowed_collisions
+        nodes_pb2.LinkPair(first=pair.first, second=pair.second, reason=pair.reason) for pair in data.allowed_collisions
     ]
 
 

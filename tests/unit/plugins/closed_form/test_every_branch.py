@@ -51,9 +51,7 @@ def test_no_solution_of_other_models_is_missed(name: str, rng: np.random.Generat
 
 
 @pytest.mark.parametrize("name", NAMED)
-def test_every_posture_within_limits_is_among_the_solutions_with_its_turns(
-    name: str, rng: np.random.Generator
-) -> None:
+def test_every_posture_within_limits_is_among_the_solutions_with_its_turns(name: str, rng: np.random.Generator) -> None:
     """The seed's own posture comes first; all are within limits and close."""
     kinematics, chain = closed_form(name), arm_chain(name)
     for _ in range(200):

@@ -1,0 +1,86 @@
+"""What rays can meet: the visible figures of a snapshot as shapes at their places. What only people see is left out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from virtualrobot_sdk.rays import RayScene, Shape
+
+from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
+from virtualrobot_kernel.world.figures import Figure
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import Kind, Structure
+from virtualrobot_kernel.world.visibility import inherited_visibility
+
+DEFAULT_REFLECTANCE = 0.5
+"""Of a figure without a material."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Elements:
+    """The e visible figures of a world, in the order of the nodes; equal worlds give equal orders.
+
+    Attributes:
+        shapes: (e) of each figure; equal figures share one.
+        figures: (e) the figures, with their materials.
+        uids: (e,) the node of each figure.
+        rows: (e,) the row of that node in the arrays of poses.
+        node_t_element: (e, 4, 4) where each figure is in its node's frame.
+        reflectance: (e,) of each figure's material.
+        made_of: the structure and tool states that it was made of.
+    """
+
+    shapes: tuple[Shape, ...]
+    figures: tuple[Figure, ...]
+    uids: NDArray[np.int64]
+    rows: NDArray[np.int64]
+    node_t_element: NDArray[np.float64]
+    reflectance: NDArray[np.float64]
+    made_of: tuple[Structure, Mapping[int, str]]
+
+    def world_t_element(self, world_t_node: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return where each figure is in the world's frame, (e, 4, 4), with the nodes at `world_t_node` (N, 4, 4)."""
+        return world_t_node[self.rows] @ self.node_t_element
+
+    def scene(self, world_t_node: NDArray[np.float64]) -> RayScene:
+        """Return the scene that ray casters take."""
+        return RayScene(self.shapes, self.world_t_element(world_t_node))
+
+
+def elements_of(
+    snapshot: Snapshot, library: ShapeLibrary, before: Elements | None = None, unseen: frozenset[int] = frozenset()
+) -> Elements:
+    """Return what rays can meet in a snapshot.
+
+    Args:
+        snapshot: the world.
+        library: makes the shapes.
+        before: what this returned last for the same `unseen`; it is returned again where nothing but poses has changed.
+        unseen: nodes (uids) whose own figures are left out, such as the sensor's.
+    """
+    structure, tool_states = snapshot.structure, snapshot.state.tool_states
+    if before is not None and before.made_of[0] is structure and before.made_of[1] is tool_states:
+        return before
+    hidden, states = inherited_visibility(structure, tool_states)
+    found: list[tuple[Figure, Shape, int]] = []
+    for uid, node in structure.nodes.items():
+        if hidden[uid] or uid in unseen or node.kind is Kind.ANNOTATION:
+            continue
+        for figure in node.figures:
+            if figure.visual and figure.tool_state in ("", states[uid]):
+                shape = library.get(figure.geometry)
+                if shape is not None:
+                    found.append((figure, shape, uid))
+    reflectance = [figure.material.reflectance if figure.material else DEFAULT_REFLECTANCE for figure, _, _ in found]
+    return Elements(
+        shapes=tuple(shape for _, shape, _ in found),
+        figures=tuple(figure for figure, _, _ in found),
+        uids=np.array([uid for _, _, uid in found], np.int64),
+        rows=np.array([structure.rows[uid] for _, _, uid in found], np.int64),
+        node_t_element=np.array([figure.node_t_figure for figure, _, _ in found], np.float64).reshape(-1, 4, 4),
+        reflectance=np.array(reflectance, np.float64),
+        made_of=(structure, tool_states),
+    )
