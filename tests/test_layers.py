@@ -52,6 +52,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # What plugin authors import knows neither kernel nor client, and plugins know only it.
     SDK: ("virtualrobot_sdk", "numpy", "pluggy", "msgspec", "psutil"),
     f"{SDK}/compiled": ("virtualrobot_sdk", "numpy", "numba", "platformdirs"),
+    # Embree is driven through ctypes, its packets filled and read by compiled code, which calls it by address.
+    f"{SDK}/embree": ("virtualrobot_sdk", "numpy", "numba", "llvmlite"),
     f"{SDK}/testing": ("virtualrobot_sdk", "numpy", "click", "psutil", "pytest"),
     PLUGINS: ("virtualrobot_plugins", "virtualrobot_sdk", "numpy"),
     f"{PLUGINS}/arm_angle": (

@@ -1,0 +1,192 @@
+"""Rays in packets of 16, traced by compiled code without the GIL.
+
+A packet is Embree's RTCRayHit16: rows of 16 numbers of 4 bytes, a lane for each ray; of a library built for deeper
+instances it has more rows at its end.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import boolean, float32, float64, int32, uint64
+
+from virtualrobot_sdk.compiled.cache import array_of, compiled, inlined, output_of
+from virtualrobot_sdk.embree.foreign import call
+
+LANES = 16
+_ORIGIN, _NEAREST, _DIRECTION, _TIME, _FARTHEST, _MASK, _ID, _FLAGS = 0, 3, 4, 7, 8, 9, 10, 11
+_NORMAL, _U, _V, _PRIMITIVE, _GEOMETRY, _INSTANCE = 12, 15, 16, 17, 18, 19
+_ROWS = 32
+"""More than any library's packet has."""
+_NONE = np.uint32(0xFFFFFFFF)
+_LINE = 64
+"""Bytes to which packets must be aligned."""
+_BUNDLE = np.float32(0.95)
+"""Cosine of the angle within which a packet's directions make it a bundle: measured, there the ways cost the same."""
+_BUNDLE_ORIGINS = np.float32(0.5**2)
+"""Within which its origins must be, squared (m^2)."""
+_ARGUMENTS = np.uint64(40)
+"""Bytes of RTCIntersectArguments and of RTCOccludedArguments."""
+
+Array = np.ndarray[Any, np.dtype[Any]]
+
+
+@inlined
+def _aligned(rows: int) -> Array:
+    """Return a packet of this many rows: float32 (rows, 16), aligned."""
+    room = np.empty(rows * LANES + _LINE // 4, np.float32)
+    start = (-room.ctypes.data % _LINE) // 4
+    return room[start : start + rows * LANES].reshape(rows, LANES)
+
+
+@inlined
+def _load(packet: Array, integers: Array, valid: Array, origins: Array, directions: Array, start: int) -> int:
+    """Write the rays from row `start` on to the lanes of a packet and return how many there are, up to 16."""
+    count = min(LANES, len(directions) - start)
+    if len(origins) > 1 or start == 0:
+        for j in range(count):
+            i = start + j if len(origins) > 1 else 0
+            packet[_ORIGIN, j] = origins[i, 0]
+            packet[_ORIGIN + 1, j] = origins[i, 1]
+            packet[_ORIGIN + 2, j] = origins[i, 2]
+    for j in range(count):
+        packet[_DIRECTION, j] = directions[start + j, 0]
+        packet[_DIRECTION + 1, j] = directions[start + j, 1]
+        packet[_DIRECTION + 2, j] = directions[start + j, 2]
+    if start == 0 or count < LANES:
+        for j in range(LANES):
+            valid[0, j] = -1 if j < count else 0
+            packet[_NEAREST, j] = 0.0
+            packet[_TIME, j] = 0.0
+            integers[_MASK, j] = _NONE
+            integers[_ID, j] = j
+            integers[_FLAGS, j] = 0
+    return count
+
+
+@inlined
+def _is_bundle(origins: Array, directions: Array, start: int, count: int) -> bool:
+    """Tell whether a packet's rays go along with each other: then tracing them together is faster than each alone."""
+    x, y, z = directions[start, 0], directions[start, 1], directions[start, 2]
+    least = np.float32(1.0)
+    for i in range(start, start + count):
+        least = min(least, x * directions[i, 0] + y * directions[i, 1] + z * directions[i, 2])
+    if not least > _BUNDLE:
+        return False
+    if len(origins) > 1:
+        x, y, z = origins[start, 0], origins[start, 1], origins[start, 2]
+        greatest = np.float32(0.0)
+        for i in range(start, start + count):
+            a, b, c = origins[i, 0] - x, origins[i, 1] - y, origins[i, 2] - z
+            greatest = max(greatest, a * a + b * b + c * c)
+        return bool(greatest < _BUNDLE_ORIGINS)
+    return True
+
+
+@compiled(
+    *(uint64, uint64, uint64, array_of(float32, 2), array_of(float32, 2), float64, array_of(float32, 2)),
+    *(array_of(boolean, 1), output_of(float32, 1), output_of(int32, 1), output_of(int32, 1), output_of(float32, 2)),
+    output_of(float32, 2),
+)
+def trace(
+    intersect: int,
+    scene: int,
+    arguments: int,
+    origins: Array,
+    directions: Array,
+    max_range: float,
+    rotations: Array,
+    is_curved: Array,
+    distance: Array,
+    element: Array,
+    triangle: Array,
+    uv: Array,
+    normal: Array,
+) -> None:
+    """Write the first hits of n rays within `max_range` (m) to `distance` and the arrays after it.
+
+    Args:
+        intersect: address of rtcIntersect16.
+        scene: the scene.
+        arguments: address of two RTCIntersectArguments: for rays anywhere, and for those that go along with each other.
+        origins: (n, 3), or (1, 3) for all, in meters.
+        directions: (n, 3), unit vectors.
+        max_range: the greatest distance that counts; may be inf.
+        rotations: (e, 9) of the elements, row by row.
+        is_curved: (e,) whether an element's surface is curved.
+        distance: (n,), see `Traced` for these.
+        element: (n,)
+        triangle: (n,)
+        uv: (n, 2)
+        normal: (n, 3)
+    """
+    packet = _aligned(_ROWS)
+    integers = packet.view(np.uint32)
+    valid = _aligned(1).view(np.int32)
+    farthest = np.float32(max_range)
+    for start in range(0, len(directions), LANES):
+        count = _load(packet, integers, valid, origins, directions, start)
+        for j in range(LANES):
+            packet[_FARTHEST, j] = farthest
+            integers[_GEOMETRY, j] = _NONE
+            integers[_INSTANCE, j] = _NONE
+        how = arguments + _ARGUMENTS if _is_bundle(origins, directions, start, count) else arguments
+        call(intersect, np.uint64(valid.ctypes.data), scene, np.uint64(packet.ctypes.data), how)
+        for j in range(count):
+            i = start + j
+            # Of a packet in which a hit is found and given up again only the geometry is reset.
+            if integers[_GEOMETRY, j] == _NONE or packet[_FARTHEST, j] > max_range:
+                distance[i] = np.inf
+                element[i] = -1
+                triangle[i] = -1
+                uv[i, 0] = 0.0
+                uv[i, 1] = 0.0
+                normal[i, 0] = 0.0
+                normal[i, 1] = 0.0
+                normal[i, 2] = 0.0
+                continue
+            e = integers[_INSTANCE, j]
+            distance[i] = packet[_FARTHEST, j]
+            element[i] = e
+            triangle[i] = -1 if is_curved[e] else integers[_PRIMITIVE, j]
+            uv[i, 0] = packet[_U, j]
+            uv[i, 1] = packet[_V, j]
+            a = packet[_NORMAL, j]
+            b = packet[_NORMAL + 1, j]
+            c = packet[_NORMAL + 2, j]
+            length = np.float32(math.sqrt(a * a + b * b + c * c))
+            if length > 1e-30:
+                a /= length
+                b /= length
+                c /= length
+                normal[i, 0] = rotations[e, 0] * a + rotations[e, 1] * b + rotations[e, 2] * c
+                normal[i, 1] = rotations[e, 3] * a + rotations[e, 4] * b + rotations[e, 5] * c
+                normal[i, 2] = rotations[e, 6] * a + rotations[e, 7] * b + rotations[e, 8] * c
+            else:  # so small a triangle that its normal is lost in single precision
+                for axis in range(3):
+                    normal[i, axis] = -directions[i, axis]
+
+
+@compiled(
+    *(uint64, uint64, uint64, array_of(float32, 2), array_of(float32, 2), array_of(float32, 1), output_of(boolean, 1))
+)
+def trace_shadows(
+    occluded: int, scene: int, arguments: int, origins: Array, directions: Array, distances: Array, is_occluded: Array
+) -> None:
+    """Write to `is_occluded` (n,) whether each ray meets anything within its own `distances` (n,) in meters.
+
+    `occluded` is the address of rtcOccluded16; for the other arguments see `trace`.
+    """
+    packet = _aligned(_ROWS)
+    integers = packet.view(np.uint32)
+    valid = _aligned(1).view(np.int32)
+    for start in range(0, len(directions), LANES):
+        count = _load(packet, integers, valid, origins, directions, start)
+        for j in range(count):
+            packet[_FARTHEST, j] = distances[start + j]
+        how = arguments + _ARGUMENTS if _is_bundle(origins, directions, start, count) else arguments
+        call(occluded, np.uint64(valid.ctypes.data), scene, np.uint64(packet.ctypes.data), how)
+        for j in range(count):
+            is_occluded[start + j] = packet[_FARTHEST, j] == -np.inf
