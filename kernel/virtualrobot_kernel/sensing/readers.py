@@ -1,0 +1,24 @@
+"""Which reader each kind of sensor has, and what readers are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from virtualrobot_kernel.components.catalog import Catalog
+from virtualrobot_kernel.sensing.reading import Reader
+from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import Kind, Node
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SensingRoom:
+    """What readers are made of: the components that are installed, and the shapes of figures."""
+
+    catalog: Catalog
+    shapes: ShapeLibrary
+
+
+READERS: dict[Kind, Callable[[Snapshot, Node, SensingRoom], Reader]] = {}
+"""Makes the reader of a sensor from its node and the world as it is; raises KernelError when it cannot be made."""
