@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from virtualrobot_kernel.world.state import Snapshot
 
 Content = Any
-"""What a sensor of some kind said: a frozen value that its reader makes and `api/convert/readings.py` makes a message."""
+"""What a sensor of some kind said: a frozen value that its reader makes; `api/convert/readings.py` tells it."""
 
 
 class SensorState(Enum):
@@ -55,8 +55,9 @@ class Reader(Protocol):
         ...
 
     def read(self, moment: Moment, kinds: object | None = None) -> Content:
-        """Return what the sensor says; `kinds` are those of pictures that a single reading asks for (None: the sensor's).
+        """Return what the sensor says.
 
+        `kinds` are the kinds of pictures that a single reading asks for; None means those that the sensor is set to.
         Raises KernelError when it cannot be said: that is the sensor's fault, and it reads no more.
         """
         ...
