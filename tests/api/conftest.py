@@ -17,6 +17,7 @@ from virtualrobot.v1 import (
     kernel_pb2_grpc,
     lease_pb2_grpc,
     motion_pb2_grpc,
+    ray_pb2_grpc,
     robot_pb2_grpc,
     scene_pb2,
     scene_pb2_grpc,
@@ -44,6 +45,7 @@ class Stubs:
         self.signal = signal_pb2_grpc.SignalServiceStub(channel)
         self.lease = lease_pb2_grpc.LeaseServiceStub(channel)
         self.view = view_pb2_grpc.ViewServiceStub(channel)
+        self.ray = ray_pb2_grpc.RayServiceStub(channel)
 
 
 @dataclass

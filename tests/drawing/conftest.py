@@ -87,6 +87,7 @@ def stage(open_stage: Stage) -> Stage:
         grid_hidden=True,
         joint_axes=settings.joint_axes,
         bounding_boxes=settings.bounding_boxes,
+        measurements=settings.measurements,
         camera=Camera(FRONT.position, FRONT.target, FRONT.field_of_view),
     )
     open_stage.wait(lambda: (np.abs(open_stage.pixels().astype(int) - (51, 102, 153)).max(axis=2) <= 2).all())

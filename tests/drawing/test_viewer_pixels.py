@@ -9,6 +9,7 @@ import pytest
 from PIL import Image
 from virtualrobot_kernel.drawing.view import Camera
 from virtualrobot_kernel.formats.submesh import Submesh
+from virtualrobot_kernel.sensing.measuring import Measurement, NodePoint
 from virtualrobot_kernel.world.commands import RemoveNode, SetJointPositions, SetToolState, UpdateNode
 from virtualrobot_kernel.world.figures import (
     Box,
@@ -214,6 +215,22 @@ def test_a_bounding_box_follows_the_arm_in_the_robots_frame(stage: Stage) -> Non
     assert extent() == (pytest.approx(far, abs=0.06), pytest.approx(far, abs=0.06))
     stage.view.update(bounding_boxes=())
     stage.wait(lambda: not corner())
+
+
+def test_a_measurement_is_a_line_that_follows_its_node(stage: Stage) -> None:
+    def crimson(x: float, z: float) -> bool:
+        rows = [stage.pixel(x, z + dz) for dz in (-0.01, 0.0, 0.01)]
+        return any(color[0] > 150 and max(color[1:]) < 110 for color in rows)
+
+    # The label stands above the middle of the line, so the first quarter is looked at.
+    stage.cell.add("end")
+    measurement = Measurement("reach", NodePoint(1, (0.0, 0.0, 0.0)), NodePoint(stage.cell.uid("end"), (1.2, 0.0, 0.0)))
+    stage.view.update(measurements=(measurement,))
+    stage.wait(lambda: crimson(0.3, 0.0))
+    stage.cell.do(UpdateNode("end", parent_t_node=at(-1.2, 0.0, 1.2)))
+    stage.wait(lambda: crimson(0.0, 0.3) and not crimson(0.3, 0.0))
+    stage.view.update(measurements=())
+    stage.wait(lambda: not crimson(0.0, 0.3))
 
 
 def test_a_tool_shows_the_figures_of_its_state(stage: Stage) -> None:

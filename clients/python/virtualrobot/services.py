@@ -12,6 +12,7 @@ from virtualrobot.v1 import (
     lease_pb2_grpc,
     motion_pb2_grpc,
     plugin_pb2_grpc,
+    ray_pb2_grpc,
     robot_pb2_grpc,
     scene_pb2,
     scene_pb2_grpc,
@@ -37,6 +38,7 @@ class Services:
     view: view_pb2_grpc.ViewServiceStub
     plugin: plugin_pb2_grpc.PluginServiceStub
     lease: lease_pb2_grpc.LeaseServiceStub
+    ray: ray_pb2_grpc.RayServiceStub
     channel: Channel
 
     @staticmethod
@@ -53,6 +55,7 @@ class Services:
             view_pb2_grpc.ViewServiceStub(channel),
             plugin_pb2_grpc.PluginServiceStub(channel),
             lease_pb2_grpc.LeaseServiceStub(channel),
+            ray_pb2_grpc.RayServiceStub(channel),
             channel,
         )
 

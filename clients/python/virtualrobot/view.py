@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import uuid
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 from google.protobuf.field_mask_pb2 import FieldMask
 from numpy.typing import ArrayLike, NDArray
 
-from virtualrobot import figures
+from virtualrobot import figures, measuring
+from virtualrobot.measuring import Measure, Place
 from virtualrobot.node import Node
 from virtualrobot.scene import Scene
 from virtualrobot.services import Services
@@ -81,6 +82,46 @@ class View:
     @bounding_boxes.setter
     def bounding_boxes(self, nodes: Iterable[str]) -> None:
         self._update(view_pb2.View(bounding_boxes=list(nodes)), "bounding_boxes")
+
+    @property
+    def measurements(self) -> dict[str, tuple[Place, Place]]:
+        """The distances that are shown, by name; set it to show others.
+
+        A distance is between two points that move with nodes: a node's name (empty: the world) and meters in its frame.
+
+        Example:
+            >>> client.view.measurements = {"gap": (("table", [0, 0, 0.7]), ("iiwa.lbr_iiwa_link_7", [0, 0, 0]))}
+        """
+        return {
+            one.name: (
+                (one.first.node, measuring.vector_of(one.first.point)),
+                (one.second.node, measuring.vector_of(one.second.point)),
+            )
+            for one in self.read().measurements
+        }
+
+    @measurements.setter
+    def measurements(self, places: Mapping[str, tuple[Place, Place]]) -> None:
+        shown = [
+            view_pb2.Measurement(
+                name=name, first=measuring.place_message(first), second=measuring.place_message(second)
+            )
+            for name, (first, second) in places.items()
+        ]
+        self._update(view_pb2.View(measurements=shown), "measurements")
+
+    def measure(self, first: Place, second: Place) -> Measure:
+        """Return how far two points are apart now.
+
+        Example:
+            >>> client.view.measure(("world", [0, 0, 0]), ("iiwa.lbr_iiwa_link_7", [0, 0, 0])).distance
+            1.261
+        """
+        return measuring.measure(self._services, first, second)
+
+    def watch_measure(self, first: Place, second: Place, max_rate: float = 0.0) -> Iterator[Measure]:
+        """Yield how far two points are apart now and whenever the world changes, `max_rate` (0: 30) times a second."""
+        return measuring.watch_measure(self._services, first, second, max_rate)
 
     def set_camera(self, position: ArrayLike, target: ArrayLike = (0.0, 0.0, 0.0), field_of_view: float = 0.0) -> None:
         """Look from `position` at `target`, meters in the world's frame; `field_of_view` in radians, 0 means 0.9."""

@@ -24,6 +24,8 @@ from virtualrobot.v1 import (
     motion_pb2_grpc,
     plugin_pb2,
     plugin_pb2_grpc,
+    ray_pb2,
+    ray_pb2_grpc,
     robot_pb2,
     robot_pb2_grpc,
     scene_pb2,
@@ -41,6 +43,7 @@ from virtualrobot_kernel.api.lease import LeaseServicer
 from virtualrobot_kernel.api.motion import MotionServicer
 from virtualrobot_kernel.api.plugin import PluginServicer
 from virtualrobot_kernel.api.publications import Publications
+from virtualrobot_kernel.api.ray import RayServicer
 from virtualrobot_kernel.api.robot import RobotServicer
 from virtualrobot_kernel.api.rooms import MAX_MESSAGE_BYTES, Rooms
 from virtualrobot_kernel.api.scene import SceneServicer
@@ -61,6 +64,7 @@ SERVICES = (
     (lease_pb2, lease_pb2_grpc.add_LeaseServiceServicer_to_server, LeaseServicer),
     (signal_pb2, signal_pb2_grpc.add_SignalServiceServicer_to_server, SignalServicer),
     (view_pb2, view_pb2_grpc.add_ViewServiceServicer_to_server, ViewServicer),
+    (ray_pb2, ray_pb2_grpc.add_RayServiceServicer_to_server, RayServicer),
 )
 """Each noun of the contract, and who serves it."""
 

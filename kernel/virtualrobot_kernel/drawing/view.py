@@ -8,7 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.sensing.measuring import Measurement
 
 Vector = tuple[float, float, float]
 Color = tuple[float, float, float]
@@ -32,7 +33,7 @@ class ViewSettings:
 
     `background` is red, green, blue from 0 to 1, as a screen shows them (sRGB). `joint_axes` holds the uids of robots
     whose joint axes are shown, `bounding_boxes` those of nodes whose boxes are shown; a uid that is gone is passed
-    over. Without a `camera` each viewer frames the scene.
+    over, and so is a measurement of one. Without a `camera` each viewer frames the scene.
     """
 
     background: Color = (0.90, 0.92, 0.94)
@@ -40,6 +41,7 @@ class ViewSettings:
     joint_axes: tuple[int, ...] = ()
     bounding_boxes: tuple[int, ...] = ()
     camera: Camera | None = None
+    measurements: tuple[Measurement, ...] = ()
 
 
 Listener = Callable[[ViewSettings], None]
@@ -113,9 +115,29 @@ def checked(settings: ViewSettings) -> ViewSettings:
             field="background",
             value=settings.background,
         )
-    camera = settings.camera
-    if camera is None:
-        return settings
+    _check_measurements(settings.measurements)
+    if settings.camera is not None:
+        check_camera(settings.camera)
+    return settings
+
+
+def _check_measurements(measurements: tuple[Measurement, ...]) -> None:
+    known: set[str] = set()
+    for measurement in measurements:
+        if not measurement.name.strip():
+            raise KernelError("a measurement has no name; give it one", field="measurements.name")
+        if measurement.name in known:
+            raise KernelError(
+                f"there are two measurements named {measurement.name!r}; give each a name of its own",
+                reason=Reason.NAME_TAKEN,
+                field="measurements.name",
+                name=measurement.name,
+            )
+        known.add(measurement.name)
+
+
+def check_camera(camera: Camera) -> None:
+    """Raise KernelError where nothing can be seen from a camera."""
     if not all(math.isfinite(value) for value in (*camera.position, *camera.target)):
         raise KernelError(
             f"the camera looks from {camera.position} at {camera.target}; all six must be finite meters",
@@ -134,4 +156,3 @@ def checked(settings: ViewSettings) -> ViewSettings:
             field="camera.field_of_view_radians",
             value=camera.field_of_view,
         )
-    return settings

@@ -18,6 +18,7 @@ from virtualrobot_kernel.drawing.batches import BatchLayer
 from virtualrobot_kernel.drawing.cameras import Cameras
 from virtualrobot_kernel.drawing.inventory import Inventory, joint_axes, take, world_bounds
 from virtualrobot_kernel.drawing.library import Meshes, ShapeLibrary
+from virtualrobot_kernel.drawing.measurements import MeasurementLayer
 from virtualrobot_kernel.drawing.stage import Stage
 from virtualrobot_kernel.drawing.view import ViewSettings, ViewStore
 from virtualrobot_kernel.errors import KernelError, Reason
@@ -130,6 +131,7 @@ class Picture:
         self._batches = BatchLayer(server, self._library)
         self._annotations = AnnotationLayer(server)
         self._boxes = BoxLayer(server, self._library)
+        self._measurements = MeasurementLayer(server)
         self._cameras = Cameras(server)
         self._inventory: Inventory | None = None
         self._bounds: np.ndarray | None = None
@@ -152,6 +154,7 @@ class Picture:
             self._annotations.pose(world_t_node)
             assert self._inventory is not None  # arranged with the first picture
             self._boxes.draw(snapshot.structure, self._inventory, world_t_node, settings.bounding_boxes)
+        self._measurements.draw(snapshot, settings.measurements)
         self._cameras.follow(settings.camera, self._bounds)
         self._last = snapshot, settings
 

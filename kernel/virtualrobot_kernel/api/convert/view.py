@@ -10,6 +10,7 @@ from virtualrobot.v1 import geometry_pb2, view_pb2
 from virtualrobot_kernel.api.convert.values import mask_fields, vector, vector_message
 from virtualrobot_kernel.drawing.view import DEFAULT_FIELD_OF_VIEW, Camera, ViewSettings
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.sensing.measuring import Measurement, NodePoint
 from virtualrobot_kernel.world.structure import Kind, Structure
 
 
@@ -32,19 +33,40 @@ def changed_settings(view: view_pb2.View, mask: FieldMask, structure: Structure)
     if "bounding_boxes" in fields:
         result["bounding_boxes"] = tuple(structure.node(name).uid for name in view.bounding_boxes)
     if "camera" in fields:
-        result["camera"] = _camera(view.camera) if view.HasField("camera") else None
+        result["camera"] = camera(view.camera) if view.HasField("camera") else None
+    if "measurements" in fields:
+        result["measurements"] = tuple(_measurement(one, structure) for one in view.measurements)
     return result
 
 
 DEFAULT = ViewSettings()
 
 
-def _camera(message: view_pb2.Camera) -> Camera:
+def camera(message: view_pb2.Camera, what: str = "camera") -> Camera:
+    """Return where a message looks from; raise KernelError, naming `what`, for numbers that are not finite."""
     return Camera(
-        vector(message.position, "camera.position"),
-        vector(message.target, "camera.target"),
+        vector(message.position, f"{what}.position"),
+        vector(message.target, f"{what}.target"),
         message.field_of_view_radians or DEFAULT_FIELD_OF_VIEW,
     )
+
+
+def node_point(message: view_pb2.NodePoint, what: str, structure: Structure) -> NodePoint:
+    """Return a point that moves with a node; raise KernelError, naming `what`, where it is none."""
+    return NodePoint(structure.node(message.node).uid, vector(message.point, f"{what}.point"))
+
+
+def _measurement(message: view_pb2.Measurement, structure: Structure) -> Measurement:
+    what = f"measurements[{message.name!r}]"
+    return Measurement(
+        message.name,
+        node_point(message.first, f"{what}.first", structure),
+        node_point(message.second, f"{what}.second", structure),
+    )
+
+
+def _node_point_message(place: NodePoint, structure: Structure) -> view_pb2.NodePoint:
+    return view_pb2.NodePoint(node=structure.nodes[place.uid].name, point=vector_message(place.point))
 
 
 def view_message(settings: ViewSettings, structure: Structure) -> view_pb2.View:
@@ -57,8 +79,16 @@ def view_message(settings: ViewSettings, structure: Structure) -> view_pb2.View:
         bounding_boxes=[structure.nodes[uid].name for uid in settings.bounding_boxes if uid in structure.nodes],
     )
     if settings.camera:
-        camera = settings.camera
-        message.camera.position.CopyFrom(vector_message(camera.position))
-        message.camera.target.CopyFrom(vector_message(camera.target))
-        message.camera.field_of_view_radians = camera.field_of_view
+        message.camera.position.CopyFrom(vector_message(settings.camera.position))
+        message.camera.target.CopyFrom(vector_message(settings.camera.target))
+        message.camera.field_of_view_radians = settings.camera.field_of_view
+    message.measurements.extend(
+        view_pb2.Measurement(
+            name=one.name,
+            first=_node_point_message(one.first, structure),
+            second=_node_point_message(one.second, structure),
+        )
+        for one in settings.measurements
+        if one.first.uid in structure.nodes and one.second.uid in structure.nodes
+    )
     return message

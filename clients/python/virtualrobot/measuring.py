@@ -1,0 +1,76 @@
+"""Distances between points that move with nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from virtualrobot.errors import InvalidArgumentError
+from virtualrobot.services import Services
+from virtualrobot.v1 import geometry_pb2, ray_pb2, view_pb2
+from virtualrobot.wire import vector_message
+
+Place = tuple[str, ArrayLike]
+"""A point that moves with a node: the node's name (empty: the world), and meters in its frame."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Measure:
+    """How far two points are apart, and where they are.
+
+    Attributes:
+        distance: in meters.
+        first: (3,) the first point in the world's frame, in meters.
+        second: (3,) the second one.
+        simulation_time: when this was true, in seconds.
+    """
+
+    distance: float
+    first: NDArray[np.float64]
+    second: NDArray[np.float64]
+    simulation_time: float
+
+
+def measure(services: Services, first: Place, second: Place) -> Measure:
+    """Return how far two points are apart now."""
+    request = ray_pb2.MeasureRequest(first=place_message(first), second=place_message(second))
+    return _measure_of(services.ray.Measure(request))
+
+
+def watch_measure(services: Services, first: Place, second: Place, max_rate: float = 0.0) -> Iterator[Measure]:
+    """Yield how far two points are apart now, and again whenever the world changes."""
+    request = ray_pb2.WatchMeasureRequest(
+        first=place_message(first), second=place_message(second), max_rate_hertz=max_rate
+    )
+    with services.ray.WatchMeasure(request) as stream:
+        yield from (_measure_of(response.measure) for response in stream)
+
+
+def place_message(place: Place) -> view_pb2.NodePoint:
+    """Return a node and a point in its frame as a message."""
+    try:
+        node, point = place
+    except (TypeError, ValueError):
+        node, point = None, None
+    if not isinstance(node, str) or point is None:
+        raise InvalidArgumentError(
+            f"{place!r} is no place; give a node's name and a point, such as ('box', [0, 0, 0.1])"
+        )
+    return view_pb2.NodePoint(node=node, point=vector_message(point, f"the point of {node or 'the world'}"))
+
+
+def vector_of(message: geometry_pb2.Vector3) -> NDArray[np.float64]:
+    """Return x, y, z."""
+    return np.array([message.x, message.y, message.z])
+
+
+def _measure_of(message: ray_pb2.MeasureResponse) -> Measure:
+    return Measure(
+        message.distance_meters,
+        vector_of(message.first),
+        vector_of(message.second),
+        message.stamp.simulation_time_seconds,
+    )
