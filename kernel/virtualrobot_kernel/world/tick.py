@@ -29,7 +29,7 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
     given = Given(q, {name: signal.value for name, signal in state.signals.items()})
     signals: dict[str, Signal] = {}
     advanced: dict[str, Motion] = {}
-    tool_states = dict(state.tool_states)
+    tool_states: dict[int, str] = {}
     for motion in in_order(state.motions):
         # One without length has succeeded before its first tick.
         done = motion.running.steps_done if state.tick > motion.start_tick else 0
@@ -72,7 +72,8 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
         q=frozen(q),
         v=frozen(v),
         signals={**state.signals, **signals} if signals else state.signals,
-        tool_states=tool_states,
+        # The same object as long as it is the same: whoever shows or sees tools goes by that.
+        tool_states={**state.tool_states, **tool_states} if tool_states else state.tool_states,
     )
     for place, motion in enumerate(motions):
         if motion.running.found is not None and motion.search is None and motion.searcher:
