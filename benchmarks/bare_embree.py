@@ -94,9 +94,8 @@ class BareEmbree:
     def cast(self, origin: NDArray[np.float64], max_range: float) -> None:
         """Cast all rays from one place."""
         numbers, valid = self._numbers, self._valid
-        _cast(
-            self._top, numbers, numbers.ctypes.data, valid.ctypes.data, self._directions, *origin, max_range, self._packets
-        )
+        where = (self._top, numbers, numbers.ctypes.data, valid.ctypes.data)
+        _cast(*where, self._directions, *origin, max_range, self._packets)
 
     def distances(self) -> NDArray[np.float32]:
         """Return what the last cast found, (n,)."""
