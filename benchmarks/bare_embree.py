@@ -46,8 +46,9 @@ _intersect16 = _LIBRARY.rtcIntersect16
 
 
 @numba.njit(nogil=True, fastmath=True)
-def _cast(scene, numbers, address, valid, directions, x, y, z, max_range, packets):  # noqa: ANN001, ANN202
+def _cast(scene, numbers, address, valid, directions, origin, max_range, packets):  # noqa: ANN001, ANN202
     integers = numbers.view(np.uint32)
+    x, y, z = origin
     for packet in range(packets):
         start = packet * _PACKET
         for lane in range(_RAYS):
@@ -95,7 +96,7 @@ class BareEmbree:
         """Cast all rays from one place."""
         numbers, valid = self._numbers, self._valid
         where = (self._top, numbers, numbers.ctypes.data, valid.ctypes.data)
-        _cast(*where, self._directions, *origin, max_range, self._packets)
+        _cast(*where, self._directions, tuple(origin.tolist()), max_range, self._packets)
 
     def distances(self) -> NDArray[np.float32]:
         """Return what the last cast found, (n,)."""

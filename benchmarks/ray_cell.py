@@ -1,9 +1,10 @@
-"""The scene that ray engines are compared on: 200 objects, 200,000 triangles, about a sensor, and an iiwa that moves."""
+"""The scene that ray engines are compared on: 200 objects, 200,000 triangles, round a sensor, and a moving iiwa."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pybullet_data
@@ -78,7 +79,7 @@ def ray_cell(seed: int = 1) -> RayCell:
             shapes.append(make_shape(BOX * rng.uniform(0.4, 1.0, 3) * size, BOX_FACES))
         poses.append(_pose(np.linalg.qr(rng.normal(size=(3, 3)))[0], place))
     for link in range(LINKS):
-        mesh = trimesh.load_mesh(DATA / f"kuka_iiwa/meshes/link_{link}.stl")
+        mesh: Any = trimesh.load_mesh(DATA / f"kuka_iiwa/meshes/link_{link}.stl")
         shapes.append(make_shape(mesh.vertices, mesh.faces))
         poses.append(_pose(np.eye(3), np.array([0.0, 0.0, 0.15 * link])))
     return RayCell(tuple(shapes), np.array(poses), OBJECTS)
@@ -94,7 +95,7 @@ def spinning(beams: int = 16, columns: int = 1800) -> Floats:
 
 
 def _unit_mesh(path: Path) -> tuple[Floats, NDArray]:
-    mesh = trimesh.load(path, force="mesh")
+    mesh: Any = trimesh.load_mesh(path)
     vertices = np.asarray(mesh.vertices, np.float64)
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     return (vertices - (low + high) / 2.0) / (high - low).max(), np.asarray(mesh.faces, np.int32)

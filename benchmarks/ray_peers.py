@@ -1,5 +1,7 @@
 """PyBullet and MuJoCo on the scene of `ray_cell`: the other engines that robot simulators cast rays with."""
 
+# pyright: reportAttributeAccessIssue=false, reportCallIssue=false
+# Neither engine tells the types of what it holds.
 from __future__ import annotations
 
 import mujoco

@@ -55,7 +55,9 @@ class ShapeLibrary:
             case Box(size):
                 return _shape(shapes.transformed(shapes.box(), size))
             case Sphere(radius):
-                return _shape(shapes.transformed(shapes.sphere(), (radius,) * 3), Primitive(Round.SPHERE, radius))
+                return _shape(
+                    shapes.transformed(shapes.sphere(), (radius, radius, radius)), Primitive(Round.SPHERE, radius)
+                )
             case Cylinder(radius, length):
                 unit = shapes.transformed(shapes.cylinder(), (radius, radius, length))
                 return _shape(unit, Primitive(Round.CYLINDER, radius, length))
