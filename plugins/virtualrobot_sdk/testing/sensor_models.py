@@ -218,7 +218,7 @@ def _random_hits(trial: SensorTrial, rng: np.random.Generator, count: int) -> Tr
         np.where(hit, drawn(rng.uniform(0.0, 2.0 * trial.facts.farthest, shape)), np.inf),
         np.where(hit, drawn(rng.uniform(0.0, np.pi / 2, shape)), 0.0),
         np.where(hit, drawn(rng.random(shape)), 0.0),
-        np.where(hit, drawn(rng.integers(0, 5, shape)), NO_ELEMENT).astype(np.int32),
+        np.where(hit, drawn(rng.integers(0, 5, shape).astype(np.float64)), NO_ELEMENT).astype(np.int32),
         trial.facts.nearest,
         trial.facts.farthest,
     )
