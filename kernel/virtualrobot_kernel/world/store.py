@@ -103,6 +103,7 @@ class World:
         self._pacer = Pacer(clock, time.monotonic())
         self._queue: queue.SimpleQueue[_Batch | _Step | _SetClock | None] = queue.SimpleQueue()
         self._listeners: tuple[Callable[[], None], ...] = ()
+        self._tick_listeners: tuple[Callable[[Snapshot], None], ...] = ()
         self._listening = threading.Lock()
         self._ended = False
         self._thread = threading.Thread(target=self._run, name="world", daemon=True)
@@ -138,6 +139,20 @@ class World:
         with self._listening:
             self._listeners = tuple(listener for listener in self._listeners if listener != published)
 
+    def listen_ticks(self, ticked: Callable[[Snapshot], None]) -> None:
+        """Have `ticked` called in the world thread with the snapshot of every tick, none left out.
+
+        Unlike `listen` it is told each tick of a Step too, as it happens: the step waits for the call. Where time
+        follows the wall clock it must return at once.
+        """
+        with self._listening:
+            self._tick_listeners = (*self._tick_listeners, ticked)
+
+    def unlisten_ticks(self, ticked: Callable[[Snapshot], None]) -> None:
+        """Call `ticked` no more."""
+        with self._listening:
+            self._tick_listeners = tuple(listener for listener in self._tick_listeners if listener != ticked)
+
     def submit(
         self,
         commands: Sequence[Command],
@@ -171,6 +186,7 @@ class World:
             if wait == 0.0:
                 self._pacer.ticked(time.monotonic())
                 self._publish(self.snapshot.structure, self._ticked(self.snapshot.state))
+                self._tell_tick()
                 wait = 0.0
             try:
                 item = self._queue.get(timeout=wait) if wait is None or wait > 0.0 else self._queue.get_nowait()
@@ -219,10 +235,16 @@ class World:
         last = state.tick + ticks
         for _ in range(ticks):
             before, state = state, self._ticked(state)
-            if state.signals is not before.signals and state.tick < last:
-                self._publish(self.snapshot.structure, state)  # whoever watches signals is told every change
-        self._publish(self.snapshot.structure, state)
+            # Whoever watches signals is told every change, and whoever listens to ticks each of them.
+            if state.tick == last or state.signals is not before.signals or self._tick_listeners:
+                self._publish(self.snapshot.structure, state)
+                self._tell_tick()
         return self.snapshot
+
+    def _tell_tick(self) -> None:
+        snapshot = self.snapshot
+        for ticked in self._tick_listeners:
+            ticked(snapshot)
 
     def _ticked(self, state: State) -> State:
         return advance(self.snapshot.structure, state, self.clock.tick_seconds, self._forward)

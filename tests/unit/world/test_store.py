@@ -26,7 +26,7 @@ from virtualrobot_kernel.world.commands import (
     StartMotion,
 )
 from virtualrobot_kernel.world.journal import MemoryJournal, replay
-from virtualrobot_kernel.world.state import Signal
+from virtualrobot_kernel.world.state import Signal, Snapshot
 from virtualrobot_kernel.world.store import MAX_STEPS, World
 
 from tests.unit.world.builders import arm, part, shifted
@@ -86,6 +86,44 @@ def test_steps_count_ticks_exactly(world: World, rng: np.random.Generator) -> No
         world.step(count).result(GUARD)
     assert world.snapshot.state.tick == sum(ticks)
     assert world.snapshot.simulation_time == pytest.approx(sum(ticks) * 0.004, abs=1e-12)
+
+
+def test_listeners_to_ticks_are_told_each_one_of_a_step(world: World, rng: np.random.Generator) -> None:
+    told: list[int] = []
+    joints: list[float] = []
+
+    def ticked(snapshot: Snapshot) -> None:
+        assert snapshot is world.snapshot
+        told.append(snapshot.state.tick)
+        joints.append(float(snapshot.state.q[0]))
+
+    world.submit([arm(), turn(1.0)]).result(GUARD)
+    world.listen_ticks(ticked)
+    count = int(rng.integers(2, 50))
+    world.step(count).result(GUARD)
+    world.submit([CreateSignal(Signal("on", True))]).result(GUARD)
+    assert told == list(range(1, count + 1)), "a command makes no tick"
+    assert len(set(joints)) == count, "the arm moves in each"
+    world.unlisten_ticks(ticked)
+    world.step(3).result(GUARD)
+    assert len(told) == count
+
+
+def test_listeners_to_ticks_are_told_each_one_in_realtime() -> None:
+    world = World(world_poses, MemoryJournal(), Clock(Mode.REALTIME, 1.0, TICK))
+    told: list[int] = []
+    enough = Event()
+
+    def ticked(snapshot: Snapshot) -> None:
+        told.append(snapshot.state.tick)
+        if len(told) == 20:
+            enough.set()
+
+    world.listen_ticks(ticked)
+    world.start()
+    assert enough.wait(GUARD)
+    world.close()
+    assert told == list(range(1, len(told) + 1))
 
 
 @pytest.mark.parametrize("ticks", [0, MAX_STEPS + 1])
