@@ -68,6 +68,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     ),
     # Settings are described by msgspec's Meta.
     f"{PLUGINS}/sensor_models": ("virtualrobot_plugins.sensor_models", "virtualrobot_sdk", "numpy", "msgspec"),
+    # Bullet is there to compare with; its worker process alone loads it.
+    f"{PLUGINS}/ray_casters/bullet.py": ("virtualrobot_sdk", "numpy", "pybullet"),
     f"{PLUGINS}/importers": (
         *("virtualrobot_plugins.importers", "virtualrobot_sdk", "numpy"),
         *("cascadio", "ezdxf", "lxml", "msgspec", "PIL", "ruamel", "trimesh", "xacro", "yaml"),

@@ -8,9 +8,19 @@ import numpy as np
 import pybullet
 import pytest
 from scipy.spatial.transform import Rotation
-from virtualrobot_sdk.rays import NO_ELEMENT, Shape
+from virtualrobot_sdk.rays import NO_ELEMENT, RayScene, Round, Shape
+from virtualrobot_sdk.testing.ray_answers import CasterFacts
 from virtualrobot_sdk.testing.ray_casters import RayCasterContract
-from virtualrobot_sdk.testing.ray_truth import box, random_rays, random_scene, reference, sphere, tetrahedron
+from virtualrobot_sdk.testing.ray_curves import curve_hits, random_primitive, revolved
+from virtualrobot_sdk.testing.ray_truth import (
+    box,
+    random_pose,
+    random_rays,
+    random_scene,
+    reference,
+    sphere,
+    tetrahedron,
+)
 
 from tests.contract.breaking import broken
 
@@ -25,6 +35,8 @@ WRONG = {
     "EndlessRange": ("ranges", r"it must be nothing"),
     "KeptByPlace": ("changes", r"it must be"),
     "NoChecks": ("refusals", r"cast of a direction of length 2.0 was answered"),
+    "Swollen": ("curves", r"it must be element 0 at|it must be nothing"),
+    "NextTriangle": ("triangles", r"which is not in triangle \d+: .* m from its plane"),
     "WritesToRays": ("scenes", r"ValueError: output array is read-only \(ray_casters\.py:\d+ in cast\)"),
 }
 
@@ -33,11 +45,32 @@ class TestMoellerTrumbore(RayCasterContract):
     component = f"{COMPONENTS}:MoellerTrumbore"
 
 
+class TestByFormula(RayCasterContract):
+    component = f"{COMPONENTS}:ByFormula"
+    facts = CasterFacts(exact_curves=True)
+
+
+class TestReference(RayCasterContract):
+    component = "virtualrobot_plugins.rays/reference"
+    facts = CasterFacts(precision=1e-6)
+
+
+class TestBullet(RayCasterContract):
+    component = "virtualrobot_plugins.rays/bullet"
+    facts = CasterFacts(precision=1e-6)
+
+
 @pytest.mark.parametrize("name", WRONG)
 def test_a_wrong_one_is_found(name: str, seed: int) -> None:
     law, said = WRONG[name]
     found = broken(RayCasterContract, f"{COMPONENTS}:{name}", law, seed)
     assert re.search(said, found), found
+
+
+def test_facets_are_not_exact_curves(seed: int) -> None:
+    facts = CasterFacts(exact_curves=True)
+    found = broken(RayCasterContract, f"{COMPONENTS}:MoellerTrumbore", "curves", seed, facts)
+    assert re.search(r"it must be element 0 at|it must be nothing", found), found
 
 
 @pytest.mark.parametrize(
@@ -52,6 +85,67 @@ def test_a_wrong_one_is_found(name: str, seed: int) -> None:
 def test_the_kit_s_solids_look_outward(shape: Shape, volume: float, part_cut_off: float) -> None:
     a, b, c = np.moveaxis(shape.vertices[shape.triangles].astype(np.float64), 1, 0)
     assert np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0 == pytest.approx(volume, rel=part_cut_off)
+
+
+@pytest.mark.parametrize("kind", Round, ids=lambda kind: kind.value)
+def test_the_kit_s_curves_are_where_a_point_inside_is_no_longer_inside(kind: Round, rng: np.random.Generator) -> None:
+    """Points along the ray lie all outside or all inside before the hit, and on the other side right behind it."""
+    primitive, pose = random_primitive(rng, kind), random_pose(rng, 2.0)
+    scene = RayScene((revolved(primitive, 24),), pose[None])
+    origins, directions = random_rays(rng, 600, scene)
+    origins[::3] = pose[:3, 3] + rng.uniform(-0.02, 0.02, (200, 3))
+    truth = curve_hits(primitive, pose, origins, directions)
+    distance, is_hit = truth.hits.distance, truth.hits.element == 0
+    assert truth.sure.sum() > 400
+    assert (truth.sure & is_hit).sum() > 200
+
+    def outside(along: np.ndarray) -> np.ndarray:
+        x, y, z = np.moveaxis((origins + along[:, None] * directions - pose[:3, 3]) @ pose[:3, :3], 1, 0)
+        radial, half = np.hypot(x, y), primitive.length / 2.0
+        if kind is Round.CYLINDER:
+            return (radial > primitive.radius) | (np.abs(z) > half)
+        if kind is Round.CONE:
+            return (radial > primitive.radius * (half - z) / primitive.length) | (z < -half)
+        return np.hypot(radial, np.maximum(np.abs(z) - half, 0.0)) > primitive.radius
+
+    ends = np.where(is_hit, distance, 12.0)
+    begins = outside(np.zeros(600))
+    for part in (*rng.uniform(0.0, 1.0, 50), 1.0 - 1e-6):
+        np.testing.assert_array_equal(outside(part * ends)[truth.sure], begins[truth.sure])
+    hit = truth.sure & is_hit
+    assert (outside(ends + 1e-5)[hit] != begins[hit]).all()
+    slope = np.einsum("ij,ij->i", truth.hits.normal, directions)
+    assert (slope[hit] < 0.0).all()
+
+
+@pytest.mark.parametrize("kind", Round, ids=lambda kind: kind.value)
+def test_the_kit_s_normals_of_curves_are_their_slopes(kind: Round, rng: np.random.Generator) -> None:
+    """Two rays beside one another end on a line that is at right angles to the normal."""
+    primitive, pose = random_primitive(rng, kind), random_pose(rng, 2.0)
+    origins, directions = random_rays(rng, 300, RayScene((revolved(primitive, 24),), pose[None]))
+    truth = curve_hits(primitive, pose, origins, directions)
+    for _ in range(2):
+        beside = origins + np.cross(directions, rng.normal(size=3)) * 1e-5
+        other = curve_hits(primitive, pose, beside, directions)
+        both = truth.sure & other.sure & (truth.hits.element == 0)
+        here, there = (
+            start[both] + hits.distance[both, None] * directions[both]
+            for start, hits in ((origins, truth.hits), (beside, other.hits))
+        )
+        along = (there - here) / np.linalg.norm(there - here, axis=1, keepdims=True)
+        assert np.abs(np.einsum("ij,ij->i", along, truth.hits.normal[both])).max() < 1e-2
+
+
+@pytest.mark.parametrize("kind", Round, ids=lambda kind: kind.value)
+def test_the_kit_s_triangles_of_curves_fill_them(kind: Round, rng: np.random.Generator) -> None:
+    """By the volumes of the bodies; what the triangles cut off becomes less by the square of the segments."""
+    primitive = random_primitive(rng, kind)
+    r, length = primitive.radius, primitive.length
+    ball, pillar = 4.0 / 3.0 * np.pi * r**3, np.pi * r * r * length
+    volume = {Round.SPHERE: ball, Round.CYLINDER: pillar, Round.CONE: pillar / 3.0, Round.CAPSULE: ball + pillar}[kind]
+    shape = revolved(primitive, 96)
+    a, b, c = np.moveaxis(shape.vertices[shape.triangles].astype(np.float64), 1, 0)
+    assert np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0 == pytest.approx(volume, rel=3e-3)
 
 
 def test_the_kit_s_reference_is_pybullet_s(rng: np.random.Generator) -> None:

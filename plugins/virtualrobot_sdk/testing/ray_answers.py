@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from virtualrobot_sdk.kinematics import Floats
-from virtualrobot_sdk.rays import NO_ELEMENT, Hits, RayScene
+from virtualrobot_sdk.ray_checks import checked_hits
+from virtualrobot_sdk.rays import NO_ELEMENT, Booleans, Hits, RayScene
 from virtualrobot_sdk.testing.laws import LawBroken
 from virtualrobot_sdk.testing.ray_truth import reference
-from virtualrobot_sdk.testing.trial import Trial, checked, numbers
+from virtualrobot_sdk.testing.trial import Trial, numbers
 
 _NORMAL = 1e-3
 """How far a normal may be from the triangle's (length of the difference)."""
@@ -24,9 +25,12 @@ class CasterFacts:
     Attributes:
         precision: the largest error of a distance (m), for scenes and rays within 10 m: the default is good for single
             precision.
+        exact_curves: whether it meets curved surfaces (`Shape.primitive`) as they are meant, to 1e-6 of the range, and
+            never the triangles that stand for them.
     """
 
     precision: float = 1e-4
+    exact_curves: bool = False
 
 
 RayTrial = Trial[CasterFacts]
@@ -34,30 +38,7 @@ RayTrial = Trial[CasterFacts]
 
 def cast(trial: RayTrial, scene: RayScene, origins: Floats, directions: Floats, max_range: float = np.inf) -> Hits:
     """Return the hits, of the right types and shapes, finite where they must be, normals of unit length or 0."""
-    hits = trial.call("cast", scene, origins, directions, max_range)
-    if not isinstance(hits, Hits):
-        raise LawBroken(f"cast returned {type(hits).__name__}; it must be Hits")
-    n = len(origins)
-    checked(hits.distance, "distance", np.float64, (n,))
-    checked(hits.element, "element", np.int32, (n,))
-    checked(hits.normal, "normal", np.float64, (n, 3))
-    is_hit = hits.element != NO_ELEMENT
-    wrong = {
-        "a distance that is NaN or below 0": ~(hits.distance >= 0.0),
-        "an element that is not there": is_hit & ((hits.element < 0) | (hits.element >= len(scene.shapes))),
-        "a distance without an element, or an element at no distance": np.isfinite(hits.distance) != is_hit,
-        "a miss with a normal": ~is_hit & hits.normal.any(axis=1),
-        "a normal that is not of unit length": is_hit & ~(np.abs(np.linalg.norm(hits.normal, axis=1) - 1.0) <= 1e-6),
-        "a normal turned away from the ray's origin": is_hit & ~((hits.normal * directions).sum(axis=1) <= 1e-6),
-    }
-    for what, rows in wrong.items():
-        if rows.any():
-            i = int(np.flatnonzero(rows)[0])
-            raise LawBroken(
-                f"{ray_words(origins, directions, i)} gives {what}: distance {hits.distance[i]}, element "
-                f"{hits.element[i]}, normal {numbers(hits.normal[i])}"
-            )
-    return hits
+    return checked_hits(trial.call("cast", scene, origins, directions, max_range), scene, origins, directions)
 
 
 def as_reference(
@@ -69,21 +50,39 @@ def as_reference(
     return compared(trial, found, truth.hits, truth.sure, origins, directions)
 
 
-def compared(trial: RayTrial, found: Hits, true: Hits, sure: np.ndarray, origins: Floats, directions: Floats) -> float:
+def compared(trial: RayTrial, found: Hits, true: Hits, sure: Booleans, origins: Floats, directions: Floats) -> float:
     """Return the worst distance of what was found from the truth (m) among the rays that are sure."""
-    with np.errstate(invalid="ignore"):
-        off = np.where(found.distance == true.distance, 0.0, np.abs(found.distance - true.distance))
+    must_be(found, true, sure & apart(found, true, directions, trial.facts.precision), origins, directions)
+    return worst_error(found, true, sure)
+
+
+def apart(found: Hits, true: Hits, directions: Floats, precision: float) -> Booleans:
+    """Return whether each ray (n,) meets another element, or the surface by more than `precision` (m) elsewhere."""
     # A surface that is met at a slant moves the hit by more than it moves itself.
     slant = np.maximum(0.05, np.abs((true.normal * directions).sum(axis=1)))
-    apart = np.linalg.norm(found.normal - true.normal, axis=1) > _NORMAL
-    wrong = sure & ((off * slant > trial.facts.precision) | (found.element != true.element) | apart)
+    turned = np.linalg.norm(found.normal - true.normal, axis=1) > _NORMAL
+    return (_error(found, true) * slant > precision) | (found.element != true.element) | turned
+
+
+def must_be(found: Hits, true: Hits, wrong: Booleans, origins: Floats, directions: Floats) -> None:
+    """Raise LawBroken with the first ray that is wrong, if one is."""
     if wrong.any():
         i = int(np.flatnonzero(wrong)[0])
         raise LawBroken(
             f"{ray_words(origins, directions, i)} meets {met(found, i)}; it must be {met(true, i)} "
             f"({int(wrong.sum())} of {len(wrong)} rays are wrong)"
         )
+
+
+def worst_error(found: Hits, true: Hits, sure: Booleans) -> float:
+    """Return the largest error of a distance (m) among the rays that are sure and hit."""
+    off = _error(found, true)
     return float(np.where(sure & np.isfinite(off), off, 0.0).max(initial=0.0))
+
+
+def _error(found: Hits, true: Hits) -> Floats:
+    with np.errstate(invalid="ignore"):
+        return np.where(found.distance == true.distance, 0.0, np.abs(found.distance - true.distance))
 
 
 def nonsense(scene: RayScene, origins: Floats, directions: Floats) -> Iterator[tuple[str, tuple[object, ...], str]]:

@@ -9,26 +9,46 @@ from typing import ClassVar
 import numpy as np
 
 from virtualrobot_sdk.kinematics import Floats
-from virtualrobot_sdk.rays import NO_ELEMENT, Hits, RayScene, make_shape
+from virtualrobot_sdk.rays import NO_ELEMENT, Hits, RayScene, Round, make_shape
 from virtualrobot_sdk.registration import ComponentKind
 from virtualrobot_sdk.testing.component_contract import ComponentContract
 from virtualrobot_sdk.testing.laws import LawBroken, Measured
 from virtualrobot_sdk.testing.ray_answers import (
     CasterFacts,
     RayTrial,
+    apart,
     as_reference,
     cast,
     compared,
+    met,
+    must_be,
     nonsense,
     ray_words,
+    worst_error,
 )
-from virtualrobot_sdk.testing.ray_truth import box, plane, random_pose, random_rays, random_scene, sphere, tetrahedron
-from virtualrobot_sdk.testing.trial import Law, must_refuse
+from virtualrobot_sdk.testing.ray_curves import curve_hits, random_primitive, revolved
+from virtualrobot_sdk.testing.ray_truth import (
+    box,
+    plane,
+    random_pose,
+    random_rays,
+    random_scene,
+    reference,
+    sphere,
+    tetrahedron,
+)
+from virtualrobot_sdk.testing.trial import Law, NotTried, must_refuse, numbers
 
 RAYS = 300
 """How many random rays most laws cast into a scene."""
 SCENES = 4
+LONGEST = 12.0
+"""How far rays go (m) where they need an end: across any scene of the suite."""
 _COST_RAYS = 300
+_SEGMENTS = 24
+"""Of how many sides the triangles are that stand for a curved surface."""
+_BESIDE = 1e-3
+"""How far barycentric coordinates may be outside a triangle, and how much a normal may turn (1 - cosine)."""
 
 
 def solids(trial: RayTrial, rng: np.random.Generator) -> Measured:
@@ -94,6 +114,29 @@ def spheres(trial: RayTrial, rng: np.random.Generator) -> Measured:
     return Measured(RAYS)
 
 
+def curves(trial: RayTrial, rng: np.random.Generator) -> Measured:
+    """Rays meet spheres, cylinders, cones and capsules as they are meant, or else the triangles that stand for them.
+
+    From outside and inside, at any pose. A caster whose facts say so meets them as meant, to 1e-6 of the range.
+    """
+    worst = 0.0
+    for kind in Round:
+        primitive = random_primitive(rng, kind)
+        scene = RayScene((revolved(primitive, _SEGMENTS),), random_pose(rng, 2.0)[None])
+        origins, directions = random_rays(rng, RAYS, scene)
+        origins[::3] = scene.world_t_element[0, :3, 3] + rng.uniform(-0.02, 0.02, (len(origins[::3]), 3))
+        found = cast(trial, scene, origins, directions, LONGEST)
+        meant = curve_hits(primitive, scene.world_t_element[0], origins, directions)
+        precision = 1e-6 * LONGEST if trial.facts.exact_curves else trial.facts.precision
+        wrong = meant.sure & apart(found, meant.hits, directions, precision)
+        if not trial.facts.exact_curves:
+            faceted = reference(scene, origins, directions, LONGEST, 10.0 * precision)
+            wrong &= faceted.sure & apart(found, faceted.hits, directions, precision)
+        must_be(found, meant.hits, wrong, origins, directions)
+        worst = max(worst, worst_error(found, meant.hits, meant.sure & (found.element == meant.hits.element)))
+    return Measured(len(Round) * RAYS, {"m": worst})
+
+
 def nearest(trial: RayTrial, rng: np.random.Generator) -> Measured:
     """Of parallel plates in any order the first along the ray counts, from either side, with its normal to the ray."""
     order = rng.permutation(6)
@@ -125,6 +168,32 @@ def scenes(trial: RayTrial, rng: np.random.Generator) -> Measured:
         scene = random_scene(rng, elements)
         worst = max(worst, as_reference(trial, scene, *random_rays(rng, RAYS, scene)))
     return Measured(SCENES * RAYS, {"m": worst})
+
+
+def triangles(trial: RayTrial, rng: np.random.Generator) -> Measured:
+    """Where a caster tells the triangle, the hit lies in it and the normal is the triangle's."""
+    worst, tried = 0.0, 0
+    for elements in (1, 8):
+        scene = random_scene(rng, elements)
+        origins, directions = random_rays(rng, RAYS, scene)
+        found = cast(trial, scene, origins, directions)
+        if found.triangle is None:
+            raise NotTried("it does not tell triangles")
+        for i in np.flatnonzero(found.element != NO_ELEMENT).tolist():
+            shape, pose = scene.shapes[found.element[i]], scene.world_t_element[found.element[i]]
+            corners = shape.vertices[shape.triangles[found.triangle[i]]] @ pose[:3, :3].T + pose[:3, 3]
+            point = origins[i] + found.distance[i] * directions[i]
+            across = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+            weights = (np.cross(corners - point, np.roll(corners, -1, axis=0) - point) @ across) / (across @ across)
+            off = abs(float((point - corners[0]) @ across)) / float(np.linalg.norm(across))
+            turned = 1.0 - abs(float(found.normal[i] @ across)) / float(np.linalg.norm(across))
+            if off > trial.facts.precision or weights.min() < -_BESIDE or turned > _BESIDE:
+                raise LawBroken(
+                    f"{ray_words(origins, directions, i)} meets {met(found, i)}, which is not in triangle "
+                    f"{found.triangle[i]}: {off:.3g} m from its plane, barycentric coordinates {numbers(weights)}"
+                )
+            worst, tried = max(worst, off), tried + 1
+    return Measured(tried, {"m": worst})
 
 
 def ranges(trial: RayTrial, rng: np.random.Generator) -> Measured:
@@ -192,8 +261,9 @@ def determinism(trial: RayTrial, rng: np.random.Generator) -> Measured:
     with trial.twin() as twin:
         for where, other in (("", trial), (" in another process", twin)):
             again = cast(other, scene, *rays)
-            for name in ("distance", "element", "normal"):
-                if getattr(first, name).tobytes() != getattr(again, name).tobytes():
+            for name in ("distance", "element", "normal", "triangle"):
+                one, other_one = getattr(first, name), getattr(again, name)
+                if one is not None and one.tobytes() != other_one.tobytes():
                     raise LawBroken(f"the same cast gives another {name}{where}")
     return Measured(2 * RAYS)
 
@@ -213,8 +283,8 @@ LAWS: Mapping[str, Law] = MappingProxyType(
     {
         law.__name__: law
         for law in (
-            *(solids, spheres, nearest, scenes, ranges, changes, degenerate),
-            *(nothing, refusals, determinism, cost),
+            *(solids, spheres, curves, nearest, scenes, triangles, ranges),
+            *(changes, degenerate, nothing, refusals, determinism, cost),
         )
     }
 )

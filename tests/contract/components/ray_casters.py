@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from virtualrobot_sdk.errors import ArgumentError
 from virtualrobot_sdk.kinematics import Floats
-from virtualrobot_sdk.rays import NO_ELEMENT, Hits, RayScene, Shape
+from virtualrobot_sdk.ray_checks import check_rays
+from virtualrobot_sdk.rays import NO_ELEMENT, Hits, RayScene, Shape, make_shape
+from virtualrobot_sdk.testing.ray_curves import curve_hits
 
 _SMALLEST = 1e-14
 """Determinants below this part of the largest possible one are of rays in the plane, or of triangles without area."""
@@ -15,9 +16,9 @@ class MoellerTrumbore:
     """Tries every ray on every triangle."""
 
     def cast(self, scene: RayScene, origins: Floats, directions: Floats, max_range: float, /) -> Hits:
-        check(scene, origins, directions, max_range)
+        check_rays(scene, origins, directions, max_range)
         n = len(origins)
-        hits = Hits(np.full(n, np.inf), np.full(n, NO_ELEMENT, np.int32), np.zeros((n, 3)))
+        hits = Hits(np.full(n, np.inf), np.full(n, NO_ELEMENT, np.int32), np.zeros((n, 3)), np.full(n, -1, np.int32))
         for i, (shape, pose) in enumerate(zip(scene.shapes, scene.world_t_element, strict=True)):
             corners = (shape.vertices @ pose[:3, :3].T + pose[:3, 3])[shape.triangles]
             if len(corners) == 0:
@@ -27,6 +28,8 @@ class MoellerTrumbore:
             a, b, c = np.moveaxis(corners[triangle[nearer]], 1, 0)
             across = np.cross(b - a, c - a)
             hits.distance[nearer], hits.element[nearer] = distance[nearer], i
+            assert hits.triangle is not None
+            hits.triangle[nearer] = triangle[nearer]
             hits.normal[nearer] = self.turned(across / np.linalg.norm(across, axis=1)[:, None], directions[nearer])
         return hits
 
@@ -56,20 +59,6 @@ class MoellerTrumbore:
 
     def turned(self, normal: Floats, directions: Floats) -> Floats:
         return np.where((normal * directions).sum(axis=1, keepdims=True) > 0, -normal, normal)
-
-
-def check(scene: RayScene, origins: Floats, directions: Floats, max_range: float) -> None:
-    if scene.world_t_element.shape != (len(scene.shapes), 4, 4) or not np.isfinite(scene.world_t_element).all():
-        raise ArgumentError(f"the scene has {len(scene.shapes)} shapes; it needs as many finite poses (4, 4)")
-    if origins.ndim != 2 or origins.shape[1] != 3 or directions.shape != origins.shape:
-        raise ArgumentError(f"origins {origins.shape} and directions {directions.shape} must both be (n, 3)")
-    if not np.isfinite(origins).all() or not np.isfinite(directions).all():
-        raise ArgumentError("origins and directions must be finite")
-    off = np.abs(np.linalg.norm(directions, axis=1) - 1.0).max(initial=0.0)
-    if off > 1e-6:
-        raise ArgumentError(f"a direction's length is off by {off:.3g}; it must be 1")
-    if not max_range > 0.0:
-        raise ArgumentError(f"max_range is {max_range}; it must be above 0")
 
 
 class OneSided(MoellerTrumbore):
@@ -127,3 +116,41 @@ class WritesToRays(MoellerTrumbore):
     def cast(self, scene: RayScene, origins: Floats, directions: Floats, max_range: float, /) -> Hits:
         directions /= np.linalg.norm(directions, axis=1, keepdims=True)
         return super().cast(scene, origins, directions, max_range)
+
+
+class ByFormula(MoellerTrumbore):
+    """Meets curved surfaces as they are meant."""
+
+    def cast(self, scene: RayScene, origins: Floats, directions: Floats, max_range: float, /) -> Hits:
+        flat = tuple(s if s.primitive is None else make_shape(np.zeros((0, 3)), np.zeros((0, 3))) for s in scene.shapes)
+        hits = super().cast(RayScene(flat, scene.world_t_element), origins, directions, max_range)
+        for i, (shape, pose) in enumerate(zip(scene.shapes, scene.world_t_element, strict=True)):
+            if shape.primitive is not None:
+                curved = curve_hits(shape.primitive, pose, origins, directions).hits
+                nearer = (curved.distance < hits.distance) & (curved.distance <= max_range)
+                hits.distance[nearer], hits.element[nearer] = curved.distance[nearer], i
+                hits.normal[nearer] = curved.normal[nearer]
+        return hits
+
+
+class Swollen(MoellerTrumbore):
+    """Wrong: curved surfaces are met 5 mm too large."""
+
+    def cast(self, scene: RayScene, origins: Floats, directions: Floats, max_range: float, /) -> Hits:
+        grown = tuple(
+            s if s.primitive is None else make_shape(s.vertices * (1.0 + 0.005 / s.primitive.radius), s.triangles)
+            for s in scene.shapes
+        )
+        return super().cast(RayScene(grown, scene.world_t_element), origins, directions, max_range)
+
+
+class NextTriangle(MoellerTrumbore):
+    """Wrong: tells the triangle after the one that is hit."""
+
+    def cast(self, scene: RayScene, origins: Floats, directions: Floats, max_range: float, /) -> Hits:
+        hits = super().cast(scene, origins, directions, max_range)
+        assert hits.triangle is not None
+        counts = np.array([len(shape.triangles) for shape in scene.shapes])
+        is_hit = hits.element != NO_ELEMENT
+        hits.triangle[is_hit] = (hits.triangle[is_hit] + 1) % counts[hits.element[is_hit]]
+        return hits
