@@ -15,7 +15,9 @@ import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
@@ -30,7 +32,8 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}}
 """No GIL; division by zero gives inf, as in NumPy; a * b + c may be rounded once, nothing else is reordered."""
 _PACKAGE = Path(__file__).parent
-_compiled_functions: list[CompiledFunction] = []
+_compiled_functions: list[CompiledFunction | CompiledCallback] = []
+_setting = threading.RLock()
 
 
 @functools.cache
@@ -66,13 +69,11 @@ class CompiledFunction:
 
     def __init__(self, function: Callable[..., Any], signature: tuple[Type, ...]) -> None:
         """Keep `function` and the numba types of its arguments; `compile` makes the native code."""
-        from numba import config, njit
+        from numba import njit
 
-        settings: Any = config  # numba fills in its attributes when it is loaded
         self._directory = cache_directory(Path(function.__code__.co_filename).parent)
-        others, settings.CACHE_DIR = settings.CACHE_DIR, str(self._directory)  # read by the next line
-        self.dispatcher: Any = njit(cache=True, **_OPTIONS)(function)
-        settings.CACHE_DIR = others
+        with _kept_in(self._directory):
+            self.dispatcher: Any = njit(cache=True, **_OPTIONS)(function)
         self.name = function.__name__.lstrip("_")
         self.__name__ = function.__name__
         self.__doc__ = function.__doc__
@@ -89,7 +90,7 @@ class CompiledFunction:
 
     def is_cached(self) -> bool:
         """Tell whether the cache directory has code of this function (perhaps for another processor)."""
-        return any(self._directory.glob(f"*/{self._module}.{self.__name__}-*.nbi"))
+        return _is_kept_in(self._directory, self._module, self.__name__)
 
     def compile(self) -> bool:
         """Compile or load; return True when it had to be compiled anew."""
@@ -98,6 +99,48 @@ class CompiledFunction:
             self.dispatcher.disable_compile()
             self._ready = True
         return bool(self.dispatcher.stats.cache_misses)
+
+
+class CompiledCallback:
+    """A function compiled by numba that a C library calls by its address, from any thread and without the GIL.
+
+    It takes and returns what its signature says, and must not raise. A native handle.
+    """
+
+    def __init__(self, function: Callable[..., Any], signature: Any) -> None:  # noqa: ANN401  numba's own type
+        """Keep `function` and its numba signature; `compile` makes the native code."""
+        self._function, self._signature = function, signature
+        self._directory = cache_directory(Path(function.__code__.co_filename).parent)
+        self.name = function.__name__.lstrip("_")
+        self._module = function.__module__.rpartition(".")[2]
+        self._native: Any = None
+        _compiled_functions.append(self)
+
+    @property
+    def address(self) -> int:
+        """Return where the native code is, for as long as the process runs; compiled or loaded at the first call."""
+        self.compile()
+        return self._native.address
+
+    def is_cached(self) -> bool:
+        """Tell whether the cache directory has code of this function (perhaps for another processor)."""
+        return _is_kept_in(self._directory, self._module, self._function.__name__)
+
+    def compile(self) -> bool:
+        """Compile or load; return True when it had to be compiled anew."""
+        from numba import cfunc
+
+        with _setting:
+            if self._native is None:
+                options = {name: value for name, value in _OPTIONS.items() if name != "nogil"}
+                with _kept_in(self._directory):
+                    self._native = cfunc(self._signature, cache=True, **options)(self._function)
+        return not self._native.cache_hits
+
+
+def callback(signature: Any) -> Callable[[Callable[..., Any]], CompiledCallback]:  # noqa: ANN401
+    """Return a decorator that makes a function a `CompiledCallback` of this numba signature."""
+    return lambda function: CompiledCallback(function, signature)
 
 
 def compiled(*signature: Type) -> Callable[[Callable[..., Any]], CompiledFunction]:
@@ -125,6 +168,24 @@ def output_of(dtype: Type, dimensions: int) -> Type:
     from numba.core.types import Array
 
     return Array(dtype, dimensions, "C")
+
+
+@contextmanager
+def _kept_in(directory: Path) -> Iterator[None]:
+    """Have numba keep in `directory` what is made cacheable meanwhile."""
+    from numba import config
+
+    settings: Any = config  # numba fills in its attributes when it is loaded
+    with _setting:
+        others, settings.CACHE_DIR = settings.CACHE_DIR, str(directory)
+        try:
+            yield
+        finally:
+            settings.CACHE_DIR = others
+
+
+def _is_kept_in(directory: Path, module: str, function: str) -> bool:
+    return any(directory.glob(f"*/{module}.{function}-*.nbi"))
 
 
 def make_ready() -> None:

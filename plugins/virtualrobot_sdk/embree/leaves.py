@@ -9,7 +9,9 @@ from concurrent.futures import Future
 
 import numpy as np
 
+from virtualrobot_sdk.embree.curved import bound, intersect, occlude
 from virtualrobot_sdk.embree.library import (
+    CURVED,
     FLOAT3,
     GOOD_BUILD,
     INDICES,
@@ -20,8 +22,9 @@ from virtualrobot_sdk.embree.library import (
     Library,
     library,
 )
+from virtualrobot_sdk.embree.quadrics import surface_of
 from virtualrobot_sdk.errors import ArgumentError
-from virtualrobot_sdk.rays import Shape
+from virtualrobot_sdk.rays import Round, Shape
 
 _lock = threading.Lock()
 _leaves: weakref.WeakValueDictionary[str, Leaf] = weakref.WeakValueDictionary()
@@ -31,25 +34,29 @@ _in_the_making: dict[str, Future[Leaf]] = {}
 class Leaf:
     """The committed scene of one shape; immutable. It is released when nobody keeps the object."""
 
-    __slots__ = ("__weakref__", "is_curved", "scene")
+    __slots__ = ("__weakref__", "_numbers", "scene", "surface")
 
     def __init__(self, shape: Shape) -> None:
         """Build the scene; raises ArgumentError when the shape is none, and EmbreeError."""
         _check(shape)
-        self.is_curved = False
+        self.surface = surface_of(shape.primitive)
+        # Embree keeps its address.
+        self._numbers = np.array(self.surface)
         embree = library()
         functions = embree.functions
         self.scene: int = functions.rtcNewScene(embree.device)
         weakref.finalize(self, functions.rtcReleaseScene, self.scene).atexit = False
         functions.rtcSetSceneFlags(self.scene, ROBUST)
         functions.rtcSetSceneBuildQuality(self.scene, GOOD_BUILD)
-        if len(shape.triangles):
-            geometry = _triangles(embree, shape)
+        if shape.primitive is not None or len(shape.triangles):
+            geometry = _triangles(embree, shape) if shape.primitive is None else _curved(embree, self._numbers)
             functions.rtcCommitGeometry(geometry)
             functions.rtcAttachGeometryByID(self.scene, geometry, 0)
             functions.rtcReleaseGeometry(geometry)
         functions.rtcCommitScene(self.scene)
-        embree.check(f"a shape of {len(shape.triangles)} triangles")
+        embree.check(
+            f"a shape of {len(shape.triangles)} triangles" if shape.primitive is None else f"{shape.primitive}"
+        )
 
 
 def leaf_of(shape: Shape) -> Leaf:
@@ -103,8 +110,31 @@ def _triangles(embree: Library, shape: Shape) -> int:
     return geometry
 
 
+def _curved(embree: Library, numbers: np.ndarray) -> int:
+    """Return a geometry of one curved surface, as `surface_of` has it."""
+    functions = embree.functions
+    geometry = functions.rtcNewGeometry(embree.device, CURVED)
+    functions.rtcSetGeometryUserPrimitiveCount(geometry, 1)
+    functions.rtcSetGeometryUserData(geometry, numbers.ctypes.data)
+    functions.rtcSetGeometryBoundsFunction(geometry, bound.address, None)
+    functions.rtcSetGeometryIntersectFunction(geometry, intersect.address)
+    functions.rtcSetGeometryOccludedFunction(geometry, occlude.address)
+    return geometry
+
+
 def _check(shape: Shape) -> None:
-    """Raise ArgumentError for arrays that Embree would read wrongly, or past their ends."""
+    """Raise ArgumentError for sizes that are none, and for arrays that Embree would read wrongly or past their ends."""
+    curved = shape.primitive
+    if curved is not None:
+        least = 0.0 if curved.kind in (Round.SPHERE, Round.CAPSULE) else np.nextafter(0.0, 1.0)
+        if not (0.0 < curved.radius < np.inf and least <= curved.length < np.inf):
+            raise ArgumentError(
+                f"a {curved.kind.value} has radius {curved.radius} and length {curved.length}; both must be finite "
+                "and above 0",
+                radius=curved.radius,
+                length=curved.length,
+            )
+        return
     vertices, triangles = shape.vertices, shape.triangles
     for name, array in (("vertices", vertices), ("triangles", triangles)):
         if array.ndim != 2 or array.shape[1] != 3:

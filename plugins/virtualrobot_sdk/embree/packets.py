@@ -14,6 +14,7 @@ from numba import boolean, float32, float64, int32, uint64
 
 from virtualrobot_sdk.compiled.cache import array_of, compiled, inlined, output_of
 from virtualrobot_sdk.embree.foreign import call
+from virtualrobot_sdk.embree.quadrics import FLAT, nearest
 
 LANES = 16
 _ORIGIN, _NEAREST, _DIRECTION, _TIME, _FARTHEST, _MASK, _ID, _FLAGS = 0, 3, 4, 7, 8, 9, 10, 11
@@ -27,6 +28,8 @@ _BUNDLE = np.float32(0.95)
 """Cosine of the angle within which a packet's directions make it a bundle: measured, there the ways cost the same."""
 _BUNDLE_ORIGINS = np.float32(0.5**2)
 """Within which its origins must be, squared (m^2)."""
+_REFINED = 1e-3
+"""How far (m, and as much of the distance) a hit in double precision may be from the one in single precision."""
 _ARGUMENTS = np.uint64(40)
 """Bytes of RTCIntersectArguments and of RTCOccludedArguments."""
 
@@ -85,10 +88,49 @@ def _is_bundle(origins: Array, directions: Array, start: int, count: int) -> boo
     return True
 
 
+@inlined
+def _refine(
+    e: int,
+    i: int,
+    j: int,
+    packet: Array,
+    poses: Array,
+    surfaces: Array,
+    max_range: float,
+    distance: Array,
+    normal: Array,
+) -> None:
+    """Write ray i's hit of the curved element e in double precision; lane j has the ray.
+
+    Embree takes a ray into the frame of an instance in single precision. Where a ray touches the surface so closely
+    that in double precision it misses, what Embree found stays.
+    """
+    x = packet[_ORIGIN, j] - poses[e, 0, 3]
+    y = packet[_ORIGIN + 1, j] - poses[e, 1, 3]
+    z = packet[_ORIGIN + 2, j] - poses[e, 2, 3]
+    dx = np.float64(packet[_DIRECTION, j])
+    dy = np.float64(packet[_DIRECTION + 1, j])
+    dz = np.float64(packet[_DIRECTION + 2, j])
+    t, a, b, c = nearest(
+        *(surfaces[e, 0], surfaces[e, 1], surfaces[e, 2]),
+        poses[e, 0, 0] * x + poses[e, 1, 0] * y + poses[e, 2, 0] * z,
+        poses[e, 0, 1] * x + poses[e, 1, 1] * y + poses[e, 2, 1] * z,
+        poses[e, 0, 2] * x + poses[e, 1, 2] * y + poses[e, 2, 2] * z,
+        poses[e, 0, 0] * dx + poses[e, 1, 0] * dy + poses[e, 2, 0] * dz,
+        poses[e, 0, 1] * dx + poses[e, 1, 1] * dy + poses[e, 2, 1] * dz,
+        poses[e, 0, 2] * dx + poses[e, 1, 2] * dy + poses[e, 2, 2] * dz,
+        *(0.0, max_range),
+    )
+    if abs(t - distance[i]) <= _REFINED * (1.0 + distance[i]):
+        distance[i] = t
+        for axis in range(3):
+            normal[i, axis] = poses[e, axis, 0] * a + poses[e, axis, 1] * b + poses[e, axis, 2] * c
+
+
 @compiled(
-    *(uint64, uint64, uint64, array_of(float32, 2), array_of(float32, 2), float64, array_of(float32, 2)),
-    *(array_of(boolean, 1), output_of(float32, 1), output_of(int32, 1), output_of(int32, 1), output_of(float32, 2)),
-    output_of(float32, 2),
+    *(uint64, uint64, uint64, array_of(float32, 2), array_of(float32, 2), float64),
+    *(array_of(float32, 2), array_of(float64, 3), array_of(float64, 2)),
+    *(output_of(float32, 1), output_of(int32, 1), output_of(int32, 1), output_of(float32, 2), output_of(float32, 2)),
 )
 def trace(
     intersect: int,
@@ -98,7 +140,8 @@ def trace(
     directions: Array,
     max_range: float,
     rotations: Array,
-    is_curved: Array,
+    poses: Array,
+    surfaces: Array,
     distance: Array,
     element: Array,
     triangle: Array,
@@ -115,7 +158,8 @@ def trace(
         directions: (n, 3), unit vectors.
         max_range: the greatest distance that counts; may be inf.
         rotations: (e, 9) of the elements, row by row.
-        is_curved: (e,) whether an element's surface is curved.
+        poses: (e, 4, 4) of the elements.
+        surfaces: (e, 3) of the elements, as `surface_of` returns it.
         distance: (n,), see `Traced` for these.
         element: (n,)
         triangle: (n,)
@@ -150,7 +194,7 @@ def trace(
             e = integers[_INSTANCE, j]
             distance[i] = packet[_FARTHEST, j]
             element[i] = e
-            triangle[i] = -1 if is_curved[e] else integers[_PRIMITIVE, j]
+            triangle[i] = integers[_PRIMITIVE, j]
             uv[i, 0] = packet[_U, j]
             uv[i, 1] = packet[_V, j]
             a = packet[_NORMAL, j]
@@ -167,6 +211,9 @@ def trace(
             else:  # so small a triangle that its normal is lost in single precision
                 for axis in range(3):
                     normal[i, axis] = -directions[i, axis]
+            if surfaces[e, 0] != FLAT:
+                triangle[i] = -1
+                _refine(e, i, j, packet, poses, surfaces, max_range, distance, normal)
 
 
 @compiled(

@@ -77,7 +77,7 @@ class TopScene:
         self._instances = np.empty(0, np.uint64)
         self._poses = np.empty((0, 4, 4))
         self._rotations = np.empty((0, 9), np.float32)
-        self._is_curved = np.empty(0, np.bool_)
+        self._surfaces = np.empty((0, 3))
 
     def __enter__(self) -> TopScene:
         """Return the scene."""
@@ -143,7 +143,7 @@ class TopScene:
         )
         trace(
             *(self._addresses.intersect, self._scene, _ARGUMENTS.ctypes.data, starts, along, float(max_range)),
-            *(self._rotations, self._is_curved),
+            *(self._rotations, self._poses, self._surfaces),
             *(traced.distance, traced.element, traced.triangle, traced.uv, traced.normal),
         )
         return traced
@@ -201,7 +201,7 @@ class TopScene:
             poses,
             rotations,
         )
-        self._is_curved = np.array([leaf.is_curved for leaf in leaves], np.bool_)
+        self._surfaces = np.array([leaf.surface for leaf in leaves]).reshape(-1, 3)
 
 
 @functools.cache
