@@ -5,7 +5,6 @@ from __future__ import annotations
 import faulthandler
 import io
 import os
-import pickle
 import select
 import signal
 import sys
@@ -15,6 +14,7 @@ import time
 from virtualrobot_sdk.worker.answers import Outcome, pack
 from virtualrobot_sdk.worker.frames import read_frame, write_frame
 from virtualrobot_sdk.worker.host import Host, pack_error
+from virtualrobot_sdk.worker.kept import Kept
 
 ORPHAN_SECONDS = 2.0
 """How long after the end of its parent the process may go on with what it does, before it is ended."""
@@ -33,11 +33,11 @@ def main() -> None:
         faulthandler.register(signal.SIGUSR1, all_threads=True)
         threading.Thread(target=_end_with_parent, args=(requests,), name="orphan-guard", daemon=True).start()
     write_frame(answers, 0, pack(Outcome.RESULT, None))
-    host = Host()
+    host, kept = Host(), Kept()
     while (frame := read_frame(requests)) is not None:
         number, content = frame
         try:
-            operation, seconds, arguments = pickle.loads(content)
+            operation, seconds, arguments = kept.unpack(content)
         except Exception as error:
             # An argument of a type that this process cannot import.
             write_frame(answers, number, pack_error(error, ""))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import atexit
-import pickle
 import threading
 import weakref
 from collections.abc import Mapping
@@ -19,6 +18,7 @@ from virtualrobot_sdk.worker.description import Description
 from virtualrobot_sdk.worker.frames import NotAFrame, read_frame, write_frame
 from virtualrobot_sdk.worker.guard import Guard
 from virtualrobot_sdk.worker.process import Process
+from virtualrobot_sdk.worker.sent import Sent
 
 MEMORY_GROWTH_BYTES = 512 << 20
 """By how much a component's process may grow after the component was made."""
@@ -51,6 +51,7 @@ class Worker:
         self._running: tuple[Process, Guard] | None = None
         self._fault: ComponentFault | None = None
         self._number = 0
+        self._sent = Sent()
         self._closing = False
         with _opening:
             _open.add(self)
@@ -152,10 +153,14 @@ class Worker:
         guard.limit_memory(growth_bytes)
 
     def _ask(self, operation: str, arguments: tuple[object, ...], asked: str, seconds: float) -> Any:  # noqa: ANN401
-        content = pickle.dumps((operation, seconds, arguments), protocol=5)
+        content = self._sent.pack((operation, seconds, arguments))
         self._started()
         self._number += 1
-        return self._exchange(self._number, content, asked, seconds)
+        try:
+            return self._exchange(self._number, content, asked, seconds)
+        except ComponentFault:
+            self._sent.doubt()
+            raise
 
     def _exchange(self, number: int, content: bytes, asked: str, seconds: float) -> Any:  # noqa: ANN401
         """Send the question, if there is one, and return the answer of this number."""

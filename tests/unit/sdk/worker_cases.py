@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from virtualrobot_sdk.errors import ArgumentError, FilesNeeded, PluginError
 from virtualrobot_sdk.kinematics import Floats, InverseResult, InverseStatus
+from virtualrobot_sdk.rays import Primitive, RayScene
 
 MIB = 1 << 20
 
@@ -61,6 +62,26 @@ class Cases:
 
     def modules(self) -> list[str]:
         return sorted(sys.modules)
+
+    def count(self, scene: RayScene) -> int:
+        return len(scene.shapes)
+
+    def shapes(self, *scenes: RayScene) -> list[tuple[int, bool, str, float, Primitive | None]]:
+        """Return of each shape which object it is, whether it can be written to, its key and what it holds."""
+        every = [shape for scene in scenes for shape in scene.shapes]
+        return [
+            (
+                id(shape),
+                shape.vertices.flags.writeable or shape.triangles.flags.writeable,
+                shape.key,
+                float(shape.vertices[shape.triangles].sum()),
+                shape.primitive,
+            )
+            for shape in every
+        ]
+
+    def fail_with(self, scene: RayScene) -> None:
+        raise ValueError(f"{len(scene.shapes)} shapes are too many")
 
     # Refusals
 
