@@ -1,4 +1,4 @@
-"""URDF read into nodes: the robot first, then its links, parents before children."""
+"""URDF read into nodes: the robot first, then its links, parents before children, then its sensors."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from virtualrobot_kernel.formats.urdf_elements import (
     text_attribute,
 )
 from virtualrobot_kernel.formats.urdf_joints import UrdfJoint, read_joints, tree_order
+from virtualrobot_kernel.formats.urdf_sensors import read_sensors
 from virtualrobot_kernel.formats.urdf_transmissions import read_transmissions
 from virtualrobot_kernel.formats.xml import (
     Element,
@@ -40,7 +41,7 @@ FindMesh = Callable[[str, str, tuple[float, float, float], bool], Mesh]
 
 @dataclass(frozen=True, slots=True)
 class UrdfModel:
-    """What a URDF file holds: nodes named `robot` and `robot.link`, counts and oddities."""
+    """What a URDF file holds: nodes named `robot`, `robot.link` and `robot.sensor`, counts and oddities."""
 
     name: str
     nodes: tuple[NodeSpec, ...]
@@ -137,6 +138,8 @@ def read_urdf(
     nodes = [NodeSpec(robot, Kind.ROBOT, data=RobotData(source=file.key, actuators=actuators))]
     for name, joint in order:
         nodes.append(_link_node(reader, robot, name, links[name], joint, base))
+    child_of = {joint.joint.name: joint.child for joint in joints}
+    nodes += read_sensors(file.key, root, robot, list(links), child_of, reader.warnings)
     return UrdfModel(robot, tuple(nodes), reader.mesh_count, tuple(reader.warnings + palette.warnings))
 
 

@@ -15,6 +15,7 @@ Element: TypeAlias = Any
 """An lxml element: lxml has neither types nor a public name for it."""
 
 _DECLARATION = re.compile(rb"^(?:\xef\xbb\xbf)?(\s*<\?xml\b[^>]*\?>)")
+_OLD_PREFIX = re.compile(r"Namespace prefix (sensor|controller|interface|body|geom|joint|model|rendering) ")
 _ENCODING = re.compile(rb"""encoding\s*=\s*["']([A-Za-z0-9._-]+)["']""")
 
 
@@ -22,18 +23,26 @@ def parse_xml(data: bytes, uri: str) -> Element:
     """Return the root element of a document.
 
     A declaration that the standard refuses but that real models carry (`version="0.0"`, blank lines before it) is
-    passed over. Raises MalformedFileError when the bytes are no XML, or declare entities.
+    passed over, and so is that nobody has declared a prefix of Gazebo's before 1.0 (`sensor:ray`). Raises
+    MalformedFileError when the bytes are no XML, or declare entities.
     """
     text = _utf8(data, uri)
     declared = text.find(b"<!ENTITY")
     if declared >= 0:
         line = text[:declared].count(b"\n") + 1
         raise malformed(uri, line, "the document declares entities (<!ENTITY ...>); write their text out instead")
-    parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False, encoding="utf-8")
+    parser = _parser()
     try:
         return etree.fromstring(text, parser)
     except etree.XMLSyntaxError as error:
+        if all(_OLD_PREFIX.match(entry.message) for entry in parser.error_log):
+            return etree.fromstring(text, _parser(recover=True))
         raise malformed(uri, error.lineno or 1, f"not XML: {error.msg}") from error
+
+
+def _parser(recover: bool = False) -> etree.XMLParser:
+    safe = {"resolve_entities": False, "no_network": True, "load_dtd": False, "huge_tree": False}
+    return etree.XMLParser(recover=recover, encoding="utf-8", **safe)
 
 
 def _utf8(data: bytes, uri: str) -> bytes:

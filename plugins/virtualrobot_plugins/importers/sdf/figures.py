@@ -33,7 +33,7 @@ ENDLESS_PLANE = 100.0
 
 _LINK_DETAILS = (
     *("pose", "visual", "collision", "inertial", "gravity", "self_collide", "kinematic", "enable_wind"),
-    *("velocity_decay", "must_be_base_link"),
+    *("velocity_decay", "must_be_base_link", "sensor"),
 )
 
 

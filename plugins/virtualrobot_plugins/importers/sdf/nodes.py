@@ -1,4 +1,4 @@
-"""Models as nodes of a scene file: robots, parts and objects."""
+"""Models as nodes of a scene file: robots, parts and objects, with their sensors."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from virtualrobot_plugins.importers.sdf.elements import Matrix, Notes, inverse, 
 from virtualrobot_plugins.importers.sdf.figures import inertial_of, link_figures
 from virtualrobot_plugins.importers.sdf.joints import WORLD, JointSpec, read_joint
 from virtualrobot_plugins.importers.sdf.scopes import LinkElement, Scope
+from virtualrobot_plugins.importers.sdf.sensors import sensor_nodes
 
 Links = dict[str, tuple[LinkElement, Matrix]]
 """Element and pose in the model of each link, by full name, in the order of the file."""
@@ -26,7 +27,7 @@ def model_nodes(model: Scope, name: str, world_t_model: Matrix, main: str, notes
         notes.warn(model.place, model.element, "the model has no link and is left out")
         return []
     if model.static:
-        return [_object(name, links, world_t_model, main, notes)]
+        return _object(name, links, world_t_model, main, notes)
     joints = [
         read_joint(scope, prefix, pose, joint, notes)
         for prefix, scope, pose in model.all_joints()
@@ -40,18 +41,19 @@ def model_nodes(model: Scope, name: str, world_t_model: Matrix, main: str, notes
         own = {full: links[full] for full in members}
         called = name if len(groups) == 1 else f"{name}_{members[0].replace('::', '_')}"
         if anchored:
-            nodes.append(_object(called, own, world_t_model, main, notes))
+            nodes += _object(called, own, world_t_model, main, notes)
         else:
-            nodes.append(_part(called, own, world_t_model, len(groups) == 1, main, notes))
+            nodes += _part(called, own, world_t_model, len(groups) == 1, main, notes)
     return nodes
 
 
-def _object(name: str, links: Links, world_t_model: Matrix, main: str, notes: Notes) -> dict[str, Any]:
+def _object(name: str, links: Links, world_t_model: Matrix, main: str, notes: Notes) -> list[dict[str, Any]]:
     figures = [figure for link, pose in links.values() for figure in link_figures(link, pose, main, notes)]
-    return {"name": name, "parent_t_node": pose_message(world_t_model), "figures": figures, "object": {}}
+    node = {"name": name, "parent_t_node": pose_message(world_t_model), "figures": figures, "object": {}}
+    return [node, *_sensors(name, links, np.eye(4), notes)]
 
 
-def _part(name: str, links: Links, world_t_model: Matrix, alone: bool, main: str, notes: Notes) -> dict[str, Any]:
+def _part(name: str, links: Links, world_t_model: Matrix, alone: bool, main: str, notes: Notes) -> list[dict[str, Any]]:
     """Return one body: in the model's frame, or, where the model has others, in the frame of its first link."""
     model_t_node = np.eye(4) if alone else next(iter(links.values()))[1]
     figures: list[dict[str, Any]] = []
@@ -62,7 +64,18 @@ def _part(name: str, links: Links, world_t_model: Matrix, alone: bool, main: str
         inertial = inertial_of(link, node_t_link)
         mass += 0.0 if inertial is None else inertial["mass_kilograms"]
     pose = pose_message(world_t_model @ model_t_node)
-    return {"name": name, "parent_t_node": pose, "figures": figures, "part": {"mass_kilograms": mass}}
+    node = {"name": name, "parent_t_node": pose, "figures": figures, "part": {"mass_kilograms": mass}}
+    return [node, *_sensors(name, links, inverse(model_t_node), notes)]
+
+
+def _sensors(name: str, links: Links, node_t_model: Matrix, notes: Notes) -> list[dict[str, Any]]:
+    """Return the sensors of links that are one node."""
+    taken: set[str] = set()
+    nodes = []
+    for link, pose in links.values():
+        place = link.place.inside(f"link {link.name!r}")
+        nodes += sensor_nodes(link.element, place, name, name, node_t_model @ pose, taken, notes)
+    return nodes
 
 
 def _groups(links: Links, joints: list[JointSpec]) -> list[tuple[bool, list[str]]]:
@@ -175,6 +188,27 @@ def _robot(
         anchored = True
         add_link(full, name, np.eye(4), links[full][1], _fixed(free("base")))
         grow(full)
+    return nodes + _robot_sensors(name, links, joints, placed, {node["name"] for node in nodes}, notes)
+
+
+def _robot_sensors(
+    name: str,
+    links: Links,
+    joints: list[JointSpec],
+    placed: dict[str, tuple[str, Matrix]],
+    taken: set[str],
+    notes: Notes,
+) -> list[dict[str, Any]]:
+    """Return the sensors of a robot's links, then those of its joints, which are fixed to the child."""
+    nodes = []
+    for full, (link, model_t_link) in links.items():
+        node, model_t_node = placed[full]
+        place = link.place.inside(f"link {link.name!r}")
+        nodes += sensor_nodes(link.element, place, name, node, inverse(model_t_node) @ model_t_link, taken, notes)
+    for joint in joints:
+        node, model_t_node = placed[joint.child]
+        node_t_joint = inverse(model_t_node) @ joint.model_t_joint
+        nodes += sensor_nodes(joint.element, joint.place, name, node, node_t_joint, taken, notes)
     return nodes
 
 

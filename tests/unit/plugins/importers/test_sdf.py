@@ -240,3 +240,27 @@ def test_a_refusal_names_file_line_and_element() -> None:
         '<model name="m">\n<link name="l">\n<visual name="v"><geometry><sphere/></geometry></visual></link></model>'
     )
     assert refusal(SdfImporter(), text, "a/m.sdf") == "m.sdf:5: link 'l': <sphere> needs <radius>"
+
+
+def test_sensors_of_links_and_joints() -> None:
+    """A laser on a moving link, whose frame is its joint's, a force sensor in the joint, a camera on a static box."""
+    text = (
+        '<sdf version="1.9"><world name="w"><model name="arm"><link name="base"/>'
+        '<link name="tip"><pose>1 0 0 0 0 0</pose><sensor name="laser" type="gpu_lidar"><pose>0 0 0.25 0 0 0</pose>'
+        '<lidar><range><max>5</max></range></lidar></sensor><sensor name="laser" type="imu"/>'
+        '<sensor name="odd" type="air_pressure"/></link>'
+        '<joint name="hinge" type="continuous"><pose>-0.5 0 0 0 0 0</pose><parent>base</parent><child>tip</child>'
+        '<axis><xyz>0 0 1</xyz></axis><sensor name="wrist" type="force_torque"/></joint></model>'
+        '<model name="box"><static>true</static><link name="l"><pose>0 0 2 0 0 0</pose>'
+        '<sensor name="eye" type="camera"><camera/></sensor></link></model></world></sdf>'
+    )
+    nodes = {node.name: node for node in specs(text)}
+    laser, wrist, eye = nodes["arm.laser"], nodes["arm.wrist"], nodes["box.eye"]
+    assert (laser.parent, wrist.parent, eye.parent) == ("arm.tip", "arm.tip", "box")
+    # The link's node is where the joint is, half a meter before the link's own frame.
+    np.testing.assert_allclose(laser.parent_t_node[:3, 3], [0.5, 0, 0.25])
+    np.testing.assert_allclose(wrist.parent_t_node, np.eye(4))
+    np.testing.assert_allclose(eye.parent_t_node[:3, 2:].T, [[1, 0, 0], [0, 0, 2]], atol=1e-12)
+    assert "arm.laser_2" in nodes
+    (warning,) = SdfImporter().translate(text.encode(), "m.sdf", {}).warnings
+    assert warning.startswith("m.sdf:1: sensor 'odd': it is left out: its type 'air_pressure'")
