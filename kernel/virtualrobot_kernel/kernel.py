@@ -26,6 +26,8 @@ from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.planning.solvers import Solvers
+from virtualrobot_kernel.sensing.readers import SensingRoom
+from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.journal import MemoryJournal
 from virtualrobot_kernel.world.store import World
@@ -62,6 +64,7 @@ class Kernel:
         self._assets = AssetStore()
         self._meshes = MeshLibrary(self._assets, self._importers)
         self._view = ViewStore()
+        self._sensing = SensingRoom(catalog, ShapeLibrary(self._meshes.load))
         self.world = World(world_poses, MemoryJournal(), Clock(settings.mode, 1.0, settings.tick_nanoseconds))
         self._workers = ThreadPoolExecutor(WORKERS, thread_name_prefix="worker")
         self._turns = Turns()
@@ -122,6 +125,7 @@ class Kernel:
             turns=self._turns,
             catalog=self._catalog,
             solvers=self._solvers,
+            sensing=self._sensing,
             importers=self._importers,
             leases=LeaseTable(),
             viewer_url=lambda: self._viewer.url if self._viewer else "",
