@@ -50,6 +50,16 @@ class TestByFormula(RayCasterContract):
     facts = CasterFacts(exact_curves=True)
 
 
+class TestEmbree(RayCasterContract):
+    component = "virtualrobot_plugins.rays/embree"
+    facts = CasterFacts(precision=1e-5, exact_curves=True)
+
+
+class TestWithoutLibrary(RayCasterContract):
+    component = f"{COMPONENTS}:WithoutLibrary"
+    facts = CasterFacts(precision=1e-5)
+
+
 class TestReference(RayCasterContract):
     component = "virtualrobot_plugins.rays/reference"
     facts = CasterFacts(precision=1e-6)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+from virtualrobot_plugins.ray_casters.embree import EmbreeCaster
+from virtualrobot_plugins.ray_casters.embreex_scene import EmbreexScene
 from virtualrobot_sdk.kinematics import Floats
 from virtualrobot_sdk.ray_checks import check_rays
 from virtualrobot_sdk.rays import NO_ELEMENT, Hits, RayScene, Shape, make_shape
@@ -154,3 +156,12 @@ class NextTriangle(MoellerTrumbore):
         is_hit = hits.element != NO_ELEMENT
         hits.triangle[is_hit] = (hits.triangle[is_hit] + 1) % counts[hits.element[is_hit]]
         return hits
+
+
+class WithoutLibrary(EmbreeCaster):
+    """The bundled `embree` as it is where its library can't be driven."""
+
+    def __init__(self) -> None:
+        """Have embreex do it."""
+        super().__init__()
+        self._scene = EmbreexScene()
