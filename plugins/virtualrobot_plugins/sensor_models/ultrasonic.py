@@ -108,7 +108,10 @@ class Ultrasonic:
         return self._gain * returned(incidence, settings) * spreading * air
 
     def _first_echo(self, hits: TrueHits) -> tuple[Floats, Floats, Booleans]:
-        """Return where the sound of each cone first exceeds the threshold (n,), its strength, and whether it does."""
+        """Return where the sound of each cone first exceeds the threshold (n,), its strength, and whether it does.
+
+        The strength is the part of the cone that comes back within a burst of there, had it not spread on the way.
+        """
         burst, (beams, rays) = self._settings.burst_meters, hits.distance.shape
         hit = hits.distance <= hits.farthest
         beyond = hits.farthest + 2.0 * burst
@@ -122,12 +125,11 @@ class Ultrasonic:
         row = np.arange(beams)[:, None]
         laid = distance + row * 2.0 * (distance.max(initial=0.0) + burst)
         first = np.searchsorted(laid.ravel(), (laid - burst).ravel()).reshape(beams, rays) - row * rays
-        loudness, level = _sums_from(energy, first), _sums_from(share, first)
-        loud = loudness >= self._threshold * (1.0 - 1e-9)
+        loud = _sums_from(energy, first) >= self._threshold * (1.0 - 1e-9)
         at = loud.argmax(axis=1)[:, None]
         heard = np.asarray(loud.any(axis=1))
         told = np.where(heard, np.take_along_axis(distance, at, axis=1)[:, 0], 0.0)
-        return told, np.take_along_axis(level, at, axis=1)[:, 0], heard
+        return told, (share * (np.abs(distance - told[:, None]) <= burst)).sum(axis=1), heard
 
 
 def returned(incidence: Floats, settings: UltrasonicSettings) -> Floats:
