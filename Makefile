@@ -3,7 +3,7 @@
 # make bench  sets up and measures against the named peers -> benchmarks/RESULTS.md
 # make stubs  writes the Python stubs and the reference after a change of the contract
 # make picture  takes the README's picture of the running demo
-# make profiles  draws the pictures of each kind of motion, as the kernel plans it
+# make profiles  draws the pictures of each kind of motion, as the kernel plans it, and those of the sensor models
 # make constraints  writes constraints.txt with today's versions
 #
 # Windows, without make:
@@ -57,9 +57,10 @@ constraints: $(VENV)/bin/python
 picture: $(VENV)/installed-dev
 	@$(BIN)/python tools/picture.py docs/pictures/cell.png
 
-# The pictures of docs/motion-profiles.md.
+# The pictures of docs/motion-profiles.md and docs/sensor-models.md.
 profiles: $(VENV)/installed-kernel
 	@$(BIN)/python tools/plot_motions.py docs/pictures
+	@$(BIN)/python tools/plot_sensor_models.py docs/pictures
 
 clean:
 	@rm -rf $(VENV) node_modules clients/node/node_modules clients/node/dist build dist *.egg-info .pytest_cache .ruff_cache

@@ -1,4 +1,4 @@
-"""Curves over time as a small SVG: one panel below the other, with one legend."""
+"""Curves over time, or something else, as a small SVG: one panel below the other, with one legend."""
 
 from __future__ import annotations
 
@@ -24,8 +24,10 @@ class Panel:
     height: int = PANEL
 
 
-def chart(times: NDArray[np.float64], panels: Sequence[Panel], marks: Sequence[float] = ()) -> str:
-    """Return an SVG of panels over times (n,) in s; `marks` are times with a dashed line."""
+def chart(
+    times: NDArray[np.float64], panels: Sequence[Panel], marks: Sequence[float] = (), along: str = "time in s"
+) -> str:
+    """Return an SVG of panels over times (n,), or what `along` says, from 0; `marks` are those with a dashed line."""
     height = TOP + sum(panel.height for panel in panels) + GAP * (len(panels) - 1) + BOTTOM
     end = float(times[-1])
 
@@ -47,7 +49,7 @@ def chart(times: NDArray[np.float64], panels: Sequence[Panel], marks: Sequence[f
     for seconds in (tick for tick in ticks(0.0, end, 8) if tick <= end):
         parts.append(f'<path d="M{x(seconds)} {bottom:g}v4" stroke="#888"/>')
         parts.append(f'<text x="{x(seconds)}" y="{bottom + 18:g}" text-anchor="middle">{seconds:g}</text>')
-    parts.append(f'<text x="{x(end / 2)}" y="{height - 8}" text-anchor="middle">time in s</text>')
+    parts.append(f'<text x="{x(end / 2)}" y="{height - 8}" text-anchor="middle">{along}</text>')
     return "\n".join([*parts, "</svg>\n"])
 
 
