@@ -27,7 +27,7 @@ class Lens:
         width: of the picture in pixels.
         height: of the picture in pixels.
         projection: how it comes about.
-        intrinsics: focal lengths and middle in pixels; None for a spherical one.
+        intrinsics: focal lengths and middle in pixels; spherical: pixels per radian.
         distortion: OpenCV's coefficients, as they were given.
         near: what is nearer is not seen, in meters: along z for a pinhole, along the ray for others.
         far: what is farther is not seen, measured in the same way.
@@ -41,7 +41,7 @@ class Lens:
     width: int
     height: int
     projection: Projection
-    intrinsics: Intrinsics | None
+    intrinsics: Intrinsics
     distortion: tuple[float, ...]
     near: float
     far: float
@@ -57,14 +57,20 @@ class Lens:
         return self.projection is Projection.PINHOLE
 
 
+def size_of(camera: CameraSensor) -> tuple[int, int]:
+    """Return width and height of a camera's pictures in pixels."""
+    width = camera.width or WIDTH
+    half = camera.projection is Projection.SPHERICAL
+    return width, camera.height or (max(1, width // 2) if half else HEIGHT)
+
+
 def lens_of(camera: CameraSensor) -> Lens:
     """Return the lens of a camera, what its settings leave open filled in."""
     spherical = camera.projection is Projection.SPHERICAL
-    width = camera.width or WIDTH
-    height = camera.height or (max(1, width // 2) if spherical else HEIGHT)
+    width, height = size_of(camera)
     field = camera.horizontal_field_radians or (2.0 * math.pi if spherical else FIELD)
     intrinsics = camera.intrinsics
-    if intrinsics is None or spherical:
+    if intrinsics is None:
         half = math.tan(0.5 * field) if camera.projection is Projection.PINHOLE else 0.5 * field
         focal = 0.5 * width / half
         intrinsics = Intrinsics(focal, focal, 0.5 * (width - 1), 0.5 * (height - 1))
@@ -82,7 +88,7 @@ def lens_of(camera: CameraSensor) -> Lens:
         width=width,
         height=height,
         projection=camera.projection,
-        intrinsics=None if spherical else intrinsics,
+        intrinsics=intrinsics,
         distortion=camera.distortion,
         near=near,
         far=far,

@@ -185,7 +185,7 @@ class RangeReading(_message.Message):
     def __init__(self, distances: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., valid: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., intensities: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., elements: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., element_names: _Optional[_Iterable[str]] = ..., points: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., frame: _Optional[_Union[ReadingFrame, str]] = ..., ages: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
 
 class CameraReading(_message.Message):
-    __slots__ = ("images", "width", "height", "intrinsics", "distortion", "element_names", "stereo_baseline_meters")
+    __slots__ = ("images", "width", "height", "intrinsics", "distortion", "element_names", "stereo_baseline_meters", "projection")
     IMAGES_FIELD_NUMBER: _ClassVar[int]
     WIDTH_FIELD_NUMBER: _ClassVar[int]
     HEIGHT_FIELD_NUMBER: _ClassVar[int]
@@ -193,6 +193,7 @@ class CameraReading(_message.Message):
     DISTORTION_FIELD_NUMBER: _ClassVar[int]
     ELEMENT_NAMES_FIELD_NUMBER: _ClassVar[int]
     STEREO_BASELINE_METERS_FIELD_NUMBER: _ClassVar[int]
+    PROJECTION_FIELD_NUMBER: _ClassVar[int]
     images: _containers.RepeatedCompositeFieldContainer[Image]
     width: int
     height: int
@@ -200,7 +201,8 @@ class CameraReading(_message.Message):
     distortion: _containers.RepeatedScalarFieldContainer[float]
     element_names: _containers.RepeatedScalarFieldContainer[str]
     stereo_baseline_meters: float
-    def __init__(self, images: _Optional[_Iterable[_Union[Image, _Mapping]]] = ..., width: _Optional[int] = ..., height: _Optional[int] = ..., intrinsics: _Optional[_Union[_sensing_pb2.CameraIntrinsics, _Mapping]] = ..., distortion: _Optional[_Iterable[float]] = ..., element_names: _Optional[_Iterable[str]] = ..., stereo_baseline_meters: _Optional[float] = ...) -> None: ...
+    projection: _sensing_pb2.CameraProjection
+    def __init__(self, images: _Optional[_Iterable[_Union[Image, _Mapping]]] = ..., width: _Optional[int] = ..., height: _Optional[int] = ..., intrinsics: _Optional[_Union[_sensing_pb2.CameraIntrinsics, _Mapping]] = ..., distortion: _Optional[_Iterable[float]] = ..., element_names: _Optional[_Iterable[str]] = ..., stereo_baseline_meters: _Optional[float] = ..., projection: _Optional[_Union[_sensing_pb2.CameraProjection, str]] = ...) -> None: ...
 
 class Image(_message.Message):
     __slots__ = ("kind", "right", "pixels")
