@@ -26,6 +26,7 @@ from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.planning.solvers import Solvers
+from virtualrobot_kernel.sensing.looks import LookLibrary
 from virtualrobot_kernel.sensing.readers import SensingRoom
 from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.clock import Clock, Mode
@@ -64,7 +65,7 @@ class Kernel:
         self._assets = AssetStore()
         self._meshes = MeshLibrary(self._assets, self._importers)
         self._view = ViewStore()
-        self._sensing = SensingRoom(catalog, ShapeLibrary(self._meshes.load))
+        self._sensing = SensingRoom(catalog, ShapeLibrary(self._meshes.load), LookLibrary(self._meshes.load))
         self.world = World(world_poses, MemoryJournal(), Clock(settings.mode, 1.0, settings.tick_nanoseconds))
         self._workers = ThreadPoolExecutor(WORKERS, thread_name_prefix="worker")
         self._turns = Turns()

@@ -70,7 +70,8 @@ SERVICES = (
 
 OPTIONS = (
     ("grpc.max_receive_message_length", MAX_MESSAGE_BYTES),
-    ("grpc.max_send_message_length", MAX_MESSAGE_BYTES),
+    # Pictures and clouds go in one piece; clients of the library take as much.
+    ("grpc.max_send_message_length", 256 * 1024 * 1024),
     ("grpc.so_reuseport", 0),
     # A client whose machine or network is gone closes nothing. Its streams, and what they hold (leases, motions), end
     # when it does not answer a ping in time; measured: after 5 s. In Python and C++ gRPC answers by itself, however

@@ -6,6 +6,7 @@ import logging
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
+from weakref import WeakValueDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +28,7 @@ GREY = (0.72, 0.74, 0.77, 1.0)
 WHITE = (1.0, 1.0, 1.0, 1.0)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Surface:
     """The looks of one mesh: f triangles in the order of its shape, v corners, p parts.
 
@@ -54,7 +55,7 @@ class Surface:
     textures: tuple[tuple[NDArray[np.uint8], ...], ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Surfaces:
     """Surfaces one behind the other; the last three tables are of levels of textures.
 
@@ -70,7 +71,8 @@ class Surfaces:
         textures: (t, 2) the first row of `levels`, and how many there are.
         levels: (l, 3) where a level begins in `texels`, its width, its height.
         texels: (x, 4) sRGB and opacity.
-        starts: the first triangle, corner and part of each mesh; of those without triangles there is none.
+        starts: the first triangle, corner and part of each mesh that could be read.
+        made: the surfaces of those meshes.
     """
 
     faces: NDArray[np.int32]
@@ -85,6 +87,15 @@ class Surfaces:
     levels: NDArray[np.int64]
     texels: NDArray[np.uint8]
     starts: dict[Mesh, tuple[int, int, int]]
+    made: dict[Mesh, Surface]
+
+    @property
+    def tables(self) -> tuple[NDArray, ...]:
+        """Return all arrays in the order above, as `numeric.shading` takes them."""
+        return (
+            *(self.faces, self.part, self.texel, self.normals, self.colors, self.uv, self.part_colors),
+            *(self.part_looks, self.textures, self.levels, self.texels),
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,14 +114,17 @@ class Looks:
 
 
 class LookLibrary:
-    """Surfaces of meshes, made when first asked for; any thread may ask."""
+    """Surfaces of meshes, kept for as long as anybody uses them; any thread may ask.
+
+    Two threads that ask for the same new one at once both make it.
+    """
 
     def __init__(self, meshes: Meshes) -> None:
         """Take the triangles of meshes from `meshes`."""
         self._meshes = meshes
         self._lock = threading.Lock()
-        self._made: dict[Mesh, Surface | None] = {}
-        self._joined: tuple[frozenset[Mesh], Surfaces] | None = None
+        self._made: WeakValueDictionary[Mesh, Surface] = WeakValueDictionary()
+        self._joined: WeakValueDictionary[frozenset[Mesh], Surfaces] = WeakValueDictionary()
 
     def of(self, elements: Elements) -> Looks:
         """Return what elements look like; a mesh that cannot be read looks grey, as nothing is there to be seen."""
@@ -127,20 +141,24 @@ class LookLibrary:
         return Looks(linear(colors), starts, surfaces)
 
     def _surfaces(self, meshes: frozenset[Mesh]) -> Surfaces:
-        """Return the tables of these meshes: those of the last call where they are the same."""
-        joined = self._joined
-        if joined is not None and joined[0] == meshes:
-            return joined[1]
-        made = {mesh: self._surface(mesh) for mesh in meshes}
-        surfaces = join({mesh: surface for mesh, surface in made.items() if surface is not None})
+        """Return the tables of these meshes: those that are there, where they are."""
         with self._lock:
-            self._made = made  # those of other meshes are forgotten
-            self._joined = meshes, surfaces
-        return surfaces
+            joined = self._joined.get(meshes)
+        if joined is not None:
+            return joined
+        found = {mesh: self._surface(mesh) for mesh in meshes}
+        made = {mesh: surface for mesh, surface in found.items() if surface is not None}
+        joined = join(made)
+        with self._lock:
+            self._joined[meshes] = joined
+            self._made.update(made)
+        return joined
 
     def _surface(self, mesh: Mesh) -> Surface | None:
-        if mesh in self._made:
-            return self._made[mesh]
+        with self._lock:
+            surface = self._made.get(mesh)
+        if surface is not None:
+            return surface
         try:
             return surface_of(self._meshes(mesh))
         except Exception:  # a mesh that cannot be read must not blind all cameras
@@ -236,6 +254,7 @@ def join(made: dict[Mesh, Surface]) -> Surfaces:
         levels=np.array(levels, np.int64).reshape(-1, 3),
         texels=np.concatenate([np.zeros((0, 4), np.uint8), *texels]),
         starts=starts,
+        made=made,
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from virtualrobot_kernel.numeric.projection import start_rays
 from virtualrobot_kernel.numeric.shading import STEPS, measure, shade
 from virtualrobot_kernel.sensing.lenses import Lens
 from virtualrobot_kernel.sensing.lights import Lights
-from virtualrobot_kernel.sensing.looks import Looks, Surfaces
+from virtualrobot_kernel.sensing.looks import Looks
 from virtualrobot_kernel.world.sensing import ImageKind
 
 Color = tuple[float, float, float]
@@ -122,13 +122,12 @@ def _color(
     pixels, slants, carried = lens.pixels, lens.slants, np.empty((0, 5), np.float32)
     background = to_linear(subject.background).astype(np.float32)
     looks, lights = subject.looks, subject.lights
-    tables = [getattr(looks.surfaces, field.name) for field in fields(Surfaces) if field.name != "starts"]
     for layer in range(LAYERS):
         onward, passed = np.empty(len(along), np.int32), np.empty((len(along), 5), np.float32)
         going = shade(
             *(origins, along, pixels, carried, slants, lens.near, lens.far, lens.pixel_angle),
             *(traced.distance, traced.element, traced.triangle, traced.uv, traced.normal),
-            *(subject.world_t_element, looks.colors, looks.starts, *tables),
+            *(subject.world_t_element, looks.colors, looks.starts, *looks.surfaces.tables),
             *(lights.table, _shadowed(scene, lights, origins, along, traced), background, _TO_LIGHT, _TO_SCREEN),
             *(layer == LAYERS - 1, picture, onward, passed),
         )

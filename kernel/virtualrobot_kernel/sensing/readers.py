@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from virtualrobot_kernel.components.catalog import Catalog
+from virtualrobot_kernel.sensing.camera_reader import CameraReader
+from virtualrobot_kernel.sensing.looks import LookLibrary
 from virtualrobot_kernel.sensing.reading import Reader
 from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.state import Snapshot
@@ -14,11 +16,14 @@ from virtualrobot_kernel.world.structure import Kind, Node
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SensingRoom:
-    """What readers are made of: the components that are installed, and the shapes of figures."""
+    """What readers are made of: the components that are installed, the shapes of figures, and what these look like."""
 
     catalog: Catalog
     shapes: ShapeLibrary
+    looks: LookLibrary
 
 
-READERS: dict[Kind, Callable[[Snapshot, Node, SensingRoom], Reader]] = {}
+READERS: dict[Kind, Callable[[Snapshot, Node, SensingRoom], Reader]] = {
+    Kind.CAMERA_SENSOR: lambda snapshot, node, room: CameraReader(node, room.shapes, room.looks),
+}
 """Makes the reader of a sensor from its node and the world as it is; raises KernelError when it cannot be made."""

@@ -32,7 +32,7 @@ def camera_message(content: CameraContent) -> sensor_pb2.CameraReading:
         distortion=lens.distortion,
         element_names=content.element_names if ImageKind.SEGMENTATION in content.kinds else (),
         stereo_baseline_meters=content.baseline,
-        projection=sensing_pb2.CameraProjection.ValueType(lens.projection.value),
+        projection=sensing_pb2.CameraProjection.Name(lens.projection.value),
     )
 
 
@@ -47,5 +47,5 @@ def _images(picture: Picture, content: CameraContent, right: bool) -> Iterator[s
     for kind in content.kinds:
         values, stored = pixels[kind]
         if values is not None:
-            number = sensing_pb2.ImageKind.ValueType(kind.value)
-            yield sensor_pb2.Image(kind=number, right=right, pixels=array_message(values, stored))
+            name = sensing_pb2.ImageKind.Name(kind.value)
+            yield sensor_pb2.Image(kind=name, right=right, pixels=array_message(values, stored))
