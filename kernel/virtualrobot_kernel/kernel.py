@@ -18,6 +18,7 @@ from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.api.server import Address, Server
 from virtualrobot_kernel.api.turns import Turns
+from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.importing import Importers
 from virtualrobot_kernel.drawing.view import ViewStore
@@ -65,7 +66,8 @@ class Kernel:
         self._assets = AssetStore()
         self._meshes = MeshLibrary(self._assets, self._importers)
         self._view = ViewStore()
-        self._sensing = SensingRoom(catalog, ShapeLibrary(self._meshes.load), LookLibrary(self._meshes.load))
+        load = self._meshes.load
+        self._sensing = SensingRoom(catalog, ShapeLibrary(load), LookLibrary(load), CollisionShapes(load))
         self.world = World(world_poses, MemoryJournal(), Clock(settings.mode, 1.0, settings.tick_nanoseconds))
         self._workers = ThreadPoolExecutor(WORKERS, thread_name_prefix="worker")
         self._turns = Turns()

@@ -90,7 +90,7 @@ def bodies_of(snapshot: Snapshot, robot: Node) -> Bodies:
             moved = inverse(snapshot.world_t(node.parent)) @ snapshot.world_t(node.uid)
             body_of[node.uid] = above
             body_t[node.uid] = above_t @ (poses[row] if kind is JointType.FIXED else moved)
-        inertial = _inertial(node, warnings)
+        inertial = inertial_of(node, warnings)
         if inertial is None:
             continue
         body = body_of[node.uid]
@@ -100,7 +100,7 @@ def bodies_of(snapshot: Snapshot, robot: Node) -> Bodies:
         moments[body] += inertial.mass * centre
         # The parallel-axis theorem takes the inertia from the centre of mass to the body's origin.
         shifted = inertial.mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
-        inertias[body] += turn @ _tensor(inertial) @ turn.T + shifted
+        inertias[body] += turn @ inertia_tensor(inertial) @ turn.T + shifted
         payload += 0.0 if node.uid in own else inertial.mass
     warnings[:0] = _massless(structure, rows, masses)
     return Bodies(
@@ -121,9 +121,12 @@ def bodies_of(snapshot: Snapshot, robot: Node) -> Bodies:
     )
 
 
-def _inertial(node: Node, warnings: list[str]) -> Inertial | None:
-    """Return the mass of a node and how it is spread; say in `warnings` what is unknown."""
-    data = node.data
+def inertial_of(node: Node, warnings: list[str] | None = None) -> Inertial | None:
+    """Return the mass of a node and how it is spread; say in `warnings`, where given, what is unknown.
+
+    A part with a mass and no inertial counts as a point at its origin.
+    """
+    data, warnings = node.data, [] if warnings is None else warnings
     if isinstance(data, LinkData):
         return data.inertial
     if isinstance(data, ToolData):
@@ -151,7 +154,7 @@ def _massless(structure: Structure, rows: list[int], masses: list[float]) -> lis
     ]
 
 
-def _tensor(inertial: Inertial) -> Floats:
+def inertia_tensor(inertial: Inertial) -> Floats:
     """Return the inertia (3, 3) about the centre of mass in the inertial frame, kg m^2."""
     (xx, yy, zz), (xy, xz, yz) = inertial.diagonal, inertial.products
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.sensing.camera_reader import CameraReader
+from virtualrobot_kernel.sensing.contact_reader import ContactReader
 from virtualrobot_kernel.sensing.looks import LookLibrary
+from virtualrobot_kernel.sensing.motion_reader import MotionReader
 from virtualrobot_kernel.sensing.reading import Reader
 from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.state import Snapshot
@@ -16,14 +19,24 @@ from virtualrobot_kernel.world.structure import Kind, Node
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SensingRoom:
-    """What readers are made of: the components that are installed, the shapes of figures, and what these look like."""
+    """What readers are made of.
+
+    Attributes:
+        catalog: the components that are installed.
+        shapes: figures for rays.
+        looks: what figures look like.
+        solids: figures that touch.
+    """
 
     catalog: Catalog
     shapes: ShapeLibrary
     looks: LookLibrary
+    solids: CollisionShapes
 
 
 READERS: dict[Kind, Callable[[Snapshot, Node, SensingRoom], Reader]] = {
     Kind.CAMERA_SENSOR: lambda snapshot, node, room: CameraReader(node, room.shapes, room.looks),
+    Kind.CONTACT_SENSOR: lambda snapshot, node, room: ContactReader(snapshot, node, room.solids),
+    Kind.MOTION_SENSOR: lambda snapshot, node, room: MotionReader(snapshot, node),
 }
 """Makes the reader of a sensor from its node and the world as it is; raises KernelError when it cannot be made."""

@@ -28,7 +28,7 @@ from virtualrobot_kernel.world.consistency import (
     refuse_while_tools_move,
 )
 from virtualrobot_kernel.world.figures import Pose
-from virtualrobot_kernel.world.renaming import with_joint_renamed
+from virtualrobot_kernel.world.renaming import with_joint_renamed, with_nodes_renamed
 from virtualrobot_kernel.world.sensing import CameraSensor, ContactSensor, Light, MotionSensor, RangeSensor
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Selection, State
 from virtualrobot_kernel.world.structure import (
@@ -118,7 +118,7 @@ def update_node(change: Change, command: UpdateNode, forward: Forward) -> Change
     new = replace(node, **changes)
     _check_data(node.name, node.kind, new.data)
     check_figures(node.name, new.data, new.figures)
-    renamed = new.name != node.name
+    before, renamed = change.structure, new.name != node.name
     rejointed = command.data is not None and node.kind in (Kind.LINK, Kind.ROBOT, Kind.TOOL)
     if rejointed or (command.parent_t_node is not None and node.kind is Kind.LINK):
         refuse_while_robot_moves(change, node)
@@ -131,6 +131,8 @@ def update_node(change: Change, command: UpdateNode, forward: Forward) -> Change
         change = rebuilt(change, nodes, change.structure.next_uid, {})
     elif changes:
         change = replace(change, structure=(index.renamed if renamed else index.replaced)(change.structure, new))
+    if renamed:
+        change = replace(change, structure=with_nodes_renamed(before, change.structure))
     if rejointed and (robot := change.structure.robot_of(node.uid)):
         check_robot(change, robot.uid)
     if rejointed and node.kind is Kind.TOOL:

@@ -1,13 +1,16 @@
-"""What follows when a joint gets another name: whatever names it in the same robot."""
+"""What follows when a joint or a node gets another name: whatever names it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
+from virtualrobot_kernel.world import index
+from virtualrobot_kernel.world.sensing import ContactSensor, Encoders, MotionSensor
 from virtualrobot_kernel.world.structure import (
     Joint,
     JointType,
+    Kind,
     LinkData,
     Node,
     NodeData,
@@ -20,8 +23,8 @@ from virtualrobot_kernel.world.structure import (
 def with_joint_renamed(structure: Structure, link: Node, joint: Joint, nodes: Mapping[int, Node]) -> dict[int, Node]:
     """Return `nodes` with the new name wherever they named the joint of a link that becomes `joint`.
 
-    Joints that mimic it, the robot's postures, groups and actuators and the states of its tools name it; the
-    component's settings are its own affair. `structure` and `link` are as they were before.
+    Joints that mimic it, the robot's postures, groups and actuators, the states of its tools and its encoders name it;
+    the component's settings are its own affair. `structure` and `link` are as they were before.
     """
     assert isinstance(link.data, LinkData)
     old, new = link.data.joint.name, joint.name
@@ -29,11 +32,32 @@ def with_joint_renamed(structure: Structure, link: Node, joint: Joint, nodes: Ma
     result = dict(nodes)
     if robot is None or old == new or link.data.joint.type is JointType.FIXED:  # nothing names fixed joints
         return result
-    for uid in (robot.uid, *structure.robots[robot.uid].links, *structure.tools.get(robot.uid, ())):
+    sensors = (
+        node.uid
+        for node in structure.below(robot.uid)
+        if node.kind is Kind.MOTION_SENSOR and structure.robot_of(node.uid) is robot
+    )
+    for uid in (robot.uid, *structure.robots[robot.uid].links, *structure.tools.get(robot.uid, ()), *sensors):
         data = _with_other_name(nodes[uid].data, old, new)
         if data is not nodes[uid].data and uid != link.uid:
             result[uid] = replace(nodes[uid], data=data)
     return result
+
+
+def with_nodes_renamed(before: Structure, after: Structure) -> Structure:
+    """Return `after`, where nodes have other names than in `before`; contact sensors that named them follow."""
+    names = {
+        node.name: after.nodes[uid].name
+        for uid, node in before.nodes.items()
+        if uid in after.nodes and after.nodes[uid].name != node.name
+    }
+    for node in tuple(after.nodes.values()):
+        data = node.data
+        if isinstance(data, ContactSensor) and not names.keys().isdisjoint((data.watched, *data.ignored)):
+            ignored = tuple(names.get(name, name) for name in data.ignored)
+            data = replace(data, watched=names.get(data.watched, data.watched), ignored=ignored)
+            after = index.replaced(after, replace(node, data=data))
+    return after
 
 
 def _with_other_name(data: NodeData, old: str, new: str) -> NodeData:
@@ -42,6 +66,9 @@ def _with_other_name(data: NodeData, old: str, new: str) -> NodeData:
         mimic = data.joint.mimic
         if mimic is not None and mimic.joint == old:
             return replace(data, joint=replace(data.joint, mimic=replace(mimic, joint=new)))
+    if isinstance(data, MotionSensor) and isinstance(data.kind, Encoders) and old in data.kind.joints:
+        joints = tuple(new if name == old else name for name in data.kind.joints)
+        return replace(data, kind=replace(data.kind, joints=joints))
     if isinstance(data, ToolData) and _named(old, data.states.values()):
         return replace(data, states=_renamed(data.states, old, new))
     if isinstance(data, RobotData) and _named(old, _places_of_names(data)):

@@ -1,0 +1,133 @@
+"""Figures as FCL has them, each made once: solids for touching, and their cores as triangles for distances.
+
+FCL's distances between triangles are exact to rounding and bring the right points; those of its convex solver are off
+by up to 3e-4 m at curved surfaces, and its points are wrong between a mesh and a solid (python-fcl 0.7). So distances
+are always asked between triangles: a sphere is a point and a capsule a segment, both with a radius around.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import fcl
+import numpy as np
+
+from virtualrobot_kernel.collision import nearest
+from virtualrobot_kernel.collision.nearest import Floats, Nearest
+from virtualrobot_kernel.collision.tessellation import Integers, box_triangles, pieces, turned_triangles
+from virtualrobot_kernel.formats.submesh import Submesh
+from virtualrobot_kernel.world.figures import Box, Capsule, Cone, Cylinder, Geometry, Mesh, Sphere
+
+log = logging.getLogger(__name__)
+
+Meshes = Callable[[Mesh], tuple[Submesh, ...]]
+"""Gives the triangles of a mesh, in the frame of its figure."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Piece:
+    """Some triangles of a core: the FCL model, its corners (n, 3, 3), and the box around it in the figure's frame."""
+
+    model: Any
+    triangles: Floats
+    centre: Floats
+    half: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solid:
+    """A figure: what is nearer than `radius` to its core.
+
+    Attributes:
+        solid: FCL's solid; None for a mesh, which is a surface.
+        pieces: the core's triangles.
+        radius: in meters; 0 but for spheres and capsules.
+        nearest: finds the nearest point of the core; None for a mesh.
+    """
+
+    solid: Any
+    pieces: tuple[Piece, ...]
+    radius: float
+    nearest: Nearest | None
+
+
+class CollisionShapes:
+    """Solids by geometry, made when first asked for and shared; any thread may ask.
+
+    FCL changes none of them when it is asked, so that threads share them; each has collision objects of its own. A mesh
+    that cannot be read is told once and touches nothing.
+    """
+
+    def __init__(self, meshes: Meshes) -> None:
+        """Take the triangles of meshes from `meshes`."""
+        self._meshes = meshes
+        self._solids: dict[Geometry, Solid] = {}
+        self._lock = threading.Lock()
+
+    def get(self, geometry: Geometry) -> Solid | None:
+        """Return a solid; None for points, lines, frames and labels, which nothing touches."""
+        solid = self._solids.get(geometry)
+        if solid is None:
+            made = self._made(geometry)
+            if made is None:
+                return None
+            with self._lock:
+                solid = self._solids.setdefault(geometry, made)
+        return solid
+
+    def _made(self, geometry: Geometry) -> Solid | None:
+        match geometry:
+            case Box(size):
+                return _solid(fcl.Box(*size), box_triangles(size), 0.0, nearest.of_box(size))
+            case Sphere(radius):
+                return _solid(fcl.Sphere(radius), _segment(0.0), radius, nearest.of_segment(0.0))
+            case Capsule(radius, length):
+                return _solid(fcl.Capsule(radius, length), _segment(length), radius, nearest.of_segment(length))
+            case Cylinder(radius, length):
+                surface = turned_triangles(radius, radius, length)
+                return _solid(fcl.Cylinder(radius, length), surface, 0.0, nearest.of_cylinder(radius, length))
+            case Cone(radius, length):
+                surface = turned_triangles(radius, 0.0, length)
+                return _solid(fcl.Cone(radius, length), surface, 0.0, nearest.of_cone(radius, length))
+            case Mesh():
+                return _solid(None, self._triangles(geometry), 0.0, None)
+        return None
+
+    def _triangles(self, mesh: Mesh) -> tuple[Floats, Integers]:
+        try:
+            parts = self._meshes(mesh)
+        except Exception:  # a mesh that cannot be read must not end all sensors
+            log.exception("mesh %s touches nothing", mesh.uri)
+            parts = ()
+        starts = np.cumsum([0, *(len(part.vertices) for part in parts[:-1])])
+        faces = [part.faces + start for part, start in zip(parts, starts, strict=False)]
+        return (
+            np.concatenate([np.zeros((0, 3)), *(part.vertices.astype(np.float64) for part in parts)]),
+            np.concatenate([np.zeros((0, 3), np.int32), *faces]).astype(np.int32),
+        )
+
+
+def _segment(length: float) -> tuple[Floats, Integers]:
+    """Return a segment along z as one triangle without area."""
+    end = np.array([0.0, 0.0, 0.5 * length])
+    return np.array([-end, end, end]), np.array([[0, 1, 2]], np.int32)
+
+
+def _solid(solid: Any, core: tuple[Floats, Integers], radius: float, near: Nearest | None) -> Solid:  # noqa: ANN401
+    vertices, faces = core
+    return Solid(solid, tuple(_piece(vertices, some) for some in pieces(vertices, faces)), radius, near)
+
+
+def _piece(vertices: Floats, faces: Integers) -> Piece:
+    used, places = np.unique(faces, return_inverse=True)
+    corners = np.ascontiguousarray(vertices[used], np.float64)
+    model = fcl.BVHModel()
+    model.beginModel(len(corners), len(faces))
+    model.addSubModel(corners, places.reshape(-1, 3))
+    model.endModel()
+    lower, upper = corners.min(axis=0), corners.max(axis=0)
+    return Piece(model, corners[places.reshape(-1, 3)], 0.5 * (lower + upper), 0.5 * (upper - lower))

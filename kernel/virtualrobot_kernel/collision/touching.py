@@ -1,0 +1,156 @@
+"""Where two elements touch: by FCL's solids, and where a mesh is among them, by the triangles that cut each other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import fcl
+import numpy as np
+
+from virtualrobot_kernel.collision.nearest import Floats
+from virtualrobot_kernel.collision.placed import Placed, piece_distance
+
+MOST = 256
+"""The most contacts of two pieces."""
+
+FLAT = 0.3
+"""Points lie in a plane when they reach less than this out of it, as part of their second extent."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Contacts:
+    """Where two elements touch: points (k, 3), k at least 1, and the unit normal (3,) from the first to the second."""
+
+    points: Floats
+    normal: Floats
+
+
+def touching(first: Placed, second: Placed, one: int, other: int, pieces: Sequence[tuple[int, int]]) -> Contacts | None:
+    """Return where two elements touch; None where they don't.
+
+    Whether they touch, FCL says of their solids: exactly, also where one is inside the other. Where they do, convex
+    solids tell points and normal. A sphere or a capsule touches a mesh at its points that are nearest to the core. The
+    surfaces of meshes, and of boxes, cylinders and cones with them, meet in curves: the points are the middles of the
+    pieces of these, and the normal is that of the plane through them.
+
+    Args:
+        first: holds the element `one`.
+        second: holds the element `other`.
+        one: which element of the first set.
+        other: which one of the second.
+        pieces: rows of the two elements' pieces whose boxes overlap.
+    """
+    solid, against = first.whole(one), second.whole(other)
+    if solid and against:
+        return _of_solids(_collide(solid, against))
+    if first.solids[one].radius or second.solids[other].radius:
+        contacts = _of_round(first, second, one, other, pieces)
+        if contacts is None or contacts.points.size:
+            return contacts
+    lines: list[tuple[Floats, Floats]] = []
+    told: list[tuple[Any, float]] = []
+    for row, to in pieces:
+        # Mesh first: FCL's normals are turned otherwise.
+        if solid:
+            told += [(contact, -1.0) for contact in _collide(second.piece(to), solid)]
+        elif against:
+            told += [(contact, 1.0) for contact in _collide(first.piece(row), against)]
+        if told or not (solid or against):
+            cuts = _collide(first.piece(row), second.piece(to))
+            told += [(contact, 1.0) for contact in cuts]
+            which = np.array([(contact.b1, contact.b2) for contact in cuts], np.int64).reshape(-1, 2)
+            lines.append((first.triangles(row, which[:, 0]), second.triangles(to, which[:, 1])))
+    if not told:
+        return None
+    if lines:
+        ours, theirs = (np.concatenate(side) for side in zip(*lines, strict=True))
+        points = _cut_points(ours, theirs)
+        normal = _normal(points, ours, theirs)
+        kept = points[np.isfinite(points).all(axis=1)]
+        if len(kept) and normal is not None:
+            return Contacts(kept, normal)
+    deepest = max(told, key=lambda one: abs(one[0].penetration_depth))
+    return Contacts(np.array([contact.pos for contact, _ in told]), deepest[1] * np.array(deepest[0].normal))
+
+
+def _collide(one: Any, other: Any) -> list[Any]:  # noqa: ANN401 FCL has no types
+    result = fcl.CollisionResult()
+    fcl.collide(one, other, fcl.CollisionRequest(num_max_contacts=MOST, enable_contact=True), result)
+    return result.contacts
+
+
+def _of_solids(contacts: Sequence[Any]) -> Contacts | None:
+    if not contacts:
+        return None
+    deepest = max(contacts, key=lambda one: one.penetration_depth)
+    return Contacts(np.array([contact.pos for contact in contacts]), np.array(deepest.normal))
+
+
+def _of_round(
+    first: Placed, second: Placed, one: int, other: int, pieces: Sequence[tuple[int, int]]
+) -> Contacts | None:
+    """Return where a mesh touches what is round about a core; no points where the core itself is cut."""
+    radius = first.solids[one].radius + second.solids[other].radius
+    mesh = 0 if second.solids[other].radius else 1
+    near = [piece_distance(first, second, row, to) for row, to in pieces]
+    near = sorted((one for one in near if one[0] <= radius), key=lambda one: one[0])
+    if not near:
+        return None
+    between = near[0][1][1] - near[0][1][0]
+    length = float(np.linalg.norm(between))
+    if near[0][0] <= 0.0 or length == 0.0:
+        return Contacts(np.zeros((0, 3)), between)
+    return Contacts(np.array([points[mesh] for _, points in near]), between / length)
+
+
+def _cut_points(ours: Floats, theirs: Floats) -> Floats:
+    """Return the middle (k, 3) of the line in which each two triangles (k, 3, 3) cut; NaN where they are in a plane.
+
+    The ends of that line are where edges of one go through the other (T. Moeller, A fast triangle-triangle intersection
+    test, 1997).
+    """
+    found = np.concatenate([_crossings(ours, theirs), _crossings(theirs, ours)], axis=1)
+    crossed = np.isfinite(found[:, :, :1])
+    count = crossed.sum(axis=1)
+    total = np.where(crossed, found, 0.0).sum(axis=1)
+    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+
+
+def _crossings(edges_of: Floats, triangles: Floats) -> Floats:
+    """Return where the three edges of k triangles go through k others: (k, 3, 3), NaN where they don't."""
+    start, end = edges_of, np.roll(edges_of, -1, axis=1)
+    normal = _cross_normals(triangles)[:, None]
+    above = ((start - triangles[:, :1]) * normal).sum(axis=2)
+    below = ((end - triangles[:, :1]) * normal).sum(axis=2)
+    drop = above - below
+    through = (above * below <= 0.0) & (drop != 0.0)
+    share = np.where(through, above / np.where(through, drop, 1.0), np.nan)
+    points = start + share[:, :, None] * (end - start)
+    inside = through.copy()
+    size = np.linalg.norm(normal, axis=2)
+    for corner in range(3):
+        a, b = triangles[:, corner], triangles[:, (corner + 1) % 3]
+        side = (np.cross((b - a)[:, None], points - a[:, None]) * normal).sum(axis=2)
+        inside &= side >= -1e-9 * size**2
+    return np.where(inside[:, :, None], points, np.nan)
+
+
+def _cross_normals(triangles: Floats) -> Floats:
+    """Return the normals (k, 3) of triangles (k, 3, 3), as long as twice their areas."""
+    return np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+
+
+def _normal(points: Floats, ours: Floats, theirs: Floats) -> Floats | None:
+    """Return the unit normal from ours to theirs: of the plane through the points, or else as the surfaces lean."""
+    normals = [_cross_normals(side) for side in (ours, theirs)]
+    units = [side / np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-300) for side in normals]
+    lean = (units[0] - units[1]).sum(axis=0)
+    points = points[np.isfinite(points).all(axis=1)]
+    if len(points) >= 3:
+        _, extents, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
+        if extents[2] < FLAT * extents[1]:
+            return axes[2] if axes[2] @ lean >= 0.0 else -axes[2]
+    length = float(np.linalg.norm(lean))
+    return lean / length if length > 1e-9 else None
