@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from google.protobuf.field_mask_pb2 import FieldMask
-from virtualrobot.v1 import geometry_pb2, scene_pb2, view_pb2
+from virtualrobot.v1 import geometry_pb2, nodes_pb2, scene_pb2, sensing_pb2, view_pb2
 
 from tests.api.asking import IIWA, apply, box, create, load, refusal
 from tests.api.conftest import Stubs
@@ -113,3 +113,34 @@ def test_a_scene_that_replaces_the_world_sets_up_the_view_anew(stubs: Stubs) -> 
     assert get(stubs).grid_hidden
     stubs.scene.LoadScene(scene_pb2.LoadSceneRequest(text="schema_version: 1\n"))
     assert get(stubs) == before
+
+
+def test_what_is_shown_of_sensors_goes_with_their_names(view: Stubs) -> None:
+    lidar = nodes_pb2.Node(name="lidar", range_sensor=sensing_pb2.RangeSensor())
+    eye = nodes_pb2.Node(name="eye", camera_sensor=sensing_pb2.CameraSensor())
+    apply(view, create(lidar), create(eye))
+    shown = [
+        view_pb2.SensorOverlay(sensor="lidar", points=True, rays=True, color_by=view_pb2.POINT_COLOR_INTENSITY),
+        view_pb2.SensorOverlay(sensor="eye", frustum=True, image=True, color_by=view_pb2.POINT_COLOR_DISTANCE),
+    ]
+    assert list(change(view, "sensors", sensors=shown).sensors) == shown
+    apply(view, update("lidar", "name", name="scanner"))
+    assert [one.sensor for one in get(view).sensors] == ["scanner", "eye"]
+    apply(view, remove("eye"))
+    assert [one.sensor for one in get(view).sensors] == ["scanner"]
+    assert not change(view, "sensors").sensors
+
+
+def test_what_is_shown_of_sensors_is_looked_at(view: Stubs) -> None:
+    lidar = nodes_pb2.Node(name="lidar", range_sensor=sensing_pb2.RangeSensor())
+    apply(view, create(lidar), create(box("a")))
+    overlay = view_pb2.SensorOverlay
+    for sensors, named in [
+        ([overlay(sensor="a", points=True)], "'a'"),
+        ([overlay(sensor="gone")], "lidar"),
+        ([overlay(sensor="lidar"), overlay(sensor="lidar", rays=True)], "twice"),
+        ([overlay(sensor="lidar", color_by=7)], "POINT_COLOR_INTENSITY"),  # pyright: ignore[reportArgumentType]
+    ]:
+        refused = refusal(lambda sensors=sensors: change(view, "sensors", sensors=sensors))
+        assert named in refused.message
+    assert not get(view).sensors

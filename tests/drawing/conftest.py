@@ -14,6 +14,7 @@ from PIL import Image
 from playwright.sync_api import Page
 from virtualrobot_kernel.drawing.view import Camera, ViewSettings, ViewStore
 from virtualrobot_kernel.drawing.viewer import Viewer
+from virtualrobot_kernel.sensing.reading import Reading
 from virtualrobot_kernel.world.commands import ClearWorld
 
 from tests.drawing.cell import Cell
@@ -28,9 +29,9 @@ FRONT = Camera((0.0, -4.0, 0.0), (0.0, 0.0, 0.0), 0.9)
 class Stage:
     """A cell, its view settings, and the browser that shows it."""
 
-    def __init__(self, cell: Cell, view: ViewStore, viewer: Viewer, page: Page) -> None:
+    def __init__(self, cell: Cell, view: ViewStore, viewer: Viewer, page: Page, readings: dict[int, Reading]) -> None:
         """Keep what belongs together."""
-        self.cell, self.view, self.viewer, self.page = cell, view, viewer, page
+        self.cell, self.view, self.viewer, self.page, self.readings = cell, view, viewer, page, readings
 
     def pixels(self) -> np.ndarray:
         """Return the picture as (HEIGHT, WIDTH, 3) 8-bit numbers."""
@@ -61,11 +62,12 @@ def on_stage(view: ViewStore) -> Iterator[Stage]:
     if find_chromium() is None:
         pytest.skip("no Chromium: install the package chromium to test what the viewer shows")
     cell = Cell()
-    viewer = Viewer(lambda: cell.snapshot, view, cell.meshes)
+    readings: dict[int, Reading] = {}
+    viewer = Viewer(lambda: cell.snapshot, view, cell.meshes, readings=lambda: dict(readings))
     viewer.start()
     try:
         with opened(viewer.url, WIDTH, HEIGHT) as page:
-            yield Stage(cell, view, viewer, page)
+            yield Stage(cell, view, viewer, page, readings)
     finally:
         viewer.close()
 
@@ -81,12 +83,14 @@ def open_stage() -> Iterator[Stage]:
 def stage(open_stage: Stage) -> Stage:
     """Give an empty cell, seen by FRONT before a background of its own colour, without a grid."""
     open_stage.cell.do(ClearWorld())
+    open_stage.readings.clear()
     settings = ViewSettings()
     open_stage.view.update(
         background=(0.2, 0.4, 0.6),
         grid_hidden=True,
         joint_axes=settings.joint_axes,
         bounding_boxes=settings.bounding_boxes,
+        sensors=settings.sensors,
         measurements=settings.measurements,
         camera=Camera(FRONT.position, FRONT.target, FRONT.field_of_view),
     )

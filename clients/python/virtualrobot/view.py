@@ -10,12 +10,15 @@ from google.protobuf.field_mask_pb2 import FieldMask
 from numpy.typing import ArrayLike, NDArray
 
 from virtualrobot import figures, measuring
+from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.measuring import Measure, Place
 from virtualrobot.node import Node
 from virtualrobot.scene import Scene
 from virtualrobot.services import Services
 from virtualrobot.v1 import view_pb2
 from virtualrobot.wire import color_message, vector_message
+
+_POINT_COLORS = {"distance": view_pb2.POINT_COLOR_DISTANCE, "intensity": view_pb2.POINT_COLOR_INTENSITY}
 
 
 class View:
@@ -109,6 +112,45 @@ class View:
             for name, (first, second) in places.items()
         ]
         self._update(view_pb2.View(measurements=shown), "measurements")
+
+    @property
+    def sensors(self) -> dict[str, view_pb2.SensorOverlay]:
+        """What is shown of sensors, by their names."""
+        return {one.sensor: one for one in self.read().sensors}
+
+    def show_sensor(
+        self,
+        sensor: str,
+        *,
+        points: bool = True,
+        rays: bool = False,
+        color_by: str = "distance",
+        frustum: bool = True,
+        image: bool = True,
+    ) -> None:
+        """Show what a sensor says, in every open viewer; what was shown of it before is replaced.
+
+        Args:
+            sensor: its name; what says nothing about its kind is passed over.
+            points: range sensors: the echoes as points.
+            rays: range sensors: the beams as lines.
+            color_by: what both are coloured by, `distance` (nearest violet, farthest red) or `intensity` (0 to 1).
+            frustum: cameras: the pyramid that they see.
+            image: cameras: the latest picture in it.
+        """
+        if color_by not in _POINT_COLORS:
+            raise InvalidArgumentError(f"color_by is {color_by!r}; give {' or '.join(_POINT_COLORS)}")
+        overlay = view_pb2.SensorOverlay(
+            sensor=sensor, points=points, rays=rays, color_by=_POINT_COLORS[color_by], frustum=frustum, image=image
+        )
+        self._show_sensors([*(one for name, one in self.sensors.items() if name != sensor), overlay])
+
+    def hide_sensor(self, *sensors: str) -> None:
+        """Show nothing of these sensors; without a name, of none. One that is not shown is none to hide."""
+        self._show_sensors([one for name, one in self.sensors.items() if sensors and name not in sensors])
+
+    def _show_sensors(self, overlays: list[view_pb2.SensorOverlay]) -> None:
+        self._update(view_pb2.View(sensors=overlays), "sensors")
 
     def measure(self, first: Place, second: Place) -> Measure:
         """Return how far two points are apart now.

@@ -10,6 +10,7 @@ from typing import Any
 
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.sensing.measuring import Measurement
+from virtualrobot_kernel.sensing.overlays import SensorOverlay
 
 Vector = tuple[float, float, float]
 Color = tuple[float, float, float]
@@ -33,7 +34,7 @@ class ViewSettings:
 
     `background` is red, green, blue from 0 to 1, as a screen shows them (sRGB). `joint_axes` holds the uids of robots
     whose joint axes are shown, `bounding_boxes` those of nodes whose boxes are shown; a uid that is gone is passed
-    over, and so is a measurement of one. Without a `camera` each viewer frames the scene.
+    over, and so are measurements of one and what is shown of one. Without a `camera` each viewer frames the scene.
     """
 
     background: Color = (0.90, 0.92, 0.94)
@@ -41,6 +42,7 @@ class ViewSettings:
     joint_axes: tuple[int, ...] = ()
     bounding_boxes: tuple[int, ...] = ()
     camera: Camera | None = None
+    sensors: tuple[SensorOverlay, ...] = ()
     measurements: tuple[Measurement, ...] = ()
 
 
@@ -115,6 +117,9 @@ def checked(settings: ViewSettings) -> ViewSettings:
             field="background",
             value=settings.background,
         )
+    shown = [overlay.uid for overlay in settings.sensors]
+    if len(set(shown)) != len(shown):
+        raise KernelError("one sensor is there twice among those that are shown; name each once", field="sensors")
     _check_measurements(settings.measurements)
     if settings.camera is not None:
         check_camera(settings.camera)

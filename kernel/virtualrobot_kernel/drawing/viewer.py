@@ -8,7 +8,7 @@ import logging
 import socket
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 import viser
@@ -19,9 +19,11 @@ from virtualrobot_kernel.drawing.cameras import Cameras
 from virtualrobot_kernel.drawing.inventory import Inventory, joint_axes, take, world_bounds
 from virtualrobot_kernel.drawing.library import Meshes, ShapeLibrary
 from virtualrobot_kernel.drawing.measurements import MeasurementLayer
+from virtualrobot_kernel.drawing.sensor_overlays import SensorLayer
 from virtualrobot_kernel.drawing.stage import Stage
 from virtualrobot_kernel.drawing.view import ViewSettings, ViewStore
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.sensing.reading import Reading
 from virtualrobot_kernel.world.state import Snapshot
 
 AFTER_ERROR = 1.0
@@ -29,6 +31,9 @@ AFTER_ERROR = 1.0
 
 PORTS_TRIED = 50
 """How many ports are tried, from the one that was asked for."""
+
+Readings = Callable[[], Mapping[int, Reading]]
+"""Gives the latest reading of each sensor, by the uid of its node."""
 
 log = logging.getLogger(__name__)
 
@@ -48,6 +53,7 @@ class Viewer:
         host: str = "127.0.0.1",
         port: int = 0,
         rate: float = 30.0,
+        readings: Readings = dict,
     ) -> None:
         """Prepare a viewer; `start` opens its port.
 
@@ -58,10 +64,12 @@ class Viewer:
             host: the address to serve on; the page knows no password, so keep it on this machine.
             port: the port to serve on; when it is in use the next ones are tried; 0 takes any that is free.
             rate: how often the picture changes at most, per second.
+            readings: gives what sensors have said last.
         """
         self._snapshot = snapshot
         self._view = view
         self._meshes = meshes
+        self._readings = readings
         self._host, self._port = host, port
         self._period = 1.0 / rate
         self._server: viser.ViserServer | None = None
@@ -112,7 +120,7 @@ class Viewer:
             started, pause = time.monotonic(), self._period
             try:
                 with server.atomic():
-                    picture.draw(self._snapshot(), self._view.get())
+                    picture.draw(self._snapshot(), self._view.get(), self._readings())
             except Exception as error:  # a picture that fails must neither end the thread nor fill the log
                 if (text := f"{type(error).__name__}: {error}") != told:
                     log.exception("a picture failed; the next ones are tried")
@@ -132,13 +140,14 @@ class Picture:
         self._annotations = AnnotationLayer(server)
         self._boxes = BoxLayer(server, self._library)
         self._measurements = MeasurementLayer(server)
+        self._sensors = SensorLayer(server)
         self._cameras = Cameras(server)
         self._inventory: Inventory | None = None
         self._bounds: np.ndarray | None = None
         self._last: tuple[Snapshot, ViewSettings] | None = None
 
-    def draw(self, snapshot: Snapshot, settings: ViewSettings) -> None:
-        """Show a snapshot."""
+    def draw(self, snapshot: Snapshot, settings: ViewSettings, readings: Mapping[int, Reading]) -> None:
+        """Show a snapshot, and what is asked for of the latest readings."""
         if self._last is None or settings is not self._last[1]:
             self._stage.show(settings)
         arranged = self._arranged(snapshot, settings)
@@ -155,6 +164,7 @@ class Picture:
             assert self._inventory is not None  # arranged with the first picture
             self._boxes.draw(snapshot.structure, self._inventory, world_t_node, settings.bounding_boxes)
         self._measurements.draw(snapshot, settings.measurements)
+        self._sensors.draw(snapshot, settings.sensors, readings)
         self._cameras.follow(settings.camera, self._bounds)
         self._last = snapshot, settings
 

@@ -7,10 +7,12 @@ from typing import Any
 from google.protobuf.field_mask_pb2 import FieldMask
 from virtualrobot.v1 import geometry_pb2, view_pb2
 
-from virtualrobot_kernel.api.convert.values import mask_fields, vector, vector_message
+from virtualrobot_kernel.api.convert.values import check_enum, mask_fields, vector, vector_message
 from virtualrobot_kernel.drawing.view import DEFAULT_FIELD_OF_VIEW, Camera, ViewSettings
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.sensing.measuring import Measurement, NodePoint
+from virtualrobot_kernel.sensing.overlays import PointColor, SensorOverlay
+from virtualrobot_kernel.world.apply_sensors import sensor_node
 from virtualrobot_kernel.world.structure import Kind, Structure
 
 
@@ -34,6 +36,8 @@ def changed_settings(view: view_pb2.View, mask: FieldMask, structure: Structure)
         result["bounding_boxes"] = tuple(structure.node(name).uid for name in view.bounding_boxes)
     if "camera" in fields:
         result["camera"] = camera(view.camera) if view.HasField("camera") else None
+    if "sensors" in fields:
+        result["sensors"] = tuple(_overlay(one, structure) for one in view.sensors)
     if "measurements" in fields:
         result["measurements"] = tuple(_measurement(one, structure) for one in view.measurements)
     return result
@@ -54,6 +58,18 @@ def camera(message: view_pb2.Camera, what: str = "camera") -> Camera:
 def node_point(message: view_pb2.NodePoint, what: str, structure: Structure) -> NodePoint:
     """Return a point that moves with a node; raise KernelError, naming `what`, where it is none."""
     return NodePoint(structure.node(message.node).uid, vector(message.point, f"{what}.point"))
+
+
+def _overlay(message: view_pb2.SensorOverlay, structure: Structure) -> SensorOverlay:
+    check_enum(message, "color_by")
+    return SensorOverlay(
+        sensor_node(structure, message.sensor).uid,
+        rays=message.rays,
+        points=message.points,
+        color_by=PointColor(message.color_by) if message.color_by else PointColor.DISTANCE,
+        frustum=message.frustum,
+        image=message.image,
+    )
 
 
 def _measurement(message: view_pb2.Measurement, structure: Structure) -> Measurement:
@@ -82,6 +98,18 @@ def view_message(settings: ViewSettings, structure: Structure) -> view_pb2.View:
         message.camera.position.CopyFrom(vector_message(settings.camera.position))
         message.camera.target.CopyFrom(vector_message(settings.camera.target))
         message.camera.field_of_view_radians = settings.camera.field_of_view
+    message.sensors.extend(
+        view_pb2.SensorOverlay(
+            sensor=structure.nodes[one.uid].name,
+            rays=one.rays,
+            points=one.points,
+            color_by=view_pb2.PointColor.ValueType(one.color_by.value),
+            frustum=one.frustum,
+            image=one.image,
+        )
+        for one in settings.sensors
+        if one.uid in structure.nodes
+    )
     message.measurements.extend(
         view_pb2.Measurement(
             name=one.name,
