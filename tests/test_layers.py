@@ -70,10 +70,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     ),
     # Settings are described by msgspec's Meta.
     f"{PLUGINS}/sensor_models": ("virtualrobot_plugins.sensor_models", "virtualrobot_sdk", "numpy", "msgspec"),
-    # What Embree gives is converted by compiled code; embreex takes its place where its library can't be driven.
-    f"{PLUGINS}/ray_casters/embree.py": (
-        *("virtualrobot_plugins.ray_casters.embreex_scene", "virtualrobot_sdk", "numpy", "numba"),
-    ),
+    # embreex casts rays where its library can't be driven.
     f"{PLUGINS}/ray_casters/embreex_scene.py": ("virtualrobot_sdk", "numpy", "embreex"),
     # Bullet is there to compare with; its worker process alone loads it.
     f"{PLUGINS}/ray_casters/bullet.py": ("virtualrobot_sdk", "numpy", "pybullet"),

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
-from virtualrobot_sdk.embree import Traced
 from virtualrobot_sdk.errors import ArgumentError
 from virtualrobot_sdk.kinematics import Floats
-from virtualrobot_sdk.rays import NO_ELEMENT, Shape, Singles
+from virtualrobot_sdk.rays import NO_ELEMENT, Hits, Shape
 
 
 class EmbreexScene:
@@ -51,32 +49,22 @@ class EmbreexScene:
             self._add(scene, vertices, shape.triangles)
             elements.append(i)
         self._scene, self._keys, self._poses = scene, keys, poses
-        self._elements = np.array([*elements, NO_ELEMENT], np.int32)
+        self._elements = np.array(elements, np.int32)
 
-    def cast(self, origins: ArrayLike, directions: ArrayLike, max_range: float) -> Traced:
+    def hits(self, origins: Floats, directions: Floats, max_range: float) -> Hits:
         """Return what rays (n, 3) first meet within `max_range` (m)."""
-        starts, along = np.array(origins, np.float32), np.array(directions, np.float32)
-        n = len(along)
-        if n == 0 or len(self._elements) < 2:
-            nothing = np.full(n, NO_ELEMENT, np.int32)
-            return Traced(np.full(n, np.inf, np.float32), nothing, nothing.copy(), *_zeros(n))
-        found = self._scene.run(starts, along, output=True)
-        is_hit = (found["geomID"] >= 0) & (found["tfar"] <= max_range)
-        across = found["Ng"].astype(np.float64)
-        length = np.linalg.norm(across, axis=1)
-        is_lost = is_hit & ~(length > 0.0)  # so small a triangle that its normal is lost in single precision
-        across[is_lost], length[is_lost] = -along[is_lost], 1.0
-        uv, normal = _zeros(n)
-        uv[is_hit] = np.column_stack([found["u"], found["v"]])[is_hit]
-        normal[is_hit] = across[is_hit] / length[is_hit, None]
-        return Traced(
-            np.where(is_hit, found["tfar"], np.float32(np.inf)),
-            np.where(is_hit, self._elements[found["geomID"]], NO_ELEMENT).astype(np.int32),
-            np.where(is_hit, found["primID"], -1).astype(np.int32),
-            uv,
-            normal,
-        )
-
-
-def _zeros(n: int) -> tuple[Singles, Singles]:
-    return np.zeros((n, 2), np.float32), np.zeros((n, 3), np.float32)
+        n = len(directions)
+        distance, normal = np.full(n, np.inf), np.zeros((n, 3))
+        element, triangle = np.full(n, NO_ELEMENT, np.int32), np.full(n, -1, np.int32)
+        if n and len(self._elements):
+            found = self._scene.run(origins.astype(np.float32), directions.astype(np.float32), output=True)
+            is_hit = (found["geomID"] >= 0) & (found["tfar"] <= max_range)
+            across = found["Ng"][is_hit].astype(np.float64)
+            slope = np.einsum("ij,ij->i", across, directions[is_hit])
+            across *= np.where(slope > 0.0, -1.0, 1.0)[:, None]
+            # So small a triangle that its normal is lost in single precision has the ray's.
+            across[~across.any(axis=1)] = -directions[is_hit][~across.any(axis=1)]
+            distance[is_hit] = found["tfar"][is_hit]
+            element[is_hit], triangle[is_hit] = self._elements[found["geomID"][is_hit]], found["primID"][is_hit]
+            normal[is_hit] = across / np.linalg.norm(across, axis=1, keepdims=True)
+        return Hits(distance, element, normal, triangle)

@@ -15,6 +15,7 @@ from numba import boolean, float32, float64, int32, uint64
 from virtualrobot_sdk.compiled.cache import array_of, compiled, inlined, output_of
 from virtualrobot_sdk.embree.foreign import call
 from virtualrobot_sdk.embree.quadrics import FLAT, nearest
+from virtualrobot_sdk.ray_checks import UNIT
 
 LANES = 16
 _ORIGIN, _NEAREST, _DIRECTION, _TIME, _FARTHEST, _MASK, _ID, _FLAGS = 0, 3, 4, 7, 8, 9, 10, 11
@@ -92,25 +93,26 @@ def _is_bundle(origins: Array, directions: Array, start: int, count: int) -> boo
 def _refine(
     e: int,
     i: int,
-    j: int,
-    packet: Array,
+    origins: Array,
+    directions: Array,
     poses: Array,
     surfaces: Array,
     max_range: float,
     distance: Array,
     normal: Array,
 ) -> None:
-    """Write ray i's hit of the curved element e in double precision; lane j has the ray.
+    """Write ray i's hit of the curved element e in double precision.
 
     Embree takes a ray into the frame of an instance in single precision. Where a ray touches the surface so closely
     that in double precision it misses, what Embree found stays.
     """
-    x = packet[_ORIGIN, j] - poses[e, 0, 3]
-    y = packet[_ORIGIN + 1, j] - poses[e, 1, 3]
-    z = packet[_ORIGIN + 2, j] - poses[e, 2, 3]
-    dx = np.float64(packet[_DIRECTION, j])
-    dy = np.float64(packet[_DIRECTION + 1, j])
-    dz = np.float64(packet[_DIRECTION + 2, j])
+    o = i if len(origins) > 1 else 0
+    x = origins[o, 0] - poses[e, 0, 3]
+    y = origins[o, 1] - poses[e, 1, 3]
+    z = origins[o, 2] - poses[e, 2, 3]
+    dx = np.float64(directions[i, 0])
+    dy = np.float64(directions[i, 1])
+    dz = np.float64(directions[i, 2])
     t, a, b, c = nearest(
         *(surfaces[e, 0], surfaces[e, 1], surfaces[e, 2]),
         poses[e, 0, 0] * x + poses[e, 1, 0] * y + poses[e, 2, 0] * z,
@@ -125,6 +127,77 @@ def _refine(
         distance[i] = t
         for axis in range(3):
             normal[i, axis] = poses[e, axis, 0] * a + poses[e, axis, 1] * b + poses[e, axis, 2] * c
+
+
+@inlined
+def _trace(
+    intersect: int,
+    scene: int,
+    arguments: int,
+    origins: Array,
+    directions: Array,
+    max_range: float,
+    rotations: Array,
+    poses: Array,
+    surfaces: Array,
+    distance: Array,
+    element: Array,
+    triangle: Array,
+    uv: Array,
+    normal: Array,
+) -> None:
+    """Do what `trace` says, with rays and answers in single or double precision; `uv` may be empty."""
+    packet = _aligned(_ROWS)
+    integers = packet.view(np.uint32)
+    valid = _aligned(1).view(np.int32)
+    farthest = np.float32(max_range)
+    has_uv = len(uv) > 0
+    for start in range(0, len(directions), LANES):
+        count = _load(packet, integers, valid, origins, directions, start)
+        for j in range(LANES):
+            packet[_FARTHEST, j] = farthest
+            integers[_GEOMETRY, j] = _NONE
+            integers[_INSTANCE, j] = _NONE
+        how = arguments + _ARGUMENTS if _is_bundle(origins, directions, start, count) else arguments
+        call(intersect, np.uint64(valid.ctypes.data), scene, np.uint64(packet.ctypes.data), how)
+        for j in range(count):
+            i = start + j
+            # Of a packet in which a hit is found and given up again only the geometry is reset.
+            if integers[_GEOMETRY, j] == _NONE or packet[_FARTHEST, j] > max_range:
+                distance[i] = np.inf
+                element[i] = -1
+                triangle[i] = -1
+                if has_uv:
+                    uv[i, 0] = 0.0
+                    uv[i, 1] = 0.0
+                normal[i, 0] = 0.0
+                normal[i, 1] = 0.0
+                normal[i, 2] = 0.0
+                continue
+            e = integers[_INSTANCE, j]
+            distance[i] = packet[_FARTHEST, j]
+            element[i] = e
+            triangle[i] = integers[_PRIMITIVE, j]
+            if has_uv:
+                uv[i, 0] = packet[_U, j]
+                uv[i, 1] = packet[_V, j]
+            a = packet[_NORMAL, j]
+            b = packet[_NORMAL + 1, j]
+            c = packet[_NORMAL + 2, j]
+            length = np.float32(math.sqrt(a * a + b * b + c * c))
+            if length > 1e-30:
+                a /= length
+                b /= length
+                c /= length
+                normal[i, 0] = rotations[e, 0] * a + rotations[e, 1] * b + rotations[e, 2] * c
+                normal[i, 1] = rotations[e, 3] * a + rotations[e, 4] * b + rotations[e, 5] * c
+                normal[i, 2] = rotations[e, 6] * a + rotations[e, 7] * b + rotations[e, 8] * c
+            else:  # so small a triangle that its normal is lost in single precision
+                for axis in range(3):
+                    normal[i, axis] = -directions[i, axis]
+            if surfaces[e, 0] != FLAT:
+                triangle[i] = -1
+                _refine(e, i, origins, directions, poses, surfaces, max_range, distance, normal)
 
 
 @compiled(
@@ -166,54 +239,57 @@ def trace(
         uv: (n, 2)
         normal: (n, 3)
     """
-    packet = _aligned(_ROWS)
-    integers = packet.view(np.uint32)
-    valid = _aligned(1).view(np.int32)
-    farthest = np.float32(max_range)
-    for start in range(0, len(directions), LANES):
-        count = _load(packet, integers, valid, origins, directions, start)
-        for j in range(LANES):
-            packet[_FARTHEST, j] = farthest
-            integers[_GEOMETRY, j] = _NONE
-            integers[_INSTANCE, j] = _NONE
-        how = arguments + _ARGUMENTS if _is_bundle(origins, directions, start, count) else arguments
-        call(intersect, np.uint64(valid.ctypes.data), scene, np.uint64(packet.ctypes.data), how)
-        for j in range(count):
-            i = start + j
-            # Of a packet in which a hit is found and given up again only the geometry is reset.
-            if integers[_GEOMETRY, j] == _NONE or packet[_FARTHEST, j] > max_range:
-                distance[i] = np.inf
-                element[i] = -1
-                triangle[i] = -1
-                uv[i, 0] = 0.0
-                uv[i, 1] = 0.0
-                normal[i, 0] = 0.0
-                normal[i, 1] = 0.0
-                normal[i, 2] = 0.0
-                continue
-            e = integers[_INSTANCE, j]
-            distance[i] = packet[_FARTHEST, j]
-            element[i] = e
-            triangle[i] = integers[_PRIMITIVE, j]
-            uv[i, 0] = packet[_U, j]
-            uv[i, 1] = packet[_V, j]
-            a = packet[_NORMAL, j]
-            b = packet[_NORMAL + 1, j]
-            c = packet[_NORMAL + 2, j]
-            length = np.float32(math.sqrt(a * a + b * b + c * c))
-            if length > 1e-30:
-                a /= length
-                b /= length
-                c /= length
-                normal[i, 0] = rotations[e, 0] * a + rotations[e, 1] * b + rotations[e, 2] * c
-                normal[i, 1] = rotations[e, 3] * a + rotations[e, 4] * b + rotations[e, 5] * c
-                normal[i, 2] = rotations[e, 6] * a + rotations[e, 7] * b + rotations[e, 8] * c
-            else:  # so small a triangle that its normal is lost in single precision
-                for axis in range(3):
-                    normal[i, axis] = -directions[i, axis]
-            if surfaces[e, 0] != FLAT:
-                triangle[i] = -1
-                _refine(e, i, j, packet, poses, surfaces, max_range, distance, normal)
+    _trace(
+        *(intersect, scene, arguments, origins, directions, max_range, rotations, poses, surfaces),
+        *(distance, element, triangle, uv, normal),
+    )
+
+
+@compiled(
+    *(uint64, uint64, uint64, array_of(float64, 2), array_of(float64, 2), float64),
+    *(array_of(float32, 2), array_of(float64, 3), array_of(float64, 2)),
+    *(output_of(float64, 1), output_of(int32, 1), output_of(int32, 1), output_of(float64, 2)),
+)
+def trace_hits(
+    intersect: int,
+    scene: int,
+    arguments: int,
+    origins: Array,
+    directions: Array,
+    max_range: float,
+    rotations: Array,
+    poses: Array,
+    surfaces: Array,
+    distance: Array,
+    element: Array,
+    triangle: Array,
+    normal: Array,
+) -> None:
+    """Do what `trace` does with rays in double precision, and turn the normals (n, 3) to the rays' origins."""
+    _trace(
+        *(intersect, scene, arguments, origins, directions, max_range, rotations, poses, surfaces),
+        *(distance, element, triangle, np.empty((0, 2), np.float32), normal),
+    )
+    for i in range(len(directions)):
+        if normal[i, 0] * directions[i, 0] + normal[i, 1] * directions[i, 1] + normal[i, 2] * directions[i, 2] > 0.0:
+            normal[i, 0] = -normal[i, 0]
+            normal[i, 1] = -normal[i, 1]
+            normal[i, 2] = -normal[i, 2]
+
+
+@compiled(array_of(float64, 2), array_of(float64, 2))
+def are_rays(origins: Array, directions: Array) -> bool:
+    """Return whether origins and directions (n, 3) are finite, and the directions of unit length."""
+    for i in range(len(directions)):
+        squared = 0.0
+        total = 0.0
+        for axis in range(3):
+            squared += directions[i, axis] * directions[i, axis]
+            total += origins[i, axis]
+        # The error of the square is twice that of the length; what is not finite compares as false.
+        if not (abs(squared - 1.0) <= 2.0 * UNIT and math.isfinite(total)):
+            return False
+    return True
 
 
 @compiled(

@@ -16,10 +16,10 @@ from virtualrobot_sdk.compiled.cache import make_ready
 from virtualrobot_sdk.embree.instances import pose_instances
 from virtualrobot_sdk.embree.leaves import Leaf, leaf_of
 from virtualrobot_sdk.embree.library import DYNAMIC, FAST_BUILD, INSTANCE, ROBUST, EmbreeError, library
-from virtualrobot_sdk.embree.packets import trace, trace_shadows
+from virtualrobot_sdk.embree.packets import trace, trace_hits, trace_shadows
 from virtualrobot_sdk.errors import ArgumentError
 from virtualrobot_sdk.kinematics import Floats, Integers
-from virtualrobot_sdk.rays import Booleans, Shape, Singles
+from virtualrobot_sdk.rays import Booleans, Hits, Shape, Singles
 
 _ARGUMENTS = np.array([[0xFFFFFFFF_00000000, 0, 0, 0, 0], [0xFFFFFFFF_00010000, 0, 0, 0, 0]], np.uint64)
 """RTCIntersectArguments for rays anywhere and for a bundle (RTC_RAY_QUERY_FLAG_COHERENT): all kinds of geometry, no
@@ -148,6 +148,24 @@ class TopScene:
         )
         return traced
 
+    def hits(self, origins: Floats, directions: Floats, max_range: float = np.inf) -> Hits:
+        """Return what `cast` does as a ray caster answers: in double precision, normals turned to the rays' origins.
+
+        Rays are float64; curved surfaces are met in double precision, triangles in single. Raises ArgumentError for
+        arrays of other shapes.
+        """
+        self._check_open()
+        starts, along = _rays(origins, directions, np.float64)
+        n = len(along)
+        triangle = np.empty(n, np.int32)
+        hits = Hits(np.empty(n), np.empty(n, np.int32), np.empty((n, 3)), triangle)
+        trace_hits(
+            *(self._addresses.intersect, self._scene, _ARGUMENTS.ctypes.data, starts, along, float(max_range)),
+            *(self._rotations, self._poses, self._surfaces),
+            *(hits.distance, hits.element, triangle, hits.normal),
+        )
+        return hits
+
     def occluded(self, origins: ArrayLike, directions: ArrayLike, distances: ArrayLike) -> Booleans:
         """Return (n,) whether each ray meets anything nearer than its own `distances` (n,) in meters, which may be inf.
 
@@ -211,9 +229,9 @@ def _addresses() -> _Addresses:
     return _Addresses(*(ctypes.cast(getattr(functions, name), ctypes.c_void_p).value or 0 for name in names))
 
 
-def _rays(origins: ArrayLike, directions: ArrayLike) -> tuple[Singles, Singles]:
-    """Return both as contiguous float32; raises ArgumentError for other shapes than (n, 3) or (1, 3), and (n, 3)."""
-    starts, along = np.ascontiguousarray(origins, np.float32), np.ascontiguousarray(directions, np.float32)
+def _rays(origins: ArrayLike, directions: ArrayLike, dtype: type = np.float32) -> tuple[np.ndarray, np.ndarray]:
+    """Return both contiguous; raises ArgumentError for other shapes than (n, 3) or (1, 3), and (n, 3)."""
+    starts, along = np.ascontiguousarray(origins, dtype), np.ascontiguousarray(directions, dtype)
     if along.ndim != 2 or along.shape[1] != 3:
         raise ArgumentError(f"directions have shape {along.shape}; it must be (n, 3)", shape=along.shape)
     if starts.shape not in ((len(along), 3), (1, 3)):

@@ -59,6 +59,20 @@ def assert_within_triangles(
         assert found.normal[i] @ np.cross(b - a, c - a) > 0
 
 
+def test_hits_are_what_cast_finds_with_normals_to_the_origin(rng: np.random.Generator) -> None:
+    given = random_scene(rng, 12)
+    origins, directions = random_rays(rng, 1000, given)
+    with TopScene() as scene:
+        scene.place(given.shapes, given.world_t_element)
+        traced, hits = scene.cast(origins, directions, 4.0), scene.hits(origins, directions, 4.0)
+    np.testing.assert_array_equal(hits.element, traced.element)
+    np.testing.assert_array_equal(hits.triangle, traced.triangle)
+    np.testing.assert_array_equal(hits.distance, traced.distance)
+    slope = (traced.normal * directions).sum(axis=1, keepdims=True)
+    assert 0 < (slope > 0.0).sum() < (slope != 0.0).sum() < 1000
+    np.testing.assert_array_equal(hits.normal, np.where(slope > 0.0, -traced.normal, traced.normal))
+
+
 def test_one_origin_serves_all_rays(rng: np.random.Generator) -> None:
     given = random_scene(rng, 8)
     origin, directions = rng.uniform(-1, 1, (1, 3)), random_rays(rng, 333, given)[1]
