@@ -58,7 +58,7 @@ def poses_of(ticks: Ticks, uids: Sequence[int]) -> Floats:
     result = np.empty((3, len(uids), 4, 4))
     for at in (2, 1, 0):
         snapshot = ticks[at]
-        if at == 2 or snapshot.structure is ticks[at + 1].structure:
+        if snapshot.structure is ticks[2].structure:
             result[at] = snapshot.world_t_node[[snapshot.structure.rows[uid] for uid in uids]]
             continue
         for place, uid in enumerate(uids):
