@@ -16,6 +16,10 @@ import importlib
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from virtualrobot.cameras import CameraReading as CameraReading
+    from virtualrobot.cameras import camera as camera
+    from virtualrobot.cameras import light as light
+    from virtualrobot.cameras import looking_at as looking_at
     from virtualrobot.connection import Client as Client
     from virtualrobot.connection import connect as connect
     from virtualrobot.dynamics import inertial as inertial
@@ -45,6 +49,7 @@ if TYPE_CHECKING:
     from virtualrobot.setpoints import StreamState as StreamState
 
 _MODULES = {
+    "cameras": ("CameraReading", "camera", "light", "looking_at"),
     "connection": ("Client", "connect"),
     "dynamics": ("inertial",),
     "errors": (

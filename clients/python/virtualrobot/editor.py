@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from virtualrobot.figures import Figures, figure_list
 from virtualrobot.services import Services
-from virtualrobot.v1 import nodes_pb2, scene_pb2, signal_pb2
+from virtualrobot.v1 import nodes_pb2, scene_pb2, sensing_pb2, signal_pb2
 from virtualrobot.wire import array_message, joint_map, pose_message
 
 Created = TypeVar("Created")
@@ -96,6 +96,36 @@ class Editor(ABC, Generic[Created]):
             inertial=inertial,
         )
         return self._add(name, parent, pose, figures, tool=tool)
+
+    def add_camera(
+        self,
+        name: str,
+        settings: sensing_pb2.CameraSensor | None = None,
+        figures: Figures = (),
+        *,
+        pose: ArrayLike | None = None,
+        parent: str = "world",
+    ) -> Created:
+        """Add a camera; it looks along z of its pose (`parent_t_camera`), x to the right of the picture and y down.
+
+        `virtualrobot.camera` makes the settings, `virtualrobot.looking_at` the pose. It does not see its own figures.
+        """
+        return self._add(name, parent, pose, figures, camera_sensor=settings or sensing_pb2.CameraSensor())
+
+    def add_light(
+        self,
+        name: str,
+        settings: sensing_pb2.Light | None = None,
+        figures: Figures = (),
+        *,
+        pose: ArrayLike | None = None,
+        parent: str = "world",
+    ) -> Created:
+        """Add a light, as `virtualrobot.light` makes it; spots and directional ones shine along z of their pose.
+
+        Its own figures cast shadows like all others: leave room between them and its origin, or give it none.
+        """
+        return self._add(name, parent, pose, figures, light=settings or sensing_pb2.Light())
 
     def add_annotation(
         self, name: str, figures: Figures, *, pose: ArrayLike | None = None, parent: str = "world"

@@ -140,7 +140,7 @@ def test_stereo_depth_is_the_true_depth(rng: np.random.Generator) -> None:
     part = Submesh(
         corners,
         np.array([[0, 2, 1], [0, 3, 2]], np.int32),
-        uv=(corners[:, :2] + 1) / 2,
+        uv=(0.5 * corners[:, :2] + np.float32(0.5)),
         texture=speckle(rng),
     )
     for name, size, place in (("wall", 3.0, at(0, 0, 4.0)), ("board", 0.5, at(0.2, 0.1, 2.5))):
