@@ -34,6 +34,7 @@ _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {
 _PACKAGE = Path(__file__).parent
 _compiled_functions: list[CompiledFunction | CompiledCallback] = []
 _setting = threading.RLock()
+"""Held by whoever compiles or says where numba keeps things: threads may ask for the same function at once."""
 
 
 @functools.cache
@@ -94,10 +95,11 @@ class CompiledFunction:
 
     def compile(self) -> bool:
         """Compile or load; return True when it had to be compiled anew."""
-        if not self._ready:
-            self.dispatcher.compile(self._signature)
-            self.dispatcher.disable_compile()
-            self._ready = True
+        with _setting:
+            if not self._ready:
+                self.dispatcher.compile(self._signature)
+                self.dispatcher.disable_compile()
+                self._ready = True
         return bool(self.dispatcher.stats.cache_misses)
 
 

@@ -14,6 +14,7 @@ REPORT = """
 import json, os
 from virtualrobot_kernel.numeric import forest
 from virtualrobot_plugins.chain import component
+from virtualrobot_sdk import embree
 from virtualrobot_sdk.compiled import cache
 calls = []
 anew = cache.compile_all(lambda done, total, name: calls.append((done, total, name)))
@@ -42,7 +43,7 @@ def run(program: str, **environment: str) -> dict:
 def test_first_start_says_what_it_compiles_and_the_second_says_nothing(tmp_path: Path) -> None:
     first = run(REPORT, NUMBA_CACHE_DIR=str(tmp_path))
     names = [name for _, _, name in first["calls"]]
-    assert {"forward_forest", "chain_frames", "chain_jacobian", "search"} <= set(names)
+    assert {"forward_forest", "chain_frames", "chain_jacobian", "search", "trace", "intersect"} <= set(names)
     assert [(done, total) for done, total, _ in first["calls"]] == [(i, len(names)) for i in range(len(names))]
     assert first["anew"] == names
     assert Path(first["directory"]).parent == tmp_path
@@ -62,3 +63,25 @@ def test_a_place_that_cannot_be_written_gives_way_to_a_temporary_one(tmp_path: P
     directory = Path(run(DIRECTORY, NUMBA_CACHE_DIR=str(blocked / "cache"))["directory"])
     assert not directory.is_relative_to(tmp_path)
     assert not directory.exists()  # it went with its process
+
+
+def test_threads_may_ask_for_the_same_code_at_once(tmp_path: Path) -> None:
+    program = """
+import json, threading
+from virtualrobot_sdk.compiled.cache import make_ready
+from virtualrobot_sdk.compiled.rigid import orthonormalise
+from virtualrobot_sdk.embree.curved import bound
+barrier, addresses, failed = threading.Barrier(6), set(), []
+def ask():
+    barrier.wait()
+    try:
+        make_ready()
+        addresses.add(bound.address)
+    except Exception as error:
+        failed.append(repr(error))
+threads = [threading.Thread(target=ask) for _ in range(6)]
+[thread.start() for thread in threads]
+[thread.join() for thread in threads]
+print(json.dumps({"addresses": len(addresses), "failed": failed}))
+"""
+    assert run(program, NUMBA_CACHE_DIR=str(tmp_path)) == {"addresses": 1, "failed": []}
