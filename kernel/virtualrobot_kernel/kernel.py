@@ -27,6 +27,7 @@ from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.planning.solvers import Solvers
+from virtualrobot_kernel.sensing.casting import Casters
 from virtualrobot_kernel.sensing.looks import LookLibrary
 from virtualrobot_kernel.sensing.readers import SensingRoom
 from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
@@ -68,6 +69,7 @@ class Kernel:
         self._view = ViewStore()
         load = self._meshes.load
         self._sensing = SensingRoom(catalog, ShapeLibrary(load), LookLibrary(load), CollisionShapes(load))
+        self._casters = Casters(self._sensing)
         self.world = World(world_poses, MemoryJournal(), Clock(settings.mode, 1.0, settings.tick_nanoseconds))
         self._workers = ThreadPoolExecutor(WORKERS, thread_name_prefix="worker")
         self._turns = Turns()
@@ -115,6 +117,7 @@ class Kernel:
         self._turns.close()
         self._solvers.close()
         self._importers.close()
+        self._casters.close()
         close_all()  # those that are being made or looked at, too: the process waits for its threads
 
     def _rooms(self, publications: Publications) -> Rooms:
@@ -129,6 +132,7 @@ class Kernel:
             catalog=self._catalog,
             solvers=self._solvers,
             sensing=self._sensing,
+            casters=self._casters,
             importers=self._importers,
             leases=LeaseTable(),
             viewer_url=lambda: self._viewer.url if self._viewer else "",

@@ -18,6 +18,7 @@ from virtualrobot.leases import Lease, LeaseInfo, acquire, list_leases
 from virtualrobot.models import KnownModel, known_models
 from virtualrobot.plugins import Plugins
 from virtualrobot.program import Program, read
+from virtualrobot.rays import Rays
 from virtualrobot.robot import Robot
 from virtualrobot.scene import Scene
 from virtualrobot.scene_files import model_request
@@ -41,6 +42,7 @@ class Client:
         view: the picture in the browser.
         assets: files to and from the kernel.
         plugins: the kernel's plugins: `client.plugins.list()`.
+        rays: what rays hit: `client.rays.cast(...)`.
         info: versions, limits and capabilities of the kernel, as it was when connected.
     """
 
@@ -56,6 +58,7 @@ class Client:
         self.view = View(self._services, self.scene)
         self.assets = Assets(self._services)
         self.plugins = Plugins(self._services)
+        self.rays = Rays(self._services)
 
     @property
     def services(self) -> Services:

@@ -15,7 +15,7 @@ from virtualrobot_kernel.api.author import author
 from virtualrobot_kernel.api.convert.program import note_messages
 from virtualrobot_kernel.api.convert.states import motion_message
 from virtualrobot_kernel.api.convert.values import check_enum, stamp
-from virtualrobot_kernel.api.motion_calls import find_motion, in_turn, make_way, wished
+from virtualrobot_kernel.api.motion_calls import find_motion, make_way, wished
 from virtualrobot_kernel.api.motion_plans import checked_motion, planned_motion
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import Rooms
@@ -50,8 +50,8 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         wish, joints, robots = await wished(self._rooms, request)
         await make_way(self._rooms, lambda _: joints, request.busy_policy, context)
         # From the snapshot of the moment when it is planned: the robots may have moved while they waited.
-        planned = await in_turn(
-            self._rooms, robots, lambda given_up: plan_wish(world.snapshot, wish, self._rooms.solvers.of, given_up)
+        planned = await self._rooms.turns.run_while_wanted(
+            robots, lambda given_up: plan_wish(world.snapshot, wish, self._rooms.solvers.of, given_up)
         )
         started = self._rooms.submit([planned.command], context, request.expected_revision or None)
         if request.on_disconnect != motion_pb2.DISCONNECT_POLICY_CONTINUE:

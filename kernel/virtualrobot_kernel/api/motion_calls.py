@@ -1,11 +1,9 @@
-"""What calls about motions share: find one, understand what is wished, make way for it, plan it in a thread."""
+"""What calls about motions share: find one, understand what is wished, make way for it."""
 
 from __future__ import annotations
 
 import asyncio
-import threading
 from collections.abc import Callable
-from typing import TypeVar
 
 from virtualrobot.v1 import motion_pb2
 
@@ -20,8 +18,6 @@ from virtualrobot_kernel.world.actuators import coupled_joints
 from virtualrobot_kernel.world.change import moving_motion
 from virtualrobot_kernel.world.commands import CancelMotion
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion, Snapshot
-
-Result = TypeVar("Result")
 
 
 def find_motion(snapshot: Snapshot, id: str) -> Motion:
@@ -76,15 +72,3 @@ async def wished(
         return work()
     # Thousands of steps would hold up every other call.
     return await asyncio.get_running_loop().run_in_executor(rooms.workers, work)
-
-
-async def in_turn(rooms: Rooms, robots: set[int], work: Callable[[Callable[[], bool]], Result]) -> Result:
-    """Return what `work` returns in a thread that counts for these robots (uids).
-
-    It is given what tells whether the call was cancelled, so that it can stop then.
-    """
-    gone = threading.Event()
-    try:
-        return await rooms.turns.run(robots, lambda: work(gone.is_set))
-    finally:
-        gone.set()

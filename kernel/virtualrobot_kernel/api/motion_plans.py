@@ -6,7 +6,7 @@ from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.api.convert.plans import check_message, plan_message
 from virtualrobot_kernel.api.convert.values import not_negative, stamp
-from virtualrobot_kernel.api.motion_calls import in_turn, wished
+from virtualrobot_kernel.api.motion_calls import wished
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.planning.check import check_motion
@@ -31,7 +31,7 @@ async def planned_motion(rooms: Rooms, request: motion_pb2.PlanMotionRequest) ->
         message.stamp.CopyFrom(stamp(snapshot))
         return message
 
-    return await in_turn(rooms, robots, work)
+    return await rooms.turns.run_while_wanted(robots, work)
 
 
 async def checked_motion(rooms: Rooms, request: motion_pb2.CheckMotionRequest) -> motion_pb2.CheckMotionResponse:
@@ -45,7 +45,7 @@ async def checked_motion(rooms: Rooms, request: motion_pb2.CheckMotionRequest) -
         message.stamp.CopyFrom(stamp(snapshot))
         return message
 
-    return await in_turn(rooms, robots, work)
+    return await rooms.turns.run_while_wanted(robots, work)
 
 
 def _snapshot(rooms: Rooms, motion: motion_pb2.StartMotionRequest) -> Snapshot:

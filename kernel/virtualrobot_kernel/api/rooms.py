@@ -16,6 +16,7 @@ from virtualrobot_kernel.drawing.view import ViewStore
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.planning.solvers import Solvers
+from virtualrobot_kernel.sensing.casting import Casters
 from virtualrobot_kernel.sensing.readers import SensingRoom
 from virtualrobot_kernel.world.commands import Command
 from virtualrobot_kernel.world.store import Applied, World
@@ -38,6 +39,7 @@ class Rooms:
     catalog: Catalog
     solvers: Solvers
     sensing: SensingRoom
+    casters: Casters
     importers: Importers
     leases: LeaseTable
     viewer_url: Callable[[], str]

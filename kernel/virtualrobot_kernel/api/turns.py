@@ -1,8 +1,9 @@
-"""Calls that wait for the components of robots: a few at a time for each robot, so that one robot holds up no other."""
+"""Calls that wait for components: a few at a time for each robot or ray caster, so that one holds up no other."""
 
 from __future__ import annotations
 
 import asyncio
+import threading
 from collections.abc import Callable, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
@@ -10,7 +11,7 @@ from typing import TypeVar
 from weakref import WeakValueDictionary
 
 AT_ONCE = 4
-"""How many calls for one robot have a thread; the others wait without one."""
+"""How many calls for one robot or ray caster have a thread; the others wait without one."""
 
 THREADS = 64
 """Most of them wait for a component in another process, which may take as long as its deadline."""
@@ -24,17 +25,17 @@ class Turns:
     def __init__(self) -> None:
         """Start no thread before it is needed."""
         self._threads = ThreadPoolExecutor(THREADS, thread_name_prefix="solver")
-        self._gates: WeakValueDictionary[int, asyncio.Semaphore] = WeakValueDictionary()
+        self._gates: WeakValueDictionary[int | str, asyncio.Semaphore] = WeakValueDictionary()
 
-    async def run(self, robots: Iterable[int], function: Callable[[], Result]) -> Result:
-        """Return what `function` returns in a thread that counts for these robots (uids) until it is done.
+    async def run(self, whom: Iterable[int | str], function: Callable[[], Result]) -> Result:
+        """Return what `function` returns in a thread that counts for these robots (uids) or ray casters (names).
 
-        It counts too when the caller has gone away meanwhile: a thread cannot be taken back.
+        It counts until it is done, also when the caller has gone away meanwhile: a thread cannot be taken back.
         """
         gates: list[asyncio.Semaphore] = []
         try:
-            for uid in sorted(set(robots)):
-                gate = self._gates.setdefault(uid, asyncio.Semaphore(AT_ONCE))
+            for one in sorted(set(whom), key=str):
+                gate = self._gates.setdefault(one, asyncio.Semaphore(AT_ONCE))
                 await gate.acquire()
                 gates.append(gate)
             work = self._threads.submit(function)
@@ -54,6 +55,14 @@ class Turns:
 
         work.add_done_callback(done)
         return await asyncio.wrap_future(work)
+
+    async def run_while_wanted(self, whom: Iterable[int | str], work: Callable[[Callable[[], bool]], Result]) -> Result:
+        """Return what `work` returns as `run` does; it is given what tells whether the call was cancelled meanwhile."""
+        gone = threading.Event()
+        try:
+            return await self.run(whom, lambda: work(gone.is_set))
+        finally:
+            gone.set()
 
     def close(self) -> None:
         """Begin nothing more; what has begun goes on."""

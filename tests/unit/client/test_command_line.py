@@ -16,7 +16,7 @@ from virtualrobot.cli.options import Numbers, pose_of_numbers
 
 COMMANDS = (
     *("serve", "demo", "load", "models", "save", "export", "ls", "state", "move", "stop", "signal", "step"),
-    *("plugins", "kinematics", "grade"),
+    *("plugins", "kinematics", "rays", "grade"),
 )
 HANDED_OVER = ("serve", "grade")
 """Commands that are programs of the kernel's side, which have help of their own."""
@@ -62,6 +62,9 @@ def test_every_command_has_help(run: Callable[..., tuple[int, str, str]], comman
         (("load", "x.yaml", "--set", "arguments.prefix=a"), "a scene file says all that itself"),
         (("load", "x.yaml", "--srdf", "x.srdf"), "a scene file says all that itself"),
         (("export", "arm"), "Missing argument 'FILE'"),
+        (("rays", "--from", "0,0,1"), "--from and --along go together"),
+        (("rays", "--frame", "arm"), "--frame goes with --from and --along"),
+        (("rays", "a", "b", "--from", "0,0,1", "--along", "0,0,1"), "one ray is cast by one ray caster"),
         (("move", "arm"), "say where to, in one way"),
         (("move", "arm", "--to", "home", "--pose", "0,0,0"), "say where to, in one way"),
         (("move", "arm", "--to", "home", "--linear"), "--linear goes with --pose"),

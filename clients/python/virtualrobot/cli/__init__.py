@@ -30,6 +30,7 @@ _COMMANDS = {
     "step": ("virtualrobot.cli.state", "Let time go on by some ticks."),
     "plugins": ("virtualrobot.cli.plugins", "Show plugins and their components."),
     "kinematics": ("virtualrobot.cli.plugins", "Show or swap what solves a robot's kinematics."),
+    "rays": ("virtualrobot.cli.rays", "Compare ray casters, or cast a ray."),
     "grade": ("virtualrobot.cli.serve", "Test components of plugins."),
 }
 

@@ -176,8 +176,12 @@ def array(message: geometry_pb2.NumericArray, shape: Sequence[int | None], what:
             field=what,
         )
     values = np.frombuffer(message.data, dtype).reshape(given)
-    if dtype.kind == "f" and not np.isfinite(values).all():
-        raise KernelError(f"{what} holds a number that is not finite", field=what)
+    if dtype.kind == "f" and not (finite_ones := np.isfinite(values)).all():
+        place = tuple(int(indices[0]) for indices in np.nonzero(~finite_ones))
+        row = f" in row {place[0]}" if len(place) > 1 else ""
+        raise KernelError(
+            f"{what} holds a number that is not finite: {values[place]}{row}", field=what, place=list(place)
+        )
     return values if dtype.kind == "u" else values.astype(np.float64)
 
 
