@@ -65,8 +65,8 @@ class PluginServicer(plugin_pb2_grpc.PluginServiceServicer):
                     process_id=use.process_id,
                 )
             )
-        for running in self._rooms.importers.uses():
-            uses.setdefault((ComponentKind.IMPORTER, running.offer.about.name), []).append(
+        for running in (*self._rooms.importers.uses(), *self._rooms.casters.uses()):
+            uses.setdefault((running.offer.about.kind, running.offer.about.name), []).append(
                 plugin_pb2.ComponentUse(
                     fault=running.fault.reason if running.fault else "",
                     calls=running.calls,

@@ -68,6 +68,11 @@ class Casters:
         with lock:
             return cast_rays(self._running(name), scene, origins, directions, max_range, go_on)
 
+    def uses(self) -> tuple[Running, ...]:
+        """Return the casters that calls have asked for, those that failed last included."""
+        with self._lock:
+            return tuple(self._kept.values())
+
     def close(self) -> None:
         """End all casters; no other is started."""
         with self._lock:
