@@ -13,6 +13,7 @@ from virtualrobot.v1 import scene_pb2
 from virtualrobot_sdk.worker import close_all
 
 from virtualrobot_kernel.api import scene_files
+from virtualrobot_kernel.api.convert.presets import presets
 from virtualrobot_kernel.api.lease_table import LeaseTable
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.rooms import Rooms
@@ -30,6 +31,7 @@ from virtualrobot_kernel.planning.solvers import Solvers
 from virtualrobot_kernel.sensing.casting import Casters
 from virtualrobot_kernel.sensing.looks import LookLibrary
 from virtualrobot_kernel.sensing.readers import SensingRoom
+from virtualrobot_kernel.sensing.sensors import Sensors
 from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.journal import MemoryJournal
@@ -68,9 +70,10 @@ class Kernel:
         self._meshes = MeshLibrary(self._assets, self._importers)
         self._view = ViewStore()
         load = self._meshes.load
-        self._sensing = SensingRoom(catalog, ShapeLibrary(load), LookLibrary(load), CollisionShapes(load))
+        self._sensing = SensingRoom(catalog, ShapeLibrary(load), LookLibrary(load), CollisionShapes(load), presets())
         self._casters = Casters(self._sensing)
         self.world = World(world_poses, MemoryJournal(), Clock(settings.mode, 1.0, settings.tick_nanoseconds))
+        self._sensors = Sensors(self.world, self._sensing)
         self._workers = ThreadPoolExecutor(WORKERS, thread_name_prefix="worker")
         self._turns = Turns()
         self._server = Server(settings.address, self.world, self._rooms)
@@ -112,6 +115,7 @@ class Kernel:
         self._server.close()
         if self._viewer is not None:
             self._viewer.close()
+        self._sensors.close()  # before the world, which may be waiting for one of them in a step
         self.world.close()
         self._workers.shutdown(wait=False, cancel_futures=True)
         self._turns.close()
@@ -133,6 +137,7 @@ class Kernel:
             solvers=self._solvers,
             sensing=self._sensing,
             casters=self._casters,
+            sensors=self._sensors,
             importers=self._importers,
             leases=LeaseTable(),
             viewer_url=lambda: self._viewer.url if self._viewer else "",

@@ -21,6 +21,7 @@ from virtualrobot.v1 import (
     robot_pb2_grpc,
     scene_pb2,
     scene_pb2_grpc,
+    sensor_pb2_grpc,
     signal_pb2_grpc,
     view_pb2_grpc,
 )
@@ -45,6 +46,7 @@ class Stubs:
         self.signal = signal_pb2_grpc.SignalServiceStub(channel)
         self.lease = lease_pb2_grpc.LeaseServiceStub(channel)
         self.view = view_pb2_grpc.ViewServiceStub(channel)
+        self.sensor = sensor_pb2_grpc.SensorServiceStub(channel)
         self.ray = ray_pb2_grpc.RayServiceStub(channel)
 
 

@@ -11,6 +11,7 @@ from virtualrobot_sdk.worker.description import ComponentDescription
 
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.components.catalog import Plugin
+from virtualrobot_kernel.sensing.sensor_status import at_work
 
 KINDS = {
     ComponentKind.KINEMATICS: plugin_pb2.COMPONENT_KIND_KINEMATICS,
@@ -53,7 +54,7 @@ class PluginServicer(plugin_pb2_grpc.PluginServiceServicer):
         return [_plugin_message(plugin, uses) for plugin in self._rooms.catalog.plugins]
 
     def _uses(self) -> Uses:
-        """Return who uses which component, robots by name."""
+        """Return who uses which component, robots and sensors by name."""
         uses: Uses = {}
         for use in self._rooms.solvers.uses(self._rooms.world.snapshot.structure):
             uses.setdefault((ComponentKind.KINEMATICS, use.kinematics), []).append(
@@ -63,6 +64,17 @@ class PluginServicer(plugin_pb2_grpc.PluginServiceServicer):
                     calls=use.calls,
                     mean_call_seconds=use.mean_call_seconds,
                     process_id=use.process_id,
+                )
+            )
+        for use in at_work(self._rooms.sensors, self._rooms.world.snapshot.structure):
+            about, fault = use.running.offer.about, use.running.fault
+            uses.setdefault((about.kind, about.name), []).append(
+                plugin_pb2.ComponentUse(
+                    sensor=use.sensor,
+                    fault=fault.reason if fault else "",
+                    calls=use.running.calls,
+                    mean_call_seconds=use.running.mean_seconds,
+                    process_id=0 if fault else use.running.process_id,
                 )
             )
         for running in (*self._rooms.importers.uses(), *self._rooms.casters.uses()):

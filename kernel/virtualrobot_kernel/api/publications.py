@@ -162,17 +162,20 @@ class Publications:
 
         `subscribe` takes the listener and returns what ends it.
         """
-        changed = True
+        changed, posted = True, False
         waiter: asyncio.Future[None] | None = None
 
         def wake() -> None:
-            nonlocal changed
-            changed = True
+            nonlocal changed, posted
+            changed, posted = True, False
             if waiter is not None:
                 resolve(waiter)
 
         def listener(_: object) -> None:
-            self._loop.call_soon_threadsafe(wake)
+            nonlocal posted
+            if not posted:  # a loop that is behind is not told twice
+                posted = True
+                self._loop.call_soon_threadsafe(wake)
 
         end = subscribe(listener)
         try:

@@ -18,6 +18,7 @@ from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.planning.solvers import Solvers
 from virtualrobot_kernel.sensing.casting import Casters
 from virtualrobot_kernel.sensing.readers import SensingRoom
+from virtualrobot_kernel.sensing.sensors import Sensors
 from virtualrobot_kernel.world.commands import Command
 from virtualrobot_kernel.world.store import Applied, World
 
@@ -40,6 +41,7 @@ class Rooms:
     solvers: Solvers
     sensing: SensingRoom
     casters: Casters
+    sensors: Sensors
     importers: Importers
     leases: LeaseTable
     viewer_url: Callable[[], str]

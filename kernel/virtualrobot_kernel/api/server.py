@@ -30,6 +30,8 @@ from virtualrobot.v1 import (
     robot_pb2_grpc,
     scene_pb2,
     scene_pb2_grpc,
+    sensor_pb2,
+    sensor_pb2_grpc,
     signal_pb2,
     signal_pb2_grpc,
     view_pb2,
@@ -47,6 +49,7 @@ from virtualrobot_kernel.api.ray import RayServicer
 from virtualrobot_kernel.api.robot import RobotServicer
 from virtualrobot_kernel.api.rooms import MAX_MESSAGE_BYTES, Rooms
 from virtualrobot_kernel.api.scene import SceneServicer
+from virtualrobot_kernel.api.sensor import SensorServicer
 from virtualrobot_kernel.api.signal import SignalServicer
 from virtualrobot_kernel.api.view import ViewServicer
 from virtualrobot_kernel.errors import KernelError, Reason
@@ -63,6 +66,7 @@ SERVICES = (
     (motion_pb2, motion_pb2_grpc.add_MotionServiceServicer_to_server, MotionServicer),
     (lease_pb2, lease_pb2_grpc.add_LeaseServiceServicer_to_server, LeaseServicer),
     (signal_pb2, signal_pb2_grpc.add_SignalServiceServicer_to_server, SignalServicer),
+    (sensor_pb2, sensor_pb2_grpc.add_SensorServiceServicer_to_server, SensorServicer),
     (view_pb2, view_pb2_grpc.add_ViewServiceServicer_to_server, ViewServicer),
     (ray_pb2, ray_pb2_grpc.add_RayServiceServicer_to_server, RayServicer),
 )

@@ -42,10 +42,15 @@ def run_sensors(change: Change, command: RunSensors, forward: Forward) -> Change
 def set_range_components(change: Change, command: SetRangeComponents, forward: Forward) -> Change:
     """Give a range sensor other components; it goes on running."""
     node = change.structure.node(command.sensor, Kind.RANGE_SENSOR)
-    data = node.data
-    assert isinstance(data, RangeSensor)
+    assert isinstance(node.data, RangeSensor)
+    changed = replace(node, data=with_components(node.data, command))
+    return replace(change, structure=index.replaced(change.structure, changed))
+
+
+def with_components(data: RangeSensor, command: SetRangeComponents) -> RangeSensor:
+    """Return how a range sensor is set once it has the components of a command."""
     if command.ray_caster is not None:
         data = replace(data, ray_caster=command.ray_caster[0], ray_caster_settings=command.ray_caster[1])
     if command.sensor_model is not None:
         data = replace(data, sensor_model=command.sensor_model[0], sensor_model_settings=command.sensor_model[1])
-    return replace(change, structure=index.replaced(change.structure, replace(node, data=data)))
+    return data

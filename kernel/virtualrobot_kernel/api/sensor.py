@@ -1,0 +1,184 @@
+"""SensorService: sensors at work."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Iterator
+from dataclasses import replace
+
+import numpy as np
+from virtualrobot.v1 import sensor_pb2, sensor_pb2_grpc
+
+from virtualrobot_kernel.api.convert.presets import preset_message
+from virtualrobot_kernel.api.convert.readings import checked_options, reading_message
+from virtualrobot_kernel.api.convert.robots import settings
+from virtualrobot_kernel.api.convert.values import stamp
+from virtualrobot_kernel.api.rates import rate
+from virtualrobot_kernel.api.rooms import MAX_MESSAGE_BYTES, Rooms
+from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.sensing.range_reader import RangeReader
+from virtualrobot_kernel.sensing.reading import Moment, Reading, SensorState
+from virtualrobot_kernel.sensing.sensor_status import statuses
+from virtualrobot_kernel.world.apply_sensors import sensor_node, with_components
+from virtualrobot_kernel.world.commands import RunSensors, SetRangeComponents
+from virtualrobot_kernel.world.sensing import RangeSensor
+from virtualrobot_kernel.world.structure import Kind
+
+TOGETHER_BYTES = 1024 * 1024
+"""Readings travel in one message as long as they are smaller than this together."""
+FASTEST_HERTZ = 10_000.0
+
+
+class SensorServicer(sensor_pb2_grpc.SensorServiceServicer):
+    """Serves SensorService."""
+
+    def __init__(self, rooms: Rooms) -> None:
+        """Serve from these rooms."""
+        self._rooms = rooms
+
+    async def ListSensors(
+        self, request: sensor_pb2.ListSensorsRequest, context: object
+    ) -> sensor_pb2.ListSensorsResponse:
+        """Tell how all sensors are."""
+        snapshot = self._rooms.world.snapshot
+        told = [
+            sensor_pb2.SensorStatus(
+                name=status.node.name,
+                kind=status.node.kind.value,
+                state=status.state.value,  # pyright: ignore[reportArgumentType] the values are the contract's
+                fault=status.fault,
+                rate_hertz=status.rate_hertz,
+                readings=status.readings,
+                missed=status.missed,
+                mean_reading_seconds=status.mean_reading_seconds,
+            )
+            for status in statuses(self._rooms.sensors, snapshot)
+        ]
+        return sensor_pb2.ListSensorsResponse(stamp=stamp(snapshot), sensors=told)
+
+    async def StartSensor(
+        self, request: sensor_pb2.StartSensorRequest, context: object
+    ) -> sensor_pb2.StartSensorResponse:
+        """Let sensors read at their rates."""
+        command = RunSensors(tuple(request.sensors), True)
+        applied = await asyncio.wrap_future(self._rooms.submit([command], context))
+        return sensor_pb2.StartSensorResponse(stamp=stamp(applied.snapshot))
+
+    async def StopSensor(self, request: sensor_pb2.StopSensorRequest, context: object) -> sensor_pb2.StopSensorResponse:
+        """Let sensors read no more."""
+        command = RunSensors(tuple(request.sensors), False)
+        applied = await asyncio.wrap_future(self._rooms.submit([command], context))
+        return sensor_pb2.StopSensorResponse(stamp=stamp(applied.snapshot))
+
+    async def ReadSensor(self, request: sensor_pb2.ReadSensorRequest, context: object) -> sensor_pb2.ReadSensorResponse:
+        """Make one reading, in the sensor's own thread."""
+        kinds = checked_options(request.options)
+        station, coming = self._rooms.sensors.read(request.sensor, kinds)
+        try:
+            reading = await asyncio.wait_for(asyncio.wrap_future(coming), station.patience_seconds)
+        except TimeoutError:
+            station.give_up(f"a reading was not made within {station.patience_seconds:g} s")
+            raise KernelError(
+                f"the sensor {request.sensor!r} cannot read: {station.fault}",
+                reason=Reason.PLUGIN_FAILED,
+                sensor=request.sensor,
+            ) from None
+        return sensor_pb2.ReadSensorResponse(reading=_sized(reading_message(reading, request.options)))
+
+    async def WatchReadings(
+        self, request: sensor_pb2.WatchReadingsRequest, context: object
+    ) -> AsyncIterator[sensor_pb2.WatchReadingsResponse]:
+        """Tell the latest readings, then new ones; a slow reader gets the latest."""
+        checked_options(request.options)
+        pause = 1.0 / rate(request.max_rate_hertz, FASTEST_HERTZ)
+        sensors, publications, world = self._rooms.sensors, self._rooms.publications, self._rooms.world
+        wanted = {sensor_node(world.snapshot.structure, name).uid for name in request.sensors}
+        told: dict[int, Reading] = {}
+        async for _ in publications.each(sensors.subscribe):
+            latest = {uid: one for uid, one in sensors.latest.items() if not wanted or uid in wanted}
+            gone = [uid for uid in told if uid not in latest]
+            fresh = [one for uid, one in latest.items() if told.get(uid) is not one]
+            fresh += [_removed(told.pop(uid)) for uid in gone]
+            told |= latest
+            for message in _messages(fresh, request.options):
+                yield message
+            if pause > 1.0 / FASTEST_HERTZ:
+                await publications.pause(pause)
+
+    async def SetRangeComponents(
+        self, request: sensor_pb2.SetRangeComponentsRequest, context: object
+    ) -> sensor_pb2.SetRangeComponentsResponse:
+        """Try other components on the sensor, then give them to it."""
+        snapshot = self._rooms.world.snapshot
+        node = snapshot.structure.node(request.sensor, Kind.RANGE_SENSOR)
+        command = SetRangeComponents(
+            request.sensor,
+            (request.ray_caster, settings(request.ray_caster_settings, "ray_caster_settings"))
+            if request.HasField("ray_caster")
+            else None,
+            (request.sensor_model, settings(request.sensor_model_settings, "sensor_model_settings"))
+            if request.HasField("sensor_model")
+            else None,
+        )
+        assert isinstance(node.data, RangeSensor)
+        changed = replace(node, data=with_components(node.data, command))
+
+        def tried() -> RangeReader:
+            room = self._rooms.sensing
+            reader = RangeReader(changed, room.catalog, room.shapes, room.presets)
+            try:
+                reader.read(Moment(snapshot, (), 1, np.random.default_rng((changed.data.seed, 1))))  # pyright: ignore[reportOptionalMemberAccess, reportAttributeAccessIssue] a range sensor's
+            finally:
+                reader.close()
+            return reader
+
+        reader = await self._rooms.turns.run([node.uid], tried)
+        applied = await asyncio.wrap_future(self._rooms.submit([command], context))
+        return sensor_pb2.SetRangeComponentsResponse(
+            stamp=stamp(applied.snapshot),
+            cast_seconds=reader.cast_seconds,
+            model_seconds=reader.model_seconds,
+            rays=reader.ray_count,
+        )
+
+    async def ListSensorPresets(
+        self, request: sensor_pb2.ListSensorPresetsRequest, context: object
+    ) -> sensor_pb2.ListSensorPresetsResponse:
+        """Tell the devices that a range sensor may be set as."""
+        presets = sorted(self._rooms.sensing.presets.values(), key=lambda one: one.name)
+        return sensor_pb2.ListSensorPresetsResponse(presets=map(preset_message, presets))
+
+
+def _removed(last: Reading) -> Reading:
+    """Return what is told of a sensor that is gone, after its last reading."""
+    fault = f"the sensor {last.name!r} was removed from the world"
+    return replace(last, state=SensorState.STOPPED, fault=fault, content=None)
+
+
+def _messages(
+    readings: list[Reading], options: sensor_pb2.ReadingOptions
+) -> Iterator[sensor_pb2.WatchReadingsResponse]:
+    """Yield readings, small ones together."""
+    response, size = sensor_pb2.WatchReadingsResponse(), 0
+    for reading in readings:
+        message = _sized(reading_message(reading, options))
+        if size and size + message.ByteSize() > TOGETHER_BYTES:
+            yield response
+            response, size = sensor_pb2.WatchReadingsResponse(), 0
+        response.readings.append(message)
+        size += message.ByteSize()
+    if size:
+        yield response
+
+
+def _sized(message: sensor_pb2.SensorReading) -> sensor_pb2.SensorReading:
+    """Return a message that can be sent; raise KernelError (TOO_LARGE) otherwise."""
+    if message.ByteSize() > MAX_MESSAGE_BYTES - 1024:
+        raise KernelError(
+            f"a reading of {message.sensor!r} is {message.ByteSize():,} bytes, and a message takes "
+            f"{MAX_MESSAGE_BYTES:,}; ask for less (no points, no elements), or let the sensor have fewer beams",
+            reason=Reason.TOO_LARGE,
+            bytes=message.ByteSize(),
+            limit=MAX_MESSAGE_BYTES,
+        )
+    return message

@@ -1,0 +1,234 @@
+"""All sensors of the world at work: who reads, when each reading is due, and the latest of each."""
+
+from __future__ import annotations
+
+import math
+import queue
+import threading
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
+from dataclasses import fields
+from functools import partial
+
+from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.sensing.readers import READERS, SensingRoom
+from virtualrobot_kernel.sensing.reading import Reader, Reading, SensorState
+from virtualrobot_kernel.sensing.settings import rate_hertz
+from virtualrobot_kernel.sensing.station import Instant, Schedule, Station
+from virtualrobot_kernel.world.apply_sensors import sensor_node, sensor_nodes
+from virtualrobot_kernel.world.clock import Mode
+from virtualrobot_kernel.world.sensing import CameraSensor, ContactSensor, MotionSensor, RangeSensor, Sensor
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.store import World
+from virtualrobot_kernel.world.structure import Node, Structure
+
+LONGEST_HISTORY_SECONDS = 1.0
+"""How much of the past is kept while it is not known yet how much a sensor that starts needs."""
+
+MOST_RUNNING = 200
+"""How many sensors may run at once: each has a thread."""
+
+Listener = Callable[[Reading | None], None]
+
+
+class Sensors:
+    """Has a station for each sensor that runs, or was asked for a reading since it was changed last.
+
+    The world thread tells it each structure and, while sensors run, each tick; it notes what is due and goes on. In
+    STEPPED mode it waits there for each sensor in the order of the nodes. Readings are told to listeners by the
+    sensors' threads, and None when a sensor is gone; listeners must return at once.
+    """
+
+    def __init__(self, world: World, room: SensingRoom) -> None:
+        """Look after the sensors of `world` from now on."""
+        self._world, self.room = world, room
+        self.stations: Mapping[int, Station] = {}
+        """By uid; replaced, never changed."""
+        self.latest: Mapping[int, Reading] = {}
+        """The last reading of each sensor that was started, by uid; replaced, never changed."""
+        self._structure: Structure | None = None
+        self._running: tuple[Station, ...] = ()
+        self._asked: dict[int, int] = {}
+        self._history: tuple[Snapshot, ...] = ()
+        self._listeners: tuple[Listener, ...] = ()
+        self._lock = threading.Lock()
+        self._telling = threading.Lock()
+        self._closed = False
+        # Starting a thread waits for it, which the world thread must not.
+        self._begun: queue.SimpleQueue[Station | None] = queue.SimpleQueue()
+        self._starter = threading.Thread(target=self._start_stations, name="sensors", daemon=True)
+        self._starter.start()
+        self._published()
+        world.listen(self._published)
+
+    def close(self) -> None:
+        """End all sensors; none starts any more."""
+        self._closed = True
+        self._world.unlisten(self._published)
+        self._world.unlisten_ticks(self._ticked)
+        self._begun.put(None)
+        self._starter.join(10.0)
+        for station in self.stations.values():
+            station.end()
+        for station in self.stations.values():
+            station.join(2.0)
+
+    def subscribe(self, listener: Listener) -> Callable[[], None]:
+        """Have `listener` called with each new reading of any sensor; call what this returns to end that."""
+        with self._telling:
+            self._listeners = (*self._listeners, listener)
+
+        def end() -> None:
+            with self._telling:
+                self._listeners = tuple(one for one in self._listeners if one is not listener)
+
+        return end
+
+    def read(self, name: str, kinds: object | None = None) -> tuple[Station, Future[Reading]]:
+        """Have one reading made of the world as it is now, whether the sensor runs or not.
+
+        Returns who makes it, and the reading to come; that raises KernelError where it cannot be made. Raises
+        UnknownNameError for a sensor that there isn't.
+        """
+        snapshot = self._world.snapshot
+        node = sensor_node(snapshot.structure, name)
+        with self._lock:
+            number = self._asked[node.uid] = self._asked.get(node.uid, 0) + 1
+            station = self.stations.get(node.uid)
+            if station is None or (station.ended and station.schedule is None):
+                station = self._station(node, None)
+                self.stations = {**self.stations, node.uid: station}
+        return station, station.ask(Instant(snapshot, self._history), number, kinds)
+
+    def _published(self) -> None:
+        """Follow a change of the structure; called by the world thread after each snapshot."""
+        snapshot = self._world.snapshot
+        before, self._structure = self._structure, snapshot.structure
+        if before is snapshot.structure or self._closed:
+            return
+        with self._lock:
+            old, stations = self.stations, {}
+            for node in sensor_nodes(snapshot.structure):
+                count = sum(one.schedule is not None for one in stations.values())
+                station = self._followed(old.get(node.uid), node, snapshot, count)
+                if station is not None:
+                    stations[node.uid] = station
+            self.stations = stations
+            self._asked = {uid: count for uid, count in self._asked.items() if uid in snapshot.structure.nodes}
+        for uid, station in old.items():
+            if stations.get(uid) is not station:
+                station.end()
+                self._say_end(station, snapshot)
+        self._run(tuple(one for one in stations.values() if one.schedule is not None), snapshot)
+
+    def _followed(self, station: Station | None, node: Node, snapshot: Snapshot, running: int) -> Station | None:
+        """Return the station of a sensor after a change of the structure: the same, another one, or none."""
+        if station is None or station.node is not node:
+            same = station is not None and not station.fault and _unchanged(station.node, node)
+            wanted, at_work = data_of(node).running, station is not None and station.schedule is not None
+            if station is None or not same or wanted != at_work:
+                return self._started(node, snapshot, station, running) if wanted else None
+            station.node = node
+        return station
+
+    def _started(self, node: Node, snapshot: Snapshot, before: Station | None, running: int) -> Station:
+        """Return a new station that reads at its rate; the readings of one that was well go on to be counted."""
+        rate, fault = 1.0, ""
+        try:
+            rate = rate_hertz(data_of(node), self.room.presets)
+        except KernelError as error:
+            fault = str(error)
+        if running >= MOST_RUNNING:
+            fault = f"{MOST_RUNNING} sensors run already; stop some of them first"
+        schedule = Schedule(snapshot.state.tick, max(1.0, 1.0 / (rate * snapshot.tick_seconds)))
+        if before is not None and (before.schedule is None or before.fault):
+            before = None
+        if before is not None and before.schedule is not None and before.schedule.period == schedule.period:
+            schedule = before.schedule
+        return self._station(node, schedule, before, fault)
+
+    def _station(
+        self, node: Node, schedule: Schedule | None, before: Station | None = None, fault: str = ""
+    ) -> Station:
+        station = Station(node, partial(self._make, node), self._tell, self._now, schedule, before)
+        if fault:
+            station.give_up(fault)
+        else:
+            self._begun.put(station)
+        return station
+
+    def _make(self, node: Node) -> Reader:
+        if node.kind not in READERS:
+            raise KernelError(f"this kernel has no reader for a {node.kind.value}")
+        return READERS[node.kind](self._now(), node, self.room)
+
+    def _now(self) -> Snapshot:
+        return self._world.snapshot
+
+    def _start_stations(self) -> None:
+        while (station := self._begun.get()) is not None:
+            station.start()
+
+    def _run(self, running: tuple[Station, ...], snapshot: Snapshot) -> None:
+        """Have these sensors told each tick from now on."""
+        before, self._running = self._running, running
+        if running and not before:
+            self._world.listen_ticks(self._ticked)
+        elif before and not running:
+            self._world.unlisten_ticks(self._ticked)
+            self._history = ()
+        if running:
+            self._keep(snapshot)
+
+    def _ticked(self, snapshot: Snapshot) -> None:
+        """Have what is due read; called by the world thread each tick, while sensors run."""
+        instant = Instant(snapshot, self._history)
+        for station in self._running:
+            station.tick(instant)
+        self._keep(snapshot)
+        if self._world.clock.mode is Mode.STEPPED:
+            for station in self._running:
+                station.settle()
+
+    def _keep(self, snapshot: Snapshot) -> None:
+        """Keep as much of the past as the sensors that run need, this snapshot as its last."""
+        needs = [station.history_seconds for station in self._running]
+        longest = max((LONGEST_HISTORY_SECONDS if one is None else one for one in needs), default=0.0)
+        oldest = snapshot.state.tick - math.ceil(longest / snapshot.tick_seconds - 1e-6)
+        if longest == 0.0:
+            self._history = ()
+            return
+        kept = self._history
+        first = next((i for i, one in enumerate(kept) if one.state.tick >= oldest), len(kept))
+        end = len(kept) - 1 if kept and kept[-1].state.tick == snapshot.state.tick else len(kept)
+        self._history = (*kept[first:end], snapshot)
+
+    def _tell(self, reading: Reading) -> None:
+        with self._telling:
+            self.latest = {**self.latest, reading.uid: reading}
+        for listener in self._listeners:
+            listener(reading)
+
+    def _say_end(self, station: Station, snapshot: Snapshot) -> None:
+        """Tell that a sensor reads no more: it was stopped, or it is gone."""
+        node = snapshot.structure.nodes.get(station.node.uid)
+        if node is None:
+            with self._telling:
+                self.latest = {uid: one for uid, one in self.latest.items() if uid != station.node.uid}
+            for listener in self._listeners:
+                listener(None)
+        elif station.schedule is not None and not data_of(node).running:
+            self._tell(station.silent(snapshot, SensorState.STOPPED))
+
+
+def data_of(node: Node) -> Sensor:
+    """Return how a sensor is set."""
+    assert isinstance(node.data, RangeSensor | CameraSensor | ContactSensor | MotionSensor)
+    return node.data
+
+
+def _unchanged(before: Node, after: Node) -> bool:
+    """Return whether a sensor is set as before and still in its place of the tree."""
+    old, new = data_of(before), data_of(after)
+    same = type(old) is type(new) and all(getattr(old, one.name) is getattr(new, one.name) for one in fields(old))
+    return same and before.parent == after.parent and before.kind is after.kind
