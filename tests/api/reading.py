@@ -13,7 +13,12 @@ from virtualrobot.v1 import geometry_pb2, kernel_pb2, motion_pb2, robot_pb2, sce
 
 from tests.api.conftest import Stubs
 
-DTYPES = {geometry_pb2.NUMERIC_TYPE_FLOAT64: "<f8", geometry_pb2.NUMERIC_TYPE_UINT8: "u1"}
+DTYPES = {
+    geometry_pb2.NUMERIC_TYPE_FLOAT64: "<f8",
+    geometry_pb2.NUMERIC_TYPE_FLOAT32: "<f4",
+    geometry_pb2.NUMERIC_TYPE_INT32: "<i4",
+    geometry_pb2.NUMERIC_TYPE_UINT8: "u1",
+}
 
 
 def values(array: geometry_pb2.NumericArray) -> np.ndarray:

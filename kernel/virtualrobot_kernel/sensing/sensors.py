@@ -118,7 +118,10 @@ class Sensors:
         for uid, station in old.items():
             if stations.get(uid) is not station:
                 station.end()
-                self._say_end(station, snapshot)
+                node = snapshot.structure.nodes.get(uid)
+                if station.schedule is not None and node is not None and not data_of(node).running:
+                    self._tell(station.silent(snapshot, SensorState.STOPPED))
+        self._forget(snapshot.structure)
         self._run(tuple(one for one in stations.values() if one.schedule is not None), snapshot)
 
     def _followed(self, station: Station | None, node: Node, snapshot: Snapshot, running: int) -> Station | None:
@@ -209,16 +212,14 @@ class Sensors:
         for listener in self._listeners:
             listener(reading)
 
-    def _say_end(self, station: Station, snapshot: Snapshot) -> None:
-        """Tell that a sensor reads no more: it was stopped, or it is gone."""
-        node = snapshot.structure.nodes.get(station.node.uid)
-        if node is None:
-            with self._telling:
-                self.latest = {uid: one for uid, one in self.latest.items() if uid != station.node.uid}
-            for listener in self._listeners:
-                listener(None)
-        elif station.schedule is not None and not data_of(node).running:
-            self._tell(station.silent(snapshot, SensorState.STOPPED))
+    def _forget(self, structure: Structure) -> None:
+        """Forget sensors that are gone, and say so."""
+        if all(uid in structure.nodes for uid in self.latest):
+            return
+        with self._telling:
+            self.latest = {uid: one for uid, one in self.latest.items() if uid in structure.nodes}
+        for listener in self._listeners:
+            listener(None)
 
 
 def data_of(node: Node) -> Sensor:
