@@ -46,7 +46,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{KERNEL}/kernel.py": (*ROOM, "virtualrobot.v1"),
     f"{KERNEL}/serve.py": (*ROOM, "virtualrobot.session"),
     f"{KERNEL}/api": (*ROOM, *CONTRACT, "grpc", "grpc_status", "grpc_health", "grpc_reflection", "google.rpc"),
-    f"{KERNEL}/drawing": (*ROOM, "viser"),
+    # The browser by viser; files of pictures, and the letters in them, by Pillow.
+    f"{KERNEL}/drawing": (*ROOM, "viser", "PIL"),
     # FCL holds the interpreter's lock: whoever asks it goes through the bounded calls of this room.
     f"{KERNEL}/collision": (*ROOM, "fcl"),
     f"{KERNEL}/formats": (*ROOM, *CONTRACT, "trimesh", "lxml", "ruamel", "collada", "PIL"),

@@ -22,6 +22,8 @@ from virtualrobot_kernel.api.turns import Turns
 from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.importing import Importers
+from virtualrobot_kernel.drawing.additions import with_arrows
+from virtualrobot_kernel.drawing.studio import Studio
 from virtualrobot_kernel.drawing.view import ViewStore
 from virtualrobot_kernel.errors import MissingFileError
 from virtualrobot_kernel.formats.assets import AssetStore
@@ -70,7 +72,9 @@ class Kernel:
         self._meshes = MeshLibrary(self._assets, self._importers)
         self._view = ViewStore()
         load = self._meshes.load
-        self._sensing = SensingRoom(catalog, ShapeLibrary(load), LookLibrary(load), CollisionShapes(load), presets())
+        looks = LookLibrary(with_arrows(load))
+        self._sensing = SensingRoom(catalog, ShapeLibrary(load), looks, CollisionShapes(load), presets())
+        self._studio = Studio(self._sensing.shapes, looks, load)
         self._casters = Casters(self._sensing)
         self.world = World(world_poses, MemoryJournal(), Clock(settings.mode, 1.0, settings.tick_nanoseconds))
         self._sensors = Sensors(self.world, self._sensing)
@@ -118,6 +122,7 @@ class Kernel:
         self._sensors.close()  # before the world, which may be waiting for one of them in a step
         self.world.close()
         self._workers.shutdown(wait=False, cancel_futures=True)
+        self._studio.close()
         self._turns.close()
         self._solvers.close()
         self._importers.close()
@@ -138,6 +143,7 @@ class Kernel:
             sensing=self._sensing,
             casters=self._casters,
             sensors=self._sensors,
+            studio=self._studio,
             importers=self._importers,
             leases=LeaseTable(),
             viewer_url=lambda: self._viewer.url if self._viewer else "",

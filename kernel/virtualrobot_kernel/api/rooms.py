@@ -12,6 +12,7 @@ from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.turns import Turns
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.importing import Importers
+from virtualrobot_kernel.drawing.studio import Studio
 from virtualrobot_kernel.drawing.view import ViewStore
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
@@ -42,6 +43,7 @@ class Rooms:
     sensing: SensingRoom
     casters: Casters
     sensors: Sensors
+    studio: Studio
     importers: Importers
     leases: LeaseTable
     viewer_url: Callable[[], str]

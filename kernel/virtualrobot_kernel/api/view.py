@@ -1,4 +1,4 @@
-"""ViewService: how the picture is set up."""
+"""ViewService: how the picture is set up, pictures and films."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ from collections.abc import AsyncIterator
 
 from virtualrobot.v1 import view_pb2, view_pb2_grpc
 
+from virtualrobot_kernel.api.capture import CaptureCalls
 from virtualrobot_kernel.api.convert.view import changed_settings, view_message
 from virtualrobot_kernel.api.rooms import Rooms
 
 
-class ViewServicer(view_pb2_grpc.ViewServiceServicer):
+class ViewServicer(CaptureCalls, view_pb2_grpc.ViewServiceServicer):
     """Serves ViewService."""
 
     def __init__(self, rooms: Rooms) -> None:

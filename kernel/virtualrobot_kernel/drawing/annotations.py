@@ -10,20 +10,11 @@ import viser
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.drawing.batches import wxyz_of
+from virtualrobot_kernel.drawing.inks import BOX_COLOR, BOX_WIDTH, box_edges, ink
 from virtualrobot_kernel.drawing.inventory import Inventory, node_bounds
 from virtualrobot_kernel.drawing.library import ShapeLibrary
 from virtualrobot_kernel.world.figures import Figure, Label, Lines, Points
 from virtualrobot_kernel.world.structure import Structure
-
-INK = (32, 74, 150)
-"""The colour of points and lines that have none of their own."""
-
-BOX_COLOR = (222, 120, 20)
-BOX_WIDTH = 2.0
-
-CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
-EDGES = np.array([(a, b) for a in range(8) for b in range(a) if np.abs(CORNERS[a] - CORNERS[b]).sum() == 1])
-"""(12, 2) rows of CORNERS: corners that differ along one axis only."""
 
 
 @dataclass(slots=True, eq=False)
@@ -99,18 +90,13 @@ class BoxLayer:
             _place(handle, world_t_node[structure.rows[uid]])
 
 
-def box_edges(box: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the edges (12, 2, 3) of a box given as lowest and highest corner (2, 3)."""
-    return (box[0] + CORNERS * (box[1] - box[0]))[EDGES]
-
-
 def _added(server: viser.ViserServer, name: str, figure: Figure) -> Any:  # noqa: ANN401  see _Drawn
     """Return the handle of a figure, or None when there is nothing in it to draw."""
-    ink = _ink(figure)
+    color = ink(figure)
     match figure.geometry:
         case Points(positions, colors, size) if positions:
             points = np.frombuffer(positions, np.float64).reshape(-1, 3)
-            own = np.frombuffer(colors, np.uint8).reshape(-1, 3) if colors else ink
+            own = np.frombuffer(colors, np.uint8).reshape(-1, 3) if colors else color
             return server.scene.add_point_cloud(
                 name,
                 points,
@@ -122,18 +108,10 @@ def _added(server: viser.ViserServer, name: str, figure: Figure) -> Any:  # noqa
             )
         case Lines(segments, width) if segments:
             points = np.frombuffer(segments, np.float64).reshape(-1, 2, 3)
-            return server.scene.add_line_segments(name, points, ink, thickness=width, thickness_units="screen")
+            return server.scene.add_line_segments(name, points, color, thickness=width, thickness_units="screen")
         case Label(text) if text:
             return server.scene.add_label(name, text, anchor="bottom-center")
     return None
-
-
-def _ink(figure: Figure) -> tuple[int, int, int]:
-    """Return the figure's colour in 8-bit parts."""
-    if figure.material is None or figure.material.color is None:
-        return INK
-    red, green, blue, _ = figure.material.color
-    return round(255 * red), round(255 * green), round(255 * blue)
 
 
 def _place(handle: Any, pose: NDArray[np.float64]) -> None:  # noqa: ANN401  see _Drawn

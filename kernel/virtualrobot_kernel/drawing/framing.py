@@ -16,12 +16,17 @@ ASPECT = 1.4
 FILLED = 0.94
 """How much of the window the scene may take."""
 
+EMPTY_CAMERA = Camera((3.0, -3.75, 2.2), (0.0, 0.0, 0.0))
+"""Where an empty world is looked at from."""
+
 SMALLEST = 0.25
 """Half of the least edge of the box that is framed, in meters: the eye stays off a scene that is smaller."""
 
 
-def framed(bounds: NDArray[np.float64], field_of_view: float = DEFAULT_FIELD_OF_VIEW) -> Camera:
+def framed(bounds: NDArray[np.float64], field_of_view: float = DEFAULT_FIELD_OF_VIEW, aspect: float = ASPECT) -> Camera:
     """Return a camera that looks at the middle of a box (2, 3) and sees all of it; meters, in the world's frame.
+
+    `aspect` is the width of the picture over its height.
 
     A corner c, counted from the middle, has the depth d - c.forward when the eye is at distance d, so that it is in
     the picture when |c.up| and |c.right| are at most that depth times the tangents of half the opening angles.
@@ -34,7 +39,7 @@ def framed(bounds: NDArray[np.float64], field_of_view: float = DEFAULT_FIELD_OF_
     right /= np.linalg.norm(right)
     up = np.cross(DIRECTION, right)
     tangent = FILLED * np.tan(0.5 * field_of_view)
-    needed = np.maximum(np.abs(corners @ up) / tangent, np.abs(corners @ right) / (ASPECT * tangent))
+    needed = np.maximum(np.abs(corners @ up) / tangent, np.abs(corners @ right) / (aspect * tangent))
     eye = center + float((corners @ DIRECTION + needed).max()) * DIRECTION
     return Camera(_three(eye), _three(center), field_of_view)
 
@@ -45,6 +50,21 @@ def outgrown(framed_bounds: NDArray[np.float64] | None, bounds: NDArray[np.float
         return True
     growth = np.maximum(framed_bounds[0] - bounds[0], bounds[1] - framed_bounds[1])
     return bool(growth.max() > 0.1 * np.linalg.norm(framed_bounds[1] - framed_bounds[0]))
+
+
+class Framing:
+    """Frames a world in one picture after the other, and anew when it outgrows the frame."""
+
+    def __init__(self) -> None:
+        """Begin without a frame."""
+        self._bounds: NDArray[np.float64] | None = None
+        self._camera = EMPTY_CAMERA
+
+    def camera(self, bounds: NDArray[np.float64] | None, aspect: float) -> Camera:
+        """Return where to look from; `bounds` (2, 3) is the box around the world, None while it is empty."""
+        if bounds is not None and outgrown(self._bounds, bounds):
+            self._bounds, self._camera = bounds, framed(bounds, aspect=aspect)
+        return self._camera
 
 
 def _three(vector: NDArray[np.float64]) -> tuple[float, float, float]:

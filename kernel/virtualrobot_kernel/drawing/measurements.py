@@ -8,17 +8,9 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from virtualrobot_kernel.sensing.measuring import Measurement, ends, is_there, length
+from virtualrobot_kernel.drawing.inks import MEASURE_COLOR, MEASURE_WIDTH, measured_words
+from virtualrobot_kernel.sensing.measuring import Measurement, ends, is_there
 from virtualrobot_kernel.world.state import Snapshot
-
-INK = (205, 35, 60)
-WIDTH = 2.5
-"""Of the line, in pixels."""
-
-
-def words(measurement: Measurement, points: NDArray[np.float64]) -> str:
-    """Return what is written beside a measured distance between two points (2, 3)."""
-    return f"{measurement.name}: {length(points):.3f} m"
 
 
 @dataclass(slots=True, eq=False)
@@ -50,7 +42,7 @@ class MeasurementLayer:
                 self._drawn[measurement] = self._added(measurement, points)
             elif not np.array_equal(points, drawn.points):
                 drawn.line.points = points[None].astype(np.float32)
-                drawn.label.text = words(measurement, points)
+                drawn.label.text = measured_words(measurement, points)
                 drawn.label.position = points.mean(axis=0)
                 drawn.points = points
 
@@ -58,10 +50,18 @@ class MeasurementLayer:
         self._count += 1
         name, scene = f"/measurement/{self._count}", self._server.scene
         line = scene.add_line_segments(
-            f"{name}/line", points[None].astype(np.float32), INK, thickness=WIDTH, thickness_units="screen"
+            f"{name}/line",
+            points[None].astype(np.float32),
+            MEASURE_COLOR,
+            thickness=MEASURE_WIDTH,
+            thickness_units="screen",
         )
         middle = points.mean(axis=0)
         label = scene.add_label(
-            f"{name}/label", words(measurement, points), position=middle, anchor="bottom-center", depth_test=False
+            f"{name}/label",
+            measured_words(measurement, points),
+            position=middle,
+            anchor="bottom-center",
+            depth_test=False,
         )
         return _Drawn(line, label, points)

@@ -5,6 +5,14 @@ from __future__ import annotations
 import numpy as np
 import viser
 
+from virtualrobot_kernel.drawing.inks import (
+    CELL_COLOR,
+    CELL_WIDTH,
+    FADE_METERS,
+    FADE_STRENGTH,
+    SECTION_COLOR,
+    SECTION_WIDTH,
+)
 from virtualrobot_kernel.drawing.view import Color, ViewSettings
 
 GRID = "/grid"
@@ -53,13 +61,13 @@ def _grid(server: viser.ViserServer) -> viser.GridHandle:
         height=20.0,
         plane="xy",
         cell_size=0.25,
-        cell_thickness=0.7,
-        cell_color=(196, 202, 208),
+        cell_thickness=CELL_WIDTH,
+        cell_color=CELL_COLOR,
         section_size=1.0,
-        section_thickness=1.1,
-        section_color=(150, 158, 166),
+        section_thickness=SECTION_WIDTH,
+        section_color=SECTION_COLOR,
         infinite_grid=True,
-        fade_distance=22.0,
-        fade_strength=1.5,
+        fade_distance=FADE_METERS,
+        fade_strength=FADE_STRENGTH,
         fade_from="camera",
     )

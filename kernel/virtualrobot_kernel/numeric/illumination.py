@@ -9,8 +9,9 @@ import numpy as np
 from numba import float32, int32, int64
 from virtualrobot_sdk.compiled.cache import array_of, compiled, inlined, output_of
 
-POINT, SPOT, DIRECTIONAL = 1, 2, 3
-"""Codes of lights."""
+POINT, SPOT, DIRECTIONAL, SKY = 1, 2, 3, 4
+"""Codes of lights. A sky shines from a whole half of the world: all of it on what faces it, half on what stands across
+and none on what is turned away; two opposite ones light everything alike."""
 LIGHT_FIELDS = 12
 """Of a row of lights: code; place; direction; red, green, blue; cosines of the angles where a spot's light ends, and
 where it begins to fade."""
@@ -21,7 +22,7 @@ Array = np.ndarray[Any, np.dtype[Any]]
 @inlined
 def arriving(lights: Array, k: int, x: float, y: float, z: float) -> tuple[float, float, float, float, float]:
     """Return the unit vector from (x, y, z) to light k, the distance, and the part of its strength that arrives."""
-    if lights[k, 0] == DIRECTIONAL:
+    if lights[k, 0] == DIRECTIONAL or lights[k, 0] == SKY:
         return -lights[k, 4], -lights[k, 5], -lights[k, 6], np.inf, 1.0
     a, b, c = lights[k, 1] - x, lights[k, 2] - y, lights[k, 3] - z
     distance = math.sqrt(a * a + b * b + c * c)

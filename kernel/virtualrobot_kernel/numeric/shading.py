@@ -13,7 +13,7 @@ import numpy as np
 from numba import boolean, float32, float64, int32, int64, uint8
 from virtualrobot_sdk.compiled.cache import array_of, compiled, inlined, output_of
 
-from virtualrobot_kernel.numeric.illumination import arriving
+from virtualrobot_kernel.numeric.illumination import SKY, arriving
 
 AMBIENT = 0.15
 """The part of white that a white surface shows without any light on it."""
@@ -308,8 +308,12 @@ def shade(
                     if shadowed[k, i]:
                         continue
                     a, c, d, _, strength = arriving(lights, k, x, y, z)
-                    if strength > 0.0 and a * gx + c * gy + d * gz > 0.0:
+                    lit = 0.0
+                    if lights[k, 0] == SKY:
+                        lit = 0.5 + 0.5 * (a * nx + c * ny + d * nz)
+                    elif strength > 0.0 and a * gx + c * gy + d * gz > 0.0:
                         lit = strength * max(a * nx + c * ny + d * nz, 0.0)
+                    if lit > 0.0:
                         lr, lg, lb = lr + lit * lights[k, 7], lg + lit * lights[k, 8], lb + lit * lights[k, 9]
             red += share * opacity * r * lr
             green += share * opacity * g * lg

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from virtualrobot_kernel.numeric.projection import look
 from virtualrobot_kernel.world.sensing import CameraSensor, Intrinsics, Projection
@@ -55,6 +55,21 @@ class Lens:
     def depth_is_z(self) -> bool:
         """Return whether depth is measured along z, not along the ray."""
         return self.projection is Projection.PINHOLE
+
+    def narrowed(self, directions: ArrayLike) -> Lens:
+        """Return a lens with these unit vectors (n, 3) as the pixels of one row, and all else as it is here."""
+        along = np.ascontiguousarray(directions, np.float32)
+        count = len(along)
+        slants = np.ascontiguousarray(along[:, 2]) if self.depth_is_z else np.ones(count, np.float32)
+        return replace(
+            self,
+            width=count,
+            height=1,
+            directions=along,
+            pixels=np.arange(count, dtype=np.int32),
+            slants=slants,
+            reach=(self.far - self.near) / float(np.nanmin(slants, initial=1.0)),
+        )
 
 
 def size_of(camera: CameraSensor) -> tuple[int, int]:

@@ -1,0 +1,79 @@
+"""ViewService.Capture and Record: pictures and films of the world, without a browser."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import aclosing
+
+from virtualrobot.v1 import view_pb2
+
+from virtualrobot_kernel.api.convert.shots import film_of, picture_size, shot_of
+from virtualrobot_kernel.api.convert.values import stamp
+from virtualrobot_kernel.api.rooms import MAX_MESSAGE_BYTES, Rooms
+from virtualrobot_kernel.drawing.film import Film
+from virtualrobot_kernel.drawing.framing import Framing
+from virtualrobot_kernel.drawing.painter import Painter
+from virtualrobot_kernel.drawing.shots import ImageFormat, Shot, packed
+from virtualrobot_kernel.drawing.view import ViewSettings
+from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.world.state import Snapshot
+
+LARGEST_IMAGE = MAX_MESSAGE_BYTES - 4096
+"""In bytes: beside it there is a stamp in the message."""
+
+
+class CaptureCalls:
+    """The calls of ViewService that take pictures."""
+
+    _rooms: Rooms
+
+    async def Capture(self, request: view_pb2.CaptureRequest, context: object) -> view_pb2.CaptureResponse:
+        """Take a picture of the world as it is now."""
+        snapshot, settings = self._rooms.world.snapshot, self._rooms.view.get()
+        shot = _shot(request.shot, snapshot)
+        image = await self._taken(snapshot, settings, shot, Framing())
+        width, height = picture_size(shot, snapshot)
+        return view_pb2.CaptureResponse(stamp=stamp(snapshot), image=image, width=width, height=height)
+
+    async def Record(self, request: view_pb2.RecordRequest, context: object) -> AsyncIterator[view_pb2.RecordResponse]:
+        """Take a picture at each equal step of simulation time; what happens meanwhile is kept until it is drawn."""
+        world = self._rooms.world
+        shot = _shot(request.shot, world.snapshot)
+        rate, count = film_of(request, world.snapshot)
+        film, framing = Film(world, self._rooms.view, rate, count), Framing()
+        async with aclosing(self._rooms.publications.each(film.subscribe)) as wakings:
+            async for _ in wakings:
+                while (frame := film.take()) is not None:
+                    image = await self._taken(frame.snapshot, frame.settings, shot, framing)
+                    yield view_pb2.RecordResponse(
+                        stamp=stamp(frame.snapshot), frame=frame.number, image=image, behind=film.behind
+                    )
+                if film.is_over:
+                    return
+
+    async def _taken(self, snapshot: Snapshot, settings: ViewSettings, shot: Shot, framing: Framing) -> bytes:
+        def take(painter: Painter) -> bytes:
+            return packed(painter.paint(snapshot, settings, shot, framing), shot.format)
+
+        image = await asyncio.wrap_future(self._rooms.studio.submit(take))
+        _check_size(len(image))
+        return image
+
+
+def _shot(message: view_pb2.Shot, snapshot: Snapshot) -> Shot:
+    shot = shot_of(message, snapshot.structure)
+    if shot.format is ImageFormat.RAW:
+        width, height = picture_size(shot, snapshot)
+        _check_size(3 * width * height)
+    return shot
+
+
+def _check_size(size: int) -> None:
+    if size > LARGEST_IMAGE:
+        raise KernelError(
+            f"the picture has {size:,} bytes and a message takes {LARGEST_IMAGE:,}; "
+            "take a smaller one, or pack it as IMAGE_FORMAT_JPEG",
+            reason=Reason.TOO_LARGE,
+            bytes=size,
+        )

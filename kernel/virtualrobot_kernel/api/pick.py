@@ -1,0 +1,27 @@
+"""RayService.Pick: what is under a pixel."""
+
+from __future__ import annotations
+
+import asyncio
+
+from virtualrobot.v1 import ray_pb2
+
+from virtualrobot_kernel.api.convert.shots import pick_message, pixel_of
+from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.drawing.painter import Painter, Picked
+
+
+class PickCalls:
+    """The call of RayService that picks."""
+
+    _rooms: Rooms
+
+    async def Pick(self, request: ray_pb2.PickRequest, context: object) -> ray_pb2.PickResponse:
+        """Tell what is under a pixel of the world as it is now."""
+        snapshot, settings = self._rooms.world.snapshot, self._rooms.view.get()
+        shot, column, row = pixel_of(request, snapshot)
+
+        def look(painter: Painter) -> Picked | None:
+            return painter.pick(snapshot, settings, shot, column, row)
+
+        return pick_message(await asyncio.wrap_future(self._rooms.studio.submit(look)), snapshot)

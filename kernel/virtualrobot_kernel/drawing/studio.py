@@ -1,0 +1,46 @@
+"""The threads in which pictures are taken without a browser, each with what it needs to see."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import TypeVar
+
+from virtualrobot_kernel.drawing.library import Meshes
+from virtualrobot_kernel.drawing.painter import Painter
+from virtualrobot_kernel.sensing.looks import LookLibrary
+from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
+
+THREADS = 2
+"""A large picture must not hold up what is under a pixel."""
+
+Result = TypeVar("Result")
+
+
+class Studio:
+    """Owns the threads, which are started when first needed; any thread may ask."""
+
+    def __init__(self, shapes: ShapeLibrary, looks: LookLibrary, meshes: Meshes) -> None:
+        """Make painters of these, as `Painter` takes them."""
+        self._made_of = shapes, looks, meshes
+        self._threads = ThreadPoolExecutor(THREADS, thread_name_prefix="picture")
+        self._own = threading.local()
+        self._painters: list[Painter] = []
+
+    def submit(self, work: Callable[[Painter], Result]) -> Future[Result]:
+        """Have `work` done by the next thread that is free; it raises KernelError where pictures can't be taken."""
+        return self._threads.submit(self._run, work)
+
+    def close(self) -> None:
+        """Wait for what is being worked on, and free everything."""
+        self._threads.shutdown(wait=True, cancel_futures=True)
+        for painter in self._painters:
+            painter.close()
+
+    def _run(self, work: Callable[[Painter], Result]) -> Result:
+        painter: Painter | None = getattr(self._own, "painter", None)
+        if painter is None:
+            painter = self._own.painter = Painter(*self._made_of)
+            self._painters.append(painter)
+        return work(painter)
