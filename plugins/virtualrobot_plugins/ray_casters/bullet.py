@@ -31,6 +31,8 @@ class _Kept:
     meshes: list[int]
     """Its collision shapes, one for each piece."""
     triangles: int
+    radius: float
+    """How far (m) the farthest vertex is from the origin of its frame."""
     bodies: list[list[int]] = field(default_factory=list)
     """For each element that has the shape, the bodies that are its pieces."""
 
@@ -59,7 +61,7 @@ class BulletCaster:
         element_of = self._place(scene)
         n = len(origins)
         # Its rays have ends, and its answer is a part of their length: they end right behind the scene.
-        lengths = np.minimum(_across(scene, origins), max_range) if element_of else np.zeros(n)
+        lengths = np.minimum(self._across(scene, origins), max_range) if element_of else np.zeros(n)
         hits = Hits(np.full(n, np.inf), np.full(n, NO_ELEMENT, np.int32), np.zeros((n, 3)))
         for start in range(0, n if element_of else 0, RAYS_AT_ONCE):
             part = slice(start, start + RAYS_AT_ONCE)
@@ -82,7 +84,9 @@ class BulletCaster:
             self._kept.clear()
         for key, shape in wanted.items():
             if key not in self._kept:
-                self._kept[key] = _Kept([self._mesh(*piece) for piece in _pieces(shape)], len(shape.triangles))
+                meshes = [self._mesh(*piece) for piece in _pieces(shape)]
+                radius = float(np.linalg.norm(shape.vertices, axis=1).max(initial=0.0))
+                self._kept[key] = _Kept(meshes, len(shape.triangles), radius)
         placed = dict.fromkeys(self._kept, 0)
         element_of = {}
         for i, (shape, pose) in enumerate(zip(scene.shapes, scene.world_t_element, strict=True)):
@@ -101,6 +105,14 @@ class BulletCaster:
                     self._bullet.removeBody(body, physicsClientId=self._client)
             del self._kept[key].bodies[count:]
         return element_of
+
+    def _across(self, scene: RayScene, origins: Floats) -> Floats:
+        """Return how far away (n,) from each origin the far side of a sphere around the scene is."""
+        positions = scene.world_t_element[:, :3, 3]
+        center = positions.mean(axis=0)
+        farthest = [self._kept[shape.key].radius for shape in scene.shapes]
+        radius = (np.linalg.norm(positions - center, axis=1) + farthest).max()
+        return np.linalg.norm(origins - center, axis=1) + 1.001 * radius + 1e-3
 
     def _mesh(self, vertices: Floats, triangles: Integers) -> int:
         """Return a new collision shape of triangles (t, 3), rows of `vertices` (v, 3), as they are."""
@@ -124,16 +136,7 @@ def _pieces(shape: Shape) -> Iterator[tuple[Floats, Integers]]:
     triangles = shape.triangles[np.cross(b - a, c - a).any(axis=1)]
     for start in range(0, len(triangles), TRIANGLES_AT_ONCE):
         used, rows = np.unique(triangles[start : start + TRIANGLES_AT_ONCE], return_inverse=True)
-        yield shape.vertices[used].astype(np.float64), rows
-
-
-def _across(scene: RayScene, origins: Floats) -> Floats:
-    """Return how far away (n,) from each origin the far side of a sphere around the scene is."""
-    farthest = [np.linalg.norm(shape.vertices, axis=1).max(initial=0.0) for shape in scene.shapes]
-    positions = scene.world_t_element[:, :3, 3]
-    center = positions.mean(axis=0)
-    radius = (np.linalg.norm(positions - center, axis=1) + farthest).max()
-    return np.linalg.norm(origins - center, axis=1) + 1.001 * radius + 1e-3
+        yield shape.vertices[used].astype(np.float64), rows.astype(np.int32)
 
 
 def _turned(normals: Floats, directions: Floats) -> Floats:

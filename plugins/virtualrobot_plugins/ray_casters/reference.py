@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.kinematics import Floats
 from virtualrobot_sdk.ray_checks import check_rays
-from virtualrobot_sdk.rays import NO_ELEMENT, Booleans, Hits, RayScene
+from virtualrobot_sdk.rays import NO_ELEMENT, Booleans, Hits, RayScene, Singles
 
 PAIRS = 1 << 18
 """How many pairs of a ray and a triangle are tried at once: so memory stays below some 30 MB, whatever the scene."""
@@ -25,10 +25,12 @@ class ReferenceCaster:
             # Rays are brought to the element rather than the element to the rays: a ray is less than a mesh.
             rotation, position = world_t_element[:3, :3], world_t_element[:3, 3]
             o, d = (origins - position) @ rotation, directions @ rotation
+            rays = np.flatnonzero(comes_near(shape.vertices, o, d, np.minimum(distance, max_range)))
+            if len(rays) == 0:
+                continue
             corners = shape.vertices[shape.triangles].astype(np.float64)
-            rays = np.flatnonzero(comes_near(corners, o, d, np.minimum(distance, max_range)))
-            at_once = PAIRS // max(len(rays), 1) + 1
-            for start in range(0, len(corners) if len(rays) else 0, at_once):
+            at_once = PAIRS // len(rays) + 1
+            for start in range(0, len(corners), at_once):
                 found, row, across = first_hits(corners[start : start + at_once], o[rays], d[rays])
                 nearer = (found < distance[rays]) & (found <= max_range)
                 hit = rays[nearer]
@@ -39,11 +41,11 @@ class ReferenceCaster:
         return Hits(distance, element, normal, triangle)
 
 
-def comes_near(corners: Floats, origins: Floats, directions: Floats, ranges: Floats) -> Booleans:
-    """Return which rays (n,) meet the sphere around triangles (t, 3, 3) before they end, each at its range."""
-    if len(corners) == 0:
+def comes_near(vertices: Singles, origins: Floats, directions: Floats, ranges: Floats) -> Booleans:
+    """Return which rays (n,) meet a sphere around vertices (v, 3) before they end, each at its range."""
+    if len(vertices) == 0:
         return np.zeros(len(origins), np.bool_)
-    low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+    low, high = vertices.min(axis=0).astype(np.float64), vertices.max(axis=0).astype(np.float64)
     to_center, radius = (low + high) / 2.0 - origins, np.linalg.norm(high - low) / 2.0
     along = np.einsum("ij,ij->i", to_center, directions)
     beside = np.linalg.norm(to_center - along[:, None] * directions, axis=1)
