@@ -1,0 +1,124 @@
+"""The bundled sensor models and devices at work in a kernel: their noise as set, and the same in every run."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import stats
+from virtualrobot.v1 import geometry_pb2, nodes_pb2, scene_pb2, sensor_pb2
+
+from tests.api.asking import apply, create, refusal
+from tests.api.conftest import Stubs
+from tests.api.reading import values
+from tests.api.test_scene import remove
+from tests.api.test_sensor import read, sensor
+
+ALARM = 1e-9
+"""How often chance may fail a test here."""
+
+
+def hollow(radius: float, reflectance: float = 0.9) -> scene_pb2.Command:
+    """Return the command that puts a sphere around the world's origin, which sensors there see from inside."""
+    figure = nodes_pb2.Figure(
+        sphere=nodes_pb2.Sphere(radius_meters=radius), material=nodes_pb2.Material(reflectance=reflectance)
+    )
+    return create(nodes_pb2.Node(name="hollow", part=nodes_pb2.Part(), figures=[figure]))
+
+
+def wall(x: float, tilt: float = 0.0) -> scene_pb2.Command:
+    """Return the command that puts a wide wall where the x axis meets it at x, turned about z by `tilt` (rad)."""
+    size = geometry_pb2.Vector3(x=0.1, y=20.0, z=20.0)
+    normal = np.array([np.cos(tilt), np.sin(tilt)])
+    middle = np.array([x, 0.0]) + 0.05 * normal
+    turn = geometry_pb2.Quaternion(z=np.sin(tilt / 2), w=np.cos(tilt / 2))
+    at = geometry_pb2.Pose(position=geometry_pb2.Vector3(x=middle[0], y=middle[1]), orientation=turn)
+    figure = nodes_pb2.Figure(box=nodes_pb2.Box(size=size), material=nodes_pb2.Material(reflectance=0.9))
+    return create(nodes_pb2.Node(name="wall", part=nodes_pb2.Part(), parent_t_node=at, figures=[figure]))
+
+
+def distances(stubs: Stubs, name: str, count: int = 1) -> np.ndarray:
+    """Return the distances of some readings one after the other; all must be valid."""
+    told = [read(stubs, name).range for _ in range(count)]
+    assert all(values(one.valid).all() for one in told)
+    return np.array([values(one.distances) for one in told], np.float64)
+
+
+def presets(stubs: Stubs) -> list[sensor_pb2.SensorPreset]:
+    return list(stubs.sensor.ListSensorPresets(sensor_pb2.ListSensorPresetsRequest()).presets)
+
+
+def test_a_scanner_by_name_has_the_noise_of_its_data_sheet(stepped: Stubs, seed: int) -> None:
+    """Hokuyo URG-04LX, 2 m: +-1% of the distance as two deviations, and the rounding to 1 mm (Sheppard's twelfth)."""
+    apply(stepped, hollow(2.0), sensor("hokuyo", preset="URG-04LX", seed=seed))
+    told = distances(stepped, "hokuyo", 40)
+    assert told.shape == (40, 1, 682)
+    steps = told / 0.001
+    np.testing.assert_allclose(steps, np.rint(steps), atol=2e-3)  # float32 on the wire
+    off = (told - 2.0).ravel()
+    deviation = np.hypot(0.01, 0.001 / np.sqrt(12.0))
+    n = len(off)
+    assert abs(off.mean()) < stats.norm.isf(ALARM / 2) * deviation / np.sqrt(n)
+    low, high = stats.chi2.ppf([ALARM / 2, 1 - ALARM / 2], n)
+    assert low < (off**2).sum() / deviation**2 < high
+    # Neither beams beside each other nor readings one after the other have noise in common.
+    for one, other in ((told[:, 0, 1:], told[:, 0, :-1]), (told[1:], told[:-1])):
+        r = np.corrcoef(one.ravel(), other.ravel())[0, 1]
+        assert abs(r) < stats.norm.isf(ALARM / 2) / np.sqrt(one.size)
+
+
+def test_equal_seeds_give_equal_noise_and_others_do_not(stepped: Stubs) -> None:
+    apply(
+        stepped,
+        hollow(3.0),
+        *(sensor(name, preset="LDS-01", seed=seed) for name, seed in (("a", 5), ("b", 5), ("c", 6))),
+    )
+    first, twin, other = (distances(stepped, name, 3) for name in "abc")
+    np.testing.assert_array_equal(first, twin)
+    assert (first != other).mean() > 0.9
+    assert (first[0] != first[1]).mean() > 0.9
+
+
+def test_dark_things_are_lost_sooner_than_white_ones(stepped: Stubs) -> None:
+    """The URG-04LX finds 90% to 5.6 m, so 4% to 1.18 m: by the root of the reflectance."""
+    apply(stepped, hollow(1.6, reflectance=0.04), sensor("hokuyo", preset="URG-04LX"))
+    told = read(stepped, "hokuyo").range
+    assert not values(told.valid).any()
+    assert not values(told.distances).any()
+
+
+def test_a_sonar_reads_a_slanted_wall_as_where_it_stands_across(stepped: Stubs) -> None:
+    """An HC-SR04 counts with 340 m/s where sound makes 343.4; 1.5 mm of noise, steps of 3 mm, rays 2 degrees apart."""
+    apply(stepped, wall(1.0, np.radians(10.0)), sensor("sonar", preset="HC-SR04"))
+    expected = np.cos(np.radians(10.0)) * 340.0 / 343.42
+    assert distances(stepped, "sonar", 20).mean() == pytest.approx(expected, abs=0.004)
+    apply(stepped, remove("wall"), wall(1.0, np.radians(50.0)))
+    assert not values(read(stepped, "sonar").range.valid).any()
+
+
+def test_an_infrared_sensor_is_deceived_by_what_is_too_near(stepped: Stubs) -> None:
+    apply(stepped, wall(0.03), sensor("sharp", preset="GP2Y0A21"))
+    near = distances(stepped, "sharp", 10)
+    assert ((near > 0.1) & (near < 0.3)).all()
+
+
+def test_every_device_reads_in_a_room(stepped: Stubs) -> None:
+    """Inside a white sphere, halfway through its range, each beam of each device finds it."""
+    listed = presets(stepped)
+    assert len(listed) == 11
+    for preset in listed:
+        away = 0.5 * (preset.sensor.min_range_meters + preset.sensor.max_range_meters)
+        apply(stepped, hollow(away), sensor("device", preset=preset.name))
+        told = distances(stepped, "device")
+        # Temperature is the largest of their systematic errors; eight deviations of the noise are the rest.
+        assert np.abs(told / away - 1.0).max() < 0.25, preset.name
+        assert abs(np.median(told) / away - 1.0) < 0.12, preset.name
+        for name in ("device", "hollow"):
+            apply(stepped, remove(name))
+
+
+def test_settings_that_make_no_sense_are_refused_with_the_name(stepped: Stubs) -> None:
+    apply(stepped, sensor("lidar"))
+    request = sensor_pb2.SetRangeComponentsRequest(sensor="lidar", sensor_model="laser")
+    request.sensor_model_settings.update({"deviation": 0.1})
+    said = refusal(lambda: stepped.sensor.SetRangeComponents(request))
+    assert "did you mean 'deviation_meters'" in said.message
