@@ -95,7 +95,9 @@ class Kernel:
         )  # loading it takes a second that the first call need not wait
 
         port = self._settings.viewer_port
-        viewer = Viewer(lambda: self.world.snapshot, self._view, self._meshes.load, port=port)
+        viewer = Viewer(
+            lambda: self.world.snapshot, self._view, self._meshes.load, port=port, readings=lambda: self._sensors.latest
+        )
         viewer.start()
         self._viewer = viewer
         return viewer.url
