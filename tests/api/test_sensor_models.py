@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy import stats
 from virtualrobot.v1 import geometry_pb2, nodes_pb2, scene_pb2, sensor_pb2
 
 from tests.api.asking import apply, create, refusal
-from tests.api.conftest import Stubs
-from tests.api.reading import values
+from tests.api.conftest import StartKernel, Stubs
+from tests.api.reading import step, values
 from tests.api.test_scene import remove
-from tests.api.test_sensor import read, sensor
+from tests.api.test_sensor import FAULT, RUNNING, latest, read, sensor, start, status
+from tests.plugins.install import environment, install, write_package
 
 ALARM = 1e-9
 """How often chance may fail a test here."""
@@ -122,3 +126,65 @@ def test_settings_that_make_no_sense_are_refused_with_the_name(stepped: Stubs) -
     request.sensor_model_settings.update({"deviation": 0.1})
     said = refusal(lambda: stepped.sensor.SetRangeComponents(request))
     assert "did you mean 'deviation_meters'" in said.message
+
+
+RAISES = """
+from virtualrobot_plugins.sensor_models.ideal import Ideal
+from virtualrobot_sdk.hookspecs import hookimpl
+
+api_version = "1.0"
+
+
+class RaisesLater(Ideal):
+    \"\"\"Raises at the third reading.\"\"\"
+
+    def __init__(self):
+        self.count = 0
+
+    def apply(self, hits, rng, /):
+        self.count += 1
+        if self.count == 3:
+            raise RuntimeError("out of ink")
+        return super().apply(hits, rng)
+
+
+@hookimpl
+def virtualrobot_register_sensor_models(register):
+    register("raises_later", RaisesLater)
+"""
+
+
+@pytest.fixture
+def among_wrong(start_kernel: StartKernel, tmp_path: Path) -> Iterator[Stubs]:
+    """Return stubs to a stepped kernel with two wrong sensor models."""
+    write_package(install(tmp_path, "wrong_shape"), "raises_later", RAISES)
+    process = start_kernel("--stepped", environment=environment(tmp_path))
+    stubs = process.stubs()
+    yield stubs
+    stubs.channel.close()
+    process.end()
+
+
+def test_a_wrong_model_costs_its_own_sensor_and_no_other(among_wrong: Stubs) -> None:
+    names = {"well": "ideal", "shape": "wrong_shape", "later": "raises_later"}
+    sensors = [sensor(name, sensor_model=model, rate_hertz=50.0) for name, model in names.items()]
+    apply(among_wrong, hollow(3.0), *sensors)
+    start(among_wrong, *names)
+    step(among_wrong, 25)
+    told = {name: status(among_wrong, name) for name in names}
+    assert [one.state for one in told.values()] == [RUNNING, FAULT, FAULT]
+    assert "distance of shape (1, 2); it must be (1,)" in told["shape"].fault
+    assert "RuntimeError: out of ink" in told["later"].fault
+    assert told["well"].readings == 5
+    (well,) = latest(among_wrong, "well")
+    np.testing.assert_allclose(values(well.range.distances), [[3.0]], rtol=1e-6)
+    # What cannot be chosen changes nothing.
+    request = sensor_pb2.SetRangeComponentsRequest(sensor="well", sensor_model="wrong_shape")
+    assert refusal(lambda: among_wrong.sensor.SetRangeComponents(request)).reason == "PLUGIN_FAILED"
+    step(among_wrong, 5)
+    assert status(among_wrong, "well").state == RUNNING
+    # With another model a sensor that failed goes on.
+    among_wrong.sensor.SetRangeComponents(sensor_pb2.SetRangeComponentsRequest(sensor="later", sensor_model="laser"))
+    start(among_wrong, "later")
+    step(among_wrong, 5)
+    assert status(among_wrong, "later").state == RUNNING
