@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import importlib
 import logging
 import os
+import pkgutil
 import secrets
 import signal
 import sys
@@ -156,7 +158,10 @@ def _compile() -> None:
     """Load compiled code; on the first start say that it is compiled, and how far it is."""
     from virtualrobot_sdk.compiled.cache import compile_all
 
-    import virtualrobot_kernel.numeric.forest  # noqa: F401  so that it is among what is compiled
+    from virtualrobot_kernel import numeric
+
+    for module in pkgutil.iter_modules(numeric.__path__):  # so that it is among what is compiled
+        importlib.import_module(f"{numeric.__name__}.{module.name}")
 
     def progress(done: int, total: int, name: str) -> None:
         print(f"compiling (first start only) {done + 1}/{total}: {name}", file=sys.stderr, flush=True)

@@ -26,6 +26,9 @@ from virtualrobot_kernel.world.store import Applied, World
 MAX_MESSAGE_BYTES = 16 * 1024 * 1024
 """The largest message that the server takes; larger things travel as assets, in chunks."""
 
+MAX_SENT_BYTES = 256 * 1024 * 1024
+"""The largest message that the server sends: pictures and clouds go in one piece. The client library takes as much."""
+
 
 @dataclass(frozen=True, slots=True)
 class Rooms:

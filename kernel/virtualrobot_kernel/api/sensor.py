@@ -14,7 +14,7 @@ from virtualrobot_kernel.api.convert.readings import checked_options, reading_me
 from virtualrobot_kernel.api.convert.robots import settings
 from virtualrobot_kernel.api.convert.values import stamp
 from virtualrobot_kernel.api.rates import rate
-from virtualrobot_kernel.api.rooms import MAX_MESSAGE_BYTES, Rooms
+from virtualrobot_kernel.api.rooms import MAX_SENT_BYTES, Rooms
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.sensing.range_reader import RangeReader
 from virtualrobot_kernel.sensing.reading import Moment, Reading, SensorState
@@ -173,12 +173,12 @@ def _messages(
 
 def _sized(message: sensor_pb2.SensorReading) -> sensor_pb2.SensorReading:
     """Return a message that can be sent; raise KernelError (TOO_LARGE) otherwise."""
-    if message.ByteSize() > MAX_MESSAGE_BYTES - 1024:
+    if message.ByteSize() > MAX_SENT_BYTES - 1024:
         raise KernelError(
             f"a reading of {message.sensor!r} is {message.ByteSize():,} bytes, and a message takes "
-            f"{MAX_MESSAGE_BYTES:,}; ask for less (no points, no elements), or let the sensor have fewer beams",
+            f"{MAX_SENT_BYTES:,}; ask for less (no points, no elements), or let the sensor have fewer beams or pixels",
             reason=Reason.TOO_LARGE,
             bytes=message.ByteSize(),
-            limit=MAX_MESSAGE_BYTES,
+            limit=MAX_SENT_BYTES,
         )
     return message

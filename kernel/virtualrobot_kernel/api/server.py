@@ -47,7 +47,7 @@ from virtualrobot_kernel.api.plugin import PluginServicer
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.ray import RayServicer
 from virtualrobot_kernel.api.robot import RobotServicer
-from virtualrobot_kernel.api.rooms import MAX_MESSAGE_BYTES, Rooms
+from virtualrobot_kernel.api.rooms import MAX_MESSAGE_BYTES, MAX_SENT_BYTES, Rooms
 from virtualrobot_kernel.api.scene import SceneServicer
 from virtualrobot_kernel.api.sensor import SensorServicer
 from virtualrobot_kernel.api.signal import SignalServicer
@@ -74,8 +74,7 @@ SERVICES = (
 
 OPTIONS = (
     ("grpc.max_receive_message_length", MAX_MESSAGE_BYTES),
-    # Pictures and clouds go in one piece; clients of the library take as much.
-    ("grpc.max_send_message_length", 256 * 1024 * 1024),
+    ("grpc.max_send_message_length", MAX_SENT_BYTES),
     ("grpc.so_reuseport", 0),
     # A client whose machine or network is gone closes nothing. Its streams, and what they hold (leases, motions), end
     # when it does not answer a ping in time; measured: after 5 s. In Python and C++ gRPC answers by itself, however

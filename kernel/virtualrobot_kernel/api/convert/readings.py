@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from virtualrobot.v1 import geometry_pb2, sensor_pb2
 
-from virtualrobot_kernel.api.convert.readings_camera import camera_message
+from virtualrobot_kernel.api.convert.readings_camera import fill_camera
 from virtualrobot_kernel.api.convert.values import array_message, check_enum, pose_message, stamp
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.sensing.camera_reader import CameraContent
@@ -91,12 +91,7 @@ def _range(message: sensor_pb2.SensorReading, reading: Reading, options: sensor_
 
 def _camera(message: sensor_pb2.SensorReading, reading: Reading, options: sensor_pb2.ReadingOptions) -> None:
     assert isinstance(reading.content, CameraContent)
-    told = camera_message(reading.content)
-    if options.images:
-        wanted = [image for image in told.images if image.kind in options.images]
-        del told.images[:]
-        told.images.extend(wanted)
-    message.camera.CopyFrom(told)
+    fill_camera(message.camera, reading.content, options.images)
 
 
 CONTENTS: dict[type[Any], Filler] = {RangeContent: _range, CameraContent: _camera}

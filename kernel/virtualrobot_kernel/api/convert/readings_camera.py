@@ -2,50 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection
 
-from virtualrobot.v1 import geometry_pb2, sensing_pb2, sensor_pb2
+import numpy as np
+from virtualrobot.v1 import geometry_pb2, sensor_pb2
 
 from virtualrobot_kernel.api.convert.sensing import sensing_message
-from virtualrobot_kernel.api.convert.values import array_message
+from virtualrobot_kernel.api.convert.values import DTYPES
 from virtualrobot_kernel.sensing.camera_reader import CameraContent
 from virtualrobot_kernel.sensing.picture import Picture
 from virtualrobot_kernel.world.sensing import ImageKind
 
-UINT8, FLOAT32, INT32 = (
-    geometry_pb2.NUMERIC_TYPE_UINT8,
-    geometry_pb2.NUMERIC_TYPE_FLOAT32,
-    geometry_pb2.NUMERIC_TYPE_INT32,
-)
 
-
-def camera_message(content: CameraContent) -> sensor_pb2.CameraReading:
-    """Return what a camera saw as a message."""
+def fill_camera(message: sensor_pb2.CameraReading, content: CameraContent, kinds: Collection[int]) -> None:
+    """Fill a message in with what a camera saw: pictures of these kinds (numbers of the contract), none means all."""
     lens = content.lens
-    return sensor_pb2.CameraReading(
-        images=[
-            image for right, picture in enumerate(content.pictures) for image in _images(picture, content, bool(right))
-        ],
-        width=lens.width,
-        height=lens.height,
-        intrinsics=sensing_message(lens.intrinsics),
-        distortion=lens.distortion,
-        element_names=content.element_names if ImageKind.SEGMENTATION in content.kinds else (),
-        stereo_baseline_meters=content.baseline,
-        projection=sensing_pb2.CameraProjection.Name(lens.projection.value),
-    )
+    message.width, message.height = lens.width, lens.height
+    message.intrinsics.CopyFrom(sensing_message(lens.intrinsics))
+    message.distortion.extend(lens.distortion)
+    message.stereo_baseline_meters = content.baseline
+    message.projection = lens.projection.value  # pyright: ignore[reportAttributeAccessIssue] the contract's number
+    wanted = [kind for kind in content.kinds if not kinds or kind.value in kinds]
+    if ImageKind.SEGMENTATION in wanted:
+        message.element_names.extend(content.element_names)
+    for right, picture in enumerate(content.pictures):
+        for kind in wanted:
+            _fill(message.images.add(right=bool(right)), kind, picture)
 
 
-def _images(picture: Picture, content: CameraContent, right: bool) -> Iterator[sensor_pb2.Image]:
-    """Yield the pictures of one eye in the order of their kinds."""
-    pixels = {
-        ImageKind.COLOR: (picture.color, UINT8),
-        ImageKind.DEPTH: (picture.depth, FLOAT32),
-        ImageKind.SEGMENTATION: (picture.segmentation, INT32),
-        ImageKind.NORMALS: (picture.normals, FLOAT32),
-    }
-    for kind in content.kinds:
-        values, stored = pixels[kind]
-        if values is not None:
-            name = sensing_pb2.ImageKind.Name(kind.value)
-            yield sensor_pb2.Image(kind=name, right=right, pixels=array_message(values, stored))
+def _fill(image: sensor_pb2.Image, kind: ImageKind, picture: Picture) -> None:
+    """Fill a message in with a picture of one kind, which was taken."""
+    values, stored = {
+        ImageKind.COLOR: (picture.color, geometry_pb2.NUMERIC_TYPE_UINT8),
+        ImageKind.DEPTH: (picture.depth, geometry_pb2.NUMERIC_TYPE_FLOAT32),
+        ImageKind.SEGMENTATION: (picture.segmentation, geometry_pb2.NUMERIC_TYPE_INT32),
+        ImageKind.NORMALS: (picture.normals, geometry_pb2.NUMERIC_TYPE_FLOAT32),
+    }[kind]
+    assert values is not None  # it is of the kinds that were taken
+    image.kind = kind.value  # pyright: ignore[reportAttributeAccessIssue] the contract's number
+    image.pixels.type = stored
+    image.pixels.shape.extend(values.shape)
+    image.pixels.data = np.ascontiguousarray(values, DTYPES[stored]).tobytes()
