@@ -80,7 +80,8 @@ class Infrared:
     def apply(self, hits: TrueHits, rng: np.random.Generator, /) -> Readings:
         """Return the readings that a program gets from the converter's numbers by the curve's inverse.
 
-        What is nearer than the peak reads farther than it is, and is trusted: nothing tells it apart.
+        It has the voltage alone: what is nearer than the peak reads farther than it is, and is trusted; so is noise
+        where nothing is seen, if it is great enough to look like a thing within the range.
         """
         settings, true = self._settings, hits.distance[:, 0]
         strength = hits.reflectance[:, 0] * np.cos(hits.incidence[:, 0])
@@ -94,7 +95,7 @@ class Infrared:
         volts = np.clip(np.rint(volts / step) * step, 0.0, settings.converter_volts)
         over = volts - self._base
         told = np.where(over > 0.0, self._slope / np.where(over > 0.0, over, 1.0) - settings.offset_meters, np.inf)
-        return readings(told, strength, seen & (over > 0.0), hits, 0.0, settings.without_echo)
+        return readings(told, strength, over > 0.0, hits, 0.0, settings.without_echo)
 
     def voltage(self, distance: Floats) -> Floats:
         """Return the voltage (n,) at distances (n,): a / (d + k) + b from the peak on, in line with d before it."""

@@ -80,6 +80,8 @@ def test_colour_does_not_count_but_black_is_not_seen(rng: np.random.Generator, s
     white, grey = (model.apply(hits(true, 0.0, r, **RANGE), np.random.default_rng(seed)) for r in (0.9, 0.18))
     np.testing.assert_array_equal(white.distance, grey.distance)
     assert not model.apply(hits([0.5], 0.0, 0.0, **RANGE), rng).valid.any()
+    wild = sharp(deviation_volts=0.3).apply(hits(np.full(1000, np.inf), **RANGE), rng)
+    assert 0.05 < wild.valid.mean() < 0.4  # 0.28 V above nothing look like a thing at 80 cm
     edge = 0.05 * (0.4 / 0.8) ** 2
     seen = sharp(least_reflectance=0.05).apply(hits([0.4, 0.4], 0.0, [1.01 * edge, 0.99 * edge], **RANGE), rng)
     assert seen.valid.tolist() == [True, False]

@@ -9,7 +9,7 @@ import pytest
 from virtualrobot_plugins.sensor_models.laser import Laser, LaserSettings
 from virtualrobot_sdk.kinematics import Floats
 
-from tests.unit.plugins.sensor_models.truth import beams, hits, wall
+from tests.unit.plugins.sensor_models.truth import assert_normal, beams, hits, wall
 
 SPOT = (0.01, 0.01)
 
@@ -86,6 +86,24 @@ def test_a_slanted_wall_is_one_surface_however_deep_the_spot_lies_on_it(rng: np.
     said = model.apply(beams((distance, slant)), rng)
     weight = np.cos(slant) / distance**2
     np.testing.assert_allclose(said.distance, (weight * distance).sum() / weight.sum(), rtol=1e-6)
+
+
+def test_each_echo_needs_the_power_itself(rng: np.random.Generator) -> None:
+    """Two plates under halves of a spot are found to 1/sqrt(2) of the range where apart, as one where they blend."""
+    settings = {"detection_range_meters": 10.0, "detection_reflectance": 1.0, "detection_spread": 0.0, "rays": 2}
+    for pulse, valid in ((0.5, True), (0.1, False)):
+        model = laser(pulse_meters=pulse, **settings)
+        assert model.apply(hits([[9.0, 9.3]]), rng).valid.tolist() == [valid]
+        assert model.apply(hits([[6.9, 7.2]]), rng).valid.all()
+
+
+def test_the_noise_of_a_spot_grows_with_the_slant(rng: np.random.Generator) -> None:
+    model = laser(deviation_meters=0.01, noise_limit="thermal", rays=7)
+    distance, slant = wall(model.beam(), 5.0, np.radians(60.0))
+    said = model.apply(beams((distance, slant), 50_000), rng)
+    weight = np.cos(slant) / distance**2
+    mean, cosine = ((weight * values).sum() / weight.sum() for values in (distance, np.cos(slant)))
+    assert_normal(said.distance, mean, 0.01 / cosine)
 
 
 def test_a_spot_that_half_misses_sends_half(rng: np.random.Generator) -> None:

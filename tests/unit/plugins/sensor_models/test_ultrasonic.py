@@ -128,3 +128,6 @@ def test_the_intensity_is_the_part_of_the_cone_that_comes_back(rng: np.random.Ge
     assert slanted.intensity[0] == pytest.approx(np.cos(np.pi / 4) ** 2)
     half = model.apply(hits(np.where(model.beam()[None, :, 1] > 0.0, 1.0, np.inf)), rng)
     assert half.intensity[0] == pytest.approx(0.5, abs=0.02)
+    for depth, part in ((0.02, 1.0), (0.1, 0.5)):
+        steps = np.where(model.beam()[None, :, 1] > 0.0, 1.0, 1.0 + depth)
+        assert model.apply(hits(steps), rng).intensity[0] == pytest.approx(part, abs=0.02)
