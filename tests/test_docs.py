@@ -209,9 +209,10 @@ def sections(page: Path) -> dict[str, str]:
 
 
 def long_options(command: click.Command) -> set[str]:
-    """Return the long options of a command, but for --help."""
+    """Return the long options of a command and of those below it, but for --help."""
+    below = command.commands.values() if isinstance(command, click.Group) else ()
     options = {option for parameter in command.params for option in (*parameter.opts, *parameter.secondary_opts)}
-    return {option for option in options if option.startswith("--")} - {"--help"}
+    return {option for option in options if option.startswith("--")}.union(*map(long_options, below)) - {"--help"}
 
 
 COMMANDS = {name: cli.get_command(click.Context(cli), name) for name in cli.list_commands(click.Context(cli))}

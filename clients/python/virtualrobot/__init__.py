@@ -44,7 +44,17 @@ if TYPE_CHECKING:
     from virtualrobot.plans import Violation as Violation
     from virtualrobot.plans import ViolationKind as ViolationKind
     from virtualrobot.program import Program as Program
+    from virtualrobot.range_sensors import RangeReading as RangeReading
+    from virtualrobot.range_sensors import beams as beams
+    from virtualrobot.range_sensors import fan as fan
+    from virtualrobot.range_sensors import range_sensor as range_sensor
+    from virtualrobot.range_sensors import raster as raster
+    from virtualrobot.range_sensors import ring as ring
+    from virtualrobot.range_sensors import spinning as spinning
     from virtualrobot.robot import Robot as Robot
+    from virtualrobot.sensors import Reading as Reading
+    from virtualrobot.sensors import Sensor as Sensor
+    from virtualrobot.sensors import SensorStatus as SensorStatus
     from virtualrobot.setpoints import SetpointStream as SetpointStream
     from virtualrobot.setpoints import StreamState as StreamState
 
@@ -65,7 +75,9 @@ _MODULES = {
     "motion": ("Motion", "Phase", "Tracking", "Search"),
     "plans": ("MotionCheck", "MotionPlan", "Violation", "ViolationKind"),
     "program": ("Program",),
+    "range_sensors": ("RangeReading", "beams", "fan", "range_sensor", "raster", "ring", "spinning"),
     "robot": ("Robot",),
+    "sensors": ("Reading", "Sensor", "SensorStatus"),
     "setpoints": ("SetpointStream", "StreamState"),
 }  # fmt: skip
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}

@@ -22,6 +22,7 @@ from virtualrobot.rays import Rays
 from virtualrobot.robot import Robot
 from virtualrobot.scene import Scene
 from virtualrobot.scene_files import model_request
+from virtualrobot.sensors import Sensors
 from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot.session import default_address, find_token, split_address, token_path
 from virtualrobot.signals import Signals
@@ -43,6 +44,7 @@ class Client:
         assets: files to and from the kernel.
         plugins: the kernel's plugins: `client.plugins.list()`.
         rays: what rays hit: `client.rays.cast(...)`.
+        sensors: sensors by name: `client.sensors["lidar"].read()`.
         info: versions, limits and capabilities of the kernel, as it was when connected.
     """
 
@@ -59,6 +61,7 @@ class Client:
         self.assets = Assets(self._services)
         self.plugins = Plugins(self._services)
         self.rays = Rays(self._services)
+        self.sensors = Sensors(self._services)
 
     @property
     def services(self) -> Services:

@@ -112,6 +112,21 @@ class Editor(ABC, Generic[Created]):
         """
         return self._add(name, parent, pose, figures, camera_sensor=settings or sensing_pb2.CameraSensor())
 
+    def add_range_sensor(
+        self,
+        name: str,
+        settings: sensing_pb2.RangeSensor | None = None,
+        figures: Figures = (),
+        *,
+        pose: ArrayLike | None = None,
+        parent: str = "world",
+    ) -> Created:
+        """Add a range sensor; it looks along x of its pose (`parent_t_sensor`), z upwards.
+
+        `virtualrobot.range_sensor` makes the settings. It does not see its own figures.
+        """
+        return self._add(name, parent, pose, figures, range_sensor=settings or sensing_pb2.RangeSensor())
+
     def add_light(
         self,
         name: str,

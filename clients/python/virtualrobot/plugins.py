@@ -27,11 +27,12 @@ class ComponentUse:
     """A component at work.
 
     Attributes:
-        robot: the robot that it works for; empty for an importer, which works for all.
+        robot: the robot that it works for; empty for a sensor's, and for an importer, which works for all.
         fault: why it is not asked any more; empty while it is well.
         calls: how many calls it has answered.
         mean_call_seconds: the mean time of a call.
         process_id: the number of its process on the kernel's machine; 0 when it runs in the kernel's own.
+        sensor: the sensor that it works for; empty for a robot's and for an importer.
     """
 
     robot: str
@@ -39,6 +40,7 @@ class ComponentUse:
     calls: int
     mean_call_seconds: float
     process_id: int
+    sensor: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +79,7 @@ class Component:
             settings_of(message.settings_schema),
             tuple(message.endings),
             tuple(
-                ComponentUse(use.robot, use.fault, use.calls, use.mean_call_seconds, use.process_id)
+                ComponentUse(use.robot, use.fault, use.calls, use.mean_call_seconds, use.process_id, use.sensor)
                 for use in message.uses
             ),
         )

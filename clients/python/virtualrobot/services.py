@@ -16,6 +16,7 @@ from virtualrobot.v1 import (
     robot_pb2_grpc,
     scene_pb2,
     scene_pb2_grpc,
+    sensor_pb2_grpc,
     signal_pb2_grpc,
     view_pb2_grpc,
 )
@@ -39,6 +40,7 @@ class Services:
     plugin: plugin_pb2_grpc.PluginServiceStub
     lease: lease_pb2_grpc.LeaseServiceStub
     ray: ray_pb2_grpc.RayServiceStub
+    sensor: sensor_pb2_grpc.SensorServiceStub
     channel: Channel
 
     @staticmethod
@@ -56,6 +58,7 @@ class Services:
             plugin_pb2_grpc.PluginServiceStub(channel),
             lease_pb2_grpc.LeaseServiceStub(channel),
             ray_pb2_grpc.RayServiceStub(channel),
+            sensor_pb2_grpc.SensorServiceStub(channel),
             channel,
         )
 

@@ -31,6 +31,7 @@ _COMMANDS = {
     "plugins": ("virtualrobot.cli.plugins", "Show plugins and their components."),
     "kinematics": ("virtualrobot.cli.plugins", "Show or swap what solves a robot's kinematics."),
     "rays": ("virtualrobot.cli.rays", "Compare ray casters, or cast a ray."),
+    "sensor": ("virtualrobot.cli.sensor", "Show, start, stop, read and watch sensors."),
     "grade": ("virtualrobot.cli.serve", "Test components of plugins."),
 }
 
