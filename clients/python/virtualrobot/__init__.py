@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from virtualrobot.cameras import looking_at as looking_at
     from virtualrobot.connection import Client as Client
     from virtualrobot.connection import connect as connect
+    from virtualrobot.contact_sensors import Contact as Contact
+    from virtualrobot.contact_sensors import contact_sensor as contact_sensor
     from virtualrobot.dynamics import inertial as inertial
     from virtualrobot.errors import *  # noqa: F403 every exception class; the names are listed below
     from virtualrobot.figures import box as box
@@ -39,6 +41,15 @@ if TYPE_CHECKING:
     from virtualrobot.motion import Phase as Phase
     from virtualrobot.motion import Search as Search
     from virtualrobot.motion import Tracking as Tracking
+    from virtualrobot.motion_sensors import EncoderReading as EncoderReading
+    from virtualrobot.motion_sensors import ImuReading as ImuReading
+    from virtualrobot.motion_sensors import PoseReading as PoseReading
+    from virtualrobot.motion_sensors import WrenchReading as WrenchReading
+    from virtualrobot.motion_sensors import encoders as encoders
+    from virtualrobot.motion_sensors import force_torque_sensor as force_torque_sensor
+    from virtualrobot.motion_sensors import imu as imu
+    from virtualrobot.motion_sensors import noise as noise
+    from virtualrobot.motion_sensors import pose_sensor as pose_sensor
     from virtualrobot.plans import MotionCheck as MotionCheck
     from virtualrobot.plans import MotionPlan as MotionPlan
     from virtualrobot.plans import Violation as Violation
@@ -61,6 +72,7 @@ if TYPE_CHECKING:
 _MODULES = {
     "cameras": ("CameraReading", "camera", "light", "looking_at"),
     "connection": ("Client", "connect"),
+    "contact_sensors": ("Contact", "contact_sensor"),
     "dynamics": ("inertial",),
     "errors": (
         "AssetError", "AuthenticationError", "CallTimeoutError", "ClientClosedError", "InvalidArgumentError",
@@ -73,6 +85,10 @@ _MODULES = {
     "leases": ("Lease", "LeaseInfo"),
     "geometry": ("pose", "pose_from_quaternion", "quaternion_of", "roll_pitch_yaw_of"),
     "motion": ("Motion", "Phase", "Tracking", "Search"),
+    "motion_sensors": (
+        "EncoderReading", "ImuReading", "PoseReading", "WrenchReading", "encoders", "force_torque_sensor", "imu",
+        "noise", "pose_sensor",
+    ),
     "plans": ("MotionCheck", "MotionPlan", "Violation", "ViolationKind"),
     "program": ("Program",),
     "range_sensors": ("RangeReading", "beams", "fan", "range_sensor", "raster", "ring", "spinning"),

@@ -142,6 +142,36 @@ class Editor(ABC, Generic[Created]):
         """
         return self._add(name, parent, pose, figures, light=settings or sensing_pb2.Light())
 
+    def add_motion_sensor(
+        self,
+        name: str,
+        settings: sensing_pb2.MotionSensor,
+        figures: Figures = (),
+        *,
+        parent: str,
+        pose: ArrayLike | None = None,
+    ) -> Created:
+        """Fix a motion sensor to something that moves; `pose` is `parent_t_sensor`.
+
+        `virtualrobot.imu`, `encoders`, `pose_sensor` and `force_torque_sensor` make the settings.
+        """
+        return self._add(name, parent, pose, figures, motion_sensor=settings)
+
+    def add_contact_sensor(
+        self,
+        name: str,
+        settings: sensing_pb2.ContactSensor | None = None,
+        figures: Figures = (),
+        *,
+        parent: str = "world",
+        pose: ArrayLike | None = None,
+    ) -> Created:
+        """Add a contact sensor, as `virtualrobot.contact_sensor` makes it; without a `watched` node its parent feels.
+
+        `pose` (`parent_t_sensor`) says where the box of its region is.
+        """
+        return self._add(name, parent, pose, figures, contact_sensor=settings or sensing_pb2.ContactSensor())
+
     def add_annotation(
         self, name: str, figures: Figures, *, pose: ArrayLike | None = None, parent: str = "world"
     ) -> Created:

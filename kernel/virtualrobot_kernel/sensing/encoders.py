@@ -16,36 +16,51 @@ from virtualrobot_kernel.world.structure import Structure
 
 
 class EncoderMeter:
-    """Measures joints of the robot that a node belongs to."""
+    """Measures joints of the robot that a node belongs to.
 
-    def __init__(self, uid: int, settings: sensing.Encoders, seed: int) -> None:
+    A speed is the difference of what is told now and of what was told a period ago, or where that is too long ago, at
+    the first tick that is known.
+    """
+
+    def __init__(self, uid: int, settings: sensing.Encoders, seed: int, rate_hertz: float) -> None:
         """Measure the robot of the node `uid`."""
         self._uid, self._settings, self._seed = uid, settings, seed
-        self._joints: tuple[str, ...] = ()
+        self._period = 1.0 / rate_hertz
         self._noise = Noise(settings.position, seed, 0, 0)
-        self._last: tuple[float, NDArray[np.float64]] | None = None
+        self._joints: tuple[str, ...] = ()
 
     def read(self, moment: Moment) -> EncoderContent:
-        """Return what encoders tell; before the first reading, they told of the tick before."""
+        """Return what the encoders tell."""
         snapshot = moment.snapshot
         joints, places = measured_joints(snapshot.structure, self._uid, self._settings.joints)
         if joints != self._joints:
-            self._joints, self._last = joints, None
-            self._noise = Noise(self._settings.position, self._seed, 0, len(joints))
-        told = self._told(snapshot, places, moment.rng)
-        time = snapshot.simulation_time
-        if self._last is None or self._last[0] >= time:
-            before = three_ticks(moment)[1]
-            if before.structure is snapshot.structure:
-                self._last = before.simulation_time, self._told(before, places, moment.rng)
-            else:
-                self._last = before.simulation_time, told
-        velocities = (told - self._last[1]) / (time - self._last[0])
-        self._last = time, told
-        return EncoderContent(joints, told, velocities)
+            self._joints, self._noise = joints, Noise(self._settings.position, self._seed, 0, len(joints))
+        told = self._noise.spoiled(snapshot.state.q[places], moment)
+        before = self._before(moment)
+        seconds = (snapshot.state.tick - before.snapshot.state.tick) * snapshot.tick_seconds
+        last = self._noise.spoiled(self._then(before.snapshot, snapshot, joints, places), before)
+        return EncoderContent(joints, told, (told - last) / seconds)
 
-    def _told(self, snapshot: Snapshot, places: NDArray[np.int64], rng: np.random.Generator) -> NDArray[np.float64]:
-        return self._noise.spoiled(snapshot.state.q[places], snapshot.state.tick, snapshot.tick_seconds, rng)
+    def _before(self, moment: Moment) -> Moment:
+        """Return the reading a period ago, as it was or would have been made."""
+        now, ticks = moment.snapshot.state.tick, max(self._period / moment.snapshot.tick_seconds, 1.0)
+        earlier = [one for one in moment.history if one.state.tick < now] or [three_ticks(moment)[1]]
+        old_enough = [one for one in earlier if one.state.tick <= now - ticks + 1e-6]
+        then = old_enough[-1] if old_enough else earlier[0]
+        rng = np.random.default_rng((self._seed, moment.number - 1))
+        return Moment(then, (), moment.number - 1, rng, max(moment.elapsed - (now - then.state.tick), 0))
+
+    def _then(
+        self, then: Snapshot, now: Snapshot, joints: tuple[str, ...], places: NDArray[np.int64]
+    ) -> NDArray[np.float64]:
+        """Return where the joints were; those that were not there stood as they stand."""
+        if then.structure is now.structure:
+            return then.state.q[places]
+        if self._uid in then.structure.nodes and then.structure.robot_of(self._uid) is not None:
+            known = dict(zip(*measured_joints(then.structure, self._uid, ()), strict=True))
+            stand = zip(joints, places, strict=True)
+            return np.array([then.state.q[known[name]] if name in known else now.state.q[at] for name, at in stand])
+        return now.state.q[places]
 
 
 def measured_joints(

@@ -78,17 +78,15 @@ class ForceTorqueMeter:
 
     def read(self, moment: Moment) -> WrenchContent:
         """Return what the sensor tells."""
-        ticks, at = three_ticks(moment), moment.snapshot
-        if self._load is None or self._load[0] is not at.structure:
-            self._load = at.structure, load_of(at.structure, self._uid)
+        ticks, structure = three_ticks(moment), moment.snapshot.structure
+        if self._load is None or self._load[0] is not structure:
+            self._load = structure, load_of(structure, self._uid)
         load = self._load[1]
         poses = poses_of(ticks, (self._uid, *load.uids))
         world_t_sensor = poses[1, 0]
         motion = sampled_motion(ticks, poses[:, 1:] @ load.node_t_body)
-        told = (
-            noise.spoiled(world_t_sensor[:3, :3].T @ vector, at.state.tick, at.tick_seconds, moment.rng)
-            for noise, vector in zip(
-                (self._force, self._torque), wrench_of(load, motion, world_t_sensor[:3, 3]), strict=True
-            )
+        node_t_world = world_t_sensor[:3, :3].T
+        force, torque = wrench_of(load, motion, world_t_sensor[:3, 3])
+        return WrenchContent(
+            self._force.spoiled(node_t_world @ force, moment), self._torque.spoiled(node_t_world @ torque, moment)
         )
-        return WrenchContent(*told)

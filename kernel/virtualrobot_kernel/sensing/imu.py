@@ -35,9 +35,4 @@ class ImuMeter:
             node_t_world @ (motion.acceleration[0] - GRAVITY),
             node_t_world @ self._field,
         )
-        at = moment.snapshot
-        told = (
-            noise.spoiled(values, at.state.tick, at.tick_seconds, moment.rng)
-            for noise, values in zip(self._noises, true, strict=True)
-        )
-        return ImuContent(*told)
+        return ImuContent(*(noise.spoiled(one, moment) for noise, one in zip(self._noises, true, strict=True)))

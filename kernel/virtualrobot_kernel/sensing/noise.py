@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from virtualrobot_kernel.sensing.reading import Moment
 from virtualrobot_kernel.world.sensing import NoiseModel
 
 Floats = NDArray[np.float64]
@@ -23,8 +24,9 @@ BIAS, WALK = 1, 2
 class Noise:
     """Spoils one measured vector; used by one thread.
 
-    All that it draws comes of the sensor's seed, the channel, and how many ticks have gone by since it was made: so
-    readings that are left out change nothing of later ones. White noise comes of the reading's own generator.
+    Bias and walk are pure functions of the sensor's seed, the channel, and how many ticks ago the sensor was started:
+    so readings that are left out, or asked for between others, change nothing of later ones. White noise comes of the
+    reading's own generator.
     """
 
     def __init__(self, model: NoiseModel, seed: int, channel: int, size: int) -> None:
@@ -32,21 +34,18 @@ class Noise:
         self._model = model
         self._seed, self._channel, self._size = seed, channel, size
         self._bias: Floats = model.bias_standard_deviation * self._drawn((BIAS,), (size,))
-        self._origin: int | None = None
         self._walk = _Walk(self)
 
-    def spoiled(self, values: Floats, tick: int, tick_seconds: float, rng: np.random.Generator) -> Floats:
-        """Return what is told of true values (size,) at a tick; `rng` is of the reading."""
-        return self.told(values + self.error(tick, tick_seconds, rng))
+    def spoiled(self, values: Floats, moment: Moment) -> Floats:
+        """Return what is told of true values (size,) in a reading."""
+        return self.told(values + self.error(moment.elapsed, moment.snapshot.tick_seconds, moment.rng))
 
-    def error(self, tick: int, tick_seconds: float, rng: np.random.Generator) -> Floats:
-        """Return by how much a reading at a tick is off (size,), before steps and range."""
-        if self._origin is None:
-            self._origin = tick
+    def error(self, elapsed: int, tick_seconds: float, rng: np.random.Generator) -> Floats:
+        """Return by how much a reading is off (size,), some ticks after the start, before steps and range."""
         # Drawn even when it counts for nothing, so that one setting doesn't change what another one draws.
         error = self._bias + self._model.standard_deviation * rng.standard_normal(self._size)
         if self._model.bias_walk > 0.0:
-            error += self._model.bias_walk * np.sqrt(tick_seconds) * self._walk.after(tick - self._origin)
+            error += self._model.bias_walk * np.sqrt(tick_seconds) * self._walk.after(elapsed)
         return error
 
     def told(self, values: Floats) -> Floats:

@@ -26,10 +26,9 @@ class PoseMeter:
         """Return what the sensor tells."""
         ticks = three_ticks(moment)
         poses = poses_of(ticks, [self._uid])
-        at = moment.snapshot
         told = poses[2, 0].copy()
-        told[:3, 3] = self._position.spoiled(told[:3, 3], at.state.tick, at.tick_seconds, moment.rng)
-        error = self._orientation.error(at.state.tick, at.tick_seconds, moment.rng)
+        told[:3, 3] = self._position.spoiled(told[:3, 3], moment)
+        error = self._orientation.error(moment.elapsed, moment.snapshot.tick_seconds, moment.rng)
         if error.any():
             told[:3, :3] = told[:3, :3] @ rotation_matrix(error)
         if self._stepped:

@@ -33,12 +33,14 @@ class Moment:
             sensor has run; without `snapshot`.
         number: counts the readings since the sensor was started, from 1.
         rng: made of the sensor's seed and `number`, so the same in every run.
+        elapsed: ticks since the sensor was started; 0 for a single reading of one that does not run.
     """
 
     snapshot: Snapshot
     history: tuple[Snapshot, ...]
     number: int
     rng: np.random.Generator
+    elapsed: int = 0
 
 
 class Reader(Protocol):

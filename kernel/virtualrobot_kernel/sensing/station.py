@@ -271,7 +271,8 @@ class Station:
         oldest = snapshot.state.tick - math.ceil(reader.history_seconds / snapshot.tick_seconds - 1e-6)
         past = tuple(one for one in instant.history if oldest <= one.state.tick < snapshot.state.tick)
         seed: Any = getattr(self.node.data, "seed", 0)  # contact sensors have no noise
-        return Moment(snapshot, past, number, np.random.default_rng((seed, number)))
+        elapsed = snapshot.state.tick - self.schedule.start if self.schedule is not None else 0
+        return Moment(snapshot, past, number, np.random.default_rng((seed, number)), elapsed)
 
     def _failed(self, error: Exception) -> None:
         """Take what a reader raised for the sensor's fault."""

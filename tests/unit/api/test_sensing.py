@@ -61,7 +61,7 @@ def light() -> sensing_pb2.Light:
 
 def touch() -> sensing_pb2.ContactSensor:
     message = sensing_pb2.ContactSensor(watched="arm", range_meters=0.2, ignored=["table"])
-    message.region_size.x = 0.1
+    message.region_size.x, message.region_size.y, message.region_size.z = 0.1, 0.2, 0.3
     return message
 
 
@@ -122,6 +122,7 @@ REFUSED = {
     "names a kind twice": sensing_pb2.CameraSensor(images=["IMAGE_KIND_COLOR", "IMAGE_KIND_COLOR"]),
     "give some of IMAGE_KIND_COLOR": sensing_pb2.CameraSensor(images=[9]),  # pyright: ignore[reportArgumentType]
     "parts from 0 to 1": sensing_pb2.Light(color={"red": 2.0}),
+    "it.region_size must have edges above 0": sensing_pb2.ContactSensor(region_size={"x": 1.0}),
     "at most pi/2": sensing_pb2.Light(cone_angle_radians=2.0),
 }
 

@@ -45,7 +45,8 @@ def moment_at(
     tick_seconds: float = TICK,
     number: int = 1,
     seed: int = 0,
+    past: int = 2,
 ) -> Moment:
-    """Return what a reader is given at a tick: the world there and at the two ticks before."""
-    ticks = [snapshot_at(change, at, ways, q, tick_seconds) for at in (tick - 2, tick - 1, tick)]
-    return Moment(ticks[2], tuple(ticks[:2]), number, np.random.default_rng((seed, number)))
+    """Return what a reader is given at a tick: the world there and at the ticks before; it was started at 0."""
+    ticks = [snapshot_at(change, at, ways, q, tick_seconds) for at in range(tick - past, tick + 1)]
+    return Moment(ticks[-1], tuple(ticks[:-1]), number, np.random.default_rng((seed, number)), tick)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
@@ -18,18 +20,18 @@ from tests.unit.world.builders import TICK, Change, after, arm, empty, link
 STEP = 2 * np.pi / 4096
 
 
-def with_encoders(encoders: Encoders, parent: str = "arm.hand", seed: int = 0) -> Change:
-    sensor = NodeSpec("encoders", Kind.MOTION_SENSOR, parent, data=MotionSensor(encoders, seed=seed))
+def with_encoders(encoders: Encoders, parent: str = "arm.hand", seed: int = 0, rate: float = 0.0) -> Change:
+    sensor = NodeSpec("encoders", Kind.MOTION_SENSOR, parent, data=MotionSensor(encoders, rate, seed))
     body = (NodeSpec("craft", Kind.ROBOT), link("craft.body", "craft", Joint("free", JointType.FLOATING)))
     return after(empty(), CreateNodes(body), arm(), CreateNodes((sensor,)))
 
 
-def read(change: Change, *ticks: int, seed: int = 0) -> list[EncoderContent]:
+def read(change: Change, *ticks: int, seed: int = 0, past: int = 4) -> list[EncoderContent]:
     """Return what is told of joints that move as `positions` says."""
     reader = MotionReader(snapshot_at(change, 0), change.structure.node("encoders"))
     told = []
     for number, tick in enumerate(ticks, 1):
-        content = reader.read(moment_at(change, tick, q=positions, number=number, seed=seed))
+        content = reader.read(moment_at(change, tick, q=positions, number=number, seed=seed, past=past))
         assert isinstance(content, EncoderContent)
         told.append(content)
     return told
@@ -54,15 +56,24 @@ def test_named_joints_in_their_order() -> None:
     np.testing.assert_array_equal(told.positions, positions(0.02)[[9, 7]])
 
 
-def test_positions_in_steps_and_speeds_by_their_difference() -> None:
-    """Counts of an encoder with 4096 a turn; the first speed is that over one tick."""
-    change = with_encoders(Encoders(position=NoiseModel(resolution=STEP)))
-    ticks = (7, 18, 19)
-    told = read(change, *ticks)
-    counts = [np.round(positions(tick * TICK)[7:] / STEP) for tick in (6, *ticks)]
-    for one, before, now, ticks_between in zip(told, counts, counts[1:], (1, 11, 1), strict=False):
-        np.testing.assert_allclose(one.positions, now * STEP, atol=1e-12)
-        np.testing.assert_allclose(one.velocities, (now - before) * STEP / (ticks_between * TICK), atol=1e-9)
+@pytest.mark.parametrize(("rate", "period"), [(0.0, 3), (125.0, 2), (500.0, 1), (50.0, 4)])
+def test_positions_in_steps_and_speeds_by_their_difference(rate: float, period: int) -> None:
+    """Counts of an encoder with 4096 a turn, a period ago: 100 Hz are 2.5 ticks, and of 50 Hz 4 ticks are known."""
+    change = with_encoders(Encoders(position=NoiseModel(resolution=STEP)), rate=rate)
+    for told, tick in zip(read(change, 7, 20), (7, 20), strict=True):
+        now, before = (np.round(positions(at * TICK)[7:] / STEP) for at in (tick, tick - period))
+        np.testing.assert_allclose(told.positions, now * STEP, atol=1e-12)
+        np.testing.assert_allclose(told.velocities, (now - before) * STEP / (period * TICK), atol=1e-9)
+
+
+def test_speeds_are_of_the_positions_that_were_told(seed: int) -> None:
+    """At 125 Hz every other tick is told; noise and walk of the last reading come back to the bit."""
+    change = with_encoders(Encoders(position=NoiseModel(0.1, 0.2, 0.3)), seed=seed, rate=125.0)
+    told = read(change, 5, 7, 9, seed=seed)
+    for before, now in pairwise(told):
+        np.testing.assert_allclose(now.velocities * 2 * TICK, now.positions - before.positions, atol=1e-12)
+    (alone,) = read(change, 5, seed=seed)
+    np.testing.assert_array_equal(alone.velocities, told[0].velocities)
 
 
 def test_readings_repeat(seed: int) -> None:
@@ -104,7 +115,7 @@ def test_other_robots_have_their_own_joints() -> None:
 
 
 def test_robots_that_are_changed_while_it_reads(rng: np.random.Generator) -> None:
-    """A new joint: speeds begin anew."""
+    """A new joint: it stood as it stands, and the others as they did."""
     change = with_encoders(Encoders())
     reader = MotionReader(snapshot_at(change, 0), change.structure.node("encoders"))
     reader.read(moment_at(change, 5, q=positions))
@@ -114,4 +125,6 @@ def test_robots_that_are_changed_while_it_reads(rng: np.random.Generator) -> Non
     told = reader.read(Moment(now, history, 2, rng))
     assert isinstance(told, EncoderContent)
     assert told.joint_names == ("a", "b", "f", "c")
-    np.testing.assert_array_equal(told.velocities, 0.0)
+    np.testing.assert_allclose(told.velocities[3], 0.0)
+    before = positions(8 * TICK)[7:]
+    np.testing.assert_allclose(told.velocities[:3], (now.state.q[7:10] - before) / (2 * TICK))

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+from typing import Any
+
 import numpy as np
-import pinocchio  # pyright: ignore[reportMissingImports]  a path file makes it importable
 import pytest
 from virtualrobot_kernel.sensing.motion_content import WrenchContent
 from virtualrobot_kernel.sensing.motion_reader import MotionReader
@@ -15,6 +17,8 @@ from virtualrobot_kernel.world.structure import Kind, NodeSpec, PartData, ToolDa
 from tests.unit.planning.dynamics_cases import pin_inertia, random_inertial, robot_and_reference
 from tests.unit.sensing.moments import moment_at, snapshot_at
 from tests.unit.world.builders import TICK, Change, after, empty, random_pose, shifted
+
+pinocchio: Any = import_module("pinocchio")  # it has no types
 
 G = 9.81
 

@@ -10,9 +10,18 @@ from numpy.typing import NDArray
 from virtualrobot.v1 import geometry_pb2, sensor_pb2
 
 from virtualrobot_kernel.api.convert.readings_camera import fill_camera
+from virtualrobot_kernel.api.convert.readings_contact import contact_reading_message
+from virtualrobot_kernel.api.convert.readings_motion import (
+    encoder_message,
+    imu_message,
+    pose_reading_message,
+    wrench_message,
+)
 from virtualrobot_kernel.api.convert.values import array_message, check_enum, pose_message, stamp
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.sensing.camera_reader import CameraContent
+from virtualrobot_kernel.sensing.contact_content import ContactContent
+from virtualrobot_kernel.sensing.motion_content import EncoderContent, ImuContent, PoseContent, WrenchContent
 from virtualrobot_kernel.sensing.range_content import RangeContent
 from virtualrobot_kernel.sensing.reading import Reading
 from virtualrobot_kernel.world.sensing import ImageKind
@@ -94,5 +103,38 @@ def _camera(message: sensor_pb2.SensorReading, reading: Reading, options: sensor
     fill_camera(message.camera, reading.content, options.images)
 
 
-CONTENTS: dict[type[Any], Filler] = {RangeContent: _range, CameraContent: _camera}
+def _contact(message: sensor_pb2.SensorReading, reading: Reading, options: sensor_pb2.ReadingOptions) -> None:
+    assert isinstance(reading.content, ContactContent)
+    message.contact.CopyFrom(contact_reading_message(reading.content))
+
+
+def _imu(message: sensor_pb2.SensorReading, reading: Reading, options: sensor_pb2.ReadingOptions) -> None:
+    assert isinstance(reading.content, ImuContent)
+    message.imu.CopyFrom(imu_message(reading.content))
+
+
+def _encoders(message: sensor_pb2.SensorReading, reading: Reading, options: sensor_pb2.ReadingOptions) -> None:
+    assert isinstance(reading.content, EncoderContent)
+    message.encoders.CopyFrom(encoder_message(reading.content))
+
+
+def _pose(message: sensor_pb2.SensorReading, reading: Reading, options: sensor_pb2.ReadingOptions) -> None:
+    assert isinstance(reading.content, PoseContent)
+    message.pose.CopyFrom(pose_reading_message(reading.content))
+
+
+def _wrench(message: sensor_pb2.SensorReading, reading: Reading, options: sensor_pb2.ReadingOptions) -> None:
+    assert isinstance(reading.content, WrenchContent)
+    message.wrench.CopyFrom(wrench_message(reading.content))
+
+
+CONTENTS: dict[type[Any], Filler] = {
+    RangeContent: _range,
+    CameraContent: _camera,
+    ContactContent: _contact,
+    ImuContent: _imu,
+    EncoderContent: _encoders,
+    PoseContent: _pose,
+    WrenchContent: _wrench,
+}
 """Fills in a reading's message from its content, by the content's class."""

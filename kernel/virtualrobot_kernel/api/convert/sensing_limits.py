@@ -95,6 +95,12 @@ def _camera(data: sensing.CameraSensor, what: str) -> None:
         _refuse(f"{what}.images", f"names a kind twice; give each of {names} once")
 
 
+def _contact(data: sensing.ContactSensor, what: str) -> None:
+    _rate(data, what)
+    if data.region_size is not None and min(data.region_size) <= 0.0:
+        _refuse(f"{what}.region_size", f"must have edges above 0, not {list(data.region_size)}")
+
+
 def _light(data: sensing.Light, what: str) -> None:
     if data.cone_angle_radians > math.pi / 2:
         _refuse(f"{what}.cone_angle_radians", f"must be at most pi/2, not {data.cone_angle_radians:g}")
@@ -108,7 +114,7 @@ CHECKS: dict[type, Callable[[Any, str], None]] = {
     sensing.FreeBeams: _free,
     sensing.RangeSensor: _range,
     sensing.CameraSensor: _camera,
-    sensing.ContactSensor: _rate,
+    sensing.ContactSensor: _contact,
     sensing.MotionSensor: _rate,
     sensing.Light: _light,
 }
