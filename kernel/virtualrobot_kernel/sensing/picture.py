@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,9 @@ Color = tuple[float, float, float]
 
 BACKGROUND: Color = ViewSettings().background
 """What is seen where nothing is, as sRGB: what the viewer shows."""
+BAND = 32768
+"""So many rays are traced and shaded at a time: measured, their arrays stay in the processor's cache, and are not had
+anew from the system for each picture. Smaller ones ask for the interpreter more often than they gain."""
 LAYERS = 6
 """So many surfaces one behind the other are seen at most, where those in front are translucent."""
 
@@ -87,76 +91,85 @@ def render(
     """
     pose = np.ascontiguousarray(world_t_camera, np.float64)
     count = len(lens.directions)
-    origins, along = np.empty((count, 3), np.float32), np.empty((count, 3), np.float32)
-    start_rays(pose, lens.directions, lens.near, lens.depth_is_z, origins, along)
-    traced = scene.cast(origins, along, lens.reach)
-    wanted = {kind: count if kind in kinds else 0 for kind in ImageKind}
-    depth = np.empty(wanted[ImageKind.DEPTH], np.float32)
-    segmentation = np.empty(wanted[ImageKind.SEGMENTATION], np.int32)
-    normals = np.empty((wanted[ImageKind.NORMALS], 3), np.float32)
-    if len(depth) or len(segmentation) or len(normals):
-        measure(
-            *(pose, lens.directions, lens.pixels, lens.near, lens.far, lens.depth_is_z),
-            *(traced.distance, traced.element, traced.normal, subject.places, depth, segmentation, normals),
-        )
+    sizes = {kind: count if kind in kinds else 0 for kind in ImageKind}
+    color = np.empty((sizes[ImageKind.COLOR], 3), np.uint8)
+    depth = np.empty(sizes[ImageKind.DEPTH], np.float32)
+    segmentation = np.empty(sizes[ImageKind.SEGMENTATION], np.int32)
+    normals = np.empty((sizes[ImageKind.NORMALS], 3), np.float32)
+    paint = _Paint(scene, subject, lens, color)
+    for first in range(0, count, BAND):
+        band = slice(first, first + BAND)
+        directions, pixels, slants = lens.directions[band], lens.pixels[band], lens.slants[band]
+        origins, along = np.empty_like(directions), np.empty_like(directions)
+        start_rays(pose, directions, lens.near, lens.depth_is_z, origins, along)
+        traced = scene.cast(origins, along, lens.reach)
+        if len(depth) or len(segmentation) or len(normals):
+            measure(
+                *(pose, directions, pixels, lens.near, lens.far, lens.depth_is_z),
+                *(traced.distance, traced.element, traced.normal, subject.places, depth, segmentation, normals),
+            )
+        if len(color):
+            paint(_Rays(origins, along, pixels, slants), traced)
     size = lens.height, lens.width
     return Picture(
-        color=_color(scene, subject, lens, origins, along, traced) if wanted[ImageKind.COLOR] else None,
+        color=color.reshape(*size, 3) if len(color) else None,
         depth=depth.reshape(size) if len(depth) else None,
         segmentation=segmentation.reshape(size) if len(segmentation) else None,
         normals=normals.reshape(*size, 3) if len(normals) else None,
     )
 
 
-def _color(
-    scene: TopScene,
-    subject: Subject,
-    lens: Lens,
-    origins: NDArray[np.float32],
-    along: NDArray[np.float32],
-    traced: Traced,
-) -> NDArray[np.uint8]:
-    """Return the colours (h, w, 3): layer after layer, for the rays that go on behind translucent surfaces."""
-    count = len(along)
-    picture = np.empty((count, 3), np.uint8)
-    pixels, slants, carried = lens.pixels, lens.slants, np.empty((0, 5), np.float32)
-    background = to_linear(subject.background).astype(np.float32)
-    looks, lights = subject.looks, subject.lights
-    for layer in range(LAYERS):
-        onward, passed = np.empty(len(along), np.int32), np.empty((len(along), 5), np.float32)
-        going = shade(
-            *(origins, along, pixels, carried, slants, lens.near, lens.far, lens.pixel_angle),
-            *(traced.distance, traced.element, traced.triangle, traced.uv, traced.normal),
-            *(subject.world_t_element, looks.colors, looks.starts, *looks.surfaces.tables),
-            *(lights.table, _shadowed(scene, lights, origins, along, traced), background, _TO_LIGHT, _TO_SCREEN),
-            *(layer == LAYERS - 1, picture, onward, passed),
-        )
-        if not going:
-            break
-        rows, carried = onward[:going], passed[:going]
-        # Behind the surface, by more than single precision can mistake.
-        step = traced.distance[rows] + 1e-5 * (1.0 + traced.distance[rows])
-        along, pixels, slants = along[rows], pixels[rows], slants[rows]
-        origins = np.asarray(origins[rows] + along * step[:, None], np.float32)
-        traced = scene.cast(origins, along, lens.reach)
-    return picture.reshape(lens.height, lens.width, 3)
+class _Rays(NamedTuple):
+    """Where n rays begin and go, in the world; their pixels and slants as the lens has them."""
+
+    origins: NDArray[np.float32]
+    along: NDArray[np.float32]
+    pixels: NDArray[np.int32]
+    slants: NDArray[np.float32]
 
 
-def _shadowed(
-    scene: TopScene, lights: Lights, origins: NDArray[np.float32], along: NDArray[np.float32], traced: Traced
-) -> NDArray[np.bool_]:
-    """Return (k, n) where something is between light and surface."""
-    count = len(along)
-    shadowed = np.zeros((len(lights.table), count), np.bool_)
-    starts, towards, until = (
-        np.empty((count, 3), np.float32),
-        np.empty((count, 3), np.float32),
-        np.empty(count, np.float32),
-    )
-    for light in np.flatnonzero(lights.shadowing).tolist():
-        toward(
-            *(lights.table, light, origins, along, traced.distance, traced.element, traced.normal),
-            *(starts, towards, until),
-        )
-        shadowed[light] = scene.occluded(starts, towards, until)
-    return shadowed
+class _Paint:
+    """Writes the colours of rays to a picture (h * w, 3), band by band."""
+
+    def __init__(self, scene: TopScene, subject: Subject, lens: Lens, picture: NDArray[np.uint8]) -> None:
+        """Prepare what is the same for all bands."""
+        looks = subject.looks
+        self._scene, self._lens, self._lights, self._picture = scene, lens, subject.lights, picture
+        self._looks = (subject.world_t_element, looks.colors, looks.starts, *looks.surfaces.tables)
+        self._background = to_linear(subject.background).astype(np.float32)
+        count = min(BAND, len(picture))
+        self._onward, self._passed = np.empty(count, np.int32), np.empty((count, 5), np.float32)
+
+    def __call__(self, rays: _Rays, traced: Traced) -> None:
+        """Paint layer after layer, for those rays that go on behind translucent surfaces."""
+        carried, lens = np.empty((0, 5), np.float32), self._lens
+        for layer in range(LAYERS):
+            going = shade(
+                *(rays.origins, rays.along, rays.pixels, carried, rays.slants, lens.near, lens.far, lens.pixel_angle),
+                *(traced.distance, traced.element, traced.triangle, traced.uv, traced.normal, *self._looks),
+                *(self._lights.table, self._shadowed(rays, traced), self._background, _TO_LIGHT, _TO_SCREEN),
+                *(layer == LAYERS - 1, self._picture, self._onward, self._passed),
+            )
+            if not going:
+                return
+            rows, carried = self._onward[:going], self._passed[:going].copy()
+            # Behind the surface, by more than single precision can mistake.
+            step = traced.distance[rows] + 1e-5 * (1.0 + traced.distance[rows])
+            along = rays.along[rows]
+            origins = np.asarray(rays.origins[rows] + along * step[:, None], np.float32)
+            rays = _Rays(origins, along, rays.pixels[rows], rays.slants[rows])
+            traced = self._scene.cast(origins, along, lens.reach)
+
+    def _shadowed(self, rays: _Rays, traced: Traced) -> NDArray[np.bool_]:
+        """Return (k, n) where something is between light and surface."""
+        lights, count = self._lights, len(rays.along)
+        shadowed = np.zeros((len(lights.table), count), np.bool_)
+        for light in np.flatnonzero(lights.shadowing).tolist():
+            starts, towards = np.empty((count, 3), np.float32), np.empty((count, 3), np.float32)
+            until = np.empty(count, np.float32)
+            toward(
+                *(lights.table, light, rays.origins, rays.along, traced.distance, traced.element, traced.normal),
+                *(starts, towards, until),
+            )
+            shadowed[light] = self._scene.occluded(starts, towards, until)
+        return shadowed
