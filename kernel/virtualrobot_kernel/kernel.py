@@ -31,6 +31,7 @@ from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.planning.solvers import Solvers
 from virtualrobot_kernel.sensing.casting import Casters
+from virtualrobot_kernel.sensing.choices import check_choices
 from virtualrobot_kernel.sensing.looks import LookLibrary
 from virtualrobot_kernel.sensing.readers import SensingRoom
 from virtualrobot_kernel.sensing.sensors import Sensors
@@ -114,6 +115,7 @@ class Kernel:
         for warning in warnings:
             log.warning("%s: %s", path, warning)
         self._solvers.check_choices(commands)
+        check_choices(commands, self._sensing)
         self.world.submit(commands, f"scene file {path}").result()
 
     def close(self) -> None:

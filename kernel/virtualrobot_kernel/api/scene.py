@@ -18,6 +18,7 @@ from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.export.model import export_model
 from virtualrobot_kernel.formats.model_table import list_models
+from virtualrobot_kernel.sensing.choices import check_choices
 from virtualrobot_kernel.world.commands import Command, CreateNodes, UpdateNode
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import Applied
@@ -156,6 +157,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         self, commands: Sequence[Command], context: object, expected_revision: int | None = None
     ) -> Applied:
         self._rooms.solvers.check_choices(commands)
+        check_choices(commands, self._rooms.sensing)
         return await asyncio.wrap_future(self._rooms.submit(commands, context, expected_revision))
 
 
