@@ -78,7 +78,9 @@ def solids(trial: RayTrial, rng: np.random.Generator) -> Measured:
         inside = (first < 0.0) & (last > 0.0)
         expected = np.where(inside, last, np.where((first <= last) & (first >= 0.0), first, np.inf))
         face = np.where(inside, leaving.argmin(axis=1), entry.argmax(axis=1))
-        sure = (np.abs(first - last) > 1e-3) & (np.abs(first) > 1e-3) & (np.abs(last) > 1e-3)
+        # Close to an edge rounding decides which of two faces is met.
+        edge = np.where(inside, np.diff(np.sort(leaving)[:, :2])[:, 0], np.diff(np.sort(entry)[:, -2:])[:, 0])
+        sure = (np.abs(first - last) > 1e-3) & (np.abs(first) > 1e-3) & (np.abs(last) > 1e-3) & (edge > 1e-3)
         found = cast(trial, scene, origins, directions)
         toward = np.where(inside[:, None], -normals[face], normals[face])
         normal = np.where(np.isfinite(expected)[:, None], toward, 0.0)
