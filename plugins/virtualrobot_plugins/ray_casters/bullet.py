@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import importlib
 import math
+import os
+import sys
 import weakref
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -47,7 +49,7 @@ class BulletCaster:
     def __init__(self) -> None:
         """Connect; raises PluginError where PyBullet is not installed."""
         try:
-            self._bullet: Any = importlib.import_module("pybullet")
+            self._bullet = _imported()
         except ImportError as error:
             said = "PyBullet cannot be imported (it has packages for Python up to 3.11): pip install pybullet"
             raise PluginError(f"{said}; {error}") from error
@@ -128,6 +130,19 @@ class BulletCaster:
         for row in rows:
             row.clear()
         return mesh
+
+
+def _imported() -> Any:  # noqa: ANN401  a module without types
+    """Return PyBullet, imported without the line that its native code writes to the error output each time."""
+    sys.stderr.flush()
+    errors, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 2)
+    try:
+        return importlib.import_module("pybullet")
+    finally:
+        os.dup2(errors, 2)
+        os.close(errors)
+        os.close(nowhere)
 
 
 def _pieces(shape: Shape) -> Iterator[tuple[Floats, Integers]]:
