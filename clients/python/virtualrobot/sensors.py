@@ -7,14 +7,24 @@ from dataclasses import dataclass
 from typing import Any
 
 from virtualrobot.cameras import camera_reading_of, image_kinds
+from virtualrobot.contact_sensors import contacts_of
 from virtualrobot.errors import UnknownNameError
 from virtualrobot.geometry import Matrix
+from virtualrobot.motion_sensors import encoder_reading_of, imu_reading_of, pose_reading_of, wrench_reading_of
 from virtualrobot.range_sensors import RangeReading, frame_of, range_reading_of
 from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot.v1 import sensing_pb2, sensor_pb2
 from virtualrobot.wire import Stamp, pose_of, settings_message, stamp_of
 
-VALUES: dict[str, Callable[[Any], Any]] = {"range": range_reading_of, "camera": camera_reading_of}
+VALUES: dict[str, Callable[[Any], Any]] = {
+    "range": range_reading_of,
+    "camera": camera_reading_of,
+    "contact": contacts_of,
+    "imu": imu_reading_of,
+    "encoders": encoder_reading_of,
+    "pose": pose_reading_of,
+    "wrench": wrench_reading_of,
+}
 """Makes the value of a reading from its message, by the field of the contract."""
 
 
@@ -55,7 +65,8 @@ class Reading:
         number: counts the readings since the sensor was started, from 1; of single ones, those asked for.
         missed: how many the sensor was late for and left out so far.
         world_t_sensor: (4, 4) where the sensor was.
-        value: what it said: a RangeReading, a CameraReading, or what sensors of its kind say; None where nothing.
+        value: what it said: a RangeReading, CameraReading, ImuReading, EncoderReading, PoseReading or WrenchReading; of
+            a contact sensor a tuple of Contact; None where nothing.
     """
 
     stamp: Stamp
