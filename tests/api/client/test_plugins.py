@@ -12,6 +12,7 @@ from virtualrobot import Client, pose
 
 from tests.api.client.conftest import IIWA
 from tests.api.conftest import StartKernel
+from tests.plugins.install import environment
 
 PLUGIN = '''
 from dataclasses import dataclass
@@ -71,7 +72,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def client(start_kernel: StartKernel, site: Path) -> Iterator[Client]:
     """Return a client of a kernel in which plugins are installed while it runs."""
-    kernel = start_kernel(environment={"PYTHONPATH": str(site)})
+    kernel = start_kernel(environment=environment(site))
     with virtualrobot.connect(kernel.address) as client:
         assert {plugin.package for plugin in client.plugins} == {"virtualrobot"}
         install(site, "shifted", PLUGIN)
