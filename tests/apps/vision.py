@@ -67,7 +67,7 @@ def line_at(x: np.ndarray) -> np.ndarray:
 
 
 def build_line_floor(client: virtualrobot.Client, folder: Path) -> None:
-    """Make a bright floor of 4 m with a black line of 5 cm on it, as a mesh with a picture, and two walls."""
+    """Make a bright floor of 4 m with a black line of 5 cm on it, as a mesh with a picture, and a wall."""
     pixels, meters = 1024, 4.0
     picture = np.full((pixels, pixels, 3), (214, 220, 224), np.uint8)
     x = np.linspace(-2.0, 2.0, 400)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from virtualrobot.cameras import camera_reading_of, image_kinds
+from virtualrobot.cameras import CameraReading, camera_reading_of, image_kinds
 from virtualrobot.contact_sensors import contacts_of
 from virtualrobot.errors import UnknownNameError
 from virtualrobot.geometry import Matrix
@@ -84,6 +84,14 @@ class Reading:
         if not isinstance(self.value, RangeReading):
             said = self.fault or f"it holds {type(self.value).__name__}"
             raise TypeError(f"the reading of {self.sensor!r} has no distances: {said}")
+        return self.value
+
+    @property
+    def camera(self) -> CameraReading:
+        """What a camera saw; raises TypeError for a reading that is none."""
+        if not isinstance(self.value, CameraReading):
+            said = self.fault or f"it holds {type(self.value).__name__}"
+            raise TypeError(f"the reading of {self.sensor!r} has no pictures: {said}")
         return self.value
 
 
