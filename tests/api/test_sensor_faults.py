@@ -7,6 +7,7 @@ import re
 import signal
 from collections.abc import Iterator
 from contextlib import closing
+from typing import Any
 
 import pytest
 from virtualrobot.v1 import plugin_pb2, plugin_pb2_grpc, sensing_pb2, sensor_pb2
@@ -100,7 +101,7 @@ def test_a_model_that_fails_faults_its_sensor_alone(odd: Stubs) -> None:
 def test_components_are_tried_before_a_sensor_gets_them(odd: Stubs) -> None:
     apply(odd, ball(), sensor(pattern=FAN))
 
-    def swap(**fields: str) -> sensor_pb2.SetRangeComponentsResponse:
+    def swap(**fields: Any) -> sensor_pb2.SetRangeComponentsResponse:  # noqa: ANN401 fields of the request
         return odd.sensor.SetRangeComponents(sensor_pb2.SetRangeComponentsRequest(sensor="lidar", **fields))
 
     refused = refusal(lambda: swap(sensor_model="backwards"))

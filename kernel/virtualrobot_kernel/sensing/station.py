@@ -196,7 +196,7 @@ class Station:
 
     def silent(self, snapshot: Snapshot, state: SensorState, fault: str = "") -> Reading:
         """Return a reading that says nothing but how the sensor is."""
-        return self._reading(snapshot, self.number, None, state, 0.0, fault)
+        return self._reading(snapshot, self.number, self.missed, None, state, 0.0, fault)
 
     def join(self, seconds: float) -> None:
         """Wait for the end of its thread."""
@@ -233,7 +233,7 @@ class Station:
             if instant is None or self._ended:
                 return
             self.number += 1
-            number = self.number
+            number, missed = self.number, self.missed
         self._busy_since = began = time.monotonic()
         try:
             content = reader.read(self._moment(instant, number, reader))
@@ -245,7 +245,7 @@ class Station:
         with self._lock:
             self._seconds += seconds
             if not self._ended:
-                self._tell(self._reading(instant.snapshot, number, content, SensorState.RUNNING, seconds))
+                self._tell(self._reading(instant.snapshot, number, missed, content, SensorState.RUNNING, seconds))
             if self._due is None:
                 self._settled.set()
 
@@ -264,7 +264,7 @@ class Station:
             self._busy_since = None
         state = SensorState.STOPPED if self.schedule is None else SensorState.RUNNING
         seconds = time.monotonic() - began
-        ask.done.set_result(self._reading(ask.instant.snapshot, ask.number, content, state, seconds))
+        ask.done.set_result(self._reading(ask.instant.snapshot, ask.number, self.missed, content, state, seconds))
 
     def _moment(self, instant: Instant, number: int, reader: Reader) -> Moment:
         snapshot = instant.snapshot
@@ -283,13 +283,20 @@ class Station:
         self.give_up(fault, error)
 
     def _reading(
-        self, snapshot: Snapshot, number: int, content: Content, state: SensorState, seconds: float, fault: str = ""
+        self,
+        snapshot: Snapshot,
+        number: int,
+        missed: int,
+        content: Content,
+        state: SensorState,
+        seconds: float,
+        fault: str = "",
     ) -> Reading:
         uid = self.node.uid
         node = snapshot.structure.nodes.get(uid)
         pose = snapshot.world_t(uid) if node else np.eye(4)
         name = node.name if node else self.node.name
-        return Reading(snapshot, uid, name, state, fault, number, self.missed, pose, content, seconds)
+        return Reading(snapshot, uid, name, state, fault, number, missed, pose, content, seconds)
 
     def _refuse_asks(self) -> None:
         while True:
