@@ -33,7 +33,7 @@ class Fake:
 
     history_seconds: float = 0.0
     deadline_seconds: float = GUARD
-    act: Callable[[Moment], None] = lambda moment: None
+    act: Callable[[Moment], object] = lambda moment: None
     moments: list[Moment] = field(default_factory=list)
     closed: threading.Event = field(default_factory=threading.Event)
 
