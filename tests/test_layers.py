@@ -30,6 +30,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # The client knows nothing of the kernel; an application knows only the client library.
     CLIENT: ("virtualrobot", "numpy", "grpc", "grpc_status", "google", "click", "platformdirs"),
     f"{CLIENT}/apps": ("virtualrobot", "numpy", "click"),
+    # The mapping application grows its octree by OctoMap; clients that don't map need not have it.
+    f"{CLIENT}/apps/octree_map.py": ("virtualrobot", "numpy", "pyoctomap"),
     # What is pure has no native library, no gRPC and no protobuf; ruckig and toppra make the time laws of what is
     # planned, and ruckig in the tick the next step of what follows setpoints, which nobody can plan: a pure function of
     # a few microseconds.

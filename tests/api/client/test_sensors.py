@@ -98,6 +98,7 @@ def test_components_are_swapped_while_the_sensor_runs(client: Client, lidar: vir
     uses = {component.name: component.uses for component in client.plugins.components("ray_caster")}
     assert [use.sensor for use in uses["reference"]] == ["lidar"]
     assert uses["reference"][0].process_id
+    assert lidar.set_model("laser").rays == 3  # without settings it has its own
     for name, settings in (("lsaer", {}), ("laser", {"rays": 0})):
         with pytest.raises(virtualrobot.VirtualRobotError):
             lidar.set_model(name, settings)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from virtualrobot.cli.options import Target, target_options
+from virtualrobot.cli.sensor_view import hide, show
 from virtualrobot.cli.settings import settings_from, settings_option
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ Examples:
   virtualrobot sensor start lidar
   virtualrobot sensor read lidar --out scan.ply --frame world
   virtualrobot sensor watch lidar
+  virtualrobot sensor show lidar
   virtualrobot sensor set lidar --model laser --set deviation_meters=0.02
 """
 
@@ -37,6 +39,10 @@ def sensor(ctx: click.Context, target: Target) -> None:
     if ctx.invoked_subcommand is None:
         with target.connect() as client:
             click.echo("\n".join(status_lines(client.sensors.statuses())))
+
+
+sensor.add_command(show)
+sensor.add_command(hide)
 
 
 @sensor.command()

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from google.protobuf.message import Message
+from google.protobuf.struct_pb2 import Struct
 from virtualrobot.v1 import sensing_pb2
 
 from virtualrobot_kernel.api.convert.figures import color, color_message
@@ -164,7 +165,8 @@ _READERS: dict[str, Callable[[Any, str], Any]] = {
 }
 _WRITERS: dict[str, Callable[[Any], Any]] = {
     "ScanPattern": _pattern_message,
-    "Struct": settings_message,
+    # No settings are said too: those of the preset do not count then.
+    "Struct": lambda value: settings_message(value) or Struct(),
     "Vector3": vector_message,
     "Color": color_message,
     "NumericArray": array_message,

@@ -1,0 +1,52 @@
+"""The kernel that an application runs in: one of its own, which ends with it, or one that runs already."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, NoReturn
+
+import click
+
+from virtualrobot.cli.options import Target
+
+if TYPE_CHECKING:
+    from virtualrobot import Client
+
+
+@contextmanager
+def in_kernel(target: Target, headless: bool, speed: float | None) -> Iterator[Client]:
+    """Give a client of the kernel that `target` names by address, or else of one that ends at the end of the block.
+
+    `speed` is that of its clock; None leaves it. Ctrl-C and SIGTERM end the command with 130.
+    """
+    from virtualrobot.kernel_process import KernelProcess
+
+    signal.signal(signal.SIGTERM, _interrupt)  # so that the kernel is ended too
+    try:
+        if target.address is not None:
+            with _connected(target, speed) as client:
+                yield client
+            return
+        click.echo("starting the kernel ...")
+        with (
+            KernelProcess(headless=headless, say=click.echo) as kernel,
+            _connected(Target(kernel.address), speed) as client,
+        ):
+            yield client
+    except KeyboardInterrupt:
+        click.echo("\nstopped")
+        raise click.exceptions.Exit(130) from None
+
+
+@contextmanager
+def _connected(target: Target, speed: float | None) -> Iterator[Client]:
+    with target.connect() as client:
+        if speed is not None:
+            client.clock.speed_factor = speed
+        yield client
+
+
+def _interrupt(*_: object) -> NoReturn:
+    raise KeyboardInterrupt
