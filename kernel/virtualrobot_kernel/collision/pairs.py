@@ -5,15 +5,20 @@ Each call of FCL is about two pieces of bounded size, so that none holds the int
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from virtualrobot_kernel.collision.nearest import Floats, Nearest
 from virtualrobot_kernel.collision.placed import Placed, piece_distance
 from virtualrobot_kernel.collision.touching import Contacts, touching
+
+Integers = NDArray[np.int64]
+
+FEW = 256
+"""How many pairs of pieces are looked at in one go."""
 
 ALTERNATIONS = 4
 """How often the points of a pair are taken to the nearest ones of the true, curved surfaces."""
@@ -46,13 +51,14 @@ def near_pairs(first: Placed, second: Placed, range_meters: float = 0.0) -> list
     cylinders and cones, to 2e-5 of the radius.
     """
     found = []
-    for one, other, pieces in _candidates(first, second, range_meters):
-        contacts = _contacts(first, second, one, other, pieces)
+    for one, other, rows in _candidates(first, second, range_meters):
+        bounds = _bounds(first, second, *rows)
+        contacts = _contacts(first, second, one, other, bounds, rows)
         if contacts is not None:
             points = np.stack([contacts.points[0]] * 2)
             found.append(Pair(one, other, 0.0, points, contacts.points, contacts.normal))
         elif range_meters > 0.0:
-            distance, points = _distance(first, second, one, other, pieces)
+            distance, points = _distance(first, second, one, other, _ordered(bounds, *rows))
             if distance <= range_meters:
                 found.append(Pair(one, other, distance, points, np.zeros((0, 3)), None))
     return sorted(found, key=lambda pair: pair.distance)
@@ -65,51 +71,55 @@ def distance_between(first: Placed, second: Placed, one: int, other: int) -> tup
     return _distance(first, second, one, other, _ordered(bounds, *rows))
 
 
-Pieces = list[tuple[float, int, int]]
+Pieces = Iterable[tuple[float, int, int]]
 """Pairs of pieces by their rows: a lower bound of their distance (m) first, the least first."""
 
 
-def _rows(placed: Placed, element: int) -> Any:  # noqa: ANN401 a slice of integers
+def _rows(placed: Placed, element: int) -> Integers:
     return np.arange(placed.first_piece[element], placed.first_piece[element + 1])
 
 
-def _bounds(first: Placed, second: Placed, rows: Any, others: Any) -> Floats:  # noqa: ANN401 index arrays
-    """Return a lower bound (r, s) of the distance of each two pieces: that of their boxes."""
-    apart = np.abs(first.centre[rows, None] - second.centre[None, others])
-    return np.linalg.norm(np.maximum(apart - first.half[rows, None] - second.half[None, others], 0.0), axis=2)
+def _apart(centre: Floats, half: Floats, centres: Floats, halves: Floats) -> Floats:
+    """Return how far boxes are apart, by the shapes of their centres and halves: a lower bound of their contents'."""
+    return np.linalg.norm(np.maximum(np.abs(centre - centres) - half - halves, 0.0), axis=-1)
 
 
-def _ordered(bounds: Floats, rows: Any, others: Any) -> Pieces:  # noqa: ANN401 index arrays
-    order = np.argsort(bounds, axis=None)
-    at = np.unravel_index(order, bounds.shape)
-    return list(zip(bounds.ravel()[order].tolist(), rows[at[0]].tolist(), others[at[1]].tolist(), strict=True))
+def _bounds(first: Placed, second: Placed, rows: Integers, others: Integers) -> Floats:
+    """Return a lower bound (r, s) of the distance of each two pieces."""
+    mine = first.centre[rows, None], first.half[rows, None]
+    return _apart(*mine, second.centre[None, others], second.half[None, others])
 
 
-def _candidates(first: Placed, second: Placed, range_meters: float) -> Iterator[tuple[int, int, Pieces]]:
-    """Yield the elements whose boxes are within the range of each other, and their pieces that are."""
-    if not (len(first.centre) and len(second.centre)):
-        return
-    whole = slice(None)
-    bounds = _bounds(first, second, whole, whole)
-    close = np.minimum.reduceat(bounds, _starts(first), axis=0)
-    close = np.minimum.reduceat(close, _starts(second), axis=1)
-    elements = np.flatnonzero(np.diff(first.first_piece)), np.flatnonzero(np.diff(second.first_piece))
-    for at, to in np.argwhere(close <= range_meters).tolist():
-        one, other = int(elements[0][at]), int(elements[1][to])
+def _ordered(bounds: Floats, rows: Integers, others: Integers) -> Iterator[tuple[float, int, int]]:
+    """Yield pairs of pieces, made into Python's numbers a few at a time: most are never asked for."""
+    order = np.argsort(bounds, axis=None, kind="stable")
+    for start in range(0, len(order), FEW):
+        some = order[start : start + FEW]
+        row, other = np.unravel_index(some, bounds.shape)
+        yield from zip(bounds.ravel()[some].tolist(), rows[row].tolist(), others[other].tolist(), strict=True)
+
+
+def _candidates(first: Placed, second: Placed, range_meters: float) -> Iterator[tuple[int, int, list[Integers]]]:
+    """Yield the elements whose boxes are within the range of each other, and the rows of their pieces that may be."""
+    (centre, half), (centres, halves) = first.boxes(), second.boxes()
+    close = _apart(centre[:, None], half[:, None], centres[None], halves[None]) <= range_meters
+    for one, other in np.argwhere(close).tolist():
         rows, others = _rows(first, one), _rows(second, other)
-        yield one, other, _ordered(bounds[rows[:, None], others[None]], rows, others)
+        rows = rows[_apart(first.centre[rows], first.half[rows], centres[other], halves[other]) <= range_meters]
+        others = others[_apart(second.centre[others], second.half[others], centre[one], half[one]) <= range_meters]
+        if len(rows) and len(others):
+            yield one, other, [rows, others]
 
 
-def _starts(placed: Placed) -> Any:  # noqa: ANN401 an index array
-    """Return where the pieces of each element that has some begin."""
-    return placed.first_piece[:-1][np.diff(placed.first_piece) > 0]
-
-
-def _contacts(first: Placed, second: Placed, one: int, other: int, pieces: Pieces) -> Contacts | None:
+def _contacts(
+    first: Placed, second: Placed, one: int, other: int, bounds: Floats, rows: list[Integers]
+) -> Contacts | None:
     """Return where two elements touch, None where they don't."""
-    if not pieces or pieces[0][0] > 0.0:
+    overlapping = np.argwhere(bounds == 0.0)
+    if not len(overlapping):
         return None
-    return touching(first, second, one, other, [(row, to) for bound, row, to in pieces if bound == 0.0])
+    pieces = list(zip(rows[0][overlapping[:, 0]].tolist(), rows[1][overlapping[:, 1]].tolist(), strict=True))
+    return touching(first, second, one, other, pieces)
 
 
 def _distance(first: Placed, second: Placed, one: int, other: int, pieces: Pieces) -> tuple[float, Floats]:

@@ -53,6 +53,17 @@ class Placed:
             self.centre[own] = self._local_centre[own] @ pose[:3, :3].T + pose[:3, 3]
             self.half[own] = self._local_half[own] @ np.abs(pose[:3, :3]).T + self._radius[own]
 
+    def boxes(self) -> tuple[Floats, Floats]:
+        """Return centre and half (e, 3) of the box around each element; one without pieces is far from all."""
+        count = np.diff(self.first_piece)
+        centre, half = np.zeros((len(count), 3)), np.full((len(count), 3), -np.inf)
+        if len(self.centre):
+            start = self.first_piece[:-1][count > 0]
+            lower = np.minimum.reduceat(self.centre - self.half, start)
+            upper = np.maximum.reduceat(self.centre + self.half, start)
+            centre[count > 0], half[count > 0] = 0.5 * (lower + upper), 0.5 * (upper - lower)
+        return centre, half
+
     def piece(self, row: int) -> Any:  # noqa: ANN401 FCL has no types
         """Return FCL's object of a piece of a core."""
         return self._pieces[row]

@@ -8,6 +8,8 @@ import virtualrobot
 from scipy.spatial.transform import Rotation
 from virtualrobot import Client
 
+from tests.api.client.conftest import Run
+
 TICK = 0.004
 G = 9.81
 UP = np.array([0.0, 0.0, G])
@@ -179,6 +181,31 @@ def test_a_sensor_that_names_what_is_not_there_has_a_fault(stepped: Client) -> N
     stepped.scene.add_motion_sensor("encoders", virtualrobot.encoders(), parent="box")
     with pytest.raises(virtualrobot.WrongStateError, match="on no robot"):
         stepped.sensors["encoders"].read()
+
+
+def test_the_command_line_tells_what_they_say(stepped: Client, run: Run) -> None:
+    robot = stepped.load_robot(IIWA, name="iiwa")
+    scene = stepped.scene
+    scene.add_tool("gripper", robot.flange, inertial=virtualrobot.inertial(0.5))
+    scene.add_object("ball", virtualrobot.sphere(0.1), pose=virtualrobot.pose(1.0))
+    scene.add_object("near", virtualrobot.sphere(0.1), pose=virtualrobot.pose(1.5))
+    scene.add_object("in", virtualrobot.sphere(0.1), pose=virtualrobot.pose(1.0, 0.1))
+    scene.add_motion_sensor("wrist", virtualrobot.force_torque_sensor(), parent=robot.flange)
+    scene.add_motion_sensor("imu", virtualrobot.imu(), parent="ball")
+    scene.add_motion_sensor("gps", virtualrobot.pose_sensor(), parent="ball")
+    scene.add_motion_sensor("encoders", virtualrobot.encoders(["lbr_iiwa_joint_1"]), parent="iiwa")
+    scene.add_contact_sensor("skin", virtualrobot.contact_sensor("ball", range_meters=0.4))
+    assert "(0, 0, -4.905) N" in run("sensor", "read", "wrist")
+    assert "(0, 0, 0) rad/s, (0, 0, 9.81) m/s^2, (0, 2e-05, -4.4e-05) T" in run("sensor", "read", "imu")
+    assert "(1, 0, 0) m, (0, 0, 0) m/s" in run("sensor", "read", "gps")
+    assert "lbr_iiwa_joint_1 0" in run("sensor", "read", "encoders")
+    said = run("sensor", "read", "skin")
+    assert "1 pairs touch, 1 are near" in said
+    assert "ball touches in at (1, 0.05, 0)" in said
+    assert "ball 0.3 m from near at (1.1, 0, 0)" in said
+    scene.remove("in")
+    scene.remove("near")
+    assert "nothing near" in run("sensor", "read", "skin")
 
 
 def test_settings_that_mean_nothing_are_refused() -> None:

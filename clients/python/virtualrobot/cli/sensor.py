@@ -10,6 +10,7 @@ import click
 
 from virtualrobot.cli.options import Target, target_options
 from virtualrobot.cli.sensor_view import hide, show
+from virtualrobot.cli.sensor_words import contact_lines, said
 from virtualrobot.cli.settings import settings_from, settings_option
 
 if TYPE_CHECKING:
@@ -160,6 +161,8 @@ def reading_lines(reading: Reading) -> Iterator[str]:
     if isinstance(reading.value, RangeReading):
         names = [(int(reading.value.mask(name).sum()), name) for name in reading.value.element_names]
         yield from (f"  {count:8} beams on {name}" for count, name in sorted(names, reverse=True) if count)
+    elif isinstance(reading.value, tuple):
+        yield from contact_lines(reading.value)
 
 
 def write_points(path: Path, reading: Reading) -> None:
@@ -200,7 +203,7 @@ def _said(reading: Reading) -> str:
     if value is None:
         return reading.state
     if not isinstance(value, RangeReading):
-        return str(value) if isinstance(value, tuple) else type(value).__name__
+        return said(value)
     found = value.distances[value.valid]
     shape = " x ".join(map(str, value.distances.shape))
     if not found.size:
