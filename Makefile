@@ -2,7 +2,7 @@
 # make test   sets up and checks everything: lint, then tests
 # make bench  sets up and measures against the named peers -> benchmarks/RESULTS.md
 # make stubs  writes the Python stubs and the reference after a change of the contract
-# make picture  takes the README's picture of the running demo, and those of a scan and of a map
+# make picture  takes the pictures of the docs, the README's of the running demo among them
 # make profiles  draws the pictures of each kind of motion, as the kernel plans it, and those of the sensor models
 # make constraints  writes constraints.txt with today's versions
 #
@@ -53,9 +53,9 @@ stubs: $(VENV)/bin/python
 constraints: $(VENV)/bin/python
 	@$(BIN)/python tools/pin_versions.py
 
-# The README's picture, taken of the running demo; those of docs/viewer.md and docs/mapping.md.
+# The README's picture, of the running demo, and others that the kernel takes.
 picture: $(VENV)/installed-dev
-	@$(BIN)/python tools/picture.py docs/pictures/cell.png
+	@$(BIN)/python tools/picture.py docs/pictures
 	@$(BIN)/python tools/picture_sensors.py docs/pictures
 
 # The pictures of docs/motion-profiles.md and docs/sensor-models.md.

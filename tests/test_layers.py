@@ -32,6 +32,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{CLIENT}/apps": ("virtualrobot", "numpy", "click"),
     # The mapping application grows its octree by OctoMap; clients that don't map need not have it.
     f"{CLIENT}/apps/octree_map.py": ("virtualrobot", "numpy", "pyoctomap"),
+    # Films are written by FFmpeg, where its package is installed.
+    f"{CLIENT}/film.py": ("virtualrobot", "numpy", "av"),
     # What is pure has no native library, no gRPC and no protobuf; ruckig and toppra make the time laws of what is
     # planned, and ruckig in the tick the next step of what follows setpoints, which nobody can plan: a pure function of
     # a few microseconds.

@@ -1,6 +1,6 @@
-"""Writes the README's picture: the demo in the middle of its work, as the viewer shows it.
+"""Writes pictures of the docs, taken by the kernel: the demo in the middle of its work, and what is drawn over a world.
 
-Usage: python tools/picture.py docs/pictures/cell.png
+Usage: python tools/picture.py docs/pictures
 """
 
 from __future__ import annotations
@@ -10,25 +10,25 @@ from contextlib import suppress
 from pathlib import Path
 
 import click
+import numpy as np
 import virtualrobot
-from screenshot import opened, picture
 from virtualrobot.apps import demo
 from virtualrobot.kernel_process import KernelProcess
+from virtualrobot.pictures import Picture
 
-WIDTH, HEIGHT = 1280, 800
-LOADING_SECONDS = 8.0
-"""When nothing new is seen for so long, a browser without a graphics card has got all meshes."""
+SIZE = 1280, 800
 
 
 @click.command()
-@click.argument("output", type=click.Path(path_type=Path, dir_okay=False))
-@click.option("--box", default=11, show_default=True, help="Taken when the iiwa carries this box to its pallet.")
+@click.argument("folder", type=click.Path(path_type=Path, file_okay=False, exists=True))
+@click.option("--box", default=11, show_default=True, help="The demo when the iiwa carries this box to its pallet.")
 @click.option("--speed", default=3.0, show_default=True, help="Of the work before, against the wall clock.")
-def main(output: Path, box: int, speed: float) -> None:
-    """Run the demo until the iiwa carries a box over its pallet; write what is seen then to OUTPUT, a PNG."""
-    output.parent.mkdir(parents=True, exist_ok=True)
+def main(folder: Path, box: int, speed: float) -> None:
+    """Write cell.png, the demo when the iiwa carries a box over its pallet, and capture.png to FOLDER."""
+    with KernelProcess(headless=True) as kernel, virtualrobot.connect(kernel.address) as client:
+        _annotated(client).save(folder / "capture.png")
     with (
-        KernelProcess() as kernel,
+        KernelProcess(headless=True) as kernel,
         virtualrobot.connect(kernel.address) as watcher,
         virtualrobot.connect(kernel.address) as client,
     ):
@@ -39,13 +39,28 @@ def main(output: Path, box: int, speed: float) -> None:
             if name in change.poses and change.poses[name][0, 3] > 1.0:
                 break
         watcher.clock.set_stepped()  # and nobody steps: the world stands still
-        with opened(kernel.viewer_url, WIDTH, HEIGHT) as page:
-            seen, before = picture(page), b""
-            while seen != before:
-                page.wait_for_timeout(1000.0 * LOADING_SECONDS)
-                seen, before = picture(page), seen
-        output.write_bytes(seen)
-    click.echo(f"{output}: {WIDTH}x{HEIGHT}, {output.stat().st_size // 1024} kB")
+        watcher.view.capture(size=SIZE).save(folder / "cell.png")
+    for name in ("capture", "cell"):
+        click.echo(f"{folder / name}.png: {(folder / f'{name}.png').stat().st_size // 1024} kB")
+
+
+def _annotated(client: virtualrobot.Client) -> Picture:
+    arm = client.load_robot("package://pybullet_data/kuka_iiwa/model.urdf", name="iiwa")
+    arm.move_joints([0.4, 0.7, 0.0, -1.2, 0.3, 0.9, 0.0])
+    view, pose = client.view, virtualrobot.pose
+    client.scene.add_part(
+        "box", virtualrobot.box(0.3, 0.25, 0.2, color="#c8872f"), pose=pose(0.55, -0.45, 0.1, yaw=0.3)
+    )
+    client.scene.add_part("ball", virtualrobot.sphere(0.12, color="#3f8f4f"), pose=pose(-0.35, -0.5, 0.12))
+    tip = arm.tcp[:3, 3]
+    turn = np.linspace(0.0, 4.0 * np.pi, 120)
+    path = tip + np.stack([0.16 * np.cos(turn), 0.16 * np.sin(turn), -0.02 * turn], axis=1)
+    view.add_lines(path, color="#2060c0", width_pixels=3)
+    view.add_frame(pose(-0.6, 0.3, 0.02), length=0.3)
+    view.add_label("base", pose(-0.6, 0.3, 0.34))
+    view.joint_axes, view.bounding_boxes = ["iiwa"], ["box"]
+    view.measurements = {"reach": (("box", [0, 0, 0.1]), ("iiwa.lbr_iiwa_link_7", [0, 0, 0.045]))}
+    return view.capture(([1.7, -1.9, 1.35], [0.05, -0.1, 0.42]), size=(1280, 720))
 
 
 def _work(client: virtualrobot.Client) -> None:

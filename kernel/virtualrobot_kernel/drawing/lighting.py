@@ -28,9 +28,9 @@ VIEW = Lights(
         ],
         np.float32,
     ),
-    np.array([True, False, False, False]),
+    np.zeros(4, np.bool_),
 )
-"""A key light from the front that casts shadows, a cool fill light from the right, and light from the sky."""
+"""A key light from the front, a cool fill light from the right, light from the sky; no shadows, as in the browser."""
 
 FLAT = Lights(
     np.array([_row(SKY, (0.0, 0.0, side), 1.0 - AMBIENT, WHITE) for side in (1.0, -1.0)], np.float32),

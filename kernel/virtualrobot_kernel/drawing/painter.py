@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,7 +29,6 @@ from virtualrobot_kernel.drawing.smoothing import smoothed
 from virtualrobot_kernel.drawing.view import ViewSettings
 from virtualrobot_kernel.drawing.viewpoint import Viewpoint, look_at
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.numeric.projection import TILE
 from virtualrobot_kernel.numeric.strokes import BIAS, draw_floor
 from virtualrobot_kernel.sensing.elements import Elements, elements_of
 from virtualrobot_kernel.sensing.lenses import Lens, lens_of, pinhole, size_of
@@ -39,9 +38,6 @@ from virtualrobot_kernel.sensing.picture import BACKGROUND, Color, Subject, rend
 from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.sensing import CameraSensor, ImageKind, Intrinsics
 from virtualrobot_kernel.world.state import Snapshot
-
-BAND = 1 << 20
-"""So many rays are cast at a time: what is kept of each would fill the memory for the largest pictures."""
 
 Pose = NDArray[np.float64]
 Pixels = NDArray[np.uint8]
@@ -202,28 +198,10 @@ class Painter:
         return color
 
     def _taken(self, subject: Subject, lens: Lens, pose: Pose) -> tuple[Pixels, NDArray[np.float32]]:
-        """Return colours (h, w, 3) and depth (h, w) in meters, taken in bands."""
-        colors, depths = [], []
-        for band in _bands(lens):
-            taken = render(self._scene, subject, band, pose, (ImageKind.COLOR, ImageKind.DEPTH))
-            colors.append(taken.color)
-            depths.append(taken.depth)
-        return np.concatenate(colors), np.concatenate(depths)
-
-
-def _bands(lens: Lens) -> Iterator[Lens]:
-    """Yield lenses for some rows of the picture each, from above; rays go tile by tile, so tiles are not torn."""
-    rows = max(TILE, BAND // lens.width // TILE * TILE)
-    for top in range(0, lens.height, rows):
-        height = min(rows, lens.height - top)
-        part = slice(top * lens.width, (top + height) * lens.width)
-        yield replace(
-            lens,
-            height=height,
-            directions=lens.directions[part],
-            pixels=lens.pixels[part] - top * lens.width,
-            slants=lens.slants[part],
-        )
+        """Return colours (h, w, 3) and depth (h, w) in meters."""
+        taken = render(self._scene, subject, lens, pose, (ImageKind.COLOR, ImageKind.DEPTH))
+        assert taken.color is not None and taken.depth is not None  # they were asked for
+        return taken.color, taken.depth
 
 
 def _sensor(snapshot: Snapshot, uid: int) -> CameraSensor:

@@ -27,7 +27,7 @@ BACKGROUND: Color = ViewSettings().background
 BAND = 32768
 """So many rays are traced and shaded at a time: measured, their arrays stay in the processor's cache, and are not had
 anew from the system for each picture. Smaller ones ask for the interpreter more often than they gain."""
-LAYERS = 6
+LAYERS = 24
 """So many surfaces one behind the other are seen at most, where those in front are translucent."""
 
 _TO_LIGHT = to_linear(np.arange(256) / 255.0).astype(np.float32)

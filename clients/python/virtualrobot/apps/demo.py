@@ -12,8 +12,9 @@ import sys
 import webbrowser
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 from virtualrobot import Client, pose
 from virtualrobot.apps import cell
 from virtualrobot.apps.cell import STATIONS, Station
+from virtualrobot.pictures import Picture
 
 PITCH = 0.5  # meters that the belt moves at a time
 COLUMNS, ROWS = 2, 3  # of boxes in a layer
@@ -37,18 +39,28 @@ def pattern(station: Station, layers: int) -> Iterator[NDArray[np.float64]]:
                 yield pose(yaw=layer % 2 * np.pi / 2) @ pose(x, y, (layer + 0.5) * height)
 
 
-def main(client: Client, loop: bool = False, headless: bool = False, layers: int = 3) -> None:
-    """Build the cell, fill both pallets and print how it went; with `loop` again and again, until interrupted."""
+def main(client: Client, loop: bool = False, headless: bool = False, layers: int = 3, film: Path | None = None) -> None:
+    """Build the cell, fill both pallets and print how it went; with `loop` again and again, until interrupted.
+
+    `film` is the file of a film of it all, .mp4 or .gif.
+    """
     cell.load(client)
     if client.info.viewer_url:
         print(f"viewer at {client.info.viewer_url}", flush=True)
         # Without a desktop Python might start a text browser in this terminal.
         if not headless and (sys.platform != "linux" or {"DISPLAY", "WAYLAND_DISPLAY"} & os.environ.keys()):
             webbrowser.open(client.info.viewer_url)
-    run(client, layers)
-    while loop:
-        cell.load(client)
+    with nullcontext() if film is None else client.view.start_film(film, told=tell):
         run(client, layers)
+        while loop:
+            cell.load(client)
+            run(client, layers)
+
+
+def tell(picture: Picture) -> None:
+    """Tell now and then how far the drawing of the film is behind what happens."""
+    if picture.behind and picture.number % 100 == 0:
+        print(f"film: picture {picture.number} is drawn, {picture.behind} are left", flush=True)
 
 
 def run(client: Client, layers: int) -> None:

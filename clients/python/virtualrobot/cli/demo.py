@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import click
 
 from virtualrobot.cli.options import Target, target_options
@@ -14,8 +16,15 @@ from virtualrobot.cli.own_kernel import in_kernel
 @click.option(
     "--speed", type=click.FloatRange(0.01, 100.0), help="Simulated seconds for each second of the wall clock."
 )
+@click.option(
+    "--record",
+    "film",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="Film it, .mp4 or .gif: 25 pictures a second of simulation time.",
+)
 @target_options
-def demo(target: Target, loop: bool, headless: bool, speed: float | None) -> None:
+def demo(target: Target, loop: bool, headless: bool, speed: float | None, film: Path | None) -> None:
     """Watch an iiwa and a Panda palletize the boxes of a conveyor.
 
     Starts a kernel of its own and ends it; with --address the demo replaces the world of a kernel that runs already.
@@ -23,4 +32,4 @@ def demo(target: Target, loop: bool, headless: bool, speed: float | None) -> Non
     from virtualrobot.apps import demo as app
 
     with in_kernel(target, headless, speed) as client:
-        app.main(client, loop=loop, headless=headless)
+        app.main(client, loop=loop, headless=headless, film=film)

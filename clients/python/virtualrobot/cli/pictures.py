@@ -1,0 +1,205 @@
+"""`virtualrobot capture`, `record`, `pick` and `measure`: pictures, films, what is under a pixel, and distances."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from virtualrobot.cli.options import Numbers, Target, target_options
+
+if TYPE_CHECKING:
+    from virtualrobot.measuring import Measure, Place
+    from virtualrobot.pictures import Camera, Picture
+
+DEFAULT_RATE = 25.0
+
+
+class Size(click.ParamType):
+    """Width and height in pixels, such as 1280x720."""
+
+    name = "size"
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
+        """Return both."""
+        if isinstance(value, tuple):
+            return value
+        width, separator, height = str(value).lower().partition("x")
+        if not (separator and width.isdecimal() and height.isdecimal()):
+            self.fail(f"{value!r} is not a width and a height in pixels, such as 1280x720", param, ctx)
+        return int(width), int(height)
+
+
+class PlaceType(click.ParamType):
+    """A node, and a point in its frame where wanted, such as table:0,0,0.7."""
+
+    name = "place"
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> Place:
+        """Return both."""
+        if isinstance(value, tuple):
+            return value  # pyright: ignore[reportReturnType] what this function has returned before
+        node, separator, point = str(value).partition(":")
+        return node, Numbers(3).convert(point, param, ctx) if separator else (0.0, 0.0, 0.0)
+
+
+def camera_options(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command the options that say from where a picture is taken."""
+    for option in (
+        click.option("--size", type=Size(), default=(0, 0), metavar="WxH", help="Pixels [1280x720, or the camera's]."),
+        click.option("--at", "target_point", type=Numbers(3), metavar="X,Y,Z", help="What --from looks at [0,0,0]."),
+        click.option("--from", "eye", type=Numbers(3), metavar="X,Y,Z", help="Where it is taken from, in meters."),
+        click.option("--camera", metavar="NAME", help="Through this camera of the scene."),
+    ):
+        function = option(function)
+    return function
+
+
+plain_option = click.option("--plain", is_flag=True, help="Without annotations, boxes, axes and measurements.")
+
+
+@click.command()
+@click.argument("output", type=click.Path(path_type=Path, dir_okay=False))
+@camera_options
+@plain_option
+@target_options
+def capture(
+    target: Target,
+    output: Path,
+    camera: str | None,
+    eye: tuple[float, ...] | None,
+    target_point: tuple[float, ...] | None,
+    size: tuple[int, int],
+    plain: bool,
+) -> None:
+    """Write a picture of the world as it is now to OUTPUT, a .png or .jpg; it needs no browser."""
+    from virtualrobot.pictures import format_of
+
+    format = format_of(output)
+    with target.connect() as client:
+        picture = client.view.capture(_from(camera, eye, target_point), size=size, format=format, plain=plain)
+    picture.save(output)
+    click.echo(f"{output}: {picture.width}x{picture.height}, at {picture.simulation_time:.3f} s")
+
+
+@click.command()
+@click.argument("output", type=click.Path(path_type=Path, dir_okay=False))
+@click.option("--seconds", type=click.FloatRange(0.0), default=0.0, help="Of simulation time [until Ctrl-C].")
+@click.option("--fps", type=float, default=DEFAULT_RATE, show_default=True, help="Pictures a second.")
+@camera_options
+@plain_option
+@target_options
+def record(
+    target: Target,
+    output: Path,
+    seconds: float,
+    fps: float,
+    camera: str | None,
+    eye: tuple[float, ...] | None,
+    target_point: tuple[float, ...] | None,
+    size: tuple[int, int],
+    plain: bool,
+) -> None:
+    """Film the world to OUTPUT, an .mp4 or .gif, until so many seconds of simulation time have gone by, or Ctrl-C.
+
+    No picture is left out, however long each takes; Ctrl-C ends the film with those that are drawn.
+    """
+    progress = Progress(seconds * fps)
+    with target.connect() as client:
+        where = _from(camera, eye, target_point)
+        try:
+            client.view.film(output, where, seconds=seconds, size=size, plain=plain, rate=fps, told=progress.show)
+        except KeyboardInterrupt:
+            if not progress.count:
+                raise
+    progress.end(output, fps)
+
+
+@click.command()
+@click.argument("column", type=float)
+@click.argument("row", type=float)
+@camera_options
+@target_options
+def pick(
+    target: Target,
+    column: float,
+    row: float,
+    camera: str | None,
+    eye: tuple[float, ...] | None,
+    target_point: tuple[float, ...] | None,
+    size: tuple[int, int],
+) -> None:
+    """Tell what is under the pixel at COLUMN, ROW of the picture that `capture` takes; 0 0 is the upper left one."""
+    with target.connect() as client:
+        found = client.view.pick(column, row, _from(camera, eye, target_point), size=size)
+    if not found.node:
+        click.echo("nothing")
+        return
+    red, green, blue = (round(255 * part) for part in found.color.tolist())
+    click.echo(f"{found.node}, {found.distance:.3f} m from the eye, of the colour #{red:02x}{green:02x}{blue:02x}")
+    click.echo(f"  world  {_three(found.point)}")
+    click.echo(f"  node   {_three(found.node_point)}")
+
+
+@click.command()
+@click.argument("first", type=PlaceType())
+@click.argument("second", type=PlaceType())
+@click.option("--watch", is_flag=True, help="Go on until Ctrl-C.")
+@target_options
+def measure(target: Target, first: Place, second: Place, watch: bool) -> None:
+    """Tell how far FIRST and SECOND are apart: nodes, or points in their frames such as table:0,0,0.7."""
+    with target.connect() as client:
+        if not watch:
+            click.echo(_measured(client.view.measure(first, second)))
+            return
+        for told in client.view.watch_measure(first, second, max_rate=5.0):
+            on_terminal = sys.stdout.isatty()
+            click.echo(("\r\x1b[K" if on_terminal else "") + _measured(told), nl=not on_terminal)
+
+
+class Progress:
+    """A line that tells how far a film is; on a terminal it is written over itself."""
+
+    def __init__(self, whole: float = 0.0) -> None:
+        """Count to so many pictures; 0 where nobody knows."""
+        self._whole = round(whole)
+        self.count = 0
+        self._behind = 0
+
+    def show(self, picture: Picture) -> None:
+        """Tell of one more picture."""
+        self.count, self._behind = picture.number + 1, picture.behind
+        if sys.stderr.isatty():
+            of = f" of {self._whole}" if self._whole else ""
+            behind = f", {self._behind} more have happened" if self._behind else ""
+            click.echo(f"\r\x1b[Kpicture {self.count}{of}{behind}", nl=False, err=True)
+
+    def end(self, output: Path, rate: float) -> None:
+        """Tell what the film is."""
+        if sys.stderr.isatty():
+            click.echo("\r\x1b[K", nl=False, err=True)
+        click.echo(f"{output}: {self.count} pictures, {self.count / rate:.2f} s")
+        if self._behind:
+            click.echo(f"{self._behind} more have happened and were not drawn", err=True)
+
+
+def _from(camera: str | None, eye: Sequence[float] | None, target: Sequence[float] | None) -> Camera | None:
+    """Return where a picture is taken from; None means as the view's camera does."""
+    if camera is not None and eye is not None:
+        raise click.UsageError("give either --camera or --from")
+    if eye is None:
+        if target is not None:
+            raise click.UsageError("--at needs --from")
+        return camera
+    return eye, target or (0.0, 0.0, 0.0)
+
+
+def _measured(told: Measure) -> str:
+    return f"{told.distance:.4f} m from {_three(told.first)} to {_three(told.second)}"
+
+
+def _three(values: Iterable[float]) -> str:
+    return " ".join(f"{value + 0.0:.4f}" for value in values)
