@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import fcl
@@ -11,6 +12,20 @@ from numpy.typing import NDArray
 
 from virtualrobot_kernel.collision.geometry import Solid
 from virtualrobot_kernel.collision.nearest import Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Objects:
+    """FCL's objects of one element: of its core's pieces, and of its solid (None for a mesh)."""
+
+    pieces: tuple[Any, ...]
+    whole: Any
+
+    @staticmethod
+    def of(solid: Solid) -> _Objects:
+        """Return new objects."""
+        pieces = tuple(fcl.CollisionObject(piece.model, fcl.Transform()) for piece in solid.pieces)
+        return _Objects(pieces, fcl.CollisionObject(solid.solid, fcl.Transform()) if solid.solid else None)
 
 
 class Placed:
@@ -23,8 +38,12 @@ class Placed:
         centre: (p, 3) and `half` (p, 3): the box around each piece along the world's axes, radius included.
     """
 
-    def __init__(self, solids: Sequence[Solid], world_t_element: Floats) -> None:
-        """Make an object for each piece and each solid, and place them."""
+    def __init__(self, solids: Sequence[Solid], world_t_element: Floats, before: Placed | None = None) -> None:
+        """Place solids (e) at poses (e, 4, 4).
+
+        FCL's objects are taken from `before`, which is of no use then, where it has some of the same solids: python-fcl
+        0.7 frees an object's memory but for 31 bytes, and scenes change often.
+        """
         self.solids = tuple(solids)
         counts = [len(solid.pieces) for solid in self.solids]
         self.first_piece = np.cumsum([0, *counts])
@@ -33,8 +52,11 @@ class Placed:
         self._local_centre = np.array([piece.centre for piece, _ in parts]).reshape(-1, 3)
         self._local_half = np.array([piece.half for piece, _ in parts]).reshape(-1, 3)
         self._radius = np.array([radius for _, radius in parts]).reshape(-1, 1)
-        self._pieces = [fcl.CollisionObject(piece.model, fcl.Transform()) for piece, _ in parts]
-        self._wholes = [fcl.CollisionObject(one.solid, fcl.Transform()) if one.solid else None for one in self.solids]
+        left: dict[int, list[_Objects]] = {}
+        for solid, objects in zip(before.solids, before._objects, strict=True) if before else ():
+            left.setdefault(id(solid), []).append(objects)
+        self._objects = [left[id(solid)].pop() if left.get(id(solid)) else _Objects.of(solid) for solid in self.solids]
+        self._pieces = [piece for objects in self._objects for piece in objects.pieces]
         self.world_t_element = np.full((len(self.solids), 4, 4), np.nan)
         self.centre, self.half = np.empty((len(parts), 3)), np.empty((len(parts), 3))
         self.move(world_t_element)
@@ -47,7 +69,7 @@ class Placed:
             pose = world_t_element[element]
             place = fcl.Transform(pose[:3, :3], pose[:3, 3])
             own = slice(self.first_piece[element], self.first_piece[element + 1])
-            for at in (*self._pieces[own], self._wholes[element]):
+            for at in (*self._objects[element].pieces, self._objects[element].whole):
                 if at is not None:
                     at.setTransform(place)
             self.centre[own] = self._local_centre[own] @ pose[:3, :3].T + pose[:3, 3]
@@ -70,7 +92,7 @@ class Placed:
 
     def whole(self, element: int) -> Any:  # noqa: ANN401 FCL has no types
         """Return FCL's object of an element's solid; None for a mesh."""
-        return self._wholes[element]
+        return self._objects[element].whole
 
     def triangles(self, row: int, which: NDArray[np.int64]) -> Floats:
         """Return some triangles (k, 3, 3) of a piece in the world."""

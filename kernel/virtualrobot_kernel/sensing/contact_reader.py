@@ -18,7 +18,8 @@ from virtualrobot_kernel.world.sensing import ContactSensor
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Node, Structure
 
-DEADLINE_SECONDS = 2.0
+DEADLINE_SECONDS = 10.0
+"""Solids of meshes that are new are made within a reading."""
 
 MOST_POINTS = 64
 """How many points are told of two elements that touch, spread over all."""
@@ -43,14 +44,14 @@ class ContactReader:
         """Read the sensor `node`; raises UnknownNameError when it names a node that there is not."""
         assert isinstance(node.data, ContactSensor)
         self._uid, self._settings, self._shapes = node.uid, node.data, shapes
-        self._sides = self._made(snapshot)
+        self._sides = self._made(snapshot, None)
 
     def read(self, moment: Moment, kinds: object | None = None) -> ContactContent:
         """Return what the sensor says; raises UnknownNameError when a node that it names is gone."""
         snapshot = moment.snapshot
         made_of = self._sides.made_of
         if made_of[0] is not snapshot.structure or made_of[1] is not snapshot.state.tool_states:
-            self._sides = self._made(snapshot)
+            self._sides = self._made(snapshot, self._sides)
         for felt, placed in zip(self._sides.felt, self._sides.placed, strict=True):
             placed.move(felt.world_t_element(snapshot.world_t_node))
         pairs = near_pairs(*self._sides.placed, self._settings.range_meters)
@@ -61,11 +62,14 @@ class ContactReader:
     def close(self) -> None:
         """Nothing was started."""
 
-    def _made(self, snapshot: Snapshot) -> _Sides:
+    def _made(self, snapshot: Snapshot, before: _Sides | None) -> _Sides:
         structure, tool_states = snapshot.structure, snapshot.state.tool_states
         felt = felt_sides(structure, tool_states, structure.nodes[self._uid], self._settings, self._shapes)
-        placed = tuple(Placed(side.solids, side.world_t_element(snapshot.world_t_node)) for side in felt)
-        return _Sides((structure, tool_states), felt, (placed[0], placed[1]))
+        ours, theirs = (
+            Placed(side.solids, side.world_t_element(snapshot.world_t_node), old)
+            for side, old in zip(felt, before.placed if before else (None, None), strict=True)
+        )
+        return _Sides((structure, tool_states), felt, (ours, theirs))
 
     def _contacts(self, structure: Structure, pair: Pair, region: _Region) -> Iterator[Contact]:
         ours, theirs = self._sides.felt

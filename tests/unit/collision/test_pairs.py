@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 from virtualrobot_kernel.collision.pairs import distance_between, near_pairs
+from virtualrobot_kernel.collision.placed import Placed
 from virtualrobot_kernel.collision.tessellation import SEGMENTS
 from virtualrobot_kernel.world.figures import Box, Capsule, Cylinder, Sphere
 
@@ -124,6 +125,21 @@ def test_what_moved_is_elsewhere(rng: np.random.Generator) -> None:
     followed.move(np.array([pose for _, pose in moved]))
     for ours, theirs in zip(near_pairs(probe, followed, FAR), near_pairs(probe, placed(*moved), FAR), strict=True):
         assert (ours.second, ours.distance) == (theirs.second, theirs.distance)
+
+
+def test_objects_are_taken_over_where_the_solids_are_the_same(rng: np.random.Generator) -> None:
+    """More of one kind, others gone, all elsewhere: as if made anew."""
+    old = placed(*((GEOMETRIES[name], near(rng)) for name in ("box", "box", "torus", "cone", "sphere")))
+    elements = [(GEOMETRIES[name], near(rng)) for name in ("torus", "box", "capsule", "box", "box", "cone")]
+    new = placed(*elements)
+    taken = Placed(new.solids, new.world_t_element, old)
+    probe = placed((Box((0.1, 0.1, 0.1)), near(rng)))
+    for ours, theirs in zip(near_pairs(probe, taken, FAR), near_pairs(probe, new, FAR), strict=True):
+        assert (ours.second, ours.distance) == (theirs.second, theirs.distance)
+    kept = {id(old.piece(row)) for row in range(len(old.centre))}
+    assert (
+        sum(id(taken.piece(row)) in kept for row in range(len(taken.centre))) == old.first_piece[4]
+    )  # all but the sphere
 
 
 def test_nothing_is_near_nothing() -> None:
