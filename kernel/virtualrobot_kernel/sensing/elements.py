@@ -17,6 +17,8 @@ from virtualrobot_kernel.world.visibility import inherited_visibility
 
 DEFAULT_REFLECTANCE = 0.5
 """Of a figure without a material."""
+HOUSING_MARGIN = 0.002
+"""A sensor that is so little outside the box about a figure of its link, in meters, looks out of it all the same."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,7 +32,7 @@ class Elements:
         rows: (e,) the row of that node in the arrays of poses.
         node_t_element: (e, 4, 4) where each figure is in its node's frame.
         reflectance: (e,) of each figure's material.
-        made_of: the structure and tool states that it was made of.
+        made_of: the structure and tool states that it was made of, and where the unseen nodes were on their parents.
     """
 
     shapes: tuple[Shape, ...]
@@ -39,7 +41,7 @@ class Elements:
     rows: NDArray[np.int64]
     node_t_element: NDArray[np.float64]
     reflectance: NDArray[np.float64]
-    made_of: tuple[Structure, Mapping[int, str]]
+    made_of: tuple[Structure, Mapping[int, str], bytes]
 
     def world_t_element(self, world_t_node: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return where each figure is in the world's frame, (e, 4, 4), with the nodes at `world_t_node` (N, 4, 4)."""
@@ -59,11 +61,17 @@ def elements_of(
         snapshot: the world.
         library: makes the shapes.
         before: what this returned last for the same `unseen`; it is returned again where nothing but poses has changed.
-        unseen: nodes (uids) whose own figures are left out, such as the sensor's.
+        unseen: nodes (uids) whose own figures are left out, such as the sensor's, and with them their housing: the
+            figures of a link that such a node stands in.
     """
     structure, tool_states = snapshot.structure, snapshot.state.tool_states
-    if before is not None and before.made_of[0] is structure and before.made_of[1] is tool_states:
-        return before
+    stand = [uid for uid in sorted(unseen) if uid in structure.rows]
+    places = b"".join(snapshot.state.parent_t_node[structure.rows[uid]].tobytes() for uid in stand)
+    if before is not None:
+        made_of = before.made_of
+        if made_of[0] is structure and made_of[1] is tool_states and made_of[2] == places:
+            return before
+    housings = {structure.nodes[uid].parent: snapshot.state.parent_t_node[structure.rows[uid]] for uid in stand}
     hidden, states = inherited_visibility(structure, tool_states)
     found: list[tuple[Figure, Shape, int]] = []
     for uid, node in structure.nodes.items():
@@ -72,7 +80,9 @@ def elements_of(
         for figure in node.figures:
             if figure.visual and figure.tool_state in ("", states[uid]):
                 shape = library.get(figure.geometry)
-                if shape is not None:
+                if shape is not None and not (
+                    uid in housings and node.kind is Kind.LINK and _holds(figure, shape, housings[uid])
+                ):
                     found.append((figure, shape, uid))
     reflectance = [figure.material.reflectance if figure.material else DEFAULT_REFLECTANCE for figure, _, _ in found]
     return Elements(
@@ -82,5 +92,14 @@ def elements_of(
         rows=np.array([structure.rows[uid] for _, _, uid in found], np.int64),
         node_t_element=np.array([figure.node_t_figure for figure, _, _ in found], np.float64).reshape(-1, 4, 4),
         reflectance=np.array(reflectance, np.float64),
-        made_of=(structure, tool_states),
+        made_of=(structure, tool_states, places),
     )
+
+
+def _holds(figure: Figure, shape: Shape, node_t_sensor: NDArray[np.float64]) -> bool:
+    """Return whether the origin of a sensor lies in the box about a figure, in the figure's frame."""
+    if not len(shape.vertices):
+        return False
+    place = np.linalg.solve(figure.node_t_figure, node_t_sensor[:, 3])[:3]
+    low, high = shape.vertices.min(axis=0), shape.vertices.max(axis=0)
+    return bool((place > low - HOUSING_MARGIN).all() and (place < high + HOUSING_MARGIN).all())

@@ -129,3 +129,18 @@ def test_the_command_line(run: Run, client: Client, lidar: virtualrobot.Sensor, 
     assert "LDS-01" in run("sensor", "presets")
     assert "no sensor named 'radar'" in run("sensor", "read", "radar", code=1)
     run("sensor", "read", "lidar", "--out", "scan.xyz", code=2, warns=4)
+
+
+def test_a_scanner_from_a_urdf_file_looks_out_of_its_housing(client: Client) -> None:
+    """The racecar of pybullet_data has a Hokuyo inside the mesh of its link; a wall stands 2 m ahead of the car."""
+    client.clock.set_stepped()
+    client.load_robot("package://pybullet_data/racecar/racecar.urdf", name="car")
+    client.scene.add_object("wall", virtualrobot.box(0.1, 4.0, 2.0), pose=virtualrobot.pose(2.05))
+    reading = client.sensors["car.hokuyo_sensor"].read(elements=True)
+    ahead = reading.range.distances[0, 540]
+    assert reading.range.element_names[int(reading.range.elements[0, 540])] == "wall"  # pyright: ignore
+    # Its noise is 1 cm, its steps too.
+    assert ahead == pytest.approx(2.0 - reading.world_t_sensor[0, 3], abs=0.07)
+    client.sensors.start()
+    client.clock.step(25)
+    assert {one.state for one in client.sensors.statuses()} == {"running"}

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from virtualrobot_kernel.sensing.elements import elements_of
+from virtualrobot_kernel.sensing.elements import Elements, elements_of
 from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.commands import CreateNodes, SetJointPositions, SetToolState, UpdateNode
 from virtualrobot_kernel.world.figures import Box, Capsule, Cone, Cylinder, Figure, Frame, Label, Material, Mesh, Sphere
-from virtualrobot_kernel.world.structure import Kind, NodeSpec, ToolData
+from virtualrobot_kernel.world.sensing import RangeSensor
+from virtualrobot_kernel.world.structure import Joint, JointType, Kind, LinkData, NodeSpec, ToolData
 from virtualrobot_sdk.rays import Primitive, Round
 
 from tests.drawing.cell import Cell, at
@@ -63,6 +64,32 @@ def test_hidden_nodes_tool_states_and_unseen_nodes(cell: Cell) -> None:
     assert len(elements_of(cell.snapshot, library).shapes) == all_of_them - 1
     cell.do(UpdateNode("iiwa", hidden=True))
     assert [uid["part"]] == elements_of(cell.snapshot, library).uids.tolist()
+
+
+def test_a_sensor_looks_out_of_its_housing(cell: Cell) -> None:
+    """A link's figures that the sensor stands in do not count for it, as long as it stands in them."""
+    library, eye = ShapeLibrary(cell.meshes), RangeSensor()
+    housing, plate = Figure(Box((0.1, 0.1, 0.1)), at(0.0, 0.0, 0.05)), Figure(Box((0.3, 0.3, 0.01)), at(0.0, 0.0, 0.2))
+    mount = LinkData(Joint("mount", JointType.FIXED, axis=(0.0, 0.0, 1.0)))
+    cell.add("holder", kind=Kind.ROBOT)
+    cell.add("holder.head", housing, plate, parent="holder", kind=Kind.LINK, data=mount)
+    cell.add("inside", parent="holder.head", pose=at(0.0, 0.0, 0.06), kind=Kind.RANGE_SENSOR, data=eye)
+    cell.add("within", parent="part", kind=Kind.RANGE_SENSOR, data=eye)
+    uid = cell.snapshot.structure.uid_by_name
+
+    def heads(elements: Elements) -> int:
+        return int((elements.uids == uid["holder.head"]).sum())
+
+    unseen = frozenset({uid["inside"]})
+    assert heads(elements_of(cell.snapshot, library)) == 2
+    seen = elements_of(cell.snapshot, library, unseen=unseen)
+    assert heads(seen) == 1 and elements_of(cell.snapshot, library, seen, unseen) is seen
+    cell.do(UpdateNode("inside", parent_t_node=at(0.0, 0.0, 0.12)))
+    assert heads(elements_of(cell.snapshot, library, seen, unseen)) == 2
+    cell.do(UpdateNode("inside", parent_t_node=at(0.0, 0.0, 0.101)))  # at its front
+    assert heads(elements_of(cell.snapshot, library, seen, unseen)) == 1
+    # What is no link hides what is in it: one may stand in a room.
+    assert uid["part"] in elements_of(cell.snapshot, library, unseen=frozenset({uid["within"]})).uids
 
 
 def test_they_are_gathered_anew_only_when_something_else_than_poses_changes(
