@@ -18,13 +18,29 @@ SLACK = 1e-6
 """How far the length of a normal may be from 1."""
 
 
-@compiled(array_of(float64, 2), array_of(float64, 2), output_of(float64, 2))
-def turned(pose: Floats, vectors: Floats, out: Floats) -> None:
-    """Set `out` (n, 3) to `vectors` (n, 3) turned by the rotation of `pose` (4, 4)."""
-    for i in range(vectors.shape[0]):
-        x, y, z = vectors[i, 0], vectors[i, 1], vectors[i, 2]
-        for j in range(3):
-            out[i, j] = pose[j, 0] * x + pose[j, 1] * y + pose[j, 2] * z
+@compiled(
+    array_of(float64, 2), array_of(float64, 2), array_of(float64, 2), output_of(float64, 2), output_of(float64, 2)
+)
+def placed(pose: Floats, origins: Floats, directions: Floats, starts: Floats, along: Floats) -> None:
+    """Set `starts` and `along` (n, 3) to rays in the frame that the sensor is at `pose` (4, 4) in.
+
+    `origins` is (n, 3), or (1, 3) for all rays, in the sensor's frame, as `directions` (n, 3).
+    """
+    # Held in registers: the compiler cannot know that what is written is not `pose`.
+    xx, xy, xz, px = pose[0, 0], pose[0, 1], pose[0, 2], pose[0, 3]
+    yx, yy, yz, py = pose[1, 0], pose[1, 1], pose[1, 2], pose[1, 3]
+    zx, zy, zz, pz = pose[2, 0], pose[2, 1], pose[2, 2], pose[2, 3]
+    single = origins.shape[0] == 1
+    for i in range(directions.shape[0]):
+        o = 0 if single else i
+        x, y, z = origins[o, 0], origins[o, 1], origins[o, 2]
+        starts[i, 0] = xx * x + xy * y + xz * z + px
+        starts[i, 1] = yx * x + yy * y + yz * z + py
+        starts[i, 2] = zx * x + zy * y + zz * z + pz
+        x, y, z = directions[i, 0], directions[i, 1], directions[i, 2]
+        along[i, 0] = xx * x + xy * y + xz * z
+        along[i, 1] = yx * x + yy * y + yz * z
+        along[i, 2] = zx * x + zy * y + zz * z
 
 
 @compiled(

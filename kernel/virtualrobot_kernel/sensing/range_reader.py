@@ -77,8 +77,9 @@ class RangeReader:
             begun.pop_all()
         self._k = k
         self._rays = rays_of(beams.directions, beam).reshape(*beams.shape, k, 3)
-        starts = beams.origins if len(beams.origins) == n else np.broadcast_to(beams.origins, (n, 3))
-        self._origins = np.broadcast_to(starts.reshape(*beams.shape, 1, 3), self._rays.shape)
+        # Where all begin at one place, it is (1, 1, 1, 3), and else as the rays.
+        starts = beams.origins.reshape(*(beams.shape if len(beams.origins) > 1 else (1, 1)), 1, 3)
+        self._origins = np.repeat(starts, k, axis=2) if starts.size > 3 else starts
         self.cast_seconds = 0.0
         self.model_seconds = 0.0
 
@@ -147,7 +148,8 @@ class RangeReader:
         last: _Seeable | None = None
         count = base = 0
         for then, columns in self._turn(moment):
-            part, seeable = self._cast(then, self._rays[:, columns], self._origins[:, columns])
+            starts = self._origins[:, columns] if self._origins.size > 3 else self._origins
+            part, seeable = self._cast(then, self._rays[:, columns], starts)
             if seeable is not last:
                 # Nodes came or went within the turn: the elements of both worlds stand side by side.
                 last, base = seeable, count
@@ -179,12 +181,8 @@ class RangeReader:
         seeable = self._see(snapshot)
         pose = np.ascontiguousarray(snapshot.world_t(self._uid))
         directions, origins = (np.empty((rays.size // 3, 3)) for _ in range(2))
-        scan.turned(pose, np.ascontiguousarray(rays).reshape(-1, 3), directions)
-        if len(self._beams.origins) == 1 and not self._beams.origins.any():
-            origins[:] = pose[:3, 3]
-        else:
-            scan.turned(pose, np.ascontiguousarray(starts).reshape(-1, 3), origins)
-            origins += pose[:3, 3]
+        frames = (np.ascontiguousarray(one).reshape(-1, 3) for one in (starts, rays))
+        scan.placed(pose, *frames, origins, directions)
         scene = seeable.elements.scene(snapshot.world_t_node)
         answer = self.caster.call("cast", scene, origins, directions, self._settings.max_range_meters)
         reflectance = seeable.elements.reflectance
