@@ -75,7 +75,11 @@ def in_coal(geometry: Geometry) -> Any:  # noqa: ANN401 coal has no types
             return coal.Cone(radius, length)
         case Capsule(radius, length):
             return coal.Capsule(radius, length)
-    vertices, faces = torus()
+    return model_in_coal(*torus())
+
+
+def model_in_coal(vertices: np.ndarray, faces: np.ndarray) -> Any:  # noqa: ANN401 coal has no types
+    """Return triangles as coal has them."""
     model = coal.BVHModelOBBRSS()
     corners, triangles = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
     for vertex in vertices.astype(np.float64):
