@@ -57,6 +57,7 @@ constraints: $(VENV)/bin/python
 picture: $(VENV)/installed-dev
 	@$(BIN)/python tools/picture.py docs/pictures
 	@$(BIN)/python tools/picture_sensors.py docs/pictures
+	@$(BIN)/python tools/picture_cameras.py docs/pictures
 
 # The pictures of docs/motion-profiles.md and docs/sensor-models.md.
 profiles: $(VENV)/installed-kernel
