@@ -9,7 +9,7 @@ import pytest
 import virtualrobot
 from virtualrobot.v1 import sensing_pb2
 
-from tests.api.client.conftest import IIWA
+from tests.api.client.conftest import IIWA, Run
 
 
 @pytest.fixture
@@ -137,6 +137,19 @@ def test_large_pictures_travel_and_too_large_ones_are_refused(scene: virtualrobo
     scene.scene.add_camera("huge", virtualrobot.camera(4000, 4000), pose=virtualrobot.looking_at([0, 0, 0], [1, 0, 0]))
     with pytest.raises(virtualrobot.LimitError, match="at most 240,000,000 go into one reading"):
         read(scene, "normals", "depth", name="huge")
+
+
+def test_the_command_line_writes_pictures_as_arrays(run: Run, scene: virtualrobot.Client, tmp_path: Path) -> None:
+    file = tmp_path / "seen.npz"
+    assert "eye  1  80 x 60 pixels: color\n" in run("sensor", "read", "eye")
+    shown = run("sensor", "read", "eye", "--kind", "depth", "--kind", "segmentation", "--out", str(file))
+    assert "80 x 60 pixels: depth, segmentation" in shown
+    with np.load(file) as saved:
+        assert saved["depth"][30, 40] == pytest.approx(1.7, abs=1e-3)
+        assert saved["element_names"][saved["segmentation"][30, 40]] == "ball"
+        assert saved["camera_matrix"][0, 2] == 39.5
+        assert "color" not in saved
+    run("sensor", "read", "eye", "--out", str(tmp_path / "seen.ply"), code=2, warns=4)
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from virtualrobot.cli.camera_files import KINDS, write_pictures
 from virtualrobot.cli.options import Target, target_options
 from virtualrobot.cli.sensor_view import hide, show
 from virtualrobot.cli.sensor_words import contact_lines, said
@@ -22,6 +23,7 @@ Examples:
   virtualrobot sensor
   virtualrobot sensor start lidar
   virtualrobot sensor read lidar --out scan.ply --frame world
+  virtualrobot sensor read camera --kind color --kind depth --out seen.npz
   virtualrobot sensor watch lidar
   virtualrobot sensor show lidar
   virtualrobot sensor set lidar --model laser --set deviation_meters=0.02
@@ -68,16 +70,20 @@ def stop(target: Target, names: tuple[str, ...]) -> None:
 @click.argument("name")
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="Write it too: .npz, .ply or .csv.")
 @click.option("--frame", type=FRAMES, default="sensor", help="Of the points [sensor].")
+@click.option("--kind", "kinds", type=click.Choice(KINDS), multiple=True, help="Of a camera; several may be given.")
 @target_options
-def read(target: Target, name: str, out: Path | None, frame: str) -> None:
+def read(target: Target, name: str, out: Path | None, frame: str, kinds: tuple[str, ...]) -> None:
     """Make one reading of the sensor NAME, whether it runs or not."""
     if out is not None and out.suffix not in ENDINGS:
         raise click.UsageError(f"--out ends with one of {', '.join(ENDINGS)}, not {out.suffix or out.name!r}")
     with target.connect() as client:
-        reading = client.sensors[name].read(points=True, frame=frame, intensities=True, elements=True)
+        reading = client.sensors[name].read(points=True, frame=frame, intensities=True, elements=True, images=kinds)
     click.echo("\n".join(reading_lines(reading)))
     if out is not None:
-        write_points(out, reading)
+        from virtualrobot.cameras import CameraReading
+
+        write = write_pictures if isinstance(reading.value, CameraReading) else write_points
+        write(out, reading)
 
 
 @sensor.command()

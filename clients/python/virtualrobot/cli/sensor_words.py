@@ -1,19 +1,24 @@
-"""What motion and contact sensors say, in a line."""
+"""What cameras, motion and contact sensors say, in a line."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
+
+from virtualrobot.cli.camera_files import picture_words
 
 if TYPE_CHECKING:
     from virtualrobot.contact_sensors import Contact
 
 
 def said(value: Any) -> str:  # noqa: ANN401 the value of any reading
-    """Return what a motion or contact sensor said in words; of others only the name of the value."""
+    """Return what a camera, a motion or a contact sensor said in words; of others only the name of the value."""
+    from virtualrobot.cameras import CameraReading
     from virtualrobot.motion_sensors import EncoderReading, ImuReading, PoseReading, WrenchReading
 
     if isinstance(value, tuple):
         return _contacts(value)
+    if isinstance(value, CameraReading):
+        return picture_words(value)
     if isinstance(value, ImuReading):
         turning, acceleration = _numbers(value.angular_velocity), _numbers(value.linear_acceleration)
         return f"{turning} rad/s, {acceleration} m/s^2, {_numbers(value.magnetic_field)} T"
