@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 from google.protobuf.field_mask_pb2 import FieldMask
 from PIL import Image
-from virtualrobot.v1 import geometry_pb2, nodes_pb2, ray_pb2, scene_pb2, sensing_pb2, view_pb2
+from virtualrobot.v1 import geometry_pb2, kernel_pb2, nodes_pb2, ray_pb2, scene_pb2, sensing_pb2, sensor_pb2, view_pb2
 
-from tests.api.asking import apply, create, refusal
+from tests.api.asking import PANDA, apply, create, load, refusal
 from tests.api.conftest import Stubs
-from tests.api.reading import array, pose
+from tests.api.reading import array, pose, values
 from tests.api.test_scene import remove, update
 
 WIDTH, HEIGHT = 320, 240
@@ -253,6 +253,86 @@ def test_a_camera_of_the_scene_sees_through_its_own_lens(stage: Stubs) -> None:
     request = ray_pb2.PickRequest(camera_sensor="eye", column=99.5 + focal * 0.5 / (DISTANCE - 0.3), row=49.5)
     found = stage.ray.Pick(request)
     np.testing.assert_allclose(three(found.world_point), (0.5, -0.3, 0.0), atol=0.04)
+
+
+def test_a_plain_picture_through_a_camera_is_the_cameras_own(stage: Stubs) -> None:
+    """Whatever its lens; colours are compared with what the sensor says of the same tick."""
+    load(stage, PANDA, "arm")
+    apply(stage, node("ball", 0.5, 0.0, 0.0, sphere=nodes_pb2.Sphere(radius_meters=0.3)))
+    lenses = {
+        "pinhole": {"distortion": [0.1, -0.05, 0.001, 0.002]},
+        "fisheye": {"projection": sensing_pb2.CAMERA_PROJECTION_FISHEYE, "horizontal_field_radians": 2.5},
+        "spherical": {"projection": sensing_pb2.CAMERA_PROJECTION_SPHERICAL},
+    }
+    for name, settings in lenses.items():
+        apply(stage, sensor(name, FORWARD, width=120, height=80, **settings))
+        reading = stage.sensor.ReadSensor(sensor_pb2.ReadSensorRequest(sensor=name)).reading.camera
+        own = values(reading.images[0].pixels)
+        captured = capture(stage, camera_sensor=name, camera=None, width=0, height=0, plain=True)
+        assert (captured == own).all(), name
+        assert len(np.unique(own.reshape(-1, 3), axis=0)) > 3, "there is something to see"
+
+
+@pytest.mark.parametrize("projection", ["PINHOLE", "FISHEYE", "SPHERICAL"])
+def test_points_are_where_each_lens_sees_what_is_there(stage: Stubs, projection: str) -> None:
+    """A point on the front of a small ball is drawn over the ball, wherever in the picture that is."""
+    at_least = 1.0 if projection == "PINHOLE" else 2.0
+    apply(
+        stage,
+        sensor(
+            "eye",
+            FORWARD,
+            width=240,
+            height=160,
+            projection=sensing_pb2.CameraProjection.Value(f"CAMERA_PROJECTION_{projection}"),
+            horizontal_field_radians=at_least,
+            distortion=[] if projection == "SPHERICAL" else [0.05, -0.02, 0.001, 0.001],
+        ),
+    )
+    for number, (x, z) in enumerate([(0.0, 0.0), (1.2, 0.5), (-1.3, -0.7), (0.9, -0.9)]):
+        apply(stage, node(f"ball{number}", x, 0.0, z, sphere=nodes_pb2.Sphere(radius_meters=0.1)))
+    balls = capture(stage, camera_sensor="eye", camera=None, width=0, height=0)
+    places = array([[x, -0.1, z] for x, z in [(0.0, 0.0), (1.2, 0.5), (-1.3, -0.7), (0.9, -0.9)]])
+    apply(stage, node("dots", 0.0, 0.0, 0.0, color=GREEN, points=nodes_pb2.Points(positions=places, size_meters=0.03)))
+    drawn = capture(stage, camera_sensor="eye", camera=None, width=0, height=0)
+    rows, columns = np.nonzero((drawn != balls).any(axis=2))
+    assert len(rows) >= 4 * 4
+    is_red = balls[rows, columns, 0] > 1.5 * balls[rows, columns, 2]
+    assert is_red.mean() > 0.9, "they are on the balls"
+
+
+def test_what_sensors_say_is_drawn(stage: Stubs) -> None:
+    """A beam along x that ends on a wall: its line and its echo, where they project; a camera's pyramid elsewhere."""
+    pattern = sensing_pb2.ScanPattern(beam=sensing_pb2.SingleBeam())
+    beam = nodes_pb2.Node(name="beam", range_sensor=sensing_pb2.RangeSensor(pattern=pattern, running=True))
+    beam.parent_t_node.position.CopyFrom(Vector(x=-1.0))
+    aside = FORWARD.copy()
+    aside[:3, 3] = 0.0, 0.5, 0.8
+    apply(
+        stage,
+        create(beam),
+        node("wall", 0.9, 0.0, 0.0, box=nodes_pb2.Box(size=Vector(x=0.2, y=0.4, z=1.0))),
+        sensor("eye", aside, width=40, height=30, running=True),
+    )
+    stage.kernel.Step(kernel_pb2.StepRequest(ticks=60))
+    before = capture(stage)
+    shown = {
+        "rays": [(-0.9, 0.0, 0.0), (0.0, 0.0, 0.0), (0.7, 0.0, 0.0)],
+        "points": [],
+        "frustum": [(0.0, 0.5, 0.8)],
+        "image": [],
+    }
+    for field, places in shown.items():
+        overlay = view_pb2.SensorOverlay(sensor="eye" if field in ("frustum", "image") else "beam")
+        setattr(overlay, field, True)
+        change(stage, view_pb2.View(sensors=[overlay]), "sensors")
+        after = capture(stage)
+        assert (after != before).any(), field
+        for place in places:
+            assert (near(after, *place) != near(before, *place)).any(), (field, place)
+        assert (capture(stage, plain=True) == before).all()
+    through = capture(stage, camera_sensor="eye", camera=None, width=0, height=0)
+    assert (through == capture(stage, camera_sensor="eye", camera=None, width=0, height=0, plain=True)).all()
 
 
 def test_what_no_picture_can_be_taken_of_is_refused_by_its_field(stage: Stubs) -> None:

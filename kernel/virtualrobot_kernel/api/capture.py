@@ -13,9 +13,8 @@ from virtualrobot_kernel.api.convert.values import stamp
 from virtualrobot_kernel.api.rooms import MAX_MESSAGE_BYTES, Rooms
 from virtualrobot_kernel.drawing.film import Film
 from virtualrobot_kernel.drawing.framing import Framing
-from virtualrobot_kernel.drawing.painter import Painter
+from virtualrobot_kernel.drawing.painter import Painter, Sight
 from virtualrobot_kernel.drawing.shots import ImageFormat, Shot, packed
-from virtualrobot_kernel.drawing.view import ViewSettings
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.state import Snapshot
 
@@ -30,9 +29,9 @@ class CaptureCalls:
 
     async def Capture(self, request: view_pb2.CaptureRequest, context: object) -> view_pb2.CaptureResponse:
         """Take a picture of the world as it is now."""
-        snapshot, settings = self._rooms.world.snapshot, self._rooms.view.get()
+        snapshot = self._rooms.world.snapshot
         shot = _shot(request.shot, snapshot)
-        image = await self._taken(snapshot, settings, shot, Framing())
+        image = await self._taken(self._sight(snapshot), shot, Framing())
         width, height = picture_size(shot, snapshot)
         return view_pb2.CaptureResponse(stamp=stamp(snapshot), image=image, width=width, height=height)
 
@@ -41,20 +40,23 @@ class CaptureCalls:
         world = self._rooms.world
         shot = _shot(request.shot, world.snapshot)
         rate, count = film_of(request, world.snapshot)
-        film, framing = Film(world, self._rooms.view, rate, count), Framing()
+        film, framing = Film(world, self._sight, rate, count), Framing()
         async with aclosing(self._rooms.publications.each(film.subscribe)) as wakings:
             async for _ in wakings:
                 while (frame := film.take()) is not None:
-                    image = await self._taken(frame.snapshot, frame.settings, shot, framing)
+                    image = await self._taken(frame.sight, shot, framing)
                     yield view_pb2.RecordResponse(
-                        stamp=stamp(frame.snapshot), frame=frame.number, image=image, behind=film.behind
+                        stamp=stamp(frame.sight.snapshot), frame=frame.number, image=image, behind=film.behind
                     )
                 if film.is_over:
                     return
 
-    async def _taken(self, snapshot: Snapshot, settings: ViewSettings, shot: Shot, framing: Framing) -> bytes:
+    def _sight(self, snapshot: Snapshot) -> Sight:
+        return Sight(snapshot, self._rooms.view.get(), self._rooms.sensors.latest)
+
+    async def _taken(self, sight: Sight, shot: Shot, framing: Framing) -> bytes:
         def take(painter: Painter) -> bytes:
-            return packed(painter.paint(snapshot, settings, shot, framing), shot.format)
+            return packed(painter.paint(sight, shot, framing), shot.format)
 
         image = await asyncio.wrap_future(self._rooms.studio.submit(take))
         _check_size(len(image))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -23,10 +23,12 @@ from virtualrobot_kernel.drawing.inventory import joint_axes
 from virtualrobot_kernel.drawing.library import AXIS_ARROW, Meshes
 from virtualrobot_kernel.drawing.library import ShapeLibrary as DrawnShapes
 from virtualrobot_kernel.drawing.overlay import Overlay, Words
+from virtualrobot_kernel.drawing.sensor_strokes import add_sensors
 from virtualrobot_kernel.drawing.view import ViewSettings
 from virtualrobot_kernel.formats import shapes, submesh
 from virtualrobot_kernel.sensing.elements import Elements
 from virtualrobot_kernel.sensing.measuring import ends, is_there
+from virtualrobot_kernel.sensing.reading import Reading
 from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.figures import Figure, Frame, Label, Lines, Material, Mesh, Points
 from virtualrobot_kernel.world.state import Snapshot
@@ -101,8 +103,10 @@ def with_drawn(
     )
 
 
-def overlay_of(snapshot: Snapshot, settings: ViewSettings, elements: Elements) -> Overlay:
-    """Return the lines, points and words of annotations, bounding boxes and measurements."""
+def overlay_of(
+    snapshot: Snapshot, settings: ViewSettings, elements: Elements, readings: Mapping[int, Reading]
+) -> Overlay:
+    """Return the lines, points and words of annotations, bounding boxes, measurements and sensors' latest readings."""
     overlay = Overlay()
     for uid, figure in shown_figures(snapshot):
         _annotate(overlay, snapshot.world_t(uid) @ figure.node_t_figure, figure)
@@ -110,6 +114,7 @@ def overlay_of(snapshot: Snapshot, settings: ViewSettings, elements: Elements) -
         box = node_box(elements, snapshot, uid)
         if box is not None:
             overlay.add_lines(moved(snapshot.world_t(uid), box_edges(box)), BOX_COLOR, BOX_WIDTH)
+    add_sensors(overlay, snapshot, settings.sensors, readings)
     for measurement in settings.measurements:
         if is_there(snapshot, measurement):
             points = ends(snapshot, measurement.first, measurement.second)

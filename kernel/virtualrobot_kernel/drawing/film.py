@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from virtualrobot_kernel.drawing.view import ViewSettings, ViewStore
+from virtualrobot_kernel.drawing.painter import Sight
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import World
@@ -23,19 +23,21 @@ PARTS = 3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Frame:
-    """A picture to be drawn: its number from 0, the world, and how it was set up to be seen."""
+    """A picture to be drawn: its number from 0, and what it shows."""
 
     number: int
-    snapshot: Snapshot
-    settings: ViewSettings
+    sight: Sight
 
 
 class Film:
     """Catches snapshots in the world thread and keeps them for one reader."""
 
-    def __init__(self, world: World, view: ViewStore, rate: float, count: int | None) -> None:
-        """Catch `rate` snapshots a second of simulation time, `count` of them or without end; see `subscribe`."""
-        self._world, self._view = world, view
+    def __init__(self, world: World, sight: Callable[[Snapshot], Sight], rate: float, count: int | None) -> None:
+        """Catch `rate` snapshots a second of simulation time, `count` of them or without end; see `subscribe`.
+
+        `sight` tells how a snapshot is to be seen, at once.
+        """
+        self._world, self._sight = world, sight
         self._rate, self._count = rate, count
         self._waiting: deque[Frame] = deque()
         self._caught = 0
@@ -91,5 +93,5 @@ class Film:
             self._lost = len(self._waiting)
             self._waiting.clear()
             return
-        self._waiting.append(Frame(self._caught, snapshot, self._view.get()))
+        self._waiting.append(Frame(self._caught, self._sight(snapshot)))
         self._caught += 1

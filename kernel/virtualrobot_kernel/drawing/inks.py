@@ -27,6 +27,14 @@ CELL_WIDTH, SECTION_WIDTH = 0.7, 1.1
 FADE_METERS, FADE_STRENGTH = 22.0, 1.5
 """How far from the eye nothing is left of the floor's lines, and the exponent of their fading."""
 
+SCAN_POINT_SIZE = 0.012
+"""Of the echoes of a scan, in meters."""
+RAY_WIDTH = 1.0
+"""Of its rays, in pixels."""
+FRUSTUM_COLOR: Rgb = (40, 60, 90)
+FRUSTUM_WIDTH = 2.0
+"""Of the edges of what a camera sees, in pixels."""
+
 CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
 EDGES = np.array([(a, b) for a in range(8) for b in range(a) if np.abs(CORNERS[a] - CORNERS[b]).sum() == 1])
 """(12, 2) rows of CORNERS: corners that differ along one axis only."""

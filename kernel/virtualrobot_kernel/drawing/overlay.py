@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from virtualrobot_kernel.drawing.viewpoint import Viewpoint
+from virtualrobot_kernel.numeric.inlay import draw_inlay
 from virtualrobot_kernel.numeric.strokes import BIAS, draw_discs, draw_lines
 
 Rgb = tuple[int, int, int]
@@ -50,6 +51,23 @@ class Words:
     color: Rgb = TEXT
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Inlay:
+    """A picture that stands in the world.
+
+    Attributes:
+        world_t_frame: (4, 4) the frame that it stands in, x to its right, y down and z away from who looks at it.
+        edges: (4,) its left, right, upper and lower edge on the plane z = 1.
+        distance: it stands at this z, in meters, and so much larger.
+        image: (r, c, 3) red, green, blue.
+    """
+
+    world_t_frame: NDArray[np.float64]
+    edges: NDArray[np.float64]
+    distance: float
+    image: NDArray[np.uint8]
+
+
 @dataclass(slots=True, eq=False)
 class Overlay:
     """All that is drawn over one picture."""
@@ -57,6 +75,7 @@ class Overlay:
     lines: list[Lines] = field(default_factory=list)
     dots: list[Dots] = field(default_factory=list)
     words: list[Words] = field(default_factory=list)
+    inlays: list[Inlay] = field(default_factory=list)
 
     def add_lines(self, ends: NDArray[np.float64], color: Rgb, width: float) -> None:
         """Add lines (n, 2, 3) of one colour."""
@@ -71,7 +90,14 @@ class Overlay:
 
 
 def draw_over(picture: NDArray[np.float32], depth: NDArray[np.float32], eye: Viewpoint, overlay: Overlay) -> None:
-    """Draw lines and points on `picture` (h, w, 3), 0 to 255; `depth` (h, w) is what the eye sees there, in meters."""
+    """Draw pictures, points and lines on `picture` (h, w, 3), 0 to 255; `depth` (h, w) is of surfaces, in meters."""
+    lens = eye.lens
+    for inlay in overlay.inlays:
+        frame_t_camera = np.linalg.inv(inlay.world_t_frame) @ eye.world_t_camera
+        draw_inlay(
+            *(picture, depth, lens.directions, lens.pixels, lens.slants, frame_t_camera),
+            *(inlay.edges, inlay.distance, inlay.image, BIAS),
+        )
     for dots in overlay.dots:
         places = eye.places(dots.places)
         seen = np.isfinite(places).all(axis=1)

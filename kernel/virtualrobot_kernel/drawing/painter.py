@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -35,12 +35,22 @@ from virtualrobot_kernel.sensing.lenses import Lens, lens_of, pinhole, size_of
 from virtualrobot_kernel.sensing.lights import NONE, Lights, lights_of
 from virtualrobot_kernel.sensing.looks import LookLibrary, Looks
 from virtualrobot_kernel.sensing.picture import BACKGROUND, Color, Subject, render
+from virtualrobot_kernel.sensing.reading import Reading
 from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.sensing import CameraSensor, ImageKind, Intrinsics
 from virtualrobot_kernel.world.state import Snapshot
 
 Pose = NDArray[np.float64]
 Pixels = NDArray[np.uint8]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sight:
+    """What a picture shows: the world, how it is set up to be seen, and the latest reading of each sensor by uid."""
+
+    snapshot: Snapshot
+    settings: ViewSettings
+    readings: Mapping[int, Reading]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,12 +103,13 @@ class Painter:
         """Free what rays are cast in."""
         self._scene.close()
 
-    def paint(self, snapshot: Snapshot, settings: ViewSettings, shot: Shot, framing: Framing) -> Pixels:
+    def paint(self, sight: Sight, shot: Shot, framing: Framing) -> Pixels:
         """Return a picture (h, w, 3), sRGB.
 
         A camera of the scene sees what it sees at work, with what is drawn for people over it; elsewhere there is the
         grid on the floor, and light and background are the view's.
         """
+        snapshot, settings = sight.snapshot, sight.settings
         seen = self._look(snapshot, settings, shot)
         viewpoint = self._viewpoint(snapshot, settings, shot, framing, seen)
         lights, background = lights_of(snapshot), BACKGROUND
@@ -119,7 +130,9 @@ class Painter:
             _floor(canvas, depth, lens, pose)
         if shot.plain:
             return _rounded(canvas)
-        overlay = overlay_of(snapshot, settings, seen.sensed)
+        # A camera does not look through its own pyramid.
+        others = tuple(one for one in settings.sensors if one.uid != shot.sensor)
+        overlay = overlay_of(snapshot, replace(settings, sensors=others), seen.sensed, sight.readings)
         draw_over(canvas, depth, viewpoint, overlay)
         picture = _rounded(canvas)
         write_words(picture, viewpoint, overlay.words)

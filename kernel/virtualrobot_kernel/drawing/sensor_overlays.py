@@ -11,6 +11,7 @@ import viser
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.drawing.batches import wxyz_of
+from virtualrobot_kernel.drawing.inks import FRUSTUM_COLOR, FRUSTUM_WIDTH, RAY_WIDTH, SCAN_POINT_SIZE
 from virtualrobot_kernel.sensing.overlays import (
     FRUSTUM_DEPTH,
     Bytes,
@@ -28,12 +29,6 @@ from virtualrobot_kernel.sensing.reading import Reading
 from virtualrobot_kernel.world.sensing import CameraSensor, RangeSensor
 from virtualrobot_kernel.world.state import Snapshot
 
-POINT_SIZE = 0.012
-"""In meters."""
-RAY_WIDTH = 1.0
-"""In pixels."""
-FRUSTUM_COLOR = (40, 60, 90)
-FRUSTUM_WIDTH = 2.0
 MOST_PIXELS = 320
 """The greatest side of a picture that is sent to browsers."""
 JPEG_QUALITY = 75
@@ -110,7 +105,7 @@ class SensorLayer:
             _name(shown),
             points,
             colors,
-            point_size=0.5 * POINT_SIZE,  # viser draws points twice as wide as this says
+            point_size=0.5 * SCAN_POINT_SIZE,  # viser draws points twice as wide as this says
             point_shape="circle",
             point_shading="flat",
             precision="float32",
