@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from virtualrobot.v1 import geometry_pb2, nodes_pb2, scene_pb2, sensing_pb2, sensor_pb2
 
-from tests.api.asking import IIWA, apply, create, load
-from tests.api.conftest import Stubs
+from tests.api.asking import IIWA, apply, create, load, refusal
+from tests.api.conftest import EMPTY_SCENE, Stubs
 from tests.api.reading import step, values
 from tests.api.test_scene import remove
 
@@ -133,3 +133,61 @@ def test_who_watches_learns_that_a_sensor_stopped_or_is_gone(stepped: Stubs) -> 
         gone = watch.next()
         assert [(one.state, one.sensor) for one in gone] == [(STOPPED, "lidar")]
         assert "removed" in gone[0].fault
+
+
+def test_a_scene_keeps_running_sensors(stepped: Stubs) -> None:
+    apply(
+        stepped,
+        ball(),
+        sensor(pattern=FAN, rate_hertz=250.0, sensor_model="laser", sensor_model_settings={"rays": 1}, running=True),
+        sensor("device", preset="HC-SR04", seed=7, motion_distortion=True, running=True),
+    )
+    step(stepped, 3)
+    text = stepped.scene.SaveScene(scene_pb2.SaveSceneRequest()).text
+    assert stepped.scene.SaveScene(scene_pb2.SaveSceneRequest()).text == text
+    stepped.scene.LoadScene(scene_pb2.LoadSceneRequest(text=text))
+    assert stepped.scene.SaveScene(scene_pb2.SaveSceneRequest()).text == text
+    step(stepped, 5)
+    assert (status(stepped).state, status(stepped).readings) == (RUNNING, 5)
+    assert status(stepped, "device").state == RUNNING
+    stepped.scene.LoadScene(scene_pb2.LoadSceneRequest(text=EMPTY_SCENE))
+    step(stepped, 2)
+    assert not stepped.sensor.ListSensors(sensor_pb2.ListSensorsRequest()).sensors
+
+
+def test_a_world_that_is_replaced_again_and_again_takes_its_sensors_with_it(stubs: Stubs) -> None:
+    apply(stubs, ball(), *(sensor(f"s{i}", pattern=FAN, rate_hertz=250.0, running=True) for i in range(5)))
+    text = stubs.scene.SaveScene(scene_pb2.SaveSceneRequest()).text
+    with closing(Watch(stubs, sensor_pb2.WatchReadingsRequest())) as watch:
+        for _ in range(5):
+            stubs.scene.LoadScene(scene_pb2.LoadSceneRequest(text=text))
+            seen: set[str] = set()
+            while len(seen) < 5:
+                seen |= {one.sensor for one in watch.next() if one.state == RUNNING}
+    told = stubs.sensor.ListSensors(sensor_pb2.ListSensorsRequest()).sensors
+    assert {one.state for one in told} == {RUNNING}, told
+
+
+def test_presets_are_told_as_they_can_be_set(stepped: Stubs) -> None:
+    presets = stepped.sensor.ListSensorPresets(sensor_pb2.ListSensorPresetsRequest()).presets
+    assert len(presets) >= 8
+    for preset in presets:
+        assert preset.source and preset.description
+        apply(stepped, create(nodes_pb2.Node(name=preset.name, range_sensor=preset.sensor)))
+    rates = {one.name: one.rate_hertz for one in stepped.sensor.ListSensors(sensor_pb2.ListSensorsRequest()).sensors}
+    assert rates == {preset.name: preset.sensor.rate_hertz for preset in presets}
+
+
+def test_what_is_refused(stepped: Stubs) -> None:
+    apply(stepped, ball(), sensor(pattern=FAN))
+    assert refusal(lambda: read(stepped, "lider")).metadata["nearest"] == "lidar"
+    assert refusal(lambda: read(stepped, "ball")).reason == "UNKNOWN_NAME"
+    assert refusal(lambda: start(stepped, "lidar", "radar")).reason == "UNKNOWN_NAME"
+    assert status(stepped).state == STOPPED  # all or none
+    assert "frame is 9" in refusal(lambda: read(stepped, frame=9)).message
+    assert "images holds 7" in refusal(lambda: read(stepped, images=[7])).message
+    for bad in (-1.0, float("nan")):
+        request = sensor_pb2.WatchReadingsRequest(max_rate_hertz=bad)
+        assert refusal(lambda request=request: next(stepped.sensor.WatchReadings(request))).reason == "INVALID_ARGUMENT"
+    request = sensor_pb2.WatchReadingsRequest(sensors=["radar"])
+    assert refusal(lambda: next(stepped.sensor.WatchReadings(request))).reason == "UNKNOWN_NAME"
