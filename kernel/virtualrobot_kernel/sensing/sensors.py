@@ -28,6 +28,9 @@ LONGEST_HISTORY_SECONDS = 1.0
 MOST_RUNNING = 200
 """How many sensors may run at once: each has a thread."""
 
+UNUSED_SHAPES = 100
+"""How many shapes of figures that are gone are kept, besides as many as there are."""
+
 Listener = Callable[[Reading | None], None]
 
 
@@ -54,10 +57,11 @@ class Sensors:
         self._lock = threading.Lock()
         self._telling = threading.Lock()
         self._closed = False
-        # Starting a thread waits for it, which the world thread must not.
-        self._begun: queue.SimpleQueue[Station | None] = queue.SimpleQueue()
-        self._starter = threading.Thread(target=self._start_stations, name="sensors", daemon=True)
-        self._starter.start()
+        self._most_shapes = UNUSED_SHAPES
+        # Starting a thread waits for it, and forgetting shapes takes long: not in the world thread.
+        self._chores: queue.SimpleQueue[Station | Structure | None] = queue.SimpleQueue()
+        self._helper = threading.Thread(target=self._do_chores, name="sensors", daemon=True)
+        self._helper.start()
         self._published()
         world.listen(self._published)
 
@@ -66,8 +70,8 @@ class Sensors:
         self._closed = True
         self._world.unlisten(self._published)
         self._world.unlisten_ticks(self._ticked)
-        self._begun.put(None)
-        self._starter.join(10.0)
+        self._chores.put(None)
+        self._helper.join(10.0)
         for station in self.stations.values():
             station.end()
         for station in self.stations.values():
@@ -122,6 +126,8 @@ class Sensors:
                 if station.schedule is not None and node is not None and not data_of(node).running:
                     self._tell(station.silent(snapshot, SensorState.STOPPED))
         self._forget(snapshot.structure)
+        if len(self.room.shapes) > self._most_shapes:
+            self._chores.put(snapshot.structure)
         self._run(tuple(one for one in stations.values() if one.schedule is not None), snapshot)
 
     def _followed(self, station: Station | None, node: Node, snapshot: Snapshot, running: int) -> Station | None:
@@ -157,7 +163,7 @@ class Sensors:
         if fault:
             station.give_up(fault)
         else:
-            self._begun.put(station)
+            self._chores.put(station)
         return station
 
     def _make(self, node: Node) -> Reader:
@@ -168,9 +174,13 @@ class Sensors:
     def _now(self) -> Snapshot:
         return self._world.snapshot
 
-    def _start_stations(self) -> None:
-        while (station := self._begun.get()) is not None:
-            station.start()
+    def _do_chores(self) -> None:
+        while (chore := self._chores.get()) is not None:
+            if isinstance(chore, Station):
+                chore.start()
+            elif len(self.room.shapes) > self._most_shapes:
+                self.room.shapes.keep({figure.geometry for node in chore.nodes.values() for figure in node.figures})
+                self._most_shapes = 2 * len(self.room.shapes) + UNUSED_SHAPES
 
     def _run(self, running: tuple[Station, ...], snapshot: Snapshot) -> None:
         """Have these sensors told each tick from now on."""

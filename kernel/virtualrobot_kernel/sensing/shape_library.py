@@ -45,6 +45,10 @@ class ShapeLibrary:
                 shape = self._shapes.setdefault(geometry, made)
         return shape
 
+    def __len__(self) -> int:
+        """Return how many shapes are kept."""
+        return len(self._shapes)
+
     def keep(self, geometries: set[Geometry]) -> None:
         """Forget all shapes but those of `geometries`."""
         with self._lock:

@@ -14,9 +14,11 @@ from virtualrobot_kernel.sensing.readers import READERS
 from virtualrobot_kernel.sensing.reading import Moment, Reading, SensorState
 from virtualrobot_kernel.sensing.sensor_status import statuses
 from virtualrobot_kernel.sensing.sensors import Sensors
+from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
 from virtualrobot_kernel.sensing.station import Schedule
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.commands import CreateNodes, RemoveNode, RunSensors, UpdateNode
+from virtualrobot_kernel.world.figures import Figure, Sphere
 from virtualrobot_kernel.world.journal import MemoryJournal
 from virtualrobot_kernel.world.sensing import RangeSensor
 from virtualrobot_kernel.world.state import Snapshot
@@ -104,6 +106,9 @@ def bench(monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
 
 class _Room:
     presets: dict[str, object] = {}  # noqa: RUF012 never changed
+
+    def __init__(self) -> None:
+        self.shapes = ShapeLibrary(lambda mesh: ())
 
 
 def test_each_reading_is_of_the_first_tick_at_or_after_its_time() -> None:
@@ -329,6 +334,18 @@ def test_no_more_than_so_many_run_at_once(bench: Bench, monkeypatch: pytest.Monk
     bench.step(1)
     assert [bench.state(name)[0] for name in "abc"] == [RUNNING, RUNNING, FAULT]
     assert "2 sensors run already" in bench.state("c")[1]
+
+
+def test_shapes_of_figures_that_are_gone_are_forgotten(bench: Bench) -> None:
+    shapes, forgotten = bench.sensors.room.shapes, threading.Event()
+    keep = shapes.keep
+    shapes.keep = lambda kept: (keep(kept), forgotten.set())  # pyright: ignore[reportAttributeAccessIssue]
+    bench.do(CreateNodes((NodeSpec("box", Kind.PART, figures=(Figure(Sphere(1.0)),)),)))
+    for i in range(1, module.UNUSED_SHAPES + 2):
+        shapes.get(Sphere(float(i)))
+    bench.do(CreateNodes((NodeSpec("other", Kind.PART),)))
+    assert forgotten.wait(GUARD)
+    assert len(shapes) == 1
 
 
 def test_the_end_of_the_kernel_ends_a_step_that_waits(bench: Bench) -> None:
