@@ -123,6 +123,7 @@ def force_torque_sensor(
     *,
     force: Noise | None = None,
     torque: Noise | None = None,
+    include_parent: bool = False,
     rate: float = 0.0,
     seed: int = 0,
     running: bool = False,
@@ -132,11 +133,13 @@ def force_torque_sensor(
     Args:
         force: the noise of the force, newton.
         torque: that of the torque, newton meters.
+        include_parent: whether the load is the node that it is fixed to with all below it, as in the joint before that
+            link; else it is what hangs below that node, without itself.
         rate: readings a second of simulation time while it runs; 0 means 100.
         seed: what the noise is drawn from.
         running: whether it reads from the start.
     """
-    kind = sensing_pb2.ForceTorqueSensor(force=force, torque=torque)
+    kind = sensing_pb2.ForceTorqueSensor(force=force, torque=torque, include_parent=include_parent)
     return sensing_pb2.MotionSensor(force_torque=kind, rate_hertz=rate, seed=seed, running=running)
 
 

@@ -33,12 +33,15 @@ class Load:
     inertia: Floats
 
 
-def load_of(structure: Structure, sensor: int) -> Load:
+def load_of(structure: Structure, sensor: int, include_parent: bool = False) -> Load:
     """Return what hangs below a sensor (a uid); where nothing with a mass does, what hangs below its parent.
 
-    The parent itself is no load: a sensor on a flange measures the tools and parts there. Unknown masses count as none.
+    The parent itself is load only where that is said; else a sensor on a flange measures the tools and parts there.
+    Unknown masses count as none.
     """
-    found = list(_bodies(structure, sensor)) or list(_bodies(structure, structure.nodes[sensor].parent))
+    parent = structure.nodes[sensor].parent
+    found = [] if include_parent else list(_bodies(structure, sensor))
+    found = found or [one for one in _bodies(structure, parent) if include_parent or one[0] != parent]
     return Load(
         tuple(uid for uid, _ in found),
         np.array([one.mass for _, one in found]),
@@ -49,7 +52,7 @@ def load_of(structure: Structure, sensor: int) -> Load:
 
 def _bodies(structure: Structure, above: int) -> Iterator[tuple[int, Inertial]]:
     for node in structure.below(above):
-        inertial = inertial_of(node) if node.uid != above else None
+        inertial = inertial_of(node)
         if inertial is not None and inertial.mass > 0.0:
             yield node.uid, inertial
 
@@ -74,13 +77,14 @@ class ForceTorqueMeter:
         """Measure at the node `uid`."""
         self._uid = uid
         self._force, self._torque = Noise(settings.force, seed, 0, 3), Noise(settings.torque, seed, 1, 3)
+        self._include_parent = settings.include_parent
         self._load: tuple[Structure, Load] | None = None
 
     def read(self, moment: Moment) -> WrenchContent:
         """Return what the sensor tells."""
         ticks, structure = three_ticks(moment), moment.snapshot.structure
         if self._load is None or self._load[0] is not structure:
-            self._load = structure, load_of(structure, self._uid)
+            self._load = structure, load_of(structure, self._uid, self._include_parent)
         load = self._load[1]
         poses = poses_of(ticks, (self._uid, *load.uids))
         world_t_sensor = poses[1, 0]

@@ -195,10 +195,11 @@ class PoseSensor:
 
 @dataclass(frozen=True, slots=True)
 class ForceTorqueSensor:
-    """Force (N) and torque (N m) that what hangs below the node puts on it, in the node's frame."""
+    """Force (N) and torque (N m) that its load puts on it, in the node's frame; the parent may be part of the load."""
 
     force: NoiseModel = NoiseModel()
     torque: NoiseModel = NoiseModel()
+    include_parent: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -36,7 +36,7 @@ def position(sensor: Element, warn: Warn) -> Values:
 
 
 def force_torque(sensor: Element, warn: Warn) -> Values:
-    """Return the motion sensor of a <force_torque>: what hangs below the node puts on it, in the node's frame."""
+    """Return the motion sensor of a <force_torque>: what the child of its joint puts on it, in the child's frame."""
     tag = child(sensor, "force_torque")
     frame = child(tag, "frame")
     if frame is not None and (frame.text or "").strip() == "parent":
@@ -46,7 +46,9 @@ def force_torque(sensor: Element, warn: Warn) -> Values:
         warn(direction, "the wrench is that of the child on its parent, not the other way round")
     return {
         "force_torque": said(
-            force=_axes(child(tag, "force"), warn) or None, torque=_axes(child(tag, "torque"), warn) or None
+            force=_axes(child(tag, "force"), warn) or None,
+            torque=_axes(child(tag, "torque"), warn) or None,
+            include_parent=True,
         )
     }
 

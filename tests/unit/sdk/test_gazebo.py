@@ -202,6 +202,7 @@ def test_the_other_kinds() -> None:
     assert not warnings
     kinds = ["contact_sensor", *["motion_sensor"] * 4, "range_sensor"]
     assert [sensor.kind for sensor in found] == kinds
+    assert found[1].values == {"force_torque": {"include_parent": True}}
     assert found[2].values == {"pose": {"position": {"standard_deviation": 0.5}}}
     sonar = found[5].values
     assert sonar["sensor_model"] == "ultrasonic"

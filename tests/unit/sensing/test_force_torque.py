@@ -93,6 +93,20 @@ def test_what_hangs_on_the_sensor_itself_is_its_load() -> None:
     np.testing.assert_allclose(read(alone).force, (0, 0, -3 * G), atol=1e-9)
 
 
+def test_the_link_behind_the_joint_counts_where_that_is_said() -> None:
+    """As sensors in joints have it: 4 kg of the link, 3 kg on it, and 2 kg on the sensor."""
+    settings = ForceTorqueSensor(include_parent=True)
+    nodes = (
+        NodeSpec("link", Kind.PART, data=PartData(4.0)),
+        NodeSpec("wrist", Kind.MOTION_SENSOR, "link", data=MotionSensor(settings)),
+        NodeSpec("beside", Kind.PART, "link", data=PartData(3.0)),
+        NodeSpec("below", Kind.PART, "wrist", shifted(x=0.1), data=PartData(2.0)),
+    )
+    told = read(after(empty(), CreateNodes(nodes)))
+    np.testing.assert_allclose(told.force, (0, 0, -9 * G), atol=1e-9)
+    np.testing.assert_allclose(told.torque, (0, 0.2 * G, 0), atol=1e-9)
+
+
 def test_without_a_load_it_tells_nothing_but_its_noise() -> None:
     change = after(empty(), CreateNodes((NodeSpec("flange", Kind.OBJECT), sensor("flange"))))
     np.testing.assert_array_equal(read(change).force, 0.0)

@@ -265,12 +265,14 @@ class PoseSensor(_message.Message):
     def __init__(self, position: _Optional[_Union[NoiseModel, _Mapping]] = ..., orientation: _Optional[_Union[NoiseModel, _Mapping]] = ...) -> None: ...
 
 class ForceTorqueSensor(_message.Message):
-    __slots__ = ("force", "torque")
+    __slots__ = ("force", "torque", "include_parent")
     FORCE_FIELD_NUMBER: _ClassVar[int]
     TORQUE_FIELD_NUMBER: _ClassVar[int]
+    INCLUDE_PARENT_FIELD_NUMBER: _ClassVar[int]
     force: NoiseModel
     torque: NoiseModel
-    def __init__(self, force: _Optional[_Union[NoiseModel, _Mapping]] = ..., torque: _Optional[_Union[NoiseModel, _Mapping]] = ...) -> None: ...
+    include_parent: bool
+    def __init__(self, force: _Optional[_Union[NoiseModel, _Mapping]] = ..., torque: _Optional[_Union[NoiseModel, _Mapping]] = ..., include_parent: bool = ...) -> None: ...
 
 class Light(_message.Message):
     __slots__ = ("kind", "color", "intensity", "cone_angle_radians", "shadowless")
