@@ -14,8 +14,8 @@ from virtualrobot_sdk.srgb import to_linear
 
 from virtualrobot_kernel.formats.creases import shaded
 from virtualrobot_kernel.formats.submesh import Submesh
-from virtualrobot_kernel.formats.textures import levels
 from virtualrobot_kernel.sensing.elements import Elements
+from virtualrobot_kernel.sensing.textures import levels
 from virtualrobot_kernel.world.figures import Mesh
 
 log = logging.getLogger(__name__)

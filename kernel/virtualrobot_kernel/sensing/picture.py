@@ -9,15 +9,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.embree import TopScene, Traced
-from virtualrobot_sdk.srgb import from_linear, to_linear
+from virtualrobot_sdk.srgb import to_linear
 
 from virtualrobot_kernel.drawing.view import ViewSettings
 from virtualrobot_kernel.numeric.illumination import toward
 from virtualrobot_kernel.numeric.projection import start_rays
-from virtualrobot_kernel.numeric.shading import STEPS, measure, shade
+from virtualrobot_kernel.numeric.shading import measure, shade
 from virtualrobot_kernel.sensing.lenses import Lens
 from virtualrobot_kernel.sensing.lights import Lights
 from virtualrobot_kernel.sensing.looks import Looks
+from virtualrobot_kernel.sensing.textures import TO_LIGHT, TO_SCREEN
 from virtualrobot_kernel.world.sensing import ImageKind
 
 Color = tuple[float, float, float]
@@ -29,9 +30,6 @@ BAND = 32768
 anew from the system for each picture. Smaller ones ask for the interpreter more often than they gain."""
 LAYERS = 24
 """So many surfaces one behind the other are seen at most, where those in front are translucent."""
-
-_TO_LIGHT = to_linear(np.arange(256) / 255.0).astype(np.float32)
-_TO_SCREEN = np.round(255.0 * from_linear(np.arange(STEPS) / (STEPS - 1.0))).astype(np.uint8)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -147,7 +145,7 @@ class _Paint:
             going = shade(
                 *(rays.origins, rays.along, rays.pixels, carried, rays.slants, lens.near, lens.far, lens.pixel_angle),
                 *(traced.distance, traced.element, traced.triangle, traced.uv, traced.normal, *self._looks),
-                *(self._lights.table, self._shadowed(rays, traced), self._background, _TO_LIGHT, _TO_SCREEN),
+                *(self._lights.table, self._shadowed(rays, traced), self._background, TO_LIGHT, TO_SCREEN),
                 *(layer == LAYERS - 1, self._picture, self._onward, self._passed),
             )
             if not going:

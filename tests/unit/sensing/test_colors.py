@@ -13,6 +13,7 @@ from virtualrobot_kernel.numeric.shading import AMBIENT, HEAD_LIGHT
 from virtualrobot_kernel.sensing.lenses import Lens, lens_of
 from virtualrobot_kernel.sensing.lights import FADING, NONE, Lights
 from virtualrobot_kernel.sensing.picture import render
+from virtualrobot_kernel.sensing.textures import levels
 from virtualrobot_kernel.world.figures import Box, Mesh, Sphere
 from virtualrobot_kernel.world.sensing import CameraSensor, ImageKind, Light, LightKind
 from virtualrobot_sdk.srgb import from_linear, to_linear
@@ -250,3 +251,15 @@ def test_a_texture_that_is_no_picture_is_left_out(texture: bytes) -> None:
     part = square(uv=CORNERS, texture=texture, color=(0.0, 1.0, 0.0, 1.0))
     seen = shot([(MESH, np.eye(4), None)], above(2.2), meshes={"square": (part,)})[30, 40]
     assert seen.argmax() == 1
+
+
+def test_levels_of_a_texture_are_means_of_light(rng: np.random.Generator) -> None:
+    pixels = rng.integers(0, 256, (13, 6, 4), np.uint8)
+    packed = io.BytesIO()
+    Image.fromarray(pixels, "RGBA").save(packed, "PNG")
+    found = levels(packed.getvalue())
+    assert [level.shape for level in found] == [(13, 6, 4), (6, 3, 4), (3, 1, 4), (1, 1, 4)]
+    np.testing.assert_array_equal(found[0], pixels)
+    light = to_linear(pixels[:12, :, :3] / 255.0).reshape(6, 2, 3, 2, 3).mean(axis=(1, 3))
+    np.testing.assert_allclose(found[1][..., :3], shown(light), atol=1)
+    np.testing.assert_allclose(found[1][..., 3], pixels[:12, :, 3].reshape(6, 2, 3, 2).mean(axis=(1, 3)), atol=0.51)
