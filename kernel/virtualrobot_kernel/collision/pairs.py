@@ -47,6 +47,8 @@ class Pair:
 def near_pairs(first: Placed, second: Placed, range_meters: float = 0.0) -> list[Pair]:
     """Return the pairs of an element of each set that touch or are at most `range_meters` apart, the nearest first.
 
+    The range may be inf: then these are all pairs.
+
     A mesh is its surface: what is wholly inside one does not touch it. Distances are exact to rounding, but for
     cylinders and cones, to 2e-5 of the radius.
     """
@@ -62,13 +64,6 @@ def near_pairs(first: Placed, second: Placed, range_meters: float = 0.0) -> list
             if distance <= range_meters:
                 found.append(Pair(one, other, distance, points, np.zeros((0, 3)), None))
     return sorted(found, key=lambda pair: pair.distance)
-
-
-def distance_between(first: Placed, second: Placed, one: int, other: int) -> tuple[float, Floats]:
-    """Return the distance (m) of an element of each set that do not touch, and the nearest point (2, 3) of each."""
-    rows = (_rows(first, one), _rows(second, other))
-    bounds = _bounds(first, second, *rows)
-    return _distance(first, second, one, other, _ordered(bounds, *rows))
 
 
 Pieces = Iterable[tuple[float, int, int]]
