@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from virtualrobot_kernel.planning.dynamics import solve_inverse_dynamics
 from virtualrobot_kernel.sensing.motion_content import WrenchContent
 from virtualrobot_kernel.sensing.motion_reader import MotionReader
 from virtualrobot_kernel.sensing.reading import Moment
 from virtualrobot_kernel.world.commands import AttachNode, CreateNodes
 from virtualrobot_kernel.world.sensing import ForceTorqueSensor, MotionSensor, NoiseModel
-from virtualrobot_kernel.world.structure import Kind, NodeSpec, PartData, ToolData
+from virtualrobot_kernel.world.structure import JointType, Kind, LinkData, NodeSpec, PartData, ToolData
 
 from tests.unit.planning.dynamics_cases import pin_inertia, random_inertial, robot_and_reference
 from tests.unit.sensing.moments import moment_at, snapshot_at
@@ -160,6 +161,32 @@ def test_a_moving_arm_agrees_with_pinocchio(rng: np.random.Generator, name: str)
         errors.append(max(np.abs(told.force - force).max(), np.abs(told.torque - torque).max()))
     assert errors[0] < 1e-3
     assert errors[1] < errors[0] / 12
+
+
+def test_in_each_joint_of_a_moving_arm_it_is_the_joints_torque(rng: np.random.Generator) -> None:
+    """Links, tool and part together, against the recursive Newton-Euler algorithm: a joint holds its load."""
+    nodes, _ = robot_and_reference("iiwa", random_pose(rng))
+    links = [spec for spec in nodes if isinstance(spec.data, LinkData) and spec.data.joint.type is not JointType.FIXED]
+    tool, part = random_inertial(rng, 2.0), random_inertial(rng, 1.0)
+    load = (
+        NodeSpec("tool", Kind.TOOL, nodes[-1].name, random_pose(rng), data=ToolData(inertial=tool)),
+        NodeSpec("part", Kind.PART, "tool", random_pose(rng), data=PartData(part.mass, part)),
+    )
+    change = after(empty(), CreateNodes((*nodes, *load)))
+    amplitude, rate, phase = (rng.uniform(0.2, 1.5, 7) for _ in range(3))
+    time = 99 * TICK
+    q, v = amplitude * np.sin(rate * time + phase), amplitude * rate * np.cos(rate * time + phase)
+    a = -amplitude * rate**2 * np.sin(rate * time + phase)
+    moment = moment_at(change, 100, q=lambda time: amplitude * np.sin(rate * time + phase))
+    robot = change.structure.node("arm")
+    efforts = solve_inverse_dynamics(moment.history[-1], robot, (), q[None], v[None], a[None]).efforts[0]
+    for spec, effort in zip(links, efforts, strict=True):
+        assert isinstance(spec.data, LinkData)
+        settings = MotionSensor(ForceTorqueSensor(include_parent=True))
+        node = NodeSpec("wrist", Kind.MOTION_SENSOR, spec.name, data=settings)
+        told = read(after(change, CreateNodes((node,))), 100, q=lambda time: amplitude * np.sin(rate * time + phase))
+        assert -told.torque @ spec.data.joint.axis == pytest.approx(effort, abs=2e-3)
+    assert np.abs(efforts).max() > 1.0
 
 
 def test_a_part_that_is_new_is_at_rest(rng: np.random.Generator) -> None:
