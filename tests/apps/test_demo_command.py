@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import av
 import pytest
 
 COMMAND = [sys.executable, "-m", "virtualrobot", "demo", "--headless", "--speed"]
@@ -65,6 +66,20 @@ def test_an_interrupt_ends_it_and_its_kernel(sign: signal.Signals) -> None:
         assert "Traceback" not in output
         assert output.split()[-1] == "stopped"
         assert not Path(f"/proc/{kernel}").exists(), "the kernel runs on"
+
+
+def test_a_film_of_it_opens_though_it_is_interrupted(tmp_path: Path) -> None:
+    film = tmp_path / "film.mp4"
+    with started(2, "--record", str(film)) as process:
+        lines_until(process, "box  1 of")
+        process.send_signal(signal.SIGINT)
+        output, _ = process.communicate(timeout=60)
+    assert (process.returncode, "Traceback" in output) == (130, False), output
+    with av.open(str(film)) as opened:
+        frames = [frame.to_ndarray(format="rgb24") for frame in opened.decode(video=0)]
+    assert len(frames) > 1
+    assert frames[0].shape == (720, 1280, 3)
+    assert frames[-1].std() > 20.0, "there is something to see"
 
 
 def test_it_says_in_one_line_why_it_ends_when_its_kernel_is_killed() -> None:

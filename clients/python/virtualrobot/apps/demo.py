@@ -55,6 +55,8 @@ def main(client: Client, loop: bool = False, headless: bool = False, layers: int
         while loop:
             cell.load(client)
             run(client, layers)
+    if film is not None:
+        print(f"film in {film}", flush=True)
 
 
 def tell(picture: Picture) -> None:
