@@ -70,7 +70,7 @@ def test_an_interrupt_ends_it_and_its_kernel(sign: signal.Signals) -> None:
 
 def test_a_film_of_it_opens_though_it_is_interrupted(tmp_path: Path) -> None:
     film = tmp_path / "film.mp4"
-    with started(2, "--record", str(film)) as process:
+    with started(5, "--record", str(film)) as process:
         lines_until(process, "box  1 of")
         process.send_signal(signal.SIGINT)
         output, _ = process.communicate(timeout=60)
