@@ -18,12 +18,17 @@ DATA = Path(pybullet_data.getDataPath())
 MESHES = (
     "duck.obj",
     "teddy2_VHACD_CHs.obj",
+    "laikago/chassis.stl",
+    "husky/meshes/wheel.stl",
     "differential/diff_stand.stl",
+    "quadruped/microtaur/xm430w210.stl",
     "xarm/xarm_description/meshes/xarm6/visual/link4.stl",
     "husky/meshes/top_plate.stl",
 )
-"""Real meshes of 2,400 to 4,600 triangles; each is brought to a greatest extent of 1 m."""
-OBJECTS, WITH_MESH, HALF = 200, 60, 4.0
+"""Real meshes; each is brought to 2,000 triangles and a greatest extent of 1 m."""
+TRIANGLES = 2000
+OBJECTS, HALF = 200, 4.0
+"""Every other object is a mesh, the others are boxes; they lie within `HALF` of the middle (m)."""
 SENSOR = np.array([1.6, -1.2, 1.0])
 MAX_RANGE = 30.0
 LINKS = 8
@@ -72,7 +77,7 @@ def ray_cell(seed: int = 1) -> RayCell:
         size = rng.uniform(0.15, 0.6)
         if np.hypot(*place[:2]) < 0.35 + size or np.linalg.norm(place - SENSOR) < 0.6:
             continue
-        if len(shapes) % (OBJECTS // WITH_MESH) == 0:
+        if len(shapes) % 2 == 0:
             vertices, faces = meshes[rng.integers(len(meshes))]
             shapes.append(make_shape(vertices * size, faces))
         else:
@@ -96,6 +101,8 @@ def spinning(beams: int = 16, columns: int = 1800) -> Floats:
 
 def _unit_mesh(path: Path) -> tuple[Floats, NDArray]:
     mesh: Any = trimesh.load_mesh(path)
+    mesh.merge_vertices(merge_tex=True, merge_norm=True)
+    mesh = mesh.simplify_quadric_decimation(face_count=TRIANGLES)
     vertices = np.asarray(mesh.vertices, np.float64)
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     return (vertices - (low + high) / 2.0) / (high - low).max(), np.asarray(mesh.faces, np.int32)

@@ -1,6 +1,6 @@
 """PyBullet and MuJoCo on the scene of `ray_cell`: the other engines that robot simulators cast rays with."""
 
-# pyright: reportAttributeAccessIssue=false, reportCallIssue=false
+# pyright: reportAttributeAccessIssue=false, reportCallIssue=false, reportMissingImports=false
 # Neither engine tells the types of what it holds.
 from __future__ import annotations
 

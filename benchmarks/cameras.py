@@ -1,0 +1,134 @@
+"""Cameras against PyBullet's software renderer and VTK: 640 x 480 pixels, 200 objects and a moving arm, on one core.
+
+The budgets are those of pictures a second, 28 and 12, when PyBullet's are 6.8: as parts of PyBullet's time in the same
+run, which differs with the machine. VTK rasterises and shades with one light without shadows.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import time
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pybullet
+from PIL import Image
+from virtualrobot_kernel.sensing.camera_reader import CameraReader
+from virtualrobot_kernel.sensing.looks import LookLibrary
+from virtualrobot_kernel.sensing.reading import Moment
+from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
+from virtualrobot_kernel.world.commands import CreateNodes
+from virtualrobot_kernel.world.sensing import CameraSensor, ImageKind, Intrinsics, Light, LightKind
+from virtualrobot_kernel.world.structure import Kind, NodeSpec
+
+from benchmarks.camera_peers import FIELD, HEIGHT, TARGET, WIDTH, BulletCamera, VtkCamera
+from benchmarks.ray_cell import SENSOR, RayCell, ray_cell
+from benchmarks.ray_world import ray_world, snapshots
+from benchmarks.rows import Row, row
+
+ROUNDS, WARM = 15, 2
+PLAIN, SHADED = 6.8 / 28.0, 6.8 / 12.0
+"""The budgets: parts of PyBullet's time."""
+
+
+def run() -> list[Row]:
+    """Measure."""
+    with one_core():
+        cell = ray_cell()
+        client = pybullet.connect(pybullet.DIRECT)
+        bullet, vtk = BulletCamera(cell, client), VtkCamera(cell)
+        plain = pictures(cell, (ImageKind.COLOR, ImageKind.DEPTH, ImageKind.SEGMENTATION, ImageKind.NORMALS))
+        measured = pictures(cell, (ImageKind.DEPTH, ImageKind.SEGMENTATION, ImageKind.NORMALS))
+        shaded = pictures(cell, (ImageKind.COLOR, ImageKind.DEPTH, ImageKind.SEGMENTATION), texture=checker(), lit=True)
+        cases = (
+            (
+                "colour by a head light, depth, segmentation, normals",
+                plain,
+                "PyBullet",
+                lambda _: bullet.take(False),
+                PLAIN,
+            ),
+            ("depth, segmentation, normals", measured, "PyBullet", lambda _: bullet.take(False), None),
+            (
+                "textures, a light with shadows, depth, segmentation",
+                shaded,
+                "PyBullet",
+                lambda _: bullet.take(True),
+                SHADED,
+            ),
+            ("colour by a head light, depth, segmentation, normals", plain, "VTK", lambda _: vtk.take(), None),
+        )
+        rows = [compared(*case) for case in cases]
+        pybullet.disconnect(client)
+    return rows
+
+
+def compared(
+    what: str, ours: Callable[[int], object], name: str, peer: Callable[[int], object], budget: float | None
+) -> Row:
+    """Measure both in turn and return their medians."""
+    times = np.empty((ROUNDS + WARM, 2))
+    for number in range(ROUNDS + WARM):
+        for column, take in enumerate((ours, peer)):
+            start = time.perf_counter()
+            take(number)
+            times[number, column] = time.perf_counter() - start
+    mine, others = np.median(times[WARM:], axis=0)
+    return row(what, 1e3 * float(mine), 1e3 * float(others), name, "ms", budget, f"{1.0 / mine:.0f} a second")
+
+
+def pictures(
+    cell: RayCell, kinds: tuple[ImageKind, ...], texture: bytes | None = None, lit: bool = False
+) -> Callable[[int], object]:
+    """Return what takes pictures of the scene with the kernel's own reader, the arm elsewhere each time."""
+    focal = HEIGHT / 2.0 / np.tan(FIELD / 2.0)
+    middle = Intrinsics(focal, focal, (WIDTH - 1) / 2.0, (HEIGHT - 1) / 2.0)
+    settings = CameraSensor(WIDTH, HEIGHT, intrinsics=middle, images=kinds, near_meters=0.05, far_meters=30.0)
+    world = ray_world(cell, settings, Kind.CAMERA_SENSOR, looking(), texture)
+    if lit:
+        light = NodeSpec("light", Kind.LIGHT, parent_t_node=above(), data=Light(LightKind.POINT, intensity=4.0))
+        world.do(CreateNodes((light,)))
+    worlds = snapshots(world, cell, ROUNDS + WARM)
+    node = world.snapshot.structure.node("sensor")
+    reader = CameraReader(node, ShapeLibrary(world.meshes), LookLibrary(world.meshes))
+    return lambda number: reader.read(Moment(worlds[number], (), number + 1, np.random.default_rng(number)))
+
+
+def looking() -> np.ndarray:
+    """Return the pose of a camera at SENSOR that looks at TARGET: z forward, y down."""
+    forward = (TARGET - SENSOR) / np.linalg.norm(TARGET - SENSOR)
+    right = np.cross(forward, (0.0, 0.0, 1.0))
+    right /= np.linalg.norm(right)
+    pose = np.eye(4)
+    pose[:3, :3] = np.column_stack([right, np.cross(forward, right), forward])
+    pose[:3, 3] = SENSOR
+    return pose
+
+
+def above() -> np.ndarray:
+    """Return the place of the light."""
+    pose = np.eye(4)
+    pose[:3, 3] = (1.0, 1.0, 2.8)
+    return pose
+
+
+def checker() -> bytes:
+    """Return a texture of squares as PNG."""
+    squares = (np.indices((256, 256)) // 32).sum(axis=0) % 2
+    pixels = np.where(squares[..., None] == 1, (220, 170, 40), (40, 60, 90)).astype(np.uint8)
+    file = io.BytesIO()
+    Image.fromarray(pixels).save(file, "PNG")
+    return file.getvalue()
+
+
+@contextlib.contextmanager
+def one_core() -> Iterator[None]:
+    """Keep this thread, and those that it starts, on one core."""
+    cores = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {min(cores)})
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, cores)
