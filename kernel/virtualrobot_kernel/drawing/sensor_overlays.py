@@ -23,7 +23,6 @@ from virtualrobot_kernel.sensing.overlays import (
     scan_points,
     scan_rays,
     seen_picture,
-    shrunk,
 )
 from virtualrobot_kernel.sensing.reading import Reading
 from virtualrobot_kernel.world.sensing import CameraSensor, RangeSensor
@@ -119,7 +118,7 @@ class SensorLayer:
             return shown
         picture = None
         if pictures is not None:
-            picture = shrunk(seen_picture(pictures), MOST_PIXELS)
+            picture = seen_picture(pictures, MOST_PIXELS)
         if drawn is not None and drawn.made_of[0] is camera and picture is not None and drawn.handle.image is not None:
             drawn.handle.image, drawn.made_of = picture, made_of
             return shown
