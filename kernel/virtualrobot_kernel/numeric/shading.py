@@ -142,6 +142,14 @@ def _blend(
     return red, green, blue, opacity / 255.0
 
 
+@inlined
+def _step(light: float) -> int:
+    """Return the place of linear light in the table of what screens show; what is no number is white."""
+    if not light < 1.0:
+        return STEPS - 1
+    return int(light * (STEPS - 1) + 0.5) if light > 0.0 else 0
+
+
 @compiled(
     # rays
     *(array_of(float32, 2), array_of(float32, 2), array_of(int32, 1), array_of(float32, 2), array_of(float32, 1)),
@@ -329,7 +337,7 @@ def shade(
                 red += share * background[0]
                 green += share * background[1]
                 blue += share * background[2]
-        picture[pixel, 0] = to_screen[int(min(red, 1.0) * (STEPS - 1) + 0.5)]
-        picture[pixel, 1] = to_screen[int(min(green, 1.0) * (STEPS - 1) + 0.5)]
-        picture[pixel, 2] = to_screen[int(min(blue, 1.0) * (STEPS - 1) + 0.5)]
+        picture[pixel, 0] = to_screen[_step(red)]
+        picture[pixel, 1] = to_screen[_step(green)]
+        picture[pixel, 2] = to_screen[_step(blue)]
     return going

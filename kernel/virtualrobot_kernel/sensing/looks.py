@@ -16,7 +16,7 @@ from virtualrobot_kernel.formats.creases import shaded
 from virtualrobot_kernel.formats.submesh import Submesh
 from virtualrobot_kernel.sensing.elements import Elements
 from virtualrobot_kernel.sensing.textures import levels
-from virtualrobot_kernel.world.figures import Mesh
+from virtualrobot_kernel.world.figures import Geometry, Mesh
 
 log = logging.getLogger(__name__)
 
@@ -130,15 +130,21 @@ class LookLibrary:
         """Return what elements look like; a mesh that cannot be read looks grey, as nothing is there to be seen."""
         surfaces = self._surfaces(frozenset(one.geometry for one in elements.figures if isinstance(one.geometry, Mesh)))
         count = len(elements.figures)
-        colors, starts = np.empty((count, 4)), np.full((count, 4), -1, np.int64)
+        colors, starts = np.empty((count, 4)), np.empty((count, 4), np.int64)
         for row, figure in enumerate(elements.figures):
             own = figure.material.color if figure.material else None
-            mesh = surfaces.starts.get(figure.geometry) if isinstance(figure.geometry, Mesh) else None
-            if mesh is not None:
-                starts[row, :3] = mesh
-            starts[row, 3] = own is not None or mesh is None
+            starts[row] = self._start(figure.geometry, len(elements.shapes[row].triangles), surfaces, own is not None)
             colors[row] = own or GREY
         return Looks(linear(colors), starts, surfaces)
+
+    @staticmethod
+    def _start(geometry: Geometry, triangles: int, surfaces: Surfaces, has_color: bool) -> tuple[int, int, int, bool]:
+        """Return a row of `Looks.starts`."""
+        surface = surfaces.made.get(geometry) if isinstance(geometry, Mesh) else None
+        # A file that an importer translates otherwise the second time would have triangles without a look.
+        if surface is None or len(surface.faces) != triangles or not isinstance(geometry, Mesh):
+            return -1, -1, -1, True
+        return *surfaces.starts[geometry], has_color
 
     def _surfaces(self, meshes: frozenset[Mesh]) -> Surfaces:
         """Return the tables of these meshes: those that are there, where they are."""

@@ -152,6 +152,16 @@ def test_the_command_line_writes_pictures_as_arrays(run: Run, scene: virtualrobo
     run("sensor", "read", "eye", "--out", str(tmp_path / "seen.ply"), code=2, warns=4)
 
 
+def test_lights_that_cannot_be_are_refused(scene: virtualrobot.Client) -> None:
+    for light, message in (
+        (virtualrobot.light(intensity=1e12), r"intensity must be at most 1e\+09, not 1e\+12"),
+        (virtualrobot.light("spot", cone_angle=2.0), "cone_angle_radians must be at most pi/2, not 2"),
+        (virtualrobot.light(intensity=-1.0), "intensity"),
+    ):
+        with pytest.raises(virtualrobot.InvalidArgumentError, match=message):
+            scene.scene.add_light("bad", light)
+
+
 @pytest.mark.parametrize(
     ("settings", "message"),
     [

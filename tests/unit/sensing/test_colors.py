@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import io
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from PIL import Image
 from virtualrobot_kernel.formats.submesh import Submesh
 from virtualrobot_kernel.numeric.shading import AMBIENT, HEAD_LIGHT
+from virtualrobot_kernel.sensing.elements import Elements
 from virtualrobot_kernel.sensing.lenses import Lens, lens_of
 from virtualrobot_kernel.sensing.lights import FADING, NONE, Lights
+from virtualrobot_kernel.sensing.looks import LookLibrary
 from virtualrobot_kernel.sensing.picture import render
+from virtualrobot_kernel.sensing.shape_library import EMPTY, ShapeLibrary
 from virtualrobot_kernel.sensing.textures import levels
-from virtualrobot_kernel.world.figures import Box, Mesh, Sphere
+from virtualrobot_kernel.world.figures import Box, Figure, Mesh, Sphere
 from virtualrobot_kernel.world.sensing import CameraSensor, ImageKind, Light, LightKind
 from virtualrobot_sdk.srgb import from_linear, to_linear
 
@@ -263,3 +267,28 @@ def test_levels_of_a_texture_are_means_of_light(rng: np.random.Generator) -> Non
     light = to_linear(pixels[:12, :, :3] / 255.0).reshape(6, 2, 3, 2, 3).mean(axis=(1, 3))
     np.testing.assert_allclose(found[1][..., :3], shown(light), atol=1)
     np.testing.assert_allclose(found[1][..., 3], pixels[:12, :, 3].reshape(6, 2, 3, 2).mean(axis=(1, 3)), atol=0.51)
+
+
+def test_the_brightest_light_is_white_and_no_more() -> None:
+    for distance in (1e-3, 3.0):
+        light = lit_by((Light(LightKind.POINT, intensity=1e9), at(0, 0, distance)))
+        assert (shot([FLOOR], above(2.0), light)[29:31, 39:41] == 255).all()
+
+
+def test_a_mesh_that_is_read_otherwise_the_second_time_has_no_look() -> None:
+    whole = square(color=(0.0, 1.0, 0.0, 1.0))
+    short = replace(whole, faces=whole.faces[:1])
+    with studio([(MESH, np.eye(4), None)], meshes={"square": (whole,)}) as (scene, subject):
+        elements = Elements(
+            (ShapeLibrary(lambda mesh: (whole,)).get(MESH) or EMPTY,),
+            (Figure(MESH),),
+            np.arange(1),
+            np.arange(1),
+            np.eye(4)[None],
+            np.ones(1),
+            made_of=None,  # type: ignore[arg-type]  there is no world
+        )
+        subject = replace(subject, looks=LookLibrary(lambda mesh: (short,)).of(elements))
+        color = render(scene, subject, LENS, above(2.2), [ImageKind.COLOR]).color
+    assert color is not None
+    assert np.ptp(color[30, 40].astype(int)) < 20  # grey

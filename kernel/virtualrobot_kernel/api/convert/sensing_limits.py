@@ -16,6 +16,8 @@ MOST_BEAMS = 2_000_000
 """The most beams of a range sensor."""
 MOST_PIXELS = 16_000_000
 """The most pixels of a camera."""
+BRIGHTEST = 1e9
+"""The greatest intensity of a light."""
 FASTEST = 10_000.0
 """The greatest rate in hertz; nothing reads more than once a tick."""
 
@@ -104,6 +106,8 @@ def _contact(data: sensing.ContactSensor, what: str) -> None:
 def _light(data: sensing.Light, what: str) -> None:
     if data.cone_angle_radians > math.pi / 2:
         _refuse(f"{what}.cone_angle_radians", f"must be at most pi/2, not {data.cone_angle_radians:g}")
+    if data.intensity > BRIGHTEST:
+        _refuse(f"{what}.intensity", f"must be at most {BRIGHTEST:g}, not {data.intensity:g}", value=data.intensity)
 
 
 CHECKS: dict[type, Callable[[Any, str], None]] = {
