@@ -50,6 +50,7 @@ class CameraReader:
 
     history_seconds = 0.0
     deadline_seconds = DEADLINE_SECONDS
+    takes_turns = True
 
     def __init__(self, node: Node, shapes: ShapeLibrary, looks: LookLibrary) -> None:
         """Prepare the rays; raise KernelError where Embree can't be had, LimitError for pictures that are too large."""

@@ -39,6 +39,7 @@ class ContactReader:
 
     history_seconds = 0.0
     deadline_seconds = DEADLINE_SECONDS
+    takes_turns = True
 
     def __init__(self, snapshot: Snapshot, node: Node, shapes: CollisionShapes) -> None:
         """Read the sensor `node`; raises UnknownNameError when it names a node that there is not."""

@@ -46,6 +46,7 @@ class MotionReader:
     """Reads one motion sensor; used by one thread."""
 
     deadline_seconds = DEADLINE_SECONDS
+    takes_turns = False
 
     def __init__(self, snapshot: Snapshot, node: Node) -> None:
         """Make the meter of a sensor's node."""

@@ -98,6 +98,11 @@ class RangeReader:
         """Return how long a reading may take; each call of a component has a deadline of its own."""
         return OWN_SECONDS + self.caster.offer.about.deadline_seconds + self.model.offer.about.deadline_seconds
 
+    @property
+    def takes_turns(self) -> bool:
+        """Return whether both components run in this process."""
+        return self.caster.process_id == self.model.process_id == 0
+
     def read(self, moment: Moment, kinds: object | None = None) -> RangeContent:
         """Return what the sensor says; raise KernelError (PLUGIN_FAILED) where a component fails."""
         began = perf_counter()

@@ -56,6 +56,11 @@ class Reader(Protocol):
         """Return how long a reading may take on the wall clock; a sensor that takes longer has a fault."""
         ...
 
+    @property
+    def takes_turns(self) -> bool:
+        """Return whether a reading keeps a core of this process busy, so that it waits for its turn."""
+        ...
+
     def read(self, moment: Moment, kinds: object | None = None) -> Content:
         """Return what the sensor says.
 

@@ -15,6 +15,7 @@ from virtualrobot_kernel.sensing.readers import READERS, SensingRoom
 from virtualrobot_kernel.sensing.reading import Reader, Reading, SensorState
 from virtualrobot_kernel.sensing.settings import rate_hertz
 from virtualrobot_kernel.sensing.station import Instant, Schedule, Station
+from virtualrobot_kernel.sensing.turns import Turns
 from virtualrobot_kernel.world.apply_sensors import sensor_node, sensor_nodes
 from virtualrobot_kernel.world.clock import Mode
 from virtualrobot_kernel.world.sensing import CameraSensor, ContactSensor, MotionSensor, RangeSensor, Sensor
@@ -57,6 +58,7 @@ class Sensors:
         self._lock = threading.Lock()
         self._telling = threading.Lock()
         self._closed = False
+        self._turns = Turns()
         self._most_shapes = UNUSED_SHAPES
         # Starting a thread waits for it, and forgetting shapes takes long: not in the world thread.
         self._chores: queue.SimpleQueue[Station | Structure | None] = queue.SimpleQueue()
@@ -159,7 +161,7 @@ class Sensors:
     def _station(
         self, node: Node, schedule: Schedule | None, before: Station | None = None, fault: str = ""
     ) -> Station:
-        station = Station(node, partial(self._make, node), self._tell, self._now, schedule, before)
+        station = Station(node, partial(self._make, node), self._tell, self._now, self._turns, schedule, before)
         if fault:
             station.give_up(fault)
         else:

@@ -16,6 +16,7 @@ import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.sensing.reading import Content, Moment, Reader, Reading, SensorState
+from virtualrobot_kernel.sensing.turns import Turns
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Node
 
@@ -79,6 +80,7 @@ class Station:
         make: Callable[[], Reader],
         tell: Callable[[Reading], None],
         now: Callable[[], Snapshot],
+        turns: Turns,
         schedule: Schedule | None,
         before: Station | None = None,
     ) -> None:
@@ -89,6 +91,7 @@ class Station:
             make: makes its reader, in the sensor's thread.
             tell: is called with each reading that was due, and with a fault; it must return at once.
             now: returns the world as it is.
+            turns: those of sensors that compute in this process.
             schedule: when readings are due; None: only those that are asked for are made.
             before: the station whose readings go on to be counted here; None: they are counted anew.
         """
@@ -99,7 +102,8 @@ class Station:
         self.number = before.number if before else 0
         self.missed = before.missed if before else 0
         self._seconds = before._seconds if before else 0.0
-        self._make, self._tell, self._now = make, tell, now
+        self._make, self._tell, self._now, self._turns = make, tell, now, turns
+        self._give_back: Callable[[], None] = lambda: None
         self._cause: Exception | None = None
         self._queue: queue.SimpleQueue[_Ask | type[_Due] | None] = queue.SimpleQueue()
         self._lock = threading.Lock()
@@ -189,6 +193,7 @@ class Station:
             self._ended, self.fault, self._cause = True, fault, cause
             if self.schedule is not None:
                 self._tell(self.silent(now, SensorState.FAULT, fault))
+        self._give_back()
         self._settled.set()
         self._ready.set()
         self._refuse_asks()
@@ -234,14 +239,16 @@ class Station:
                 return
             self.number += 1
             number, missed = self.number, self.missed
-        self._busy_since = began = time.monotonic()
+        self._take_turn(reader)
+        began = time.monotonic()
         try:
             content = reader.read(self._moment(instant, number, reader))
         except Exception as error:
             self._failed(error)
             return
+        finally:
+            self._end_turn()
         seconds = time.monotonic() - began
-        self._busy_since = None
         with self._lock:
             self._seconds += seconds
             if not self._ended:
@@ -252,7 +259,8 @@ class Station:
     def _read_asked(self, reader: Reader, ask: _Ask) -> None:
         if not ask.done.set_running_or_notify_cancel():
             return
-        self._busy_since = began = time.monotonic()
+        self._take_turn(reader)
+        began = time.monotonic()
         try:
             content = reader.read(self._moment(ask.instant, ask.number, reader), ask.kinds)
         except Exception as error:
@@ -261,10 +269,19 @@ class Station:
                 self._failed(error)
             return
         finally:
-            self._busy_since = None
+            self._end_turn()
         state = SensorState.STOPPED if self.schedule is None else SensorState.RUNNING
         seconds = time.monotonic() - began
         ask.done.set_result(self._reading(ask.instant.snapshot, ask.number, self.missed, content, state, seconds))
+
+    def _take_turn(self, reader: Reader) -> None:
+        if reader.takes_turns:
+            self._give_back = self._turns.take()
+        self._busy_since = time.monotonic()
+
+    def _end_turn(self) -> None:
+        self._busy_since = None
+        self._give_back()
 
     def _moment(self, instant: Instant, number: int, reader: Reader) -> Moment:
         snapshot = instant.snapshot

@@ -35,6 +35,7 @@ class Fake:
 
     history_seconds: float = 0.0
     deadline_seconds: float = GUARD
+    takes_turns: bool = True
     act: Callable[[Moment], object] = lambda moment: None
     moments: list[Moment] = field(default_factory=list)
     closed: threading.Event = field(default_factory=threading.Event)
