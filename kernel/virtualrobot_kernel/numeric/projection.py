@@ -21,6 +21,8 @@ TILE = 4
 
 _STEPS = 50
 _NEAR_ENOUGH = 1e-12
+_FLATTEST = 1e12
+"""A direction of a pinhole that takes so many meters for one forward is across it, and sees nothing."""
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
@@ -93,37 +95,37 @@ def start_rays(
 
 @inlined
 def _pinhole(u: float, v: float, k: Array, limit: float) -> tuple[float, float, float]:
-    """Return the direction whose distorted place on the plane z = 1 is (u, v), by Newton's method."""
-    x, y = u, v
-    miss = np.inf
+    """Return the direction whose distorted place on the plane z = 1 is (u, v), by Newton's method.
+
+    From the middle outwards, in steps that each bring it nearer: a whole one may leap over the fold.
+    """
+    x, y, step_x, step_y = 0.0, 0.0, u, v
+    miss = u * u + v * v
     for _ in range(_STEPS):
-        r2 = x * x + y * y
-        if r2 > limit * limit:  # begin within, where the slope is right
-            shrink = 0.99 * limit / math.sqrt(r2)
-            x, y = x * shrink, y * shrink
-            r2 = x * x + y * y
+        tried_x, tried_y = x + step_x, y + step_y
+        r2 = tried_x * tried_x + tried_y * tried_y
         above = 1.0 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]))
         below = 1.0 + r2 * (k[5] + r2 * (k[6] + r2 * k[7]))
         factor = above / below
         # The slope of the factor by the square of the radius.
         slope = (k[0] + r2 * (2.0 * k[1] + 3.0 * r2 * k[4])) / below
         slope -= factor * (k[5] + r2 * (2.0 * k[6] + 3.0 * r2 * k[7])) / below
-        a = x * factor + 2.0 * k[2] * x * y + k[3] * (r2 + 2.0 * x * x) - u
-        b = y * factor + k[2] * (r2 + 2.0 * y * y) + 2.0 * k[3] * x * y - v
-        miss = a * a + b * b
+        a = tried_x * factor + 2.0 * k[2] * tried_x * tried_y + k[3] * (r2 + 2.0 * tried_x * tried_x) - u
+        b = tried_y * factor + k[2] * (r2 + 2.0 * tried_y * tried_y) + 2.0 * k[3] * tried_x * tried_y - v
+        xx = factor + 2.0 * tried_x * tried_x * slope + 2.0 * k[2] * tried_y + 6.0 * k[3] * tried_x
+        xy = 2.0 * tried_x * tried_y * slope + 2.0 * k[2] * tried_x + 2.0 * k[3] * tried_y
+        yy = factor + 2.0 * tried_y * tried_y * slope + 6.0 * k[2] * tried_y + 2.0 * k[3] * tried_x
+        determinant = xx * yy - xy * xy
+        if not (r2 <= limit * limit and determinant > 0.0 and a * a + b * b <= miss):
+            step_x, step_y = 0.5 * step_x, 0.5 * step_y
+            continue
+        x, y, miss = tried_x, tried_y, a * a + b * b
         if miss < _NEAR_ENOUGH * _NEAR_ENOUGH:
             break
-        xx = factor + 2.0 * x * x * slope + 2.0 * k[2] * y + 6.0 * k[3] * x
-        xy = 2.0 * x * y * slope + 2.0 * k[2] * x + 2.0 * k[3] * y
-        yy = factor + 2.0 * y * y * slope + 6.0 * k[2] * y + 2.0 * k[3] * x
-        determinant = xx * yy - xy * xy
-        if not determinant > 0.0:
-            return np.nan, np.nan, np.nan
-        x -= (yy * a - xy * b) / determinant
-        y -= (xx * b - xy * a) / determinant
-    if not (miss < 1e-16 and x * x + y * y <= limit * limit):
-        return np.nan, np.nan, np.nan
+        step_x, step_y = (xy * b - yy * a) / determinant, (xy * a - xx * b) / determinant
     length = math.sqrt(x * x + y * y + 1.0)
+    if not (miss < 1e-16 and length < _FLATTEST):
+        return np.nan, np.nan, np.nan
     return x / length, y / length, 1.0 / length
 
 
@@ -135,6 +137,9 @@ def _fisheye(u: float, v: float, k: Array, limit: float) -> tuple[float, float, 
         return 0.0, 0.0, 1.0
     # The angle grows with the radius up to the limit: bisection steps in wherever Newton's would leave the bracket.
     low, high = 0.0, limit
+    t2 = limit * limit
+    if limit * (1.0 + t2 * (k[0] + t2 * (k[1] + t2 * (k[2] + t2 * k[3])))) < radius - _NEAR_ENOUGH:
+        return np.nan, np.nan, np.nan
     angle = min(radius, limit)
     miss = np.inf
     for _ in range(_STEPS):

@@ -103,3 +103,23 @@ def test_each_pixel_has_one_ray_and_packets_are_tiles() -> None:
     assert sorted(lens.pixels.tolist()) == list(range(130))
     tile = places(lens.pixels[:16], 13)
     assert np.ptp(tile, axis=0).tolist() == [3, 3]
+
+
+def test_a_pinhole_finds_what_tangential_distortion_moves_near_the_fold(rng: np.random.Generator) -> None:
+    """Forward through OpenCV and back: the picture is one to one from the middle to each of these places."""
+    distortion = np.array([1.24515378, 0.02305934, 0.0013981, 0.00266724, -0.03075826])
+    angles = rng.uniform(0.0, 2.0 * math.pi, 200)
+    points = np.stack([1.22 * np.cos(angles), 1.22 * np.sin(angles), np.ones(200)], axis=1)
+    projected, _ = cv2.projectPoints(points, np.zeros(3), np.zeros(3), np.eye(3), distortion)
+    for (x, y, _), (u, v) in zip(points.tolist(), projected[:, 0].tolist(), strict=True):
+        lens = lens_of(CameraSensor(1, 1, intrinsics=Intrinsics(1.0, 1.0, -u, -v), distortion=tuple(distortion)))
+        direction = lens.directions[0].astype(np.float64)
+        np.testing.assert_allclose(direction[:2] / direction[2], [x, y], atol=1e-5)
+
+
+@pytest.mark.parametrize("focal", [1e-300, 1e-150, 1e-40, 1e-20])
+def test_what_is_across_a_pinhole_is_not_seen(focal: float) -> None:
+    lens = lens_of(CameraSensor(9, 9, intrinsics=Intrinsics(focal, focal, 4.0, 4.0)))
+    seen = np.isfinite(lens.directions).all(axis=1)
+    assert lens.pixels[seen].tolist() == [40], "its middle"
+    assert np.isfinite(lens.reach)
