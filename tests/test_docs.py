@@ -17,6 +17,7 @@ from virtualrobot.cli.options import target_options
 from virtualrobot.errors import VirtualRobotError
 from virtualrobot.v1 import (
     asset_pb2,
+    collision_pb2,
     errors_pb2,
     geometry_pb2,
     kernel_pb2,
@@ -42,6 +43,7 @@ KERNEL = ROOT / "kernel" / "virtualrobot_kernel"
 PAGES = (ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md")))
 MODULES = (
     asset_pb2,
+    collision_pb2,
     errors_pb2,
     geometry_pb2,
     kernel_pb2,

@@ -20,6 +20,7 @@ from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.api.server import Address, Server
 from virtualrobot_kernel.api.turns import Turns
 from virtualrobot_kernel.collision.geometry import CollisionShapes
+from virtualrobot_kernel.collision.pool import ScenePool
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.importing import Importers
 from virtualrobot_kernel.drawing.additions import with_arrows
@@ -77,6 +78,7 @@ class Kernel:
         self._sensing = SensingRoom(catalog, ShapeLibrary(load), looks, CollisionShapes(load), presets())
         self._studio = Studio(self._sensing.shapes, looks, load)
         self._casters = Casters(self._sensing)
+        self._collisions = ScenePool(self._sensing.solids)
         self.world = World(world_poses, MemoryJournal(), Clock(settings.mode, 1.0, settings.tick_nanoseconds))
         self._sensors = Sensors(self.world, self._sensing)
         self._workers = ThreadPoolExecutor(WORKERS, thread_name_prefix="worker")
@@ -147,6 +149,7 @@ class Kernel:
             sensing=self._sensing,
             casters=self._casters,
             sensors=self._sensors,
+            collisions=self._collisions,
             studio=self._studio,
             importers=self._importers,
             leases=LeaseTable(),

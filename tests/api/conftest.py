@@ -14,6 +14,7 @@ import grpc
 import pytest
 from virtualrobot.v1 import (
     asset_pb2_grpc,
+    collision_pb2_grpc,
     kernel_pb2_grpc,
     lease_pb2_grpc,
     motion_pb2_grpc,
@@ -47,6 +48,7 @@ class Stubs:
         self.lease = lease_pb2_grpc.LeaseServiceStub(channel)
         self.view = view_pb2_grpc.ViewServiceStub(channel)
         self.sensor = sensor_pb2_grpc.SensorServiceStub(channel)
+        self.collision = collision_pb2_grpc.CollisionServiceStub(channel)
         self.ray = ray_pb2_grpc.RayServiceStub(channel)
 
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from virtualrobot import motion, plans
 from virtualrobot.assets import Assets
 from virtualrobot.clock import Clock
+from virtualrobot.collisions import Collisions
 from virtualrobot.denavit_hartenberg import Row, table_message
 from virtualrobot.editor import Direct
 from virtualrobot.errors import AuthenticationError, InvalidArgumentError, VersionError, WrongStateError
@@ -44,6 +45,7 @@ class Client:
         assets: files to and from the kernel.
         plugins: the kernel's plugins: `client.plugins.list()`.
         rays: what rays hit: `client.rays.cast(...)`.
+        collisions: what touches and how far things are apart: `client.collisions.check()`.
         sensors: sensors by name: `client.sensors["lidar"].read()`.
         info: versions, limits and capabilities of the kernel, as it was when connected.
     """
@@ -61,6 +63,7 @@ class Client:
         self.assets = Assets(self._services)
         self.plugins = Plugins(self._services)
         self.rays = Rays(self._services)
+        self.collisions = Collisions(self._services)
         self.sensors = Sensors(self._services)
 
     @property

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from virtualrobot.transport import Channel
 from virtualrobot.v1 import (
     asset_pb2_grpc,
+    collision_pb2_grpc,
     kernel_pb2_grpc,
     lease_pb2_grpc,
     motion_pb2_grpc,
@@ -40,6 +41,7 @@ class Services:
     plugin: plugin_pb2_grpc.PluginServiceStub
     lease: lease_pb2_grpc.LeaseServiceStub
     ray: ray_pb2_grpc.RayServiceStub
+    collision: collision_pb2_grpc.CollisionServiceStub
     sensor: sensor_pb2_grpc.SensorServiceStub
     channel: Channel
 
@@ -58,6 +60,7 @@ class Services:
             plugin_pb2_grpc.PluginServiceStub(channel),
             lease_pb2_grpc.LeaseServiceStub(channel),
             ray_pb2_grpc.RayServiceStub(channel),
+            collision_pb2_grpc.CollisionServiceStub(channel),
             sensor_pb2_grpc.SensorServiceStub(channel),
             channel,
         )

@@ -10,6 +10,7 @@ from virtualrobot_kernel.api.author import author
 from virtualrobot_kernel.api.lease_table import CARRIED, LeaseTable
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.turns import Turns
+from virtualrobot_kernel.collision.pool import ScenePool
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.importing import Importers
 from virtualrobot_kernel.drawing.studio import Studio
@@ -46,6 +47,7 @@ class Rooms:
     sensing: SensingRoom
     casters: Casters
     sensors: Sensors
+    collisions: ScenePool
     studio: Studio
     importers: Importers
     leases: LeaseTable

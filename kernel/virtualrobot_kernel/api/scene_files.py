@@ -24,6 +24,7 @@ from virtualrobot_kernel.world.commands import (
     CreateNodes,
     CreateSignal,
     SelectTool,
+    SetAllowedPairs,
     SetJointPositions,
     SetSpeedFactor,
     SetToolState,
@@ -71,6 +72,8 @@ def read_scene(
         commands.append(CreateSignal(Signal(signal.name, signal.value, signal.description)))
     for robot in scene.robot_states:
         commands.extend(_state_commands(robot))
+    if scene.allowed_pairs:
+        commands.append(SetAllowedPairs(tuple((pair.first, pair.second, pair.reason) for pair in scene.allowed_pairs)))
     if scene.HasField("speed_factor"):
         commands.append(SetSpeedFactor("", finite(scene.speed_factor, "speed_factor")))
     return commands, warnings
@@ -117,6 +120,9 @@ def write_scene(snapshot: Snapshot, bundled: bool) -> tuple[str, list[tuple[str,
         scene.robot_states.append(masked(state, SAVED_STATE))
     if snapshot.state.speed_factor != 1.0:
         scene.speed_factor = snapshot.state.speed_factor
+    for pair, why in snapshot.state.allowed_pairs.items():
+        first, second = (structure.nodes[uid].name for uid in pair)
+        scene.allowed_pairs.add(first=first, second=second, reason=why)
     return scene_file.format(scene), files
 
 

@@ -16,6 +16,8 @@ from grpc_reflection.v1alpha import reflection
 from virtualrobot.v1 import (
     asset_pb2,
     asset_pb2_grpc,
+    collision_pb2,
+    collision_pb2_grpc,
     kernel_pb2,
     kernel_pb2_grpc,
     lease_pb2,
@@ -39,6 +41,7 @@ from virtualrobot.v1 import (
 )
 
 from virtualrobot_kernel.api.asset import AssetServicer
+from virtualrobot_kernel.api.collision import CollisionServicer
 from virtualrobot_kernel.api.interceptors import Errors, Leasing, Token
 from virtualrobot_kernel.api.kernel import KernelServicer
 from virtualrobot_kernel.api.lease import LeaseServicer
@@ -69,6 +72,7 @@ SERVICES = (
     (sensor_pb2, sensor_pb2_grpc.add_SensorServiceServicer_to_server, SensorServicer),
     (view_pb2, view_pb2_grpc.add_ViewServiceServicer_to_server, ViewServicer),
     (ray_pb2, ray_pb2_grpc.add_RayServiceServicer_to_server, RayServicer),
+    (collision_pb2, collision_pb2_grpc.add_CollisionServiceServicer_to_server, CollisionServicer),
 )
 """Each noun of the contract, and who serves it."""
 

@@ -24,6 +24,9 @@ from virtualrobot_kernel.world.figures import Box, Capsule, Cone, Cylinder, Geom
 
 log = logging.getLogger(__name__)
 
+NOTHING = -1e30
+"""Half the extent of what has no triangles, in meters: it is near to nothing."""
+
 Meshes = Callable[[Mesh], tuple[Submesh, ...]]
 """Gives the triangles of a mesh, in the frame of its figure."""
 
@@ -47,12 +50,18 @@ class Solid:
         pieces: the core's triangles.
         radius: in meters; 0 but for spheres and capsules.
         nearest: finds the nearest point of the core; None for a mesh.
+        piece_centre: (k, 3) and `piece_half` (k, 3): the box around each piece in the figure's frame.
+        centre: (3,) and `half` (3,): the box around the core; a half far below 0 where there are no triangles.
     """
 
     solid: Any
     pieces: tuple[Piece, ...]
     radius: float
     nearest: Nearest | None
+    piece_centre: Floats
+    piece_half: Floats
+    centre: Floats
+    half: Floats
 
 
 class CollisionShapes:
@@ -119,7 +128,13 @@ def _segment(length: float) -> tuple[Floats, Integers]:
 
 def _solid(solid: Any, core: tuple[Floats, Integers], radius: float, near: Nearest | None) -> Solid:  # noqa: ANN401
     vertices, faces = core
-    return Solid(solid, tuple(_piece(vertices, some) for some in pieces(vertices, faces)), radius, near)
+    made = tuple(_piece(vertices, some) for some in pieces(vertices, faces))
+    centre = np.array([piece.centre for piece in made]).reshape(-1, 3)
+    half = np.array([piece.half for piece in made]).reshape(-1, 3)
+    if not made:
+        return Solid(solid, made, radius, near, centre, half, np.zeros(3), np.full(3, NOTHING))
+    lower, upper = (centre - half).min(axis=0), (centre + half).max(axis=0)
+    return Solid(solid, made, radius, near, centre, half, 0.5 * (lower + upper), 0.5 * (upper - lower))
 
 
 def _piece(vertices: Floats, faces: Integers) -> Piece:

@@ -53,3 +53,25 @@ def of_cone(radius: float, length: float) -> Nearest:
         return np.array([point[0] * scale, point[1] * scale, found[1]])
 
     return nearest
+
+
+def segments_nearest(one: Floats, other: Floats) -> Floats:
+    """Return the nearest points (2, 3) of two segments (2, 3), each of which may be a point.
+
+    C. Ericson, Real-Time Collision Detection, 2005, 5.1.9.
+    """
+    along, across, between = one[1] - one[0], other[1] - other[0], one[0] - other[0]
+    a, e, f = float(along @ along), float(across @ across), float(across @ between)
+    c, b = float(along @ between), float(along @ across)
+    if a == 0.0:
+        s, t = 0.0, float(np.clip(f / e, 0.0, 1.0)) if e else 0.0
+    elif e == 0.0:
+        s, t = float(np.clip(-c / a, 0.0, 1.0)), 0.0
+    else:
+        apart = a * e - b * b
+        s = float(np.clip((b * f - c * e) / apart, 0.0, 1.0)) if apart > 1e-12 * a * e else 0.0
+        t = (b * s + f) / e
+        if not 0.0 <= t <= 1.0:
+            t = float(np.clip(t, 0.0, 1.0))
+            s = float(np.clip((b * t - c) / a, 0.0, 1.0))
+    return np.array([one[0] + s * along, other[0] + t * across])

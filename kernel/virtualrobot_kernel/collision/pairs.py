@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from virtualrobot_kernel.collision.nearest import Floats, Nearest
 from virtualrobot_kernel.collision.placed import Placed, piece_distance
-from virtualrobot_kernel.collision.touching import Contacts, touching
+from virtualrobot_kernel.collision.touching import touching
 
 Integers = NDArray[np.int64]
 
@@ -53,36 +53,65 @@ def near_pairs(first: Placed, second: Placed, range_meters: float = 0.0) -> list
     cylinders and cones, to 2e-5 of the radius.
     """
     found = []
-    for one, other, rows in _candidates(first, second, range_meters):
-        bounds = _bounds(first, second, *rows)
-        contacts = _contacts(first, second, one, other, bounds, rows)
-        if contacts is not None:
-            points = np.stack([contacts.points[0]] * 2)
-            found.append(Pair(one, other, 0.0, points, contacts.points, contacts.normal))
-        elif range_meters > 0.0:
-            distance, points = _distance(first, second, one, other, _ordered(bounds, *rows))
-            if distance <= range_meters:
-                found.append(Pair(one, other, distance, points, np.zeros((0, 3)), None))
+    close = box_distances((first.centre, first.half), (second.centre, second.half)) <= range_meters
+    for one, other in np.argwhere(close).tolist():
+        pair = _pair(first, second, one, other, range_meters)
+        if pair is not None:
+            found.append(pair)
     return sorted(found, key=lambda pair: pair.distance)
+
+
+def _pair(first: Placed, second: Placed, one: int, other: int, range_meters: float) -> Pair | None:
+    """Return two elements that touch or are near, None where they aren't."""
+    rows, bounds = near_pieces(first, second, one, other, range_meters)
+    if not bounds.size:
+        return None
+    overlapping = np.argwhere(bounds == 0.0)
+    if len(overlapping):
+        pieces = list(zip(rows[0][overlapping[:, 0]].tolist(), rows[1][overlapping[:, 1]].tolist(), strict=True))
+        contacts = touching(first, second, one, other, pieces)
+        if contacts is not None:
+            return Pair(one, other, 0.0, np.stack([contacts.points[0]] * 2), contacts.points, contacts.normal)
+    if range_meters > 0.0:
+        distance, points = _distance(first, second, one, other, _ordered(bounds, *rows))
+        if distance <= range_meters:
+            return Pair(one, other, distance, points, np.zeros((0, 3)), None)
+    return None
+
+
+def pair_of(first: Placed, second: Placed, one: int, other: int) -> Pair | None:
+    """Return how an element of each set stands to the other, however far; None where one has no pieces."""
+    return _pair(first, second, one, other, np.inf)
 
 
 Pieces = Iterable[tuple[float, int, int]]
 """Pairs of pieces by their rows: a lower bound of their distance (m) first, the least first."""
 
 
-def _rows(placed: Placed, element: int) -> Integers:
-    return np.arange(placed.first_piece[element], placed.first_piece[element + 1])
+def near_pieces(
+    first: Placed, second: Placed, one: int, other: int, range_meters: float
+) -> tuple[tuple[Integers, Integers], Floats]:
+    """Return the rows (r,) and (s,) of two elements' pieces near the other, and lower bounds (r, s) of their distances.
+
+    Left out are pieces whose boxes are farther than the range from the box around the other element.
+    """
+    sides = []
+    for (ours, at), (theirs, to) in (((first, one), (second, other)), ((second, other), (first, one))):
+        centre, half = ours.boxes(at)
+        near = _apart(centre, half, theirs.centre[to], theirs.half[to]) <= range_meters
+        sides.append((ours.first_piece[at] + np.flatnonzero(near), centre[near], half[near]))
+    (rows, *boxes), (others, *to_boxes) = sides
+    return (rows, others), box_distances((boxes[0], boxes[1]), (to_boxes[0], to_boxes[1]))
+
+
+def box_distances(boxes: tuple[Floats, Floats], others: tuple[Floats, Floats]) -> Floats:
+    """Return the distance (r, s) of each two boxes along the axes, given as centres (n, 3) and halves (n, 3)."""
+    return _apart(boxes[0][:, None], boxes[1][:, None], others[0][None], others[1][None])
 
 
 def _apart(centre: Floats, half: Floats, centres: Floats, halves: Floats) -> Floats:
     """Return how far boxes are apart, by the shapes of their centres and halves: a lower bound of their contents'."""
     return np.linalg.norm(np.maximum(np.abs(centre - centres) - half - halves, 0.0), axis=-1)
-
-
-def _bounds(first: Placed, second: Placed, rows: Integers, others: Integers) -> Floats:
-    """Return a lower bound (r, s) of the distance of each two pieces."""
-    mine = first.centre[rows, None], first.half[rows, None]
-    return _apart(*mine, second.centre[None, others], second.half[None, others])
 
 
 def _ordered(bounds: Floats, rows: Integers, others: Integers) -> Iterator[tuple[float, int, int]]:
@@ -92,29 +121,6 @@ def _ordered(bounds: Floats, rows: Integers, others: Integers) -> Iterator[tuple
         some = order[start : start + FEW]
         row, other = np.unravel_index(some, bounds.shape)
         yield from zip(bounds.ravel()[some].tolist(), rows[row].tolist(), others[other].tolist(), strict=True)
-
-
-def _candidates(first: Placed, second: Placed, range_meters: float) -> Iterator[tuple[int, int, list[Integers]]]:
-    """Yield the elements whose boxes are within the range of each other, and the rows of their pieces that may be."""
-    (centre, half), (centres, halves) = first.boxes(), second.boxes()
-    close = _apart(centre[:, None], half[:, None], centres[None], halves[None]) <= range_meters
-    for one, other in np.argwhere(close).tolist():
-        rows, others = _rows(first, one), _rows(second, other)
-        rows = rows[_apart(first.centre[rows], first.half[rows], centres[other], halves[other]) <= range_meters]
-        others = others[_apart(second.centre[others], second.half[others], centre[one], half[one]) <= range_meters]
-        if len(rows) and len(others):
-            yield one, other, [rows, others]
-
-
-def _contacts(
-    first: Placed, second: Placed, one: int, other: int, bounds: Floats, rows: list[Integers]
-) -> Contacts | None:
-    """Return where two elements touch, None where they don't."""
-    overlapping = np.argwhere(bounds == 0.0)
-    if not len(overlapping):
-        return None
-    pieces = list(zip(rows[0][overlapping[:, 0]].tolist(), rows[1][overlapping[:, 1]].tolist(), strict=True))
-    return touching(first, second, one, other, pieces)
 
 
 def _distance(first: Placed, second: Placed, one: int, other: int, pieces: Pieces) -> tuple[float, Floats]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import fcl
@@ -14,28 +13,18 @@ from virtualrobot_kernel.collision.geometry import Solid
 from virtualrobot_kernel.collision.nearest import Floats
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Objects:
-    """FCL's objects of one element: of its core's pieces, and of its solid (None for a mesh)."""
-
-    pieces: tuple[Any, ...]
-    whole: Any
-
-    @staticmethod
-    def of(solid: Solid) -> _Objects:
-        """Return new objects."""
-        pieces = tuple(fcl.CollisionObject(piece.model, fcl.Transform()) for piece in solid.pieces)
-        return _Objects(pieces, fcl.CollisionObject(solid.solid, fcl.Transform()) if solid.solid else None)
-
-
 class Placed:
     """Solids and where they are. Used by one thread; the solids themselves are shared.
+
+    FCL's objects are made and put to their places when they are first asked for: most elements never are, since the
+    boxes around them are far from each other.
 
     Attributes:
         solids: (e) the elements.
         world_t_element: (e, 4, 4) where they are.
         first_piece: (e + 1,) the pieces of element i are first_piece[i] to first_piece[i + 1].
-        centre: (p, 3) and `half` (p, 3): the box around each piece along the world's axes, radius included.
+        centre: (e, 3) and `half` (e, 3): the box around each element along the world's axes, radius included; a half
+            far below 0 for an element without pieces.
     """
 
     def __init__(self, solids: Sequence[Solid], world_t_element: Floats, before: Placed | None = None) -> None:
@@ -45,54 +34,53 @@ class Placed:
         0.7 frees an object's memory but for 31 bytes, and scenes change often.
         """
         self.solids = tuple(solids)
-        counts = [len(solid.pieces) for solid in self.solids]
-        self.first_piece = np.cumsum([0, *counts])
-        self._element = np.repeat(np.arange(len(counts)), counts)
-        parts = [(piece, solid.radius) for solid in self.solids for piece in solid.pieces]
-        self._local_centre = np.array([piece.centre for piece, _ in parts]).reshape(-1, 3)
-        self._local_half = np.array([piece.half for piece, _ in parts]).reshape(-1, 3)
-        self._radius = np.array([radius for _, radius in parts]).reshape(-1, 1)
-        left: dict[int, list[_Objects]] = {}
-        for solid, objects in zip(before.solids, before._objects, strict=True) if before else ():
-            left.setdefault(id(solid), []).append(objects)
-        self._objects = [left[id(solid)].pop() if left.get(id(solid)) else _Objects.of(solid) for solid in self.solids]
-        self._pieces = [piece for objects in self._objects for piece in objects.pieces]
-        self.world_t_element = np.full((len(self.solids), 4, 4), np.nan)
-        self.centre, self.half = np.empty((len(parts), 3)), np.empty((len(parts), 3))
-        self.move(world_t_element)
+        self.first_piece = np.cumsum([0, *(len(solid.pieces) for solid in self.solids)])
+        self._element = np.repeat(np.arange(len(self.solids)), np.diff(self.first_piece))
+        self._local_centre = np.array([solid.centre for solid in self.solids]).reshape(-1, 3)
+        self._local_half = np.array([solid.half for solid in self.solids]).reshape(-1, 3)
+        self._radius = np.array([solid.radius for solid in self.solids]).reshape(-1, 1)
+        self._objects = before._taken_by(self.solids) if before else {}
+        self._moved_since = set(self._objects)
+        self._boxes: dict[int, tuple[Floats, Floats]] = {}
+        self.world_t_element = world_t_element.copy()
+        self.centre, self.half = np.empty((len(self.solids), 3)), np.empty((len(self.solids), 3))
+        self._bound(np.arange(len(self.solids)))
 
     def move(self, world_t_element: Floats) -> None:
         """Put the elements elsewhere, (e, 4, 4); only what moved costs."""
         moved = np.flatnonzero((world_t_element != self.world_t_element).any(axis=(1, 2)))
-        self.world_t_element = world_t_element
-        for element in moved.tolist():
-            pose = world_t_element[element]
-            place = fcl.Transform(pose[:3, :3], pose[:3, 3])
-            own = slice(self.first_piece[element], self.first_piece[element + 1])
-            for at in (*self._objects[element].pieces, self._objects[element].whole):
-                if at is not None:
-                    at.setTransform(place)
-            self.centre[own] = self._local_centre[own] @ pose[:3, :3].T + pose[:3, 3]
-            self.half[own] = self._local_half[own] @ np.abs(pose[:3, :3]).T + self._radius[own]
+        self.move_some(moved, world_t_element[moved])
 
-    def boxes(self) -> tuple[Floats, Floats]:
-        """Return centre and half (e, 3) of the box around each element; one without pieces is far from all."""
-        count = np.diff(self.first_piece)
-        centre, half = np.zeros((len(count), 3)), np.full((len(count), 3), -np.inf)
-        if len(self.centre):
-            start = self.first_piece[:-1][count > 0]
-            lower = np.minimum.reduceat(self.centre - self.half, start)
-            upper = np.maximum.reduceat(self.centre + self.half, start)
-            centre[count > 0], half[count > 0] = 0.5 * (lower + upper), 0.5 * (upper - lower)
-        return centre, half
+    def move_some(self, elements: NDArray[np.int64], world_t_element: Floats) -> None:
+        """Put some elements elsewhere, (k, 4, 4)."""
+        self.world_t_element[elements] = world_t_element
+        self._bound(elements)
+        for element in elements.tolist():
+            self._boxes.pop(element, None)
+        self._moved_since.update(self._objects.keys() & set(elements.tolist()))
+
+    def boxes(self, element: int) -> tuple[Floats, Floats]:
+        """Return centre (k, 3) and half (k, 3) of the boxes around an element's pieces, radius included."""
+        found = self._boxes.get(element)
+        if found is None:
+            solid, turn = self.solids[element], self.world_t_element[element, :3, :3]
+            centre = solid.piece_centre @ turn.T + self.world_t_element[element, :3, 3]
+            found = self._boxes[element] = centre, solid.piece_half @ np.abs(turn).T + solid.radius
+        return found
 
     def piece(self, row: int) -> Any:  # noqa: ANN401 FCL has no types
         """Return FCL's object of a piece of a core."""
-        return self._pieces[row]
+        element = int(self._element[row])
+        return self._placed_objects(element).pieces[row - int(self.first_piece[element])]
 
     def whole(self, element: int) -> Any:  # noqa: ANN401 FCL has no types
         """Return FCL's object of an element's solid; None for a mesh."""
-        return self._objects[element].whole
+        return self._placed_objects(element).whole
+
+    def segment(self, element: int) -> Floats:
+        """Return the ends (2, 3) of the core of a sphere or a capsule in the world."""
+        pose, half = self.world_t_element[element], self.solids[element].half[2]
+        return pose[:3, 3] + np.array([[-half], [half]]) * pose[:3, 2]
 
     def triangles(self, row: int, which: NDArray[np.int64]) -> Floats:
         """Return some triangles (k, 3, 3) of a piece in the world."""
@@ -100,6 +88,48 @@ class Placed:
         piece = self.solids[element].pieces[row - self.first_piece[element]]
         pose = self.world_t_element[element]
         return piece.triangles[which] @ pose[:3, :3].T + pose[:3, 3]
+
+    def _taken_by(self, solids: Sequence[Solid]) -> dict[int, _Objects]:
+        """Return objects for elements with these solids, as far as this has some of the same."""
+        left: dict[int, list[_Objects]] = {}
+        for element, objects in self._objects.items():
+            left.setdefault(id(self.solids[element]), []).append(objects)
+        return {place: left[id(solid)].pop() for place, solid in enumerate(solids) if left.get(id(solid))}
+
+    def _bound(self, elements: NDArray[np.int64]) -> None:
+        turn = self.world_t_element[elements, :3, :3]
+        local = self._local_centre[elements, :, None], self._local_half[elements, :, None]
+        self.centre[elements] = (turn @ local[0])[:, :, 0] + self.world_t_element[elements, :3, 3]
+        self.half[elements] = (np.abs(turn) @ local[1])[:, :, 0] + self._radius[elements]
+
+    def _placed_objects(self, element: int) -> _Objects:
+        objects = self._objects.get(element)
+        if objects is None:
+            objects = self._objects[element] = _Objects(self.solids[element])
+        elif element not in self._moved_since:
+            return objects
+        self._moved_since.discard(element)
+        objects.move(self.world_t_element[element])
+        return objects
+
+
+class _Objects:
+    """FCL's objects of one element: one for each piece, and one for its solid, None for a mesh."""
+
+    __slots__ = ("pieces", "whole")
+
+    def __init__(self, solid: Solid) -> None:
+        """Make them."""
+        self.pieces = [fcl.CollisionObject(piece.model, fcl.Transform()) for piece in solid.pieces]
+        self.whole = fcl.CollisionObject(solid.solid, fcl.Transform()) if solid.solid else None
+
+    def move(self, pose: Floats) -> None:
+        """Put them at a pose (4, 4)."""
+        place = fcl.Transform(pose[:3, :3], pose[:3, 3])
+        for at in self.pieces:
+            at.setTransform(place)
+        if self.whole is not None:
+            self.whole.setTransform(place)
 
 
 def piece_distance(first: Placed, second: Placed, row: int, to: int) -> tuple[float, Floats]:

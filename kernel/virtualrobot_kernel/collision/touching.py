@@ -9,11 +9,13 @@ from typing import Any
 import fcl
 import numpy as np
 
-from virtualrobot_kernel.collision.nearest import Floats
+from virtualrobot_kernel.collision.nearest import Floats, segments_nearest
 from virtualrobot_kernel.collision.placed import Placed, piece_distance
 
 MOST = 256
 """The most contacts of two pieces."""
+
+_ONE_CONTACT = fcl.CollisionRequest(num_max_contacts=1, enable_contact=False)
 
 FLAT = 0.3
 """Points lie in a plane when they reach less than this out of it, as part of their second extent."""
@@ -31,9 +33,10 @@ def touching(first: Placed, second: Placed, one: int, other: int, pieces: Sequen
     """Return where two elements touch; None where they don't.
 
     Whether they touch, FCL says of their solids: exactly, also where one is inside the other. Where they do, convex
-    solids tell points and normal. A sphere or a capsule touches a mesh at its points that are nearest to the core. The
-    surfaces of meshes, and of boxes, cylinders and cones with them, meet in curves: the points are the middles of the
-    pieces of these, and the normal is that of the plane through them.
+    solids tell points and normal; spheres and capsules among themselves are in closed form. A sphere or a capsule
+    touches a mesh at its points that are nearest to the core. The surfaces of meshes, and of boxes, cylinders and cones
+    with them, meet in curves: the points are the middles of the pieces of these, and the normal is that of the plane
+    through them.
 
     Args:
         first: holds the element `one`.
@@ -42,6 +45,8 @@ def touching(first: Placed, second: Placed, one: int, other: int, pieces: Sequen
         other: which one of the second.
         pieces: rows of the two elements' pieces whose boxes overlap.
     """
+    if first.solids[one].radius and second.solids[other].radius:
+        return _of_rounds(first, second, one, other)
     solid, against = first.whole(one), second.whole(other)
     if solid and against:
         return _of_solids(_collide(solid, against))
@@ -75,6 +80,29 @@ def touching(first: Placed, second: Placed, one: int, other: int, pieces: Sequen
     return Contacts(np.array([contact.pos for contact, _ in told]), deepest[1] * np.array(deepest[0].normal))
 
 
+def touches(first: Placed, second: Placed, one: int, other: int, pieces: Sequence[tuple[int, int]]) -> bool:
+    """Return whether two elements touch: whether `touching` returns anything, sooner."""
+    radii = first.solids[one].radius, second.solids[other].radius
+    radius = sum(radii)
+    if all(radii):
+        ours, theirs = segments_nearest(first.segment(one), second.segment(other))
+        return float(np.linalg.norm(theirs - ours)) <= radius
+    solid, against = first.whole(one), second.whole(other)
+    if solid and against:
+        return _meet(solid, against)
+    if radius:
+        return any(piece_distance(first, second, row, to)[0] <= radius for row, to in pieces)
+    if solid:
+        return any(_meet(second.piece(to), solid) for _, to in pieces)
+    if against:
+        return any(_meet(first.piece(row), against) for row, _ in pieces)
+    return any(_meet(first.piece(row), second.piece(to)) for row, to in pieces)
+
+
+def _meet(one: Any, other: Any) -> bool:  # noqa: ANN401 FCL has no types
+    return fcl.collide(one, other, _ONE_CONTACT, fcl.CollisionResult()) > 0
+
+
 def _collide(one: Any, other: Any) -> list[Any]:  # noqa: ANN401 FCL has no types
     result = fcl.CollisionResult()
     fcl.collide(one, other, fcl.CollisionRequest(num_max_contacts=MOST, enable_contact=True), result)
@@ -86,6 +114,28 @@ def _of_solids(contacts: Sequence[Any]) -> Contacts | None:
         return None
     deepest = max(contacts, key=lambda one: one.penetration_depth)
     return Contacts(np.array([contact.pos for contact in contacts]), np.array(deepest.normal))
+
+
+def _of_rounds(first: Placed, second: Placed, one: int, other: int) -> Contacts | None:
+    """Return where two that are round about cores touch: in the middle of where they are in each other."""
+    radii = first.solids[one].radius, second.solids[other].radius
+    cores = first.segment(one), second.segment(other)
+    ours, theirs = segments_nearest(*cores)
+    distance = float(np.linalg.norm(theirs - ours))
+    if distance > sum(radii):
+        return None
+    normal = (
+        (theirs - ours) / distance if distance > 0.0 else _across(cores[0][1] - cores[0][0], cores[1][1] - cores[1][0])
+    )
+    return Contacts((ours + 0.5 * (distance + radii[0] - radii[1]) * normal)[None], normal)
+
+
+def _across(one: Floats, other: Floats) -> Floats:
+    """Return a unit vector at right angles to two vectors, any of which may be zero or along the other."""
+    candidates = [np.cross(one, other), *(np.cross(axis, one + other) for axis in np.eye(3)), np.eye(3)[2]]
+    longest = max(candidates[:4], key=lambda vector: float(vector @ vector))
+    chosen = next((each for each in (candidates[0], longest) if each @ each > 1e-12), candidates[4])
+    return chosen / np.linalg.norm(chosen)
 
 
 def _of_round(

@@ -7,7 +7,15 @@ from dataclasses import replace
 from typing import Any
 
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.world import apply_motions, apply_nodes, apply_robots, apply_sensors, apply_setpoints, commands
+from virtualrobot_kernel.world import (
+    apply_collisions,
+    apply_motions,
+    apply_nodes,
+    apply_robots,
+    apply_sensors,
+    apply_setpoints,
+    commands,
+)
 from virtualrobot_kernel.world.change import Change, Forward, frozen
 from virtualrobot_kernel.world.state import State
 from virtualrobot_kernel.world.structure import Structure
@@ -24,6 +32,7 @@ HANDLERS: dict[type, Callable[[Change, Any, Forward], Change]] = {
     commands.SetKinematics: apply_robots.set_kinematics,
     commands.RunSensors: apply_sensors.run_sensors,
     commands.SetRangeComponents: apply_sensors.set_range_components,
+    commands.SetAllowedPairs: apply_collisions.set_allowed_pairs,
     commands.SelectTool: apply_robots.select_tool,
     commands.SetToolState: apply_robots.set_tool_state,
     commands.CreateSignal: apply_robots.create_signal,

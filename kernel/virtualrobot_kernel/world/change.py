@@ -94,6 +94,7 @@ def rebuilt(change: Change, nodes: Mapping[int, Node], next_uid: int, poses: Map
             tool_states={uid: name for uid, name in state.tool_states.items() if uid in alive},
             selections={uid: selection for uid, selection in state.selections.items() if uid in alive},
             speed_factors={uid: factor for uid, factor in state.speed_factors.items() if uid in alive},
+            allowed_pairs={pair: why for pair, why in state.allowed_pairs.items() if alive >= set(pair)},
         ),
     )
 

@@ -115,6 +115,14 @@ class SetRangeComponents:
 
 
 @dataclass(frozen=True, slots=True)
+class SetAllowedPairs:
+    """Lets nodes touch each other (name, name, why), and others (name, name) no more; the latter comes first."""
+
+    allow: tuple[tuple[str, str, str], ...] = ()
+    forbid: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class SelectTool:
     """Chooses a robot's tool (empty: none) and tool centre point (empty: the tool's first)."""
 
@@ -268,6 +276,7 @@ Command = (
     | SetKinematics
     | RunSensors
     | SetRangeComponents
+    | SetAllowedPairs
     | SelectTool
     | SetToolState
     | CreateSignal

@@ -104,6 +104,7 @@ class State:
 
     q (nq,) coordinates and v (nv,) velocities of all joints: radians, meters, per second.
     parent_t_node (N, 4, 4): where each node is in its parent's frame, a row for each node.
+    allowed_pairs: nodes (uids, the smaller first) that clients let touch each other, and why.
     """
 
     tick: int
@@ -118,6 +119,7 @@ class State:
     selections: Mapping[int, Selection] = field(default_factory=dict)
     speed_factors: Mapping[int, float] = field(default_factory=dict)
     speed_factor: float = 1.0
+    allowed_pairs: Mapping[tuple[int, int], str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

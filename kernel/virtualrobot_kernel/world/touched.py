@@ -85,6 +85,12 @@ def _started(snapshot: Snapshot, command: commands.StartMotion) -> Iterable[int]
         yield from _owner(structure, Kind.TOOL, tool)
 
 
+def _pairs(snapshot: Snapshot, command: commands.SetAllowedPairs) -> Iterable[int]:
+    names = {name for pair in (*command.allow, *command.forbid) for name in pair[:2]}
+    for uid in named_nodes(snapshot.structure, names):
+        yield from _owner(snapshot.structure, snapshot.structure.nodes[uid].kind, uid)
+
+
 def _motion(snapshot: Snapshot, command: Any) -> Iterable[int]:  # noqa: ANN401 any command that names a motion
     return next((motion.robots for motion in snapshot.state.motions if motion.id == command.id), ())
 
@@ -118,6 +124,7 @@ TOUCHED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.SetKinematics: _robot,
     commands.RunSensors: _nothing,
     commands.SetRangeComponents: _nothing,
+    commands.SetAllowedPairs: _pairs,
     commands.SelectTool: _robot,
     commands.SetToolState: _tool,
     commands.CreateSignal: _nothing,

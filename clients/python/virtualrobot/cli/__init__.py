@@ -35,6 +35,7 @@ _COMMANDS = {
     "record": ("virtualrobot.cli.pictures", "Film the world, without a browser."),
     "pick": ("virtualrobot.cli.pictures", "Tell what is under a pixel."),
     "measure": ("virtualrobot.cli.pictures", "Tell how far two points are apart."),
+    "collision": ("virtualrobot.cli.collision", "Show what touches, what may, and how far things are apart."),
     "rays": ("virtualrobot.cli.rays", "Compare ray casters, or cast a ray."),
     "sensor": ("virtualrobot.cli.sensor", "Show, start, stop, read and watch sensors."),
     "grade": ("virtualrobot.cli.serve", "Test components of plugins."),

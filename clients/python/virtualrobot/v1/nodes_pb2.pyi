@@ -150,6 +150,16 @@ class JointGroup(_message.Message):
     tip_link: str
     def __init__(self, name: _Optional[str] = ..., joint_names: _Optional[_Iterable[str]] = ..., base_link: _Optional[str] = ..., tip_link: _Optional[str] = ...) -> None: ...
 
+class NodePair(_message.Message):
+    __slots__ = ("first", "second", "reason")
+    FIRST_FIELD_NUMBER: _ClassVar[int]
+    SECOND_FIELD_NUMBER: _ClassVar[int]
+    REASON_FIELD_NUMBER: _ClassVar[int]
+    first: str
+    second: str
+    reason: str
+    def __init__(self, first: _Optional[str] = ..., second: _Optional[str] = ..., reason: _Optional[str] = ...) -> None: ...
+
 class LinkPair(_message.Message):
     __slots__ = ("first", "second", "reason")
     FIRST_FIELD_NUMBER: _ClassVar[int]

@@ -405,17 +405,19 @@ class SaveSceneResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., text: _Optional[str] = ..., files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ...) -> None: ...
 
 class SceneFile(_message.Message):
-    __slots__ = ("schema_version", "nodes", "signals", "robot_states", "speed_factor", "models")
+    __slots__ = ("schema_version", "nodes", "signals", "robot_states", "speed_factor", "models", "allowed_pairs")
     SCHEMA_VERSION_FIELD_NUMBER: _ClassVar[int]
     NODES_FIELD_NUMBER: _ClassVar[int]
     SIGNALS_FIELD_NUMBER: _ClassVar[int]
     ROBOT_STATES_FIELD_NUMBER: _ClassVar[int]
     SPEED_FACTOR_FIELD_NUMBER: _ClassVar[int]
     MODELS_FIELD_NUMBER: _ClassVar[int]
+    ALLOWED_PAIRS_FIELD_NUMBER: _ClassVar[int]
     schema_version: int
     nodes: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.Node]
     signals: _containers.RepeatedCompositeFieldContainer[_signal_pb2.Signal]
     robot_states: _containers.RepeatedCompositeFieldContainer[_robot_pb2.RobotState]
     speed_factor: float
     models: _containers.RepeatedCompositeFieldContainer[ImportModelRequest]
-    def __init__(self, schema_version: _Optional[int] = ..., nodes: _Optional[_Iterable[_Union[_nodes_pb2.Node, _Mapping]]] = ..., signals: _Optional[_Iterable[_Union[_signal_pb2.Signal, _Mapping]]] = ..., robot_states: _Optional[_Iterable[_Union[_robot_pb2.RobotState, _Mapping]]] = ..., speed_factor: _Optional[float] = ..., models: _Optional[_Iterable[_Union[ImportModelRequest, _Mapping]]] = ...) -> None: ...
+    allowed_pairs: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.NodePair]
+    def __init__(self, schema_version: _Optional[int] = ..., nodes: _Optional[_Iterable[_Union[_nodes_pb2.Node, _Mapping]]] = ..., signals: _Optional[_Iterable[_Union[_signal_pb2.Signal, _Mapping]]] = ..., robot_states: _Optional[_Iterable[_Union[_robot_pb2.RobotState, _Mapping]]] = ..., speed_factor: _Optional[float] = ..., models: _Optional[_Iterable[_Union[ImportModelRequest, _Mapping]]] = ..., allowed_pairs: _Optional[_Iterable[_Union[_nodes_pb2.NodePair, _Mapping]]] = ...) -> None: ...

@@ -1,0 +1,136 @@
+"""`virtualrobot collision`: what touches, what may, and how far a robot is from the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import click
+
+from virtualrobot.cli.options import Target, target_options
+
+if TYPE_CHECKING:
+    from virtualrobot.collisions import AllowedPair, Collision, Distance, SampledPair
+
+_EXAMPLES = """
+\b
+Examples:
+  virtualrobot collision
+  virtualrobot collision allowed arm
+  virtualrobot collision distance arm --range 0.2
+  virtualrobot collision allow arm.link_0 table --reason "stands on it"
+  virtualrobot collision find arm
+"""
+
+
+@click.group(invoke_without_command=True, epilog=_EXAMPLES)
+@target_options
+@click.pass_context
+def collision(ctx: click.Context, target: Target) -> None:
+    """Show what touches and may not; or what may, and how far things are apart."""
+    ctx.obj = target
+    if ctx.invoked_subcommand is None:
+        with target.connect() as client:
+            found = client.collisions.check(detail="contacts").pairs
+        click.echo("\n".join(collision_lines(found)))
+
+
+@collision.command()
+@click.argument("nodes", nargs=-1)
+@target_options
+def allowed(target: Target, nodes: tuple[str, ...]) -> None:
+    """Show the pairs that may touch, all or those with NODES and what hangs below them, and why."""
+    with target.connect() as client:
+        found = client.collisions.allowed.list(*nodes)
+    click.echo("\n".join(allowed_lines(found)))
+
+
+@collision.command()
+@click.argument("robot")
+@click.argument("nodes", nargs=-1)
+@click.option("--range", "range_meters", type=click.FloatRange(min=0.0, min_open=True), metavar="METERS", help="All.")
+@target_options
+def distance(target: Target, robot: str, nodes: tuple[str, ...], range_meters: float | None) -> None:
+    """Show how far ROBOT, or any node with all below it, is from everything else or from NODES."""
+    with target.connect() as client:
+        if range_meters is None:
+            found = [client.collisions.distance(robot, to=nodes)]
+        else:
+            found = client.collisions.distances(robot, to=nodes, range_meters=range_meters)
+    click.echo("\n".join(distance_lines(found)))
+
+
+@collision.command()
+@click.argument("first")
+@click.argument("second")
+@click.option("--reason", default="", metavar="WORDS", help="Why.")
+@target_options
+def allow(target: Target, first: str, second: str, reason: str) -> None:
+    """Let the nodes FIRST and SECOND touch each other."""
+    with target.connect() as client:
+        client.collisions.allowed.add(first, second, reason)
+
+
+@collision.command()
+@click.argument("first")
+@click.argument("second")
+@target_options
+def forbid(target: Target, first: str, second: str) -> None:
+    """Let the nodes FIRST and SECOND, which a client has allowed to touch, do so no more."""
+    with target.connect() as client:
+        client.collisions.allowed.remove(first, second)
+
+
+@collision.command()
+@click.argument("robot")
+@click.option("--samples", type=click.IntRange(min=1), default=1000, metavar="N", help="Configurations [1000].")
+@click.option("--seed", type=click.IntRange(min=0), default=0, metavar="N", help="What they are drawn from [0].")
+@target_options
+def find(target: Target, robot: str, samples: int, seed: int) -> None:
+    """Try random configurations of ROBOT, and show which of its nodes touch, and how often."""
+    with target.connect() as client:
+        found = client.collisions.allowed.find(robot, samples=samples, seed=seed)
+    click.echo("\n".join(sampled_lines(found)))
+
+
+def collision_lines(found: Sequence[Collision]) -> Iterator[str]:
+    """Yield what touches as lines."""
+    if not found:
+        yield "nothing touches that may not"
+    for pair in found:
+        where = ", ".join(f"{value:z.3f}" for value in pair.points[0])
+        deep = ""
+        if pair.depth is not None:
+            deep = f", {'about ' if pair.depth_approximate else ''}{1e3 * pair.depth:.1f} mm deep"
+        yield f"{pair.first} touches {pair.second} at {where}{deep}"
+
+
+def allowed_lines(found: Sequence[AllowedPair]) -> list[str]:
+    """Return pairs that may touch as the lines of a table."""
+    from virtualrobot.tables import aligned
+
+    if not found:
+        return ["no pairs"]
+    return aligned([[pair.first, pair.second, pair.cause, pair.reason] for pair in found], left=4)
+
+
+def distance_lines(found: Sequence[Distance]) -> list[str]:
+    """Return how far things are apart as the lines of a table."""
+    from virtualrobot.tables import aligned
+
+    if not found:
+        return ["nothing is so near"]
+    return aligned([[pair.first, pair.second, f"{pair.distance:.6f} m"] for pair in found], left=2)
+
+
+def sampled_lines(found: Sequence[SampledPair]) -> list[str]:
+    """Return how often pairs touched as the lines of a table, those that never did as one line."""
+    from virtualrobot.tables import aligned
+
+    rows = [[pair.first, pair.second, _often(pair)] for pair in found if not pair.never]
+    lines = aligned(rows, left=2) if rows else []
+    return [*lines, f"{sum(pair.never for pair in found)} pairs never touched"]
+
+
+def _often(pair: SampledPair) -> str:
+    return "always" if pair.always else f"{100.0 * pair.touched / pair.samples:.1f} %"

@@ -1,0 +1,294 @@
+"""Collisions: what touches and may not, how far things are apart, and which nodes may touch each other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from virtualrobot.errors import InvalidArgumentError
+from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
+from virtualrobot.v1 import collision_pb2, geometry_pb2, nodes_pb2
+from virtualrobot.wire import Stamp, joint_map, stamp_of
+
+Configurations = Mapping[str, Mapping[str, float]]
+"""Joint positions (radians or meters) by joint, by robot."""
+
+DETAILS = {
+    "first": collision_pb2.COLLISION_DETAIL_FIRST,
+    "pairs": collision_pb2.COLLISION_DETAIL_PAIRS,
+    "contacts": collision_pb2.COLLISION_DETAIL_CONTACTS,
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Collision:
+    """Two nodes that touch and may not.
+
+    Attributes:
+        first: the name of a node, and `second` that of another one.
+        points: (k, 3) where, in the world's frame; none where only pairs were asked for.
+        normals: (k, 3) unit normals there, from the first to the second.
+        depth: how far one must be moved, in the best direction, until they only touch, in meters; None where it is not
+            known.
+        depth_approximate: whether the depth was found by a search, not in closed form.
+    """
+
+    first: str
+    second: str
+    points: NDArray[np.float64]
+    normals: NDArray[np.float64]
+    depth: float | None
+    depth_approximate: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """What touches: true where something does.
+
+    Attributes:
+        pairs: the pairs that touch and may not.
+        seconds: the time that the check took, without the call.
+        stamp: when the world was as it was checked.
+    """
+
+    pairs: tuple[Collision, ...]
+    seconds: float
+    stamp: Stamp
+
+    def __bool__(self) -> bool:
+        """Return whether anything touches."""
+        return bool(self.pairs)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Distance:
+    """How far two nodes are apart.
+
+    Attributes:
+        first: the name of a node, and `second` that of another one.
+        distance: in meters; 0 where they touch.
+        points: (2, 3) the nearest point of each, in the world's frame.
+    """
+
+    first: str
+    second: str
+    distance: float
+    points: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class AllowedPair:
+    """Two nodes that may touch.
+
+    Attributes:
+        first: the name of a node, and `second` that of another one.
+        cause: rigid, adjacent, mounted, held, file or client.
+        reason: why, in the words of the file or the client.
+    """
+
+    first: str
+    second: str
+    cause: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class SampledPair:
+    """Two nodes of a robot that may not touch, and in how many of the configurations that were tried they did."""
+
+    first: str
+    second: str
+    touched: int
+    samples: int
+
+    @property
+    def always(self) -> bool:
+        """Whether they touched in each of them."""
+        return self.touched == self.samples
+
+    @property
+    def never(self) -> bool:
+        """Whether they touched in none."""
+        return self.touched == 0
+
+
+class Collisions:
+    """Collisions in the world of one kernel.
+
+    Example:
+        >>> if found := client.collisions.check():
+        ...     print(found.pairs[0].first, "touches", found.pairs[0].second)
+        >>> client.collisions.distance("arm")
+    """
+
+    def __init__(self, services: Services) -> None:
+        """Handle the collisions of one kernel."""
+        self._services = services
+        self.allowed = AllowedPairs(services)
+
+    def check(
+        self, configurations: Configurations | None = None, *, detail: str = "pairs", robots: Iterable[str] = ()
+    ) -> Check:
+        """Return what touches and may not, now or if robots stood elsewhere.
+
+        Checked are robots (with what they hold) with themselves, each other and everything else.
+
+        Args:
+            configurations: joint positions of robots that stand elsewhere, by joint, by robot.
+            detail: `first` ends with the first pair, `pairs` tells all, `contacts` tells where and how deep too.
+            robots: only pairs with these robots are checked; none means all.
+
+        Raises:
+            UnknownNameError: when there is no such robot or joint.
+            LimitError: when a joint cannot be there.
+        """
+        if detail not in DETAILS:
+            raise InvalidArgumentError(f"detail is one of {', '.join(DETAILS)}, not {detail!r}")
+        request = collision_pb2.CheckCollisionRequest(
+            configurations=_messages(configurations), detail=DETAILS[detail], robots=robots
+        )
+        response = self._services.collision.CheckCollision(request, timeout=LONG_TIMEOUT_SECONDS)
+        return Check(tuple(map(_collision, response.pairs)), response.check_seconds, stamp_of(response.stamp))
+
+    def distance(self, *first: str, to: Iterable[str] = (), configurations: Configurations | None = None) -> Distance:
+        """Return how far some nodes, such as a robot, are from everything else: the nearest pair that may not touch.
+
+        Args:
+            first: nodes, each with all below it.
+            to: the other nodes, each with all below it; none means all but the first ones.
+            configurations: joint positions of robots that stand elsewhere, by joint, by robot.
+
+        Raises:
+            UnknownNameError: when there is no such node.
+            InvalidArgumentError: when no node is named, or there is no pair to measure.
+        """
+        found = self._distances(first, to, 0.0, configurations)
+        if not found:
+            raise InvalidArgumentError(f"there is nothing from which {', '.join(first)} could keep a distance")
+        return found[0]
+
+    def distances(
+        self,
+        *first: str,
+        range_meters: float,
+        to: Iterable[str] = (),
+        configurations: Configurations | None = None,
+    ) -> list[Distance]:
+        """Return all pairs of nodes that are at most so far apart and may not touch, the nearest first.
+
+        The arguments are those of `distance`; a range of 0 is refused.
+        """
+        if not range_meters > 0.0:
+            raise InvalidArgumentError(f"range_meters must be above 0, not {range_meters}; `distance` has no range")
+        return self._distances(first, to, range_meters, configurations)
+
+    def _distances(
+        self, first: Iterable[str], second: Iterable[str], range_meters: float, configurations: Configurations | None
+    ) -> list[Distance]:
+        request = collision_pb2.MeasureDistancesRequest(
+            first=first, second=second, range_meters=range_meters, configurations=_messages(configurations)
+        )
+        response = self._services.collision.MeasureDistances(request, timeout=LONG_TIMEOUT_SECONDS)
+        return [
+            Distance(
+                pair.first,
+                pair.second,
+                pair.distance_meters,
+                np.array([_vector(pair.first_point), _vector(pair.second_point)]),
+            )
+            for pair in response.pairs
+        ]
+
+
+class AllowedPairs:
+    """Which nodes of one kernel may touch each other.
+
+    Example:
+        >>> client.collisions.allowed.add("arm.link_0", "table", "stands on it")
+    """
+
+    def __init__(self, services: Services) -> None:
+        """Handle the pairs of one kernel."""
+        self._services = services
+
+    def __iter__(self) -> Iterator[AllowedPair]:
+        """Yield all pairs that may touch, in the order of the nodes."""
+        return iter(self.list())
+
+    def list(self, *nodes: str) -> list[AllowedPair]:
+        """Return the pairs that may touch, all or those with one of these nodes or what hangs below them."""
+        response = self._services.collision.ListAllowedPairs(collision_pb2.ListAllowedPairsRequest(nodes=nodes))
+        names = collision_pb2.AllowedCause.Name
+        return [
+            AllowedPair(pair.first, pair.second, names(pair.cause).removeprefix("ALLOWED_CAUSE_").lower(), pair.reason)
+            for pair in response.pairs
+        ]
+
+    def add(self, first: str, second: str, reason: str = "") -> None:
+        """Let two nodes touch each other; saved with the scene."""
+        self.change(allow=[(first, second, reason)])
+
+    def remove(self, first: str, second: str) -> None:
+        """Let two nodes touch no more; raises UnknownNameError when no client had allowed it."""
+        self.change(forbid=[(first, second)])
+
+    def change(self, allow: Iterable[tuple[str, str, str]] = (), forbid: Iterable[tuple[str, str]] = ()) -> None:
+        """Let pairs touch no more, then let others (name, name, why) touch, as one change."""
+        allow, forbid = tuple(allow), tuple(forbid)
+        if not allow and not forbid:
+            return
+        request = collision_pb2.SetAllowedPairsRequest(
+            allow=[nodes_pb2.NodePair(first=first, second=second, reason=why) for first, second, why in allow],
+            forbid=[nodes_pb2.NodePair(first=first, second=second) for first, second in forbid],
+        )
+        self._services.collision.SetAllowedPairs(request)
+
+    def find(
+        self, robot: str, *, samples: int = 0, seed: int = 0, progress: Callable[[float], None] | None = None
+    ) -> Sequence[SampledPair]:
+        """Return how often nodes of a robot touch in random configurations, those that do most often first.
+
+        Nothing is changed. To allow what always touches, give these pairs to `change`.
+
+        Args:
+            robot: the robot.
+            samples: how many configurations; 0 means 1,000.
+            seed: what they are drawn from.
+            progress: is called with the part that is done, 0 to 1; what it raises ends the search.
+
+        Raises:
+            UnknownNameError: when there is no such robot.
+            LimitError: for more than 100,000 samples.
+        """
+        request = collision_pb2.FindAllowedPairsRequest(robot=robot, samples=samples, seed=seed)
+        found: Sequence[SampledPair] = ()
+        with self._services.collision.FindAllowedPairs(request) as stream:
+            for response in stream:
+                if progress is not None:
+                    progress(response.progress)
+                tried = response.samples
+                found = [SampledPair(pair.first, pair.second, pair.touched, tried) for pair in response.pairs]
+        return found
+
+
+def _messages(configurations: Configurations | None) -> Iterator[collision_pb2.RobotConfiguration]:
+    for robot, positions in (configurations or {}).items():
+        yield collision_pb2.RobotConfiguration(robot=robot, joint_positions=joint_map(positions))
+
+
+def _collision(pair: collision_pb2.CollisionPair) -> Collision:
+    return Collision(
+        pair.first,
+        pair.second,
+        np.array([_vector(contact.point) for contact in pair.contacts]).reshape(-1, 3),
+        np.array([_vector(contact.normal) for contact in pair.contacts]).reshape(-1, 3),
+        pair.depth_meters if pair.HasField("depth_meters") else None,
+        pair.depth_approximate,
+    )
+
+
+def _vector(vector: geometry_pb2.Vector3) -> tuple[float, float, float]:
+    return vector.x, vector.y, vector.z

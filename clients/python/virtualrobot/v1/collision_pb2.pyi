@@ -1,0 +1,204 @@
+from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
+from virtualrobot.v1 import lease_pb2 as _lease_pb2
+from virtualrobot.v1 import nodes_pb2 as _nodes_pb2
+from google.protobuf.internal import containers as _containers
+from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
+from google.protobuf import descriptor as _descriptor
+from google.protobuf import message as _message
+from collections.abc import Iterable as _Iterable, Mapping as _Mapping
+from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
+
+DESCRIPTOR: _descriptor.FileDescriptor
+
+class CollisionDetail(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    COLLISION_DETAIL_UNSPECIFIED: _ClassVar[CollisionDetail]
+    COLLISION_DETAIL_FIRST: _ClassVar[CollisionDetail]
+    COLLISION_DETAIL_PAIRS: _ClassVar[CollisionDetail]
+    COLLISION_DETAIL_CONTACTS: _ClassVar[CollisionDetail]
+
+class AllowedCause(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    ALLOWED_CAUSE_UNSPECIFIED: _ClassVar[AllowedCause]
+    ALLOWED_CAUSE_RIGID: _ClassVar[AllowedCause]
+    ALLOWED_CAUSE_ADJACENT: _ClassVar[AllowedCause]
+    ALLOWED_CAUSE_MOUNTED: _ClassVar[AllowedCause]
+    ALLOWED_CAUSE_HELD: _ClassVar[AllowedCause]
+    ALLOWED_CAUSE_FILE: _ClassVar[AllowedCause]
+    ALLOWED_CAUSE_CLIENT: _ClassVar[AllowedCause]
+COLLISION_DETAIL_UNSPECIFIED: CollisionDetail
+COLLISION_DETAIL_FIRST: CollisionDetail
+COLLISION_DETAIL_PAIRS: CollisionDetail
+COLLISION_DETAIL_CONTACTS: CollisionDetail
+ALLOWED_CAUSE_UNSPECIFIED: AllowedCause
+ALLOWED_CAUSE_RIGID: AllowedCause
+ALLOWED_CAUSE_ADJACENT: AllowedCause
+ALLOWED_CAUSE_MOUNTED: AllowedCause
+ALLOWED_CAUSE_HELD: AllowedCause
+ALLOWED_CAUSE_FILE: AllowedCause
+ALLOWED_CAUSE_CLIENT: AllowedCause
+
+class RobotConfiguration(_message.Message):
+    __slots__ = ("robot", "joint_positions")
+    class JointPositionsEntry(_message.Message):
+        __slots__ = ("key", "value")
+        KEY_FIELD_NUMBER: _ClassVar[int]
+        VALUE_FIELD_NUMBER: _ClassVar[int]
+        key: str
+        value: float
+        def __init__(self, key: _Optional[str] = ..., value: _Optional[float] = ...) -> None: ...
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    JOINT_POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    joint_positions: _containers.ScalarMap[str, float]
+    def __init__(self, robot: _Optional[str] = ..., joint_positions: _Optional[_Mapping[str, float]] = ...) -> None: ...
+
+class CheckCollisionRequest(_message.Message):
+    __slots__ = ("configurations", "detail", "robots")
+    CONFIGURATIONS_FIELD_NUMBER: _ClassVar[int]
+    DETAIL_FIELD_NUMBER: _ClassVar[int]
+    ROBOTS_FIELD_NUMBER: _ClassVar[int]
+    configurations: _containers.RepeatedCompositeFieldContainer[RobotConfiguration]
+    detail: CollisionDetail
+    robots: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, configurations: _Optional[_Iterable[_Union[RobotConfiguration, _Mapping]]] = ..., detail: _Optional[_Union[CollisionDetail, str]] = ..., robots: _Optional[_Iterable[str]] = ...) -> None: ...
+
+class CheckCollisionResponse(_message.Message):
+    __slots__ = ("stamp", "pairs", "check_seconds")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    PAIRS_FIELD_NUMBER: _ClassVar[int]
+    CHECK_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    pairs: _containers.RepeatedCompositeFieldContainer[CollisionPair]
+    check_seconds: float
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., pairs: _Optional[_Iterable[_Union[CollisionPair, _Mapping]]] = ..., check_seconds: _Optional[float] = ...) -> None: ...
+
+class CollisionPair(_message.Message):
+    __slots__ = ("first", "second", "contacts", "depth_meters", "depth_approximate")
+    FIRST_FIELD_NUMBER: _ClassVar[int]
+    SECOND_FIELD_NUMBER: _ClassVar[int]
+    CONTACTS_FIELD_NUMBER: _ClassVar[int]
+    DEPTH_METERS_FIELD_NUMBER: _ClassVar[int]
+    DEPTH_APPROXIMATE_FIELD_NUMBER: _ClassVar[int]
+    first: str
+    second: str
+    contacts: _containers.RepeatedCompositeFieldContainer[CollisionContact]
+    depth_meters: float
+    depth_approximate: bool
+    def __init__(self, first: _Optional[str] = ..., second: _Optional[str] = ..., contacts: _Optional[_Iterable[_Union[CollisionContact, _Mapping]]] = ..., depth_meters: _Optional[float] = ..., depth_approximate: bool = ...) -> None: ...
+
+class CollisionContact(_message.Message):
+    __slots__ = ("point", "normal")
+    POINT_FIELD_NUMBER: _ClassVar[int]
+    NORMAL_FIELD_NUMBER: _ClassVar[int]
+    point: _geometry_pb2.Vector3
+    normal: _geometry_pb2.Vector3
+    def __init__(self, point: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., normal: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ...) -> None: ...
+
+class MeasureDistancesRequest(_message.Message):
+    __slots__ = ("first", "second", "range_meters", "configurations")
+    FIRST_FIELD_NUMBER: _ClassVar[int]
+    SECOND_FIELD_NUMBER: _ClassVar[int]
+    RANGE_METERS_FIELD_NUMBER: _ClassVar[int]
+    CONFIGURATIONS_FIELD_NUMBER: _ClassVar[int]
+    first: _containers.RepeatedScalarFieldContainer[str]
+    second: _containers.RepeatedScalarFieldContainer[str]
+    range_meters: float
+    configurations: _containers.RepeatedCompositeFieldContainer[RobotConfiguration]
+    def __init__(self, first: _Optional[_Iterable[str]] = ..., second: _Optional[_Iterable[str]] = ..., range_meters: _Optional[float] = ..., configurations: _Optional[_Iterable[_Union[RobotConfiguration, _Mapping]]] = ...) -> None: ...
+
+class MeasureDistancesResponse(_message.Message):
+    __slots__ = ("stamp", "pairs", "measure_seconds")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    PAIRS_FIELD_NUMBER: _ClassVar[int]
+    MEASURE_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    pairs: _containers.RepeatedCompositeFieldContainer[DistancePair]
+    measure_seconds: float
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., pairs: _Optional[_Iterable[_Union[DistancePair, _Mapping]]] = ..., measure_seconds: _Optional[float] = ...) -> None: ...
+
+class DistancePair(_message.Message):
+    __slots__ = ("first", "second", "distance_meters", "first_point", "second_point")
+    FIRST_FIELD_NUMBER: _ClassVar[int]
+    SECOND_FIELD_NUMBER: _ClassVar[int]
+    DISTANCE_METERS_FIELD_NUMBER: _ClassVar[int]
+    FIRST_POINT_FIELD_NUMBER: _ClassVar[int]
+    SECOND_POINT_FIELD_NUMBER: _ClassVar[int]
+    first: str
+    second: str
+    distance_meters: float
+    first_point: _geometry_pb2.Vector3
+    second_point: _geometry_pb2.Vector3
+    def __init__(self, first: _Optional[str] = ..., second: _Optional[str] = ..., distance_meters: _Optional[float] = ..., first_point: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., second_point: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ...) -> None: ...
+
+class AllowedPair(_message.Message):
+    __slots__ = ("first", "second", "cause", "reason")
+    FIRST_FIELD_NUMBER: _ClassVar[int]
+    SECOND_FIELD_NUMBER: _ClassVar[int]
+    CAUSE_FIELD_NUMBER: _ClassVar[int]
+    REASON_FIELD_NUMBER: _ClassVar[int]
+    first: str
+    second: str
+    cause: AllowedCause
+    reason: str
+    def __init__(self, first: _Optional[str] = ..., second: _Optional[str] = ..., cause: _Optional[_Union[AllowedCause, str]] = ..., reason: _Optional[str] = ...) -> None: ...
+
+class ListAllowedPairsRequest(_message.Message):
+    __slots__ = ("nodes",)
+    NODES_FIELD_NUMBER: _ClassVar[int]
+    nodes: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, nodes: _Optional[_Iterable[str]] = ...) -> None: ...
+
+class ListAllowedPairsResponse(_message.Message):
+    __slots__ = ("stamp", "pairs")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    PAIRS_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    pairs: _containers.RepeatedCompositeFieldContainer[AllowedPair]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., pairs: _Optional[_Iterable[_Union[AllowedPair, _Mapping]]] = ...) -> None: ...
+
+class SetAllowedPairsRequest(_message.Message):
+    __slots__ = ("forbid", "allow")
+    FORBID_FIELD_NUMBER: _ClassVar[int]
+    ALLOW_FIELD_NUMBER: _ClassVar[int]
+    forbid: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.NodePair]
+    allow: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.NodePair]
+    def __init__(self, forbid: _Optional[_Iterable[_Union[_nodes_pb2.NodePair, _Mapping]]] = ..., allow: _Optional[_Iterable[_Union[_nodes_pb2.NodePair, _Mapping]]] = ...) -> None: ...
+
+class SetAllowedPairsResponse(_message.Message):
+    __slots__ = ("stamp",)
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ...) -> None: ...
+
+class FindAllowedPairsRequest(_message.Message):
+    __slots__ = ("robot", "samples", "seed")
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    SAMPLES_FIELD_NUMBER: _ClassVar[int]
+    SEED_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    samples: int
+    seed: int
+    def __init__(self, robot: _Optional[str] = ..., samples: _Optional[int] = ..., seed: _Optional[int] = ...) -> None: ...
+
+class FindAllowedPairsResponse(_message.Message):
+    __slots__ = ("stamp", "progress", "pairs", "samples")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    PROGRESS_FIELD_NUMBER: _ClassVar[int]
+    PAIRS_FIELD_NUMBER: _ClassVar[int]
+    SAMPLES_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    progress: float
+    pairs: _containers.RepeatedCompositeFieldContainer[SampledPair]
+    samples: int
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., progress: _Optional[float] = ..., pairs: _Optional[_Iterable[_Union[SampledPair, _Mapping]]] = ..., samples: _Optional[int] = ...) -> None: ...
+
+class SampledPair(_message.Message):
+    __slots__ = ("first", "second", "touched")
+    FIRST_FIELD_NUMBER: _ClassVar[int]
+    SECOND_FIELD_NUMBER: _ClassVar[int]
+    TOUCHED_FIELD_NUMBER: _ClassVar[int]
+    first: str
+    second: str
+    touched: int
+    def __init__(self, first: _Optional[str] = ..., second: _Optional[str] = ..., touched: _Optional[int] = ...) -> None: ...

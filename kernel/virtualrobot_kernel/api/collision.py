@@ -1,0 +1,159 @@
+"""CollisionService: what touches and may not, how far things are apart, and what may touch."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import AsyncIterator, Callable
+
+import numpy as np
+from virtualrobot.v1 import collision_pb2, collision_pb2_grpc
+
+from virtualrobot_kernel.api.convert.collisions import (
+    allowed_messages,
+    collision_message,
+    configured,
+    detail_of,
+    distance_message,
+    nodes_below,
+    set_command,
+)
+from virtualrobot_kernel.api.convert.values import not_negative, stamp
+from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.collision.sampling import Touched, sample_touches
+from virtualrobot_kernel.errors import KernelError, LimitError
+from virtualrobot_kernel.world.structure import Kind
+
+TURN = "collision"
+"""What calls wait for: a few at a time have a thread."""
+
+SAMPLES = 1000
+MOST_SAMPLES = 100_000
+PROGRESS_SECONDS = 0.25
+"""How often the progress of a search is told."""
+
+IsGone = Callable[[], bool]
+
+
+class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
+    """Serves CollisionService; each call borrows a scene of its own and sees the snapshot of its moment."""
+
+    def __init__(self, rooms: Rooms) -> None:
+        """Serve from these rooms."""
+        self._rooms = rooms
+
+    async def CheckCollision(
+        self, request: collision_pb2.CheckCollisionRequest, context: object
+    ) -> collision_pb2.CheckCollisionResponse:
+        """Tell what touches, in a worker thread."""
+        snapshot, detail = self._rooms.world.snapshot, detail_of(request)
+        structure = snapshot.structure
+        robots = {structure.node(name, Kind.ROBOT).uid for name in request.robots}
+
+        def work() -> collision_pb2.CheckCollisionResponse:
+            placed = configured(snapshot, request.configurations)
+            started = time.perf_counter()
+            with self._rooms.collisions.scene() as scene:
+                scene.place(placed)
+                found = scene.collisions(detail, robots or None)
+            seconds = time.perf_counter() - started
+            return collision_pb2.CheckCollisionResponse(
+                stamp=stamp(snapshot),
+                pairs=[collision_message(structure, pair) for pair in found],
+                check_seconds=seconds,
+            )
+
+        return await self._rooms.turns.run([TURN], work)
+
+    async def MeasureDistances(
+        self, request: collision_pb2.MeasureDistancesRequest, context: object
+    ) -> collision_pb2.MeasureDistancesResponse:
+        """Tell how far things are apart, in a worker thread."""
+        snapshot = self._rooms.world.snapshot
+        structure = snapshot.structure
+        if not request.first:
+            raise KernelError("first names no node; name at least one", field="first")
+        range_meters = not_negative(request.range_meters, "range_meters")
+        ours = nodes_below(structure, request.first)
+        theirs = nodes_below(structure, request.second) if request.second else structure.nodes.keys() - ours
+
+        def work() -> collision_pb2.MeasureDistancesResponse:
+            placed = configured(snapshot, request.configurations)
+            started = time.perf_counter()
+            with self._rooms.collisions.scene() as scene:
+                scene.place(placed)
+                found = scene.distances(ours, theirs, range_meters)
+            seconds = time.perf_counter() - started
+            return collision_pb2.MeasureDistancesResponse(
+                stamp=stamp(snapshot),
+                pairs=[distance_message(structure, pair) for pair in found],
+                measure_seconds=seconds,
+            )
+
+        return await self._rooms.turns.run([TURN], work)
+
+    async def ListAllowedPairs(
+        self, request: collision_pb2.ListAllowedPairsRequest, context: object
+    ) -> collision_pb2.ListAllowedPairsResponse:
+        """Tell what may touch, in a worker thread."""
+        snapshot = self._rooms.world.snapshot
+        structure = snapshot.structure
+        among = nodes_below(structure, request.nodes) if request.nodes else set(structure.nodes)
+
+        def work() -> collision_pb2.ListAllowedPairsResponse:
+            with self._rooms.collisions.scene() as scene:
+                scene.place(snapshot)
+                pairs = list(allowed_messages(structure, scene.bodies, among))
+            return collision_pb2.ListAllowedPairsResponse(stamp=stamp(snapshot), pairs=pairs)
+
+        return await self._rooms.turns.run([TURN], work)
+
+    async def SetAllowedPairs(
+        self, request: collision_pb2.SetAllowedPairsRequest, context: object
+    ) -> collision_pb2.SetAllowedPairsResponse:
+        """Allow pairs, or forbid them."""
+        applied = await asyncio.wrap_future(self._rooms.submit([set_command(request)], context))
+        return collision_pb2.SetAllowedPairsResponse(stamp=stamp(applied.snapshot))
+
+    async def FindAllowedPairs(
+        self, request: collision_pb2.FindAllowedPairsRequest, context: object
+    ) -> AsyncIterator[collision_pb2.FindAllowedPairsResponse]:
+        """Try random configurations in a worker thread, and tell how far that is; a caller that goes ends it."""
+        if request.samples > MOST_SAMPLES:
+            raise LimitError(
+                f"{request.samples} samples are too many; try at most {MOST_SAMPLES}",
+                samples=request.samples,
+                limit=MOST_SAMPLES,
+            )
+        snapshot, samples = self._rooms.world.snapshot, request.samples or SAMPLES
+        structure = snapshot.structure
+        _, robot = structure.robot(request.robot)
+        done = [0]
+
+        def work(is_gone: IsGone) -> Touched:
+            def told(count: int) -> bool:
+                done[0] = count
+                return not is_gone()
+
+            with self._rooms.collisions.scene() as scene:
+                rng = np.random.default_rng(request.seed)
+                return sample_touches(scene, snapshot, robot, samples, rng, told)
+
+        task = asyncio.ensure_future(self._rooms.turns.run_while_wanted([TURN], work))
+        try:
+            while not (await asyncio.wait({task}, timeout=PROGRESS_SECONDS))[0]:
+                yield collision_pb2.FindAllowedPairsResponse(stamp=stamp(snapshot), progress=done[0] / samples)
+            found = task.result()
+        finally:
+            task.cancel()
+        yield collision_pb2.FindAllowedPairsResponse(
+            stamp=stamp(snapshot),
+            progress=1.0,
+            samples=found.samples,
+            pairs=[
+                collision_pb2.SampledPair(
+                    first=structure.nodes[pair[0]].name, second=structure.nodes[pair[1]].name, touched=count
+                )
+                for pair, count in sorted(found.counts.items(), key=lambda one: -one[1])
+            ],
+        )

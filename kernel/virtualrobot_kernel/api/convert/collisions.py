@@ -1,0 +1,134 @@
+"""Collisions and distances: messages to values and back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+
+import numpy as np
+from virtualrobot.v1 import collision_pb2, nodes_pb2
+
+from virtualrobot_kernel.api.convert.values import by_name, check_enum, vector_message
+from virtualrobot_kernel.collision.allowed import Cause
+from virtualrobot_kernel.collision.bodies import Bodies
+from virtualrobot_kernel.collision.scene import Collision, Detail, Nearest
+from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.planning.robots import standing_at
+from virtualrobot_kernel.world.change import check_joint_value, single_joint
+from virtualrobot_kernel.world.commands import SetAllowedPairs
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import Kind, Structure
+
+MOST_POINTS = 64
+"""How many points are told of two nodes that touch, spread over all."""
+
+DETAILS = {
+    collision_pb2.COLLISION_DETAIL_UNSPECIFIED: Detail.PAIRS,
+    **{getattr(collision_pb2, f"COLLISION_DETAIL_{detail.name}"): detail for detail in Detail},
+}
+CAUSES = {cause: getattr(collision_pb2, f"ALLOWED_CAUSE_{cause.name}") for cause in Cause}
+
+
+def detail_of(request: collision_pb2.CheckCollisionRequest) -> Detail:
+    """Return how much a check is to tell; raise KernelError for a number that means nothing."""
+    check_enum(request, "detail")
+    return DETAILS[request.detail]
+
+
+def configured(snapshot: Snapshot, messages: Sequence[collision_pb2.RobotConfiguration]) -> Snapshot:
+    """Return the world with robots elsewhere; raise KernelError for joints and values that cannot be.
+
+    Raises UnknownNameError for a robot or joint that there is not, LimitError for a value outside limits.
+    """
+    places: dict[int, float] = {}
+    for row, message in enumerate(messages):
+        robot = snapshot.structure.node(message.robot, Kind.ROBOT)
+        if message.robot in {other.robot for other in messages[:row]}:
+            raise KernelError(
+                f"configurations[{row}] names the robot {message.robot!r} again; give all its joints in one",
+                field=f"configurations[{row}].robot",
+                robot=message.robot,
+            )
+        for name, value in by_name(message.joint_positions).items():
+            joint, place, _ = single_joint(snapshot.structure, robot, name)
+            check_joint_value(robot.name, joint, value)
+            places[place] = value
+    if not places:
+        return snapshot
+    return standing_at(snapshot, np.array(list(places), np.int32), np.array(list(places.values())))
+
+
+def nodes_below(structure: Structure, names: Iterable[str]) -> set[int]:
+    """Return nodes and all below them (uids); raise UnknownNameError for a name that there is not."""
+    return {node.uid for name in names for node in structure.below(structure.node(name).uid)}
+
+
+def collision_message(structure: Structure, found: Collision) -> collision_pb2.CollisionPair:
+    """Return two nodes that touch as a message."""
+    points = np.concatenate([np.zeros((0, 3)), *(one.points for one in found.contacts)])
+    normals = np.concatenate([np.zeros((0, 3)), *(np.tile(one.normal, (len(one.points), 1)) for one in found.contacts)])
+    told = np.arange(len(points))
+    if len(points) > MOST_POINTS:
+        told = np.linspace(0, len(points) - 1, MOST_POINTS).astype(int)
+    return collision_pb2.CollisionPair(
+        first=structure.nodes[found.first].name,
+        second=structure.nodes[found.second].name,
+        contacts=[
+            collision_pb2.CollisionContact(point=vector_message(points[at]), normal=vector_message(normals[at]))
+            for at in told.tolist()
+        ],
+        depth_meters=found.depth.meters if found.depth else None,
+        depth_approximate=found.depth.approximate if found.depth else False,
+    )
+
+
+def distance_message(structure: Structure, found: Nearest) -> collision_pb2.DistancePair:
+    """Return how far two nodes are apart as a message."""
+    return collision_pb2.DistancePair(
+        first=structure.nodes[found.first].name,
+        second=structure.nodes[found.second].name,
+        distance_meters=found.distance,
+        first_point=vector_message(found.points[0]),
+        second_point=vector_message(found.points[1]),
+    )
+
+
+def allowed_messages(structure: Structure, bodies: Bodies, among: set[int]) -> Iterator[collision_pb2.AllowedPair]:
+    """Yield the pairs of nodes with elements that may touch, in the order of the nodes, with one `among` these."""
+    nodes = list(bodies.elements)
+    groups = bodies.allowed.groups
+    robots: dict[int, list[int]] = {}
+    for uid in nodes:
+        robots.setdefault(groups[uid], []).append(uid)
+    by_node: dict[int, set[int]] = {}
+    for first, second in bodies.allowed.pairs:
+        by_node.setdefault(first, set()).add(second)
+    for uid in nodes:
+        others = by_node.get(uid, set()) | (set(robots[groups[uid]]) if groups[uid] else set())
+        for other in sorted(others):
+            why = bodies.allowed.why(uid, other)
+            if other <= uid or why is None or other not in bodies.elements or not {uid, other} & among:
+                continue
+            yield collision_pb2.AllowedPair(
+                first=structure.nodes[uid].name,
+                second=structure.nodes[other].name,
+                cause=CAUSES[why[0]],
+                reason=why[1],
+            )
+
+
+def set_command(request: collision_pb2.SetAllowedPairsRequest) -> SetAllowedPairs:
+    """Return the command of a request; raise KernelError where it says nothing to do."""
+    if not request.allow and not request.forbid:
+        raise KernelError("there is no pair to allow or to forbid", field="allow")
+    return SetAllowedPairs(
+        tuple((pair.first, pair.second, pair.reason) for pair in _named(request.allow, "allow")),
+        tuple((pair.first, pair.second) for pair in _named(request.forbid, "forbid")),
+    )
+
+
+def _named(pairs: Sequence[nodes_pb2.NodePair], field: str) -> Sequence[nodes_pb2.NodePair]:
+    for row, pair in enumerate(pairs):
+        for side in ("first", "second"):
+            if not getattr(pair, side):
+                raise KernelError(f"{field}[{row}].{side} names no node", field=f"{field}[{row}].{side}")
+    return pairs

@@ -1,0 +1,121 @@
+"""What can collide of a snapshot: the collision figures of its nodes as elements, and which pairs of them are asked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from virtualrobot_kernel.collision.allowed import AllowedPairs, Pair, allowed_pairs
+from virtualrobot_kernel.collision.geometry import CollisionShapes, Solid
+from virtualrobot_kernel.world.figures import Figure
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import Kind, Structure
+from virtualrobot_kernel.world.visibility import inherited_visibility
+
+Floats = NDArray[np.float64]
+
+BODILESS = frozenset(
+    {
+        *(Kind.ANNOTATION, Kind.LIGHT),
+        *(Kind.RANGE_SENSOR, Kind.CAMERA_SENSOR, Kind.CONTACT_SENSOR, Kind.MOTION_SENSOR),
+    }
+)
+"""Kinds of nodes that touch nothing."""
+
+MadeOf = tuple[Structure, Mapping[int, str], Mapping[Pair, str]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bodies:
+    """The e elements of a world, in the order of the nodes, and the groups that are asked.
+
+    Attributes:
+        figures: (e) of each element; equal geometry shares one solid.
+        solids: (e) of each element.
+        uids: (e,) the node of each element.
+        rows: (e,) the row of that node in the arrays of poses.
+        node_t_element: (e, 4, 4) where each element is in its node's frame.
+        elements: of each node that has some (uid), its elements.
+        groups: of each robot that has elements, (its uid, its elements (k,), whether a pair of one of these and any
+            element is asked (k, e)); each pair is asked once, and what belongs to no robot is not asked among itself.
+        allowed: what may touch.
+        made_of: the structure, tool states and clients' pairs that it was made of.
+    """
+
+    figures: tuple[Figure, ...]
+    solids: tuple[Solid, ...]
+    uids: NDArray[np.int64]
+    rows: NDArray[np.int64]
+    node_t_element: Floats
+    elements: Mapping[int, tuple[int, ...]]
+    groups: tuple[tuple[int, NDArray[np.int64], NDArray[np.bool_]], ...]
+    allowed: AllowedPairs
+    made_of: MadeOf
+
+
+def made_of(snapshot: Snapshot) -> MadeOf:
+    """Return what the bodies of a snapshot follow from."""
+    return snapshot.structure, snapshot.state.tool_states, snapshot.state.allowed_pairs
+
+
+def bodies_of(snapshot: Snapshot, shapes: CollisionShapes) -> Bodies:
+    """Return what can collide: figures of the role collision, hidden ones too, and those of each tool's state."""
+    structure, tool_states, by_clients = made_of(snapshot)
+    _, states = inherited_visibility(structure, tool_states)
+    figures: list[Figure] = []
+    solids: list[Solid] = []
+    uids: list[int] = []
+    elements: dict[int, tuple[int, ...]] = {}
+    for uid, node in structure.nodes.items():
+        if not node.figures or node.kind in BODILESS:
+            continue
+        begin = len(figures)
+        for figure in node.figures:
+            if figure.collision and (not figure.tool_state or figure.tool_state == states[uid]):
+                solid = shapes.get(figure.geometry)
+                if solid is not None:
+                    figures.append(figure)
+                    solids.append(solid)
+                    uids.append(uid)
+        if len(figures) > begin:
+            elements[uid] = tuple(range(begin, len(figures)))
+    allowed = allowed_pairs(structure, by_clients)
+    return Bodies(
+        figures=tuple(figures),
+        solids=tuple(solids),
+        uids=np.array(uids, np.int64),
+        rows=np.array([structure.rows[uid] for uid in uids], np.int64),
+        node_t_element=np.array([figure.node_t_figure for figure in figures], np.float64).reshape(-1, 4, 4),
+        elements=elements,
+        groups=_groups(uids, elements, allowed),
+        allowed=allowed,
+        made_of=(structure, tool_states, by_clients),
+    )
+
+
+def _groups(
+    uids: list[int], elements: Mapping[int, tuple[int, ...]], allowed: AllowedPairs
+) -> tuple[tuple[int, NDArray[np.int64], NDArray[np.bool_]], ...]:
+    group = np.array([allowed.groups[uid] for uid in uids], np.int64)
+    body = np.array([allowed.bodies[uid] for uid in uids], np.int64)
+    node = np.array(uids, np.int64)
+    place = np.arange(len(uids))
+    found = []
+    for robot in dict.fromkeys(group[group > 0].tolist()):
+        own = np.flatnonzero(group == robot)
+        # A pair of two robots is asked by the one whose element comes first.
+        asked = (group == 0)[None] | (place[None] > own[:, None])
+        asked &= ~((group == robot)[None] & (body[None] == body[own, None])) & (node[None] != node[own, None])
+        found.append((robot, own, asked))
+    row_of = {element: (at, row) for at, (_, own, _) in enumerate(found) for row, element in enumerate(own.tolist())}
+    for one, other in allowed.pairs:
+        for first in elements.get(one, ()):
+            for second in elements.get(other, ()):
+                for own, against in ((first, second), (second, first)):
+                    if own in row_of:
+                        at, row = row_of[own]
+                        found[at][2][row, against] = False
+    return tuple(found)

@@ -1,0 +1,215 @@
+"""The collision scene of one thread: what touches in a snapshot, and how far things are apart."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from virtualrobot_kernel.collision.allowed import Pair, ordered
+from virtualrobot_kernel.collision.bodies import Bodies, bodies_of, made_of
+from virtualrobot_kernel.collision.depth import Depth, depth_of
+from virtualrobot_kernel.collision.geometry import CollisionShapes
+from virtualrobot_kernel.collision.pairs import box_distances, near_pieces, pair_of
+from virtualrobot_kernel.collision.placed import Placed
+from virtualrobot_kernel.collision.touching import Contacts, touches, touching
+from virtualrobot_kernel.world.state import Snapshot
+
+Floats = NDArray[np.float64]
+
+
+class Detail(Enum):
+    """How much is told of what touches."""
+
+    FIRST = "first"
+    PAIRS = "pairs"
+    CONTACTS = "contacts"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Collision:
+    """Two nodes that touch and may not.
+
+    Attributes:
+        first: a node (uid), and `second` another one.
+        contacts: where, for each two figures that touch; empty where only pairs were asked for.
+        depth: how deep they are in each other; None where it was not asked for or is not known.
+    """
+
+    first: int
+    second: int
+    contacts: tuple[Contacts, ...] = ()
+    depth: Depth | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Nearest:
+    """Two nodes (uids), how far they are apart (m; 0 where they touch), and the nearest point (2, 3) of each."""
+
+    first: int
+    second: int
+    distance: float
+    points: Floats
+
+
+class CollisionScene:
+    """What can collide at its places, for FCL; used by one thread at a time. The geometry is shared by all scenes."""
+
+    def __init__(self, shapes: CollisionShapes) -> None:
+        """Begin with nothing; `place` puts a world in."""
+        self._shapes = shapes
+        self._bodies: Bodies | None = None
+        self._placed = Placed((), np.zeros((0, 4, 4)))
+        self._world_t_node = np.zeros((0, 4, 4))
+
+    @property
+    def bodies(self) -> Bodies:
+        """Return the elements of the world that was put in last."""
+        assert self._bodies is not None, "nothing was placed"
+        return self._bodies
+
+    @property
+    def world_t_element(self) -> Floats:
+        """Return where the elements are in the world's frame, (e, 4, 4)."""
+        return self._placed.world_t_element
+
+    def place(self, snapshot: Snapshot) -> None:
+        """Make this the scene of a snapshot: only what moved is put elsewhere, only what is new is made."""
+        before, world_t_node = self._bodies, snapshot.world_t_node
+        if before is not None and all(old is new for old, new in zip(before.made_of, made_of(snapshot), strict=True)):
+            if world_t_node is not self._world_t_node:
+                self._move(before, world_t_node, self._world_t_node)
+        else:
+            now = self._bodies = bodies_of(snapshot, self._shapes)
+            poses = world_t_node[now.rows] @ now.node_t_element
+            if before is not None and before.figures == now.figures and (before.uids == now.uids).all():
+                self._placed.move(poses)
+            else:
+                self._placed = Placed(now.solids, poses, self._placed)
+        self._world_t_node = world_t_node
+
+    def collisions(self, detail: Detail, robots: Collection[int] | None = None) -> list[Collision]:
+        """Return the pairs of nodes that touch and may not, at most one of them for Detail.FIRST.
+
+        Asked are all pairs of an element of a robot and another element, but what may touch.
+
+        Args:
+            detail: how much is told.
+            robots: only pairs with these robots (uids) are asked; None means all.
+        """
+        found: dict[tuple[int, int], list[Contacts]] = {}
+        depths: dict[tuple[int, int], Depth | None] = {}
+        uids = self.bodies.uids
+        for one, other, pieces in self._candidates(robots):
+            pair = ordered(int(uids[one]), int(uids[other]))
+            if detail is not Detail.CONTACTS:
+                if pair not in found and touches(self._placed, self._placed, one, other, pieces):
+                    found[pair] = []
+                    if detail is Detail.FIRST:
+                        break
+                continue
+            one, other, pieces = self._in_order(pair, one, other, pieces)
+            contacts = touching(self._placed, self._placed, one, other, pieces)
+            if contacts is None:
+                continue
+            depth = depth_of(self._placed, one, other)
+            known = pair not in found or depths[pair] is not None
+            depths[pair] = _deeper(depths.get(pair), depth) if known and depth is not None else None
+            found.setdefault(pair, []).append(contacts)
+        return [Collision(*pair, tuple(contacts), depths.get(pair)) for pair, contacts in sorted(found.items())]
+
+    def self_collisions(self, robot: int) -> set[Pair]:
+        """Return the pairs of nodes of a robot (uid) that touch and may not."""
+        placed, uids = self._placed, self.bodies.uids
+        found: set[Pair] = set()
+        for one, other, pieces in self._candidates([robot], itself=True):
+            pair = ordered(int(uids[one]), int(uids[other]))
+            if pair not in found and touches(placed, placed, one, other, pieces):
+                found.add(pair)
+        return found
+
+    def distances(self, ours: Collection[int], theirs: Collection[int], range_meters: float) -> list[Nearest]:
+        """Return how far nodes are apart that may not touch, the nearest first.
+
+        Args:
+            ours: nodes (uids) of which each pair has one.
+            theirs: nodes of which it has the other.
+            range_meters: pairs farther apart are not told; 0 means that the nearest pair alone is, however far.
+        """
+        bodies, placed = self.bodies, self._placed
+        first, second = (
+            np.array([e for uid in uids for e in bodies.elements.get(uid, ())], np.int64) for uids in (ours, theirs)
+        )
+        boxes = ((placed.centre[side], placed.half[side]) for side in (first, second))
+        bounds = box_distances(*boxes)
+        found: dict[tuple[int, int], Nearest] = {}
+        limit = range_meters or np.inf
+        for at in np.argsort(bounds, axis=None).tolist():
+            one, other = first[at // len(second)], second[at % len(second)]
+            if bounds.flat[at] > limit:
+                break
+            uid, to = int(bodies.uids[one]), int(bodies.uids[other])
+            pair = ordered(uid, to)
+            if bodies.allowed.why(uid, to) or (pair in found and found[pair].distance <= bounds.flat[at]):
+                continue
+            near = pair_of(placed, placed, int(one), int(other))
+            if near is None or near.distance > limit or (pair in found and near.distance >= found[pair].distance):
+                continue
+            found[pair] = Nearest(uid, to, near.distance, near.points)
+            limit = limit if range_meters else near.distance
+        nearest = sorted(found.values(), key=lambda one: one.distance)
+        return nearest if range_meters else nearest[:1]
+
+    def _in_order(
+        self, pair: tuple[int, int], one: int, other: int, pieces: list[tuple[int, int]]
+    ) -> tuple[int, int, list[tuple[int, int]]]:
+        """Return two elements as their nodes are in the pair: normals go from the first to the second."""
+        if self.bodies.uids[one] == pair[0]:
+            return one, other, pieces
+        return other, one, [(to, row) for row, to in pieces]
+
+    def _candidates(
+        self, robots: Collection[int] | None, itself: bool = False
+    ) -> Iterator[tuple[int, int, list[tuple[int, int]]]]:
+        """Yield the pairs of elements that are asked and whose boxes meet, with the pairs of pieces whose boxes do.
+
+        Only pairs with these robots (None: all), or of these robots with themselves.
+        """
+        placed = self._placed
+        lower, upper = (np.ascontiguousarray((placed.centre + side * placed.half).T) for side in (-1.0, 1.0))
+        group = self.bodies.allowed.groups
+        for robot, own, asked in self.bodies.groups:
+            near = asked.copy()
+            for axis in range(3):
+                near &= lower[axis, own, None] <= upper[axis]
+                near &= upper[axis, own, None] >= lower[axis]
+            rows, others = np.nonzero(near)
+            for one, other in zip(own[rows].tolist(), others.tolist(), strict=True):
+                against = group[int(self.bodies.uids[other])]
+                wanted = robots is None or robot in robots or against in robots
+                if wanted and (not itself or against == robot):
+                    if pieces := self._pieces(one, other):
+                        yield one, other, pieces
+
+    def _pieces(self, one: int, other: int) -> list[tuple[int, int]]:
+        placed = self._placed
+        if len(placed.solids[one].pieces) == len(placed.solids[other].pieces) == 1:
+            return [(int(placed.first_piece[one]), int(placed.first_piece[other]))]
+        (rows, others), bounds = near_pieces(placed, placed, one, other, 0.0)
+        near = (bounds == 0.0).nonzero()
+        return list(zip(rows[near[0]].tolist(), others[near[1]].tolist(), strict=True))
+
+    def _move(self, bodies: Bodies, world_t_node: Floats, before: Floats) -> None:
+        count = len(world_t_node)
+        moved = (world_t_node.reshape(count, 16) != before.reshape(count, 16)).any(axis=1)
+        elements = np.flatnonzero(moved[bodies.rows])
+        if len(elements):
+            poses = world_t_node[bodies.rows[elements]] @ bodies.node_t_element[elements]
+            self._placed.move_some(elements, poses)
+
+
+def _deeper(one: Depth | None, other: Depth) -> Depth:
+    return other if one is None or other.meters > one.meters else one
