@@ -178,6 +178,7 @@ class Painter:
             return before
         shown = sensed if shot.plain else with_drawn(sensed, snapshot, settings, self._arrows, self._drawn)
         self._last = _Seen(key, sensed, shown, self._looks.of(shown))
+        self._arrows.keep({figure.geometry for figure in shown.figures})
         return self._last
 
     def _viewpoint(
