@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 from virtualrobot.v1 import sensor_pb2, sensor_pb2_grpc
 
 from virtualrobot_kernel.api.convert.presets import preset_message
-from virtualrobot_kernel.api.convert.readings import checked_options, reading_message
+from virtualrobot_kernel.api.convert.readings import checked_options, fill_reading, is_large
 from virtualrobot_kernel.api.convert.robots import settings
 from virtualrobot_kernel.api.convert.values import stamp
 from virtualrobot_kernel.api.rates import rate
-from virtualrobot_kernel.api.rooms import MAX_SENT_BYTES, Rooms
+from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.sensing.range_reader import RangeReader
 from virtualrobot_kernel.sensing.reading import Moment, Reading, SensorState
@@ -27,6 +28,8 @@ from virtualrobot_kernel.world.structure import Kind
 TOGETHER_BYTES = 1024 * 1024
 """Readings travel in one message as long as they are smaller than this together."""
 FASTEST_HERTZ = 10_000.0
+
+Told = TypeVar("Told")
 
 
 class SensorServicer(sensor_pb2_grpc.SensorServiceServicer):
@@ -74,16 +77,23 @@ class SensorServicer(sensor_pb2_grpc.SensorServiceServicer):
         """Make one reading, in the sensor's own thread."""
         kinds = checked_options(request.options)
         station, coming = self._rooms.sensors.read(request.sensor, kinds)
+        waited = asyncio.wrap_future(coming)
         try:
-            reading = await asyncio.wait_for(asyncio.wrap_future(coming), station.patience_seconds)
-        except TimeoutError:
-            station.give_up(f"a reading was not made within {station.patience_seconds:g} s")
-            raise KernelError(
-                f"the sensor {request.sensor!r} cannot read: {station.fault}",
-                reason=Reason.PLUGIN_FAILED,
-                sensor=request.sensor,
-            ) from None
-        return sensor_pb2.ReadSensorResponse(reading=_sized(reading_message(reading, request.options)))
+            # What waits for its turn behind others is not late.
+            while not (await asyncio.wait({waited}, timeout=station.patience_seconds))[0]:
+                if station.reader is None or station.ended or station.is_late():
+                    station.give_up(f"a reading was not made within {station.patience_seconds:g} s")
+                    raise KernelError(
+                        f"the sensor {request.sensor!r} cannot read: {station.fault or 'it was changed meanwhile'}",
+                        reason=Reason.PLUGIN_FAILED,
+                        sensor=request.sensor,
+                    )
+            reading = waited.result()
+        finally:
+            waited.cancel()
+        if is_large(reading):
+            return await self._in_worker(_answer, reading, request.options)
+        return _answer(reading, request.options)
 
     async def WatchReadings(
         self, request: sensor_pb2.WatchReadingsRequest, context: object
@@ -100,10 +110,21 @@ class SensorServicer(sensor_pb2_grpc.SensorServiceServicer):
             fresh = [one for uid, one in latest.items() if told.get(uid) is not one]
             fresh += [_removed(told.pop(uid)) for uid in gone]
             told |= latest
-            for message in _messages(fresh, request.options):
+            for message in _messages([one for one in fresh if not is_large(one)], request.options):
                 yield message
+            for reading in filter(is_large, fresh):
+                yield await self._in_worker(_watched, reading, request.options)
             if pause > 1.0 / FASTEST_HERTZ:
                 await publications.pause(pause)
+
+    async def _in_worker(
+        self,
+        fill: Callable[[Reading, sensor_pb2.ReadingOptions], Told],
+        reading: Reading,
+        options: sensor_pb2.ReadingOptions,
+    ) -> Told:
+        """Return a message that takes a while to fill in; the API's thread answers others meanwhile."""
+        return await asyncio.get_running_loop().run_in_executor(self._rooms.workers, fill, reading, options)
 
     async def SetRangeComponents(
         self, request: sensor_pb2.SetRangeComponentsRequest, context: object
@@ -158,27 +179,28 @@ def _removed(last: Reading) -> Reading:
 def _messages(
     readings: list[Reading], options: sensor_pb2.ReadingOptions
 ) -> Iterator[sensor_pb2.WatchReadingsResponse]:
-    """Yield readings, small ones together."""
+    """Yield small readings, many together."""
     response, size = sensor_pb2.WatchReadingsResponse(), 0
     for reading in readings:
-        message = _sized(reading_message(reading, options))
-        if size and size + message.ByteSize() > TOGETHER_BYTES:
+        message = sensor_pb2.SensorReading()
+        fill_reading(message, reading, options)
+        added = message.ByteSize()
+        if size and size + added > TOGETHER_BYTES:
             yield response
             response, size = sensor_pb2.WatchReadingsResponse(), 0
         response.readings.append(message)
-        size += message.ByteSize()
+        size += added
     if size:
         yield response
 
 
-def _sized(message: sensor_pb2.SensorReading) -> sensor_pb2.SensorReading:
-    """Return a message that can be sent; raise KernelError (TOO_LARGE) otherwise."""
-    if message.ByteSize() > MAX_SENT_BYTES - 1024:
-        raise KernelError(
-            f"a reading of {message.sensor!r} is {message.ByteSize():,} bytes, and a message takes "
-            f"{MAX_SENT_BYTES:,}; ask for less (no points, no elements), or let the sensor have fewer beams or pixels",
-            reason=Reason.TOO_LARGE,
-            bytes=message.ByteSize(),
-            limit=MAX_SENT_BYTES,
-        )
-    return message
+def _watched(reading: Reading, options: sensor_pb2.ReadingOptions) -> sensor_pb2.WatchReadingsResponse:
+    response = sensor_pb2.WatchReadingsResponse()
+    fill_reading(response.readings.add(), reading, options)
+    return response
+
+
+def _answer(reading: Reading, options: sensor_pb2.ReadingOptions) -> sensor_pb2.ReadSensorResponse:
+    response = sensor_pb2.ReadSensorResponse()
+    fill_reading(response.reading, reading, options)
+    return response

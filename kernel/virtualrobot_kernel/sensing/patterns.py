@@ -49,7 +49,9 @@ def beams_of(pattern: Pattern) -> Beams:
             return Beams(beams.shape, radius * beams.directions, beams.directions, beams.before_end)
         case FreeBeams(directions, origins):
             n = len(directions)
-            unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+            # The square of a very long one would be too large for a number.
+            unit = directions / np.abs(directions).max(axis=1, keepdims=True)
+            unit /= np.linalg.norm(unit, axis=1, keepdims=True)
             return Beams((1, n), np.zeros((1, 3)) if origins is None else origins, unit, _evenly(n))
     raise AssertionError(pattern)
 

@@ -29,6 +29,9 @@ LONGEST_HISTORY_SECONDS = 1.0
 MOST_RUNNING = 200
 """How many sensors may run at once: each has a thread."""
 
+MOST_IDLE = 50
+"""So many sensors that do not run stay ready for the next single reading, with their threads and processes."""
+
 UNUSED_SHAPES = 100
 """How many shapes of figures that are gone are kept, besides as many as there are."""
 
@@ -103,8 +106,16 @@ class Sensors:
             station = self.stations.get(node.uid)
             if station is None or (station.ended and station.schedule is None):
                 station = self._station(node, None)
-                self.stations = {**self.stations, node.uid: station}
-        return station, station.ask(Instant(snapshot, self._history), number, kinds)
+                self.stations = {**self._spared(), node.uid: station}
+            return station, station.ask(Instant(snapshot, self._history), number, kinds)
+
+    def _spared(self) -> Mapping[int, Station]:
+        """Return the stations without the oldest of too many that do not run; those end."""
+        idle = [uid for uid, one in self.stations.items() if one.schedule is None]
+        ended = set(idle[: max(len(idle) - MOST_IDLE + 1, 0)])
+        for uid in ended:
+            self.stations[uid].end()
+        return {uid: one for uid, one in self.stations.items() if uid not in ended}
 
     def _published(self) -> None:
         """Follow a change of the structure; called by the world thread after each snapshot."""

@@ -141,8 +141,8 @@ class Station:
         count = self.schedule.due(instant.snapshot.state.tick) if self.schedule is not None else 0
         if not count or self._ended:
             return
-        since, reader = self._busy_since, self.reader
-        if since is not None and reader is not None and time.monotonic() - since > reader.deadline_seconds:
+        reader = self.reader
+        if reader is not None and self.is_late():
             self.give_up(self._too_late(reader))
             return
         with self._lock:
@@ -163,8 +163,13 @@ class Station:
 
     @property
     def patience_seconds(self) -> float:
-        """Return how long to wait for a reading that was asked for."""
+        """Return how long to wait for a reading that was asked for before `is_late` is asked."""
         return MAKE_SECONDS if self.reader is None else self.reader.deadline_seconds
+
+    def is_late(self) -> bool:
+        """Return whether the reading that it makes takes longer than it may; what waits its turn is not late."""
+        since, reader = self._busy_since, self.reader
+        return since is not None and reader is not None and time.monotonic() - since > reader.deadline_seconds
 
     def ask(self, instant: Instant, number: int, kinds: object | None) -> Future[Reading]:
         """Have one reading made; it is not told to anybody else, nor counted among those that were due."""
@@ -220,6 +225,7 @@ class Station:
             reader = self._make()
         except Exception as error:
             self._failed(error)
+            self._refuse_asks()  # it may have been ended before, by a change
             return
         self.reader = reader
         self._ready.set()

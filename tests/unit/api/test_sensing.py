@@ -102,7 +102,16 @@ def pointing(rows: np.ndarray) -> sensing_pb2.RangeSensor:
 REFUSED = {
     "it.rate_hertz": sensing_pb2.RangeSensor(rate_hertz=math.nan),
     "it.rate_hertz must be 0 or above": sensing_pb2.CameraSensor(rate_hertz=-1),
-    "it.rate_hertz must be at most": sensing_pb2.MotionSensor(rate_hertz=1e6, pose=sensing_pb2.PoseSensor()),
+    "it.rate_hertz must be 1e-06 to 10000": sensing_pb2.MotionSensor(rate_hertz=1e6, pose=sensing_pb2.PoseSensor()),
+    "or 0, not 4.94066e-324": sensing_pb2.CameraSensor(rate_hertz=5e-324),
+    "resolution must be at least": sensing_pb2.MotionSensor(imu={"gyroscope": {"resolution": 1e-320}}),
+    "it.pose.orientation.bias_walk must be at most 1e+12": sensing_pb2.MotionSensor(
+        pose={"orientation": {"bias_walk": 1e200}}
+    ),
+    "it.pattern.free.directions is not said": sensing_pb2.RangeSensor(pattern={"free": {}}),
+    "row 0 is not": sensing_pb2.RangeSensor(
+        pattern={"free": {"directions": array_message(BEAMS), "origins": array_message(1e13 * BEAMS)}}
+    ),
     "above the least range 2": sensing_pb2.RangeSensor(min_range_meters=2, max_range_meters=1),
     "min_range_meters must be 0 or above": sensing_pb2.RangeSensor(min_range_meters=-1),
     "it does not say its kind; give one of imu": sensing_pb2.MotionSensor(),

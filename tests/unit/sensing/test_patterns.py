@@ -56,6 +56,11 @@ def test_free_beams_get_unit_length() -> None:
     np.testing.assert_array_equal(beams.origins[:, 2], 1.0)
 
 
+def test_free_beams_may_be_of_any_length() -> None:
+    beams = beams_of(FreeBeams(np.array([[1e200, 0.0, 0.0], [1e300, -1e300, 0.0], [1e-200, 0.0, 0.0]])))
+    np.testing.assert_allclose(beams.directions, [[1.0, 0.0, 0.0], [0.5**0.5, -(0.5**0.5), 0.0], [1.0, 0.0, 0.0]])
+
+
 @pytest.mark.parametrize("pattern", [Fan(7, -1.0, 2.0), Spinning(5, (-0.3, 0.0, 1.2)), Raster(4, 3, 1.0, 1.0)])
 def test_the_rays_of_a_beam_keep_their_angles_to_it_and_to_each_other(
     pattern: Pattern, rng: np.random.Generator

@@ -358,3 +358,55 @@ def test_the_end_of_the_kernel_ends_a_step_that_waits(bench: Bench) -> None:
     threading.Timer(0.2, forever.set).start()
     bench.sensors.close()
     assert coming.result(GUARD).state.tick == 1
+
+
+def test_of_sensors_that_do_not_run_only_some_stay_ready(bench: Bench) -> None:
+    count = module.MOST_IDLE + 10
+    for i in range(count):
+        bench.add(f"s{i}")
+    for i in range(count):
+        bench.sensors.read(f"s{i}")[1].result(GUARD)
+    assert len(bench.sensors.stations) == module.MOST_IDLE
+    assert bench.made[9][1].closed.wait(GUARD)
+    assert not bench.made[10][1].closed.is_set()
+    assert bench.sensors.read("s0")[1].result(GUARD).number == 2
+
+
+def test_who_asks_is_answered_where_the_sensor_is_changed_while_its_reader_cannot_be_made(bench: Bench) -> None:
+    going, go_on = threading.Event(), threading.Event()
+
+    def fail() -> Fake:
+        going.set()
+        go_on.wait(GUARD)
+        raise KernelError("there is no such component")
+
+    bench.next["a"] = fail
+    bench.add("a")
+    coming = bench.sensors.read("a")[1]
+    assert going.wait(GUARD)
+    bench.do(UpdateNode("a", data=RangeSensor(seed=3)))
+    go_on.set()
+    with pytest.raises(KernelError, match="'a' was changed or removed meanwhile"):
+        coming.result(GUARD)
+
+
+def test_what_waits_for_its_turn_is_not_late(bench: Bench) -> None:
+    going, go_on = threading.Event(), threading.Event()
+
+    def slow(moment: Moment) -> None:
+        going.set()
+        go_on.wait(GUARD)
+
+    bench.next["a"] = lambda: Fake(act=slow, deadline_seconds=0.0)
+    bench.next["b"] = lambda: Fake(act=slow)
+    bench.add("a")
+    bench.add("b")
+    for name, late in (("a", True), ("b", False)):
+        going.clear()
+        station, coming = bench.sensors.read(name)
+        assert going.wait(GUARD)
+        assert station.is_late() == late
+        go_on.set()
+        coming.result(GUARD)
+        assert not station.is_late()
+        go_on.clear()

@@ -28,6 +28,8 @@ from virtualrobot_kernel.world.sensing import ImageKind
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind
 
+LARGE = 10_000
+"""So many beams or pixels are many."""
 FLOAT32 = geometry_pb2.NUMERIC_TYPE_FLOAT32
 
 Filler = Callable[[sensor_pb2.SensorReading, Reading, sensor_pb2.ReadingOptions], None]
@@ -46,20 +48,23 @@ def checked_options(options: sensor_pb2.ReadingOptions) -> tuple[ImageKind, ...]
     return tuple(map(ImageKind, options.images)) or None
 
 
-def reading_message(reading: Reading, options: sensor_pb2.ReadingOptions) -> sensor_pb2.SensorReading:
-    """Return the message of a reading, with what the options ask for."""
-    message = sensor_pb2.SensorReading(
-        stamp=stamp(reading.snapshot),
-        sensor=reading.name,
-        state=reading.state.value,  # pyright: ignore[reportArgumentType] the values are the contract's
-        fault=reading.fault,
-        number=reading.number,
-        missed=reading.missed,
-        world_t_sensor=pose_message(reading.world_t_sensor),
-    )
+def fill_reading(message: sensor_pb2.SensorReading, reading: Reading, options: sensor_pb2.ReadingOptions) -> None:
+    """Fill an empty message in with a reading, and what the options ask for."""
+    message.stamp.CopyFrom(stamp(reading.snapshot))
+    message.sensor, message.fault = reading.name, reading.fault
+    message.state = reading.state.value  # pyright: ignore[reportAttributeAccessIssue] the values are the contract's
+    message.number, message.missed = reading.number, reading.missed
+    message.world_t_sensor.CopyFrom(pose_message(reading.world_t_sensor))
     if reading.content is not None:
         CONTENTS[type(reading.content)](message, reading, options)
-    return message
+
+
+def is_large(reading: Reading) -> bool:
+    """Return whether a reading's message is so large that making it takes time."""
+    content = reading.content
+    if isinstance(content, RangeContent):
+        return content.distances.size > LARGE
+    return isinstance(content, CameraContent) and len(content.lens.directions) > LARGE
 
 
 def robot_of(snapshot: Snapshot, uid: int) -> int:

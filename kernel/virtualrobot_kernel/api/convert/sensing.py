@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import MISSING, fields
 from enum import Enum
 from typing import Any
 
@@ -16,6 +16,7 @@ from virtualrobot_kernel.api.convert.figures import color, color_message
 from virtualrobot_kernel.api.convert.robots import settings, settings_message
 from virtualrobot_kernel.api.convert.sensing_limits import CHECKS
 from virtualrobot_kernel.api.convert.values import (
+    GREATEST,
     array,
     array_message,
     check_enum,
@@ -73,6 +74,9 @@ def sensing_data(message: Message, what: str) -> Any:  # noqa: ANN401 the class 
             value = _value(message, message.DESCRIPTOR.fields_by_name[name], f"{what}.{name}")
         if value is not None:
             values[name] = value
+    unsaid = next((field.name for field in fields(made) if field.default is MISSING and field.name not in values), "")
+    if unsaid:
+        raise KernelError(f"{what}.{unsaid} is not said; give it", field=f"{what}.{unsaid}")
     data = made(**values)
     if made in CHECKS:
         CHECKS[made](data, what)
@@ -132,7 +136,11 @@ def _scalar(field: Field, value: Any, what: str) -> Any:  # noqa: ANN401
         return ENUMS[field.enum_type.name](value)
     if not isinstance(value, float):
         return value
-    return finite(value, what) if field.name in SIGNED else not_negative(value, what)
+    if field.name not in SIGNED:
+        not_negative(value, what)
+    if not abs(finite(value, what)) <= GREATEST:
+        raise KernelError(f"{what} must be at most {GREATEST:g} in size, not {value:g}", field=what, value=value)
+    return value
 
 
 def _fill(message: Any, field: Field, value: Any) -> None:  # noqa: ANN401

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from virtualrobot_kernel.api.convert.values import GREATEST
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.world import sensing
 from virtualrobot_kernel.world.sensing import ImageKind, Projection
@@ -20,6 +21,10 @@ BRIGHTEST = 1e9
 """The greatest intensity of a light."""
 FASTEST = 10_000.0
 """The greatest rate in hertz; nothing reads more than once a tick."""
+SLOWEST = 1e-6
+"""The least rate in hertz: a reading in 12 days."""
+FINEST = 1e-30
+"""The least step of numbers, in any unit: numbers divided by it stay numbers."""
 
 
 def _refuse(what: str, text: str, **metadata: float) -> None:
@@ -32,8 +37,9 @@ def _count(value: int, what: str) -> None:
 
 
 def _rate(data: Any, what: str) -> None:  # noqa: ANN401 any sensor
-    if data.rate_hertz > FASTEST:
-        _refuse(f"{what}.rate_hertz", f"must be at most {FASTEST:g}, not {data.rate_hertz:g}", value=data.rate_hertz)
+    rate = data.rate_hertz
+    if rate and not SLOWEST <= rate <= FASTEST:
+        _refuse(f"{what}.rate_hertz", f"must be {SLOWEST:g} to {FASTEST:g}, or 0, not {rate:g}", value=rate)
 
 
 def _fan(data: sensing.Fan | sensing.Ring, what: str) -> None:
@@ -58,11 +64,15 @@ def _raster(data: sensing.Raster, what: str) -> None:
 
 def _free(data: sensing.FreeBeams, what: str) -> None:
     _count(len(data.directions), f"{what}: the number of directions")
-    short = np.flatnonzero(~(np.linalg.norm(data.directions, axis=1) > 1e-9))
+    short = np.flatnonzero(~(np.abs(data.directions).max(axis=1) > 1e-9))
     if len(short):
         _refuse(f"{what}.directions", f"row {short[0]} is zero; a direction has a length", row=int(short[0]))
-    if data.origins is not None and len(data.origins) != len(data.directions):
+    if data.origins is None:
+        return
+    if len(data.origins) != len(data.directions):
         _refuse(f"{what}.origins", f"has {len(data.origins)} rows for {len(data.directions)} directions; give as many")
+    if (far := np.flatnonzero(np.abs(data.origins).max(axis=1) > GREATEST)).size:
+        _refuse(f"{what}.origins", f"must be within {GREATEST:g} m; row {far[0]} is not", row=int(far[0]))
 
 
 def _range(data: sensing.RangeSensor, what: str) -> None:
@@ -103,6 +113,11 @@ def _contact(data: sensing.ContactSensor, what: str) -> None:
         _refuse(f"{what}.region_size", f"must have edges above 0, not {list(data.region_size)}")
 
 
+def _noise(data: sensing.NoiseModel, what: str) -> None:
+    if 0.0 < data.resolution < FINEST:
+        _refuse(f"{what}.resolution", f"must be at least {FINEST:g}, or 0, not {data.resolution:g}")
+
+
 def _light(data: sensing.Light, what: str) -> None:
     if data.cone_angle_radians > math.pi / 2:
         _refuse(f"{what}.cone_angle_radians", f"must be at most pi/2, not {data.cone_angle_radians:g}")
@@ -120,6 +135,7 @@ CHECKS: dict[type, Callable[[Any, str], None]] = {
     sensing.CameraSensor: _camera,
     sensing.ContactSensor: _contact,
     sensing.MotionSensor: _rate,
+    sensing.NoiseModel: _noise,
     sensing.Light: _light,
 }
 """The check of each class that has one; `what` names it in errors."""
