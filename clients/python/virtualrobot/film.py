@@ -26,10 +26,12 @@ class FilmFile:
         """Write `rate` pictures a second to a file.
 
         Raises:
-            InvalidArgumentError: when the file's name ends with neither .mp4 nor .gif.
+            InvalidArgumentError: when the file's name ends with neither .mp4 nor .gif, and for a rate not above 0.
             WrongStateError: when the package for films is not installed.
         """
         self.path = _checked(path)
+        if not 0.0 < rate < math.inf:
+            raise InvalidArgumentError(f"the rate of a film is {rate:g} pictures a second; give one above 0")
         self.count = 0
         self.rate = rate
         self._av = _library()

@@ -163,3 +163,7 @@ def test_the_command_line_takes_pictures_and_films(run: Run, client: Client, bal
     assert run("measure", "ball:0,0,0.5", "world") == "0.5000 m from 0.0000 0.0000 0.5000 to 0.0000 0.0000 0.0000\n"
     assert "nobody" in run("capture", str(still), "--camera", "nobody", code=1)
     assert ".png" in run("capture", str(tmp_path / "a.bmp"), code=1)
+    for option in ("--fps", "--seconds"):
+        assert "not in the range x>0" in run("record", str(film), option, "0", code=2, warns=4)
+    with pytest.raises(InvalidArgumentError, match="give one above 0"):
+        client.view.film(film, rate=0.0)

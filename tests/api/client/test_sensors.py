@@ -109,7 +109,7 @@ def test_the_command_line(run: Run, client: Client, lidar: virtualrobot.Sensor, 
     assert re.match(r"lidar  range_sensor  stopped  10 Hz\n", run("sensor"))
     run("sensor", "start", "lidar")
     client.clock.step(25)
-    assert "running  10 Hz  1 readings of" in run("sensor")
+    assert "running  10 Hz  1 reading of" in run("sensor")
     shown = run("sensor", "read", "lidar")
     assert re.search(r"lidar  1  1 x 3 beams, 3 echoes from 1\.500 m to 1\.5\d\d m\n +3 beams on ball", shown)
     for ending in (".npz", ".csv", ".ply"):
@@ -128,7 +128,16 @@ def test_the_command_line(run: Run, client: Client, lidar: virtualrobot.Sensor, 
     assert "stopped" in run("sensor")
     assert "LDS-01" in run("sensor", "presets")
     assert "no sensor named 'radar'" in run("sensor", "read", "radar", code=1)
-    run("sensor", "read", "lidar", "--out", "scan.xyz", code=2, warns=4)
+    assert "--out ends with .npz or .ply or .csv" in run(
+        "sensor", "read", "lidar", "--out", "scan.xyz", code=2, warns=4
+    )
+    assert "--kind is for cameras" in run("sensor", "read", "lidar", "--kind", "depth", code=2, warns=4)
+
+
+def test_one_echo_is_told_in_the_singular(run: Run, client: Client) -> None:
+    client.scene.add_object("ball", virtualrobot.sphere(0.5), pose=virtualrobot.pose(2.0))
+    client.scene.add_range_sensor("ahead")
+    assert re.search(r"ahead  1  1 beam, 1 echo from 1\.500 m\n +1 beam on ball", run("sensor", "read", "ahead"))
 
 
 def test_a_scanner_from_a_urdf_file_looks_out_of_its_housing(client: Client) -> None:

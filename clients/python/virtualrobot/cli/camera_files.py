@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
-
 if TYPE_CHECKING:
     from virtualrobot.cameras import CameraReading
     from virtualrobot.sensors import Reading
@@ -24,10 +22,6 @@ def write_pictures(path: Path, reading: Reading) -> None:
     """Write the pictures of a camera and what is needed to use them as arrays (.npz)."""
     import numpy as np
 
-    if path.suffix != ".npz":
-        raise click.UsageError(
-            f"pictures go to a .npz file; `virtualrobot capture --camera {reading.sensor}` writes .png"
-        )
     seen = reading.camera
     eyes = {"": seen, "right_": seen.right} if seen.right else {"": seen}
     pictures = {f"{eye}{kind}": getattr(one, kind) for eye, one in eyes.items() for kind in KINDS}

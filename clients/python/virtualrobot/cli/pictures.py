@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from virtualrobot.pictures import Camera, Picture
 
 DEFAULT_RATE = 25.0
+ABOVE_ZERO = click.FloatRange(0.0, min_open=True)
 
 
 class Size(click.ParamType):
@@ -87,15 +88,23 @@ def capture(
 
 @click.command()
 @click.argument("output", type=click.Path(path_type=Path, dir_okay=False))
-@click.option("--seconds", type=click.FloatRange(0.0), default=0.0, help="Of simulation time [until Ctrl-C].")
-@click.option("--fps", type=float, default=DEFAULT_RATE, show_default=True, help="Pictures a second.")
+@click.option(
+    "--seconds", type=click.FloatRange(0.0, min_open=True), default=None, help="Of simulation time [until Ctrl-C]."
+)
+@click.option(
+    "--fps",
+    type=click.FloatRange(0.0, min_open=True),
+    default=DEFAULT_RATE,
+    show_default=True,
+    help="Pictures a second.",
+)
 @camera_options
 @plain_option
 @target_options
 def record(
     target: Target,
     output: Path,
-    seconds: float,
+    seconds: float | None,
     fps: float,
     camera: str | None,
     eye: tuple[float, ...] | None,
@@ -107,11 +116,14 @@ def record(
 
     No picture is left out, however long each takes; Ctrl-C ends the film with those that are drawn.
     """
+    seconds = seconds or 0.0
     progress = Progress(seconds * fps)
     with target.connect() as client:
         where = _from(camera, eye, target_point)
         try:
-            client.view.film(output, where, seconds=seconds, size=size, plain=plain, rate=fps, told=progress.show)
+            client.view.film(
+                output, where, seconds=seconds or 0.0, size=size, plain=plain, rate=fps, told=progress.show
+            )
         except KeyboardInterrupt:
             if not progress.count:
                 raise

@@ -30,7 +30,8 @@ Examples:
 """
 
 FRAMES = click.Choice(["sensor", "robot", "world"])
-ENDINGS = (".npz", ".ply", ".csv")
+ENDINGS = {"range_sensor": (".npz", ".ply", ".csv"), "camera_sensor": (".npz",)}
+"""What the readings of each kind of sensor are written as; those of other kinds are a few numbers."""
 
 
 @click.group(invoke_without_command=True, epilog=_EXAMPLES)
@@ -68,21 +69,20 @@ def stop(target: Target, names: tuple[str, ...]) -> None:
 
 @sensor.command()
 @click.argument("name")
-@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="Write it too: .npz, .ply or .csv.")
-@click.option("--frame", type=FRAMES, default="sensor", help="Of the points [sensor].")
+@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="Write it too: .npz, .ply, .csv.")
+@click.option("--frame", type=FRAMES, help="Of the points of a range sensor [sensor].")
 @click.option("--kind", "kinds", type=click.Choice(KINDS), multiple=True, help="Of a camera; several may be given.")
 @target_options
-def read(target: Target, name: str, out: Path | None, frame: str, kinds: tuple[str, ...]) -> None:
+def read(target: Target, name: str, out: Path | None, frame: str | None, kinds: tuple[str, ...]) -> None:
     """Make one reading of the sensor NAME, whether it runs or not."""
-    if out is not None and out.suffix not in ENDINGS:
-        raise click.UsageError(f"--out ends with one of {', '.join(ENDINGS)}, not {out.suffix or out.name!r}")
     with target.connect() as client:
-        reading = client.sensors[name].read(points=True, frame=frame, intensities=True, elements=True, images=kinds)
+        handle = client.sensors[name]
+        kind = handle.status.kind
+        check_options(name, kind, out, frame, kinds)
+        reading = handle.read(points=True, frame=frame or "sensor", intensities=True, elements=True, images=kinds)
     click.echo("\n".join(reading_lines(reading)))
     if out is not None:
-        from virtualrobot.cameras import CameraReading
-
-        write = write_pictures if isinstance(reading.value, CameraReading) else write_points
+        write = write_pictures if kind == "camera_sensor" else write_points
         write(out, reading)
 
 
@@ -131,6 +131,22 @@ def presets(target: Target) -> None:
         click.echo("\n".join(preset_lines(list(client.sensors.presets().values()))))
 
 
+def check_options(name: str, kind: str, out: Path | None, frame: str | None, images: Sequence[str]) -> None:
+    """Raise click.UsageError for options that say nothing about a sensor of this kind."""
+    if frame is not None and kind != "range_sensor":
+        raise click.UsageError(f"--frame is for range sensors, and {name!r} is a {kind}")
+    if images and kind != "camera_sensor":
+        raise click.UsageError(f"--kind is for cameras, and {name!r} is a {kind}")
+    if out is None:
+        return
+    if kind not in ENDINGS:
+        raise click.UsageError(f"--out is for range sensors and cameras, and {name!r} is a {kind}")
+    if out.suffix not in ENDINGS[kind]:
+        more = f"; `virtualrobot capture --camera {name}` writes .png" if kind == "camera_sensor" else ""
+        endings = " or ".join(ENDINGS[kind])
+        raise click.UsageError(f"--out ends with {endings} for a {kind}, not {out.suffix or out.name!r}{more}")
+
+
 def status_lines(sensors: Sequence[SensorStatus]) -> list[str]:
     """Return sensors as lines of a table."""
     from virtualrobot.tables import aligned
@@ -139,7 +155,7 @@ def status_lines(sensors: Sequence[SensorStatus]) -> list[str]:
         return ["there is no sensor"]
     rows = []
     for one in sensors:
-        work = f"{one.readings} readings" if one.readings else ""
+        work = f"{one.readings} reading{'s' * (one.readings > 1)}" if one.readings else ""
         work += f" of {1e3 * one.mean_reading_seconds:.2f} ms" if one.readings else ""
         work += f", {one.missed} missed" if one.missed else ""
         rows.append([one.name, one.kind, one.state, f"{one.rate_hertz:g} Hz", one.fault or work])
@@ -166,7 +182,9 @@ def reading_lines(reading: Reading) -> Iterator[str]:
     yield reading_line(reading)
     if isinstance(reading.value, RangeReading):
         names = [(int(reading.value.mask(name).sum()), name) for name in reading.value.element_names]
-        yield from (f"  {count:8} beams on {name}" for count, name in sorted(names, reverse=True) if count)
+        yield from (
+            f"  {count:8} beam{'s' * (count > 1)} on {name}" for count, name in sorted(names, reverse=True) if count
+        )
     elif isinstance(reading.value, tuple):
         yield from contact_lines(reading.value)
 
@@ -212,6 +230,9 @@ def _said(reading: Reading) -> str:
         return said(value)
     found = value.distances[value.valid]
     shape = " x ".join(map(str, value.distances.shape))
+    beams = "1 beam" if value.distances.size == 1 else f"{shape} beams"
     if not found.size:
-        return f"{shape} beams, no echo"
-    return f"{shape} beams, {found.size} echoes from {np.min(found):.3f} m to {np.max(found):.3f} m"
+        return f"{beams}, no echo"
+    if found.size == 1:
+        return f"{beams}, 1 echo from {found[0]:.3f} m"
+    return f"{beams}, {found.size} echoes from {np.min(found):.3f} m to {np.max(found):.3f} m"

@@ -16,6 +16,10 @@ Examples:
 """
 
 
+SHOWN = {"range_sensor": ("--points", "--rays"), "camera_sensor": ("--frustum", "--image")}
+"""What can be shown of each kind of sensor."""
+
+
 @click.command(epilog=_EXAMPLES)
 @click.argument("name")
 @click.option("--points", is_flag=True, help="The echoes of a range sensor as points.")
@@ -26,9 +30,16 @@ Examples:
 @target_options
 def show(target: Target, name: str, points: bool, rays: bool, by: str, frustum: bool, image: bool) -> None:
     """Show what the sensor NAME says, in every open viewer; without options its points, or its pyramid and picture."""
-    if not (points or rays or frustum or image):
+    given = {"--points": points, "--rays": rays, "--frustum": frustum, "--image": image}
+    if not any(given.values()):
         points = frustum = image = True
     with target.connect() as client:
+        kind = client.sensors[name].status.kind
+        if kind not in SHOWN:
+            raise click.UsageError(f"{name!r} is a {kind}; range sensors and cameras can be shown")
+        for option, wanted in given.items():
+            if wanted and option not in SHOWN[kind]:
+                raise click.UsageError(f"{option} says nothing of a {kind}; give {' or '.join(SHOWN[kind])}")
         client.view.show_sensor(name, points=points, rays=rays, color_by=by, frustum=frustum, image=image)
 
 
@@ -36,6 +47,6 @@ def show(target: Target, name: str, points: bool, rays: bool, by: str, frustum: 
 @click.argument("names", nargs=-1)
 @target_options
 def hide(target: Target, names: tuple[str, ...]) -> None:
-    """Show nothing of the sensors NAMES, or of none."""
+    """Show the sensors NAMES (or all) no longer."""
     with target.connect() as client:
         client.view.hide_sensor(*names)
