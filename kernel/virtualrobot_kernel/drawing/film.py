@@ -66,10 +66,14 @@ class Film:
         return self._caught == self._count and not self._waiting
 
     def take(self) -> Frame | None:
-        """Return the next picture to be drawn, None while there is none; raise KernelError when too many waited."""
-        if self._lost:
+        """Return the next picture to be drawn, None while there is none.
+
+        Raises KernelError (TOO_LARGE) after the last one, when so many waited that no more were kept: a film whose end
+        has happened already becomes whole.
+        """
+        if self._lost and not self._waiting:
             raise KernelError(
-                f"drawing is {self._lost:,} pictures behind the simulation, more than are kept; take smaller ones, "
+                f"drawing was {self._lost:,} pictures behind the simulation, and no more are kept; take smaller ones, "
                 "fewer a second, or let time go slower",
                 reason=Reason.TOO_LARGE,
                 behind=self._lost,
@@ -91,7 +95,6 @@ class Film:
         most = min(MOST_BEHIND, MOST_BYTES // (PARTS * snapshot.world_t_node.nbytes))
         if len(self._waiting) >= most:
             self._lost = len(self._waiting)
-            self._waiting.clear()
             return
         self._waiting.append(Frame(self._caught, self._sight(snapshot)))
         self._caught += 1
