@@ -9,8 +9,7 @@ from __future__ import annotations
 import contextlib
 import io
 import os
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 import pybullet
@@ -26,9 +25,10 @@ from virtualrobot_kernel.world.structure import Kind, NodeSpec
 from benchmarks.camera_peers import FIELD, HEIGHT, TARGET, WIDTH, BulletCamera, VtkCamera
 from benchmarks.ray_cell import SENSOR, RayCell, ray_cell
 from benchmarks.ray_world import ray_world, snapshots
+from benchmarks.rays import WARM, Scan, in_turn
 from benchmarks.rows import Row, row
 
-ROUNDS, WARM = 15, 2
+ROUNDS = 15
 PLAIN, SHADED = 6.8 / 28.0, 6.8 / 12.0
 """The budgets: parts of PyBullet's time."""
 
@@ -65,23 +65,13 @@ def run() -> list[Row]:
     return rows
 
 
-def compared(
-    what: str, ours: Callable[[int], object], name: str, peer: Callable[[int], object], budget: float | None
-) -> Row:
+def compared(what: str, ours: Scan, name: str, peer: Scan, budget: float | None) -> Row:
     """Measure both in turn and return their medians."""
-    times = np.empty((ROUNDS + WARM, 2))
-    for number in range(ROUNDS + WARM):
-        for column, take in enumerate((ours, peer)):
-            start = time.perf_counter()
-            take(number)
-            times[number, column] = time.perf_counter() - start
-    mine, others = np.median(times[WARM:], axis=0)
-    return row(what, 1e3 * float(mine), 1e3 * float(others), name, "ms", budget, f"{1.0 / mine:.0f} a second")
+    mine, others = in_turn(ours, peer, ROUNDS)
+    return row(what, 1e3 * mine, 1e3 * others, name, "ms", budget, f"{1.0 / mine:.0f} a second")
 
 
-def pictures(
-    cell: RayCell, kinds: tuple[ImageKind, ...], texture: bytes | None = None, lit: bool = False
-) -> Callable[[int], object]:
+def pictures(cell: RayCell, kinds: tuple[ImageKind, ...], texture: bytes | None = None, lit: bool = False) -> Scan:
     """Return what takes pictures of the scene with the kernel's own reader, the arm elsewhere each time."""
     focal = HEIGHT / 2.0 / np.tan(FIELD / 2.0)
     middle = Intrinsics(focal, focal, (WIDTH - 1) / 2.0, (HEIGHT - 1) / 2.0)
