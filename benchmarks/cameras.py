@@ -1,7 +1,7 @@
 """Cameras against PyBullet's software renderer and VTK: 640 x 480 pixels, 200 objects and a moving arm, on one core.
 
-The budgets are those of pictures a second, 28 and 12, when PyBullet's are 6.8: as parts of PyBullet's time in the same
-run, which differs with the machine. VTK rasterises and shades with one light without shadows.
+PyBullet draws colour, depth and segmentation, VTK colour with one light without shadows and depth. The budgets are so
+many pictures a second.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ from benchmarks.rays import WARM, Scan, in_turn
 from benchmarks.rows import Row, row
 
 ROUNDS = 15
-PLAIN, SHADED = 6.8 / 28.0, 6.8 / 12.0
-"""The budgets: parts of PyBullet's time."""
+PLAIN, SHADED = 28.0, 12.0
+"""Pictures a second that shall be taken: by a head light, and with textures and a light that casts shadows."""
 
 
 def run() -> list[Row]:
@@ -42,33 +42,27 @@ def run() -> list[Row]:
         plain = pictures(cell, (ImageKind.COLOR, ImageKind.DEPTH, ImageKind.SEGMENTATION, ImageKind.NORMALS))
         measured = pictures(cell, (ImageKind.DEPTH, ImageKind.SEGMENTATION, ImageKind.NORMALS))
         shaded = pictures(cell, (ImageKind.COLOR, ImageKind.DEPTH, ImageKind.SEGMENTATION), texture=checker(), lit=True)
-        cases = (
-            (
-                "colour by a head light, depth, segmentation, normals",
-                plain,
-                "PyBullet",
-                lambda _: bullet.take(False),
-                PLAIN,
-            ),
-            ("depth, segmentation, normals", measured, "PyBullet", lambda _: bullet.take(False), None),
-            (
-                "textures, a light with shadows, depth, segmentation",
-                shaded,
-                "PyBullet",
-                lambda _: bullet.take(True),
-                SHADED,
-            ),
-            ("colour by a head light, depth, segmentation, normals", plain, "VTK", lambda _: vtk.take(), None),
-        )
-        rows = [compared(*case) for case in cases]
+        all_four = "colour by a head light, depth, segmentation, normals"
+        best = "textures, a light with shadows, depth, segmentation"
+        rows = [
+            *compared(all_four, plain, "PyBullet", lambda _: bullet.take(False), PLAIN),
+            *compared(best, shaded, "PyBullet, with shadows", lambda _: bullet.take(True), SHADED),
+            *compared(all_four, plain, "VTK", lambda _: vtk.take()),
+            *compared("depth, segmentation, normals", measured, "VTK", lambda _: vtk.take()),
+        ]
         pybullet.disconnect(client)
     return rows
 
 
-def compared(what: str, ours: Scan, name: str, peer: Scan, budget: float | None) -> Row:
-    """Measure both in turn and return their medians."""
+def compared(what: str, ours: Scan, name: str, peer: Scan, wanted: float | None = None) -> list[Row]:
+    """Measure both in turn and return rows of their medians, and of the pictures a second that are `wanted`."""
     mine, others = in_turn(ours, peer, ROUNDS)
-    return row(what, 1e3 * mine, 1e3 * others, name, "ms", budget, f"{1.0 / mine:.0f} a second")
+    rows = [row(what, 1e3 * mine, 1e3 * others, name, "ms", None)]
+    if wanted:
+        rows.append(
+            row(what, 1e3 * mine, 1e3 / wanted, f"{wanted:g} a second", "ms", 1.0, f"{1.0 / mine:.0f} a second")
+        )
+    return rows
 
 
 def pictures(cell: RayCell, kinds: tuple[ImageKind, ...], texture: bytes | None = None, lit: bool = False) -> Scan:
