@@ -348,7 +348,6 @@ def test_what_no_picture_can_be_taken_of_is_refused_by_its_field(stage: Stubs) -
         ("format", "INVALID_ARGUMENT", view_pb2.Shot(format=9)),  # pyright: ignore[reportArgumentType]
         (None, "UNKNOWN_NAME", view_pb2.Shot(camera_sensor="nobody")),
         (None, "UNKNOWN_NAME", view_pb2.Shot(camera_sensor="ball")),
-        (None, "TOO_LARGE", view_pb2.Shot(width=4096, height=4096, format=view_pb2.IMAGE_FORMAT_RAW)),
     ):
         for ask in (stage.view.Capture, lambda request: next(stage.view.Record(request))):
             make = view_pb2.CaptureRequest if ask == stage.view.Capture else view_pb2.RecordRequest

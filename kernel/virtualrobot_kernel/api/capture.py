@@ -10,16 +10,12 @@ from virtualrobot.v1 import view_pb2
 
 from virtualrobot_kernel.api.convert.shots import film_of, picture_size, shot_of
 from virtualrobot_kernel.api.convert.values import stamp
-from virtualrobot_kernel.api.rooms import MAX_MESSAGE_BYTES, Rooms
+from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.drawing.film import Film
 from virtualrobot_kernel.drawing.framing import Framing
 from virtualrobot_kernel.drawing.painter import Painter, Sight
-from virtualrobot_kernel.drawing.shots import ImageFormat, Shot, packed
-from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.drawing.shots import Shot, packed
 from virtualrobot_kernel.world.state import Snapshot
-
-LARGEST_IMAGE = MAX_MESSAGE_BYTES - 4096
-"""In bytes: beside it there is a stamp in the message."""
 
 
 class CaptureCalls:
@@ -30,7 +26,7 @@ class CaptureCalls:
     async def Capture(self, request: view_pb2.CaptureRequest, context: object) -> view_pb2.CaptureResponse:
         """Take a picture of the world as it is now."""
         snapshot = self._rooms.world.snapshot
-        shot = _shot(request.shot, snapshot)
+        shot = shot_of(request.shot, snapshot.structure)
         image = await self._taken(self._sight(snapshot), shot, Framing())
         width, height = picture_size(shot, snapshot)
         return view_pb2.CaptureResponse(stamp=stamp(snapshot), image=image, width=width, height=height)
@@ -38,7 +34,7 @@ class CaptureCalls:
     async def Record(self, request: view_pb2.RecordRequest, context: object) -> AsyncIterator[view_pb2.RecordResponse]:
         """Take a picture at each equal step of simulation time; what happens meanwhile is kept until it is drawn."""
         world = self._rooms.world
-        shot = _shot(request.shot, world.snapshot)
+        shot = shot_of(request.shot, world.snapshot.structure)
         rate, count = film_of(request, world.snapshot)
         film, framing = Film(world, self._sight, rate, count), Framing()
         async with aclosing(self._rooms.publications.each(film.subscribe)) as wakings:
@@ -58,24 +54,4 @@ class CaptureCalls:
         def take(painter: Painter) -> bytes:
             return packed(painter.paint(sight, shot, framing), shot.format)
 
-        image = await asyncio.wrap_future(self._rooms.studio.submit(take))
-        _check_size(len(image))
-        return image
-
-
-def _shot(message: view_pb2.Shot, snapshot: Snapshot) -> Shot:
-    shot = shot_of(message, snapshot.structure)
-    if shot.format is ImageFormat.RAW:
-        width, height = picture_size(shot, snapshot)
-        _check_size(3 * width * height)
-    return shot
-
-
-def _check_size(size: int) -> None:
-    if size > LARGEST_IMAGE:
-        raise KernelError(
-            f"the picture has {size:,} bytes and a message takes {LARGEST_IMAGE:,}; "
-            "take a smaller one, or pack it as IMAGE_FORMAT_JPEG",
-            reason=Reason.TOO_LARGE,
-            bytes=size,
-        )
+        return await asyncio.wrap_future(self._rooms.studio.submit(take))

@@ -52,6 +52,8 @@ def test_a_capture_is_a_picture_with_its_pixels_or_a_file(client: Client, ball: 
         jpeg.save(tmp_path / "b.png")
     with pytest.raises(InvalidArgumentError, match="raw"):
         _ = png.pixels
+    largest = client.view.capture(EYE, size=(4096, 2160), format="raw")
+    assert largest.pixels.shape == (2160, 4096, 3), "26 MB in one answer"
     narrow = client.view.capture((*EYE, 0.2), size=SIZE, format="raw")
     assert is_red(narrow.pixels, 2, 80), "the ball is higher than it"
 
