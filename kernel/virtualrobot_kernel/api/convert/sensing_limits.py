@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from virtualrobot_kernel.api.convert.values import GREATEST
-from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world import sensing
 from virtualrobot_kernel.world.sensing import ImageKind, Projection
 
@@ -28,7 +28,7 @@ FINEST = 1e-30
 
 
 def _refuse(what: str, text: str, **metadata: float) -> None:
-    raise KernelError(f"{what} {text}", field=what, **metadata)
+    raise KernelError(f"{what} {text}", reason=Reason.INVALID_ARGUMENT, field=what, **metadata)
 
 
 def _count(value: int, what: str) -> None:

@@ -103,7 +103,7 @@ def view_message(settings: ViewSettings, structure: Structure) -> view_pb2.View:
             sensor=structure.nodes[one.uid].name,
             rays=one.rays,
             points=one.points,
-            color_by=view_pb2.PointColor.ValueType(one.color_by.value),
+            color_by=one.color_by.value,  # pyright: ignore[reportArgumentType]  its number
             frustum=one.frustum,
             image=one.image,
         )
