@@ -64,7 +64,7 @@ class RayCell:
 def ray_cell(seed: int = 1) -> RayCell:
     """Return the scene; random, but always the same for a seed."""
     rng = np.random.default_rng(seed)
-    meshes = [_unit_mesh(DATA / name) for name in MESHES]
+    meshes = [unit_mesh(DATA / name) for name in MESHES]
     shapes, poses = [], []
     walls = [((0.0, 0.0, -0.06), (9.0, 9.0, 0.1))]
     walls += [((side * (HALF + 0.4), 0.0, 1.5), (0.1, 9.0, 3.0)) for side in (-1, 1)]
@@ -99,7 +99,8 @@ def spinning(beams: int = 16, columns: int = 1800) -> Floats:
     return np.stack([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)], axis=-1).reshape(-1, 3)
 
 
-def _unit_mesh(path: Path) -> tuple[Floats, NDArray]:
+def unit_mesh(path: Path) -> tuple[Floats, NDArray]:
+    """Return vertices (n, 3) and faces (m, 3) of a mesh brought to a greatest extent of 1 m, about its middle."""
     mesh: Any = trimesh.load_mesh(path)
     mesh.merge_vertices(merge_tex=True, merge_norm=True)
     mesh = mesh.simplify_quadric_decimation(face_count=TRIANGLES)

@@ -63,6 +63,13 @@ class Solid:
     centre: Floats
     half: Floats
 
+    @property
+    def blocks(self) -> tuple[Floats, Floats]:
+        """Return centre and half (k, 3) of the boxes that hold what can touch: around a mesh's pieces, or the solid."""
+        if self.solid is None:
+            return self.piece_centre, self.piece_half
+        return self.centre[None], self.half[None] + self.radius
+
 
 class CollisionShapes:
     """Solids by geometry, made when first asked for and shared; any thread may ask.

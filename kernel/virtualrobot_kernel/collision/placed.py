@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from virtualrobot_kernel.collision.geometry import Solid
 from virtualrobot_kernel.collision.nearest import Floats
+from virtualrobot_kernel.numeric.boxes import follow_nodes, overlapping_boxes
 
 
 class Placed:
@@ -35,12 +36,20 @@ class Placed:
         """
         self.solids = tuple(solids)
         self.first_piece = np.cumsum([0, *(len(solid.pieces) for solid in self.solids)])
+        self._first_piece = self.first_piece.tolist()
         self._element = np.repeat(np.arange(len(self.solids)), np.diff(self.first_piece))
         self._local_centre = np.array([solid.centre for solid in self.solids]).reshape(-1, 3)
         self._local_half = np.array([solid.half for solid in self.solids]).reshape(-1, 3)
         self._radius = np.array([solid.radius for solid in self.solids]).reshape(-1, 1)
         self._objects = before._taken_by(self.solids) if before else {}
-        self._moved_since = set(self._objects)
+        self._moved_since = set(range(len(self.solids)))
+        own = [solid.blocks for solid in self.solids]
+        self._first_block = np.cumsum([0, *(len(centre) for centre, _ in own)])
+        self._blocks = tuple(np.concatenate([np.zeros((0, 3)), *(side[i] for side in own)]) for i in (0, 1))
+        self._piece_of_block = (self.first_piece - self._first_block).tolist()
+        self._local_reach = self._local_half + self._radius
+        self._moved = np.empty(len(self.solids), np.int64)
+        self._overlaps = np.empty((256, 4), np.int64)
         self._boxes: dict[int, tuple[Floats, Floats]] = {}
         self.world_t_element = world_t_element.copy()
         self.centre, self.half = np.empty((len(self.solids), 3)), np.empty((len(self.solids), 3))
@@ -55,9 +64,34 @@ class Placed:
         """Put some elements elsewhere, (k, 4, 4)."""
         self.world_t_element[elements] = world_t_element
         self._bound(elements)
-        for element in elements.tolist():
-            self._boxes.pop(element, None)
-        self._moved_since.update(self._objects.keys() & set(elements.tolist()))
+        self._moved_since.update(elements.tolist())
+        self._boxes.clear()
+
+    def follow(self, world_t_node: Floats, before: Floats, rows: NDArray[np.int64], node_t_element: Floats) -> None:
+        """Put elements at `node_t_element` (e, 4, 4) of the nodes `rows` (e,), as far as these have moved since."""
+        local = self._local_centre, self._local_reach
+        state = self.world_t_element, self.centre, self.half
+        count = follow_nodes(world_t_node, before, rows, node_t_element, *local, *state, self._moved)
+        if count:
+            self._moved_since.update(self._moved[:count].tolist())
+            self._boxes.clear()
+
+    def overlaps(self, own: NDArray[np.int64], asked: NDArray[np.bool_]) -> list[tuple[int, int, int, int]]:
+        """Return the pairs of pieces whose boxes overlap: element, element, row, row.
+
+        A solid counts as one piece, its first: its box is around all of it.
+
+        Args:
+            own: (k,) elements.
+            asked: (k, e) which pairs of one of these and any element are asked.
+        """
+        boxes = self.centre, self.half, self.world_t_element, self._first_block, *self._blocks
+        count = overlapping_boxes(own, asked, *boxes, self._overlaps)
+        if count > len(self._overlaps):
+            self._overlaps = np.empty((2 * count, 4), np.int64)
+            overlapping_boxes(own, asked, *boxes, self._overlaps)
+        to_piece = self._piece_of_block
+        return [(i, j, a + to_piece[i], b + to_piece[j]) for i, j, a, b in self._overlaps[:count].tolist()]
 
     def boxes(self, element: int) -> tuple[Floats, Floats]:
         """Return centre (k, 3) and half (k, 3) of the boxes around an element's pieces, radius included."""
@@ -71,11 +105,15 @@ class Placed:
     def piece(self, row: int) -> Any:  # noqa: ANN401 FCL has no types
         """Return FCL's object of a piece of a core."""
         element = int(self._element[row])
-        return self._placed_objects(element).pieces[row - int(self.first_piece[element])]
+        return self._objects_of(element).get(row - int(self.first_piece[element]))
+
+    def piece_of(self, element: int, row: int) -> Any:  # noqa: ANN401 FCL has no types
+        """Return FCL's object of a piece whose element is known."""
+        return self._objects_of(element).get(row - self._first_piece[element])
 
     def whole(self, element: int) -> Any:  # noqa: ANN401 FCL has no types
         """Return FCL's object of an element's solid; None for a mesh."""
-        return self._placed_objects(element).whole
+        return self._objects_of(element).get(-1)
 
     def segment(self, element: int) -> Floats:
         """Return the ends (2, 3) of the core of a sphere or a capsule in the world."""
@@ -102,34 +140,43 @@ class Placed:
         self.centre[elements] = (turn @ local[0])[:, :, 0] + self.world_t_element[elements, :3, 3]
         self.half[elements] = (np.abs(turn) @ local[1])[:, :, 0] + self._radius[elements]
 
-    def _placed_objects(self, element: int) -> _Objects:
+    def _objects_of(self, element: int) -> _Objects:
         objects = self._objects.get(element)
         if objects is None:
             objects = self._objects[element] = _Objects(self.solids[element])
-        elif element not in self._moved_since:
-            return objects
-        self._moved_since.discard(element)
-        objects.move(self.world_t_element[element])
+        if element in self._moved_since:
+            self._moved_since.discard(element)
+            objects.moved(self.world_t_element[element])
         return objects
 
 
 class _Objects:
-    """FCL's objects of one element: one for each piece, and one for its solid, None for a mesh."""
+    """FCL's objects of one element: one for each piece, the last one for its solid, None for a mesh.
 
-    __slots__ = ("pieces", "whole")
+    Each is put to the element's place when it is asked for.
+    """
+
+    __slots__ = ("_at", "_objects", "_place", "_time")
 
     def __init__(self, solid: Solid) -> None:
-        """Make them."""
-        self.pieces = [fcl.CollisionObject(piece.model, fcl.Transform()) for piece in solid.pieces]
-        self.whole = fcl.CollisionObject(solid.solid, fcl.Transform()) if solid.solid else None
+        """Make them; `moved` says where they are."""
+        self._objects = [fcl.CollisionObject(piece.model, fcl.Transform()) for piece in solid.pieces]
+        self._objects.append(fcl.CollisionObject(solid.solid, fcl.Transform()) if solid.solid else None)
+        self._at = [0] * len(self._objects)
+        self._time, self._place = 0, fcl.Transform()
 
-    def move(self, pose: Floats) -> None:
-        """Put them at a pose (4, 4)."""
-        place = fcl.Transform(pose[:3, :3], pose[:3, 3])
-        for at in self.pieces:
-            at.setTransform(place)
-        if self.whole is not None:
-            self.whole.setTransform(place)
+    def moved(self, pose: Floats) -> None:
+        """Say that the element is at another pose (4, 4)."""
+        self._time += 1
+        self._place = fcl.Transform(pose[:3, :3], pose[:3, 3])
+
+    def get(self, place: int) -> Any:  # noqa: ANN401 FCL has no types
+        """Return the object of a piece, or that of the solid (-1), at its place."""
+        found = self._objects[place]
+        if self._at[place] != self._time and found is not None:
+            self._at[place] = self._time
+            found.setTransform(self._place)
+        return found
 
 
 def piece_distance(first: Placed, second: Placed, row: int, to: int) -> tuple[float, Floats]:

@@ -64,6 +64,7 @@ class CollisionScene:
         self._bodies: Bodies | None = None
         self._placed = Placed((), np.zeros((0, 4, 4)))
         self._world_t_node = np.zeros((0, 4, 4))
+        self._uids: list[int] = []
 
     @property
     def bodies(self) -> Bodies:
@@ -81,9 +82,10 @@ class CollisionScene:
         before, world_t_node = self._bodies, snapshot.world_t_node
         if before is not None and all(old is new for old, new in zip(before.made_of, made_of(snapshot), strict=True)):
             if world_t_node is not self._world_t_node:
-                self._move(before, world_t_node, self._world_t_node)
+                self._placed.follow(world_t_node, self._world_t_node, before.rows, before.node_t_element)
         else:
             now = self._bodies = bodies_of(snapshot, self._shapes)
+            self._uids = now.uids.tolist()
             poses = world_t_node[now.rows] @ now.node_t_element
             if before is not None and before.figures == now.figures and (before.uids == now.uids).all():
                 self._placed.move(poses)
@@ -100,36 +102,25 @@ class CollisionScene:
             detail: how much is told.
             robots: only pairs with these robots (uids) are asked; None means all.
         """
-        found: dict[tuple[int, int], list[Contacts]] = {}
-        depths: dict[tuple[int, int], Depth | None] = {}
+        if detail is not Detail.CONTACTS:
+            return [Collision(*pair) for pair in sorted(self._touching(detail is Detail.FIRST, robots))]
+        found: dict[Pair, list[Contacts]] = {}
+        depths: dict[Pair, Depth | None] = {}
         uids = self.bodies.uids
-        for one, other, pieces in self._candidates(robots):
+        for one, other in dict.fromkeys(overlap[:2] for overlap in self._overlaps(robots)):
             pair = ordered(int(uids[one]), int(uids[other]))
-            if detail is not Detail.CONTACTS:
-                if pair not in found and touches(self._placed, self._placed, one, other, pieces):
-                    found[pair] = []
-                    if detail is Detail.FIRST:
-                        break
-                continue
-            one, other, pieces = self._in_order(pair, one, other, pieces)
-            contacts = touching(self._placed, self._placed, one, other, pieces)
+            contacts = self._contacts(*((one, other) if uids[one] == pair[0] else (other, one)))
             if contacts is None:
                 continue
             depth = depth_of(self._placed, one, other)
             known = pair not in found or depths[pair] is not None
             depths[pair] = _deeper(depths.get(pair), depth) if known and depth is not None else None
             found.setdefault(pair, []).append(contacts)
-        return [Collision(*pair, tuple(contacts), depths.get(pair)) for pair, contacts in sorted(found.items())]
+        return [Collision(*pair, tuple(contacts), depths[pair]) for pair, contacts in sorted(found.items())]
 
     def self_collisions(self, robot: int) -> set[Pair]:
         """Return the pairs of nodes of a robot (uid) that touch and may not."""
-        placed, uids = self._placed, self.bodies.uids
-        found: set[Pair] = set()
-        for one, other, pieces in self._candidates([robot], itself=True):
-            pair = ordered(int(uids[one]), int(uids[other]))
-            if pair not in found and touches(placed, placed, one, other, pieces):
-                found.add(pair)
-        return found
+        return self._touching(False, [robot], itself=True)
 
     def distances(self, ours: Collection[int], theirs: Collection[int], range_meters: float) -> list[Nearest]:
         """Return how far nodes are apart that may not touch, the nearest first.
@@ -163,52 +154,38 @@ class CollisionScene:
         nearest = sorted(found.values(), key=lambda one: one.distance)
         return nearest if range_meters else nearest[:1]
 
-    def _in_order(
-        self, pair: tuple[int, int], one: int, other: int, pieces: list[tuple[int, int]]
-    ) -> tuple[int, int, list[tuple[int, int]]]:
-        """Return two elements as their nodes are in the pair: normals go from the first to the second."""
-        if self.bodies.uids[one] == pair[0]:
-            return one, other, pieces
-        return other, one, [(to, row) for row, to in pieces]
+    def _touching(self, first: bool, robots: Collection[int] | None, itself: bool = False) -> set[Pair]:
+        """Return the pairs of nodes that touch and may not; at most the first one that is found."""
+        uids, found = self._uids, set()
+        for one, other, row, to in self._overlaps(robots, itself):
+            pair = ordered(uids[one], uids[other])
+            if pair not in found and touches(self._placed, one, other, row, to):
+                found.add(pair)
+                if first:
+                    break
+        return found
 
-    def _candidates(
-        self, robots: Collection[int] | None, itself: bool = False
-    ) -> Iterator[tuple[int, int, list[tuple[int, int]]]]:
-        """Yield the pairs of elements that are asked and whose boxes meet, with the pairs of pieces whose boxes do.
+    def _contacts(self, one: int, other: int) -> Contacts | None:
+        """Return where two elements touch, None where they don't."""
+        placed = self._placed
+        (rows, others), bounds = near_pieces(placed, placed, one, other, 0.0)
+        near = (bounds == 0.0).nonzero()
+        pieces = list(zip(rows[near[0]].tolist(), others[near[1]].tolist(), strict=True))
+        return touching(placed, placed, one, other, pieces)
+
+    def _overlaps(self, robots: Collection[int] | None, itself: bool = False) -> Iterator[tuple[int, int, int, int]]:
+        """Yield the pairs of pieces that are asked and whose boxes overlap: element, element, row, row.
 
         Only pairs with these robots (None: all), or of these robots with themselves.
         """
-        placed = self._placed
-        lower, upper = (np.ascontiguousarray((placed.centre + side * placed.half).T) for side in (-1.0, 1.0))
-        group = self.bodies.allowed.groups
+        group, uids = self.bodies.allowed.groups, self._uids
         for robot, own, asked in self.bodies.groups:
-            near = asked.copy()
-            for axis in range(3):
-                near &= lower[axis, own, None] <= upper[axis]
-                near &= upper[axis, own, None] >= lower[axis]
-            rows, others = np.nonzero(near)
-            for one, other in zip(own[rows].tolist(), others.tolist(), strict=True):
-                against = group[int(self.bodies.uids[other])]
-                wanted = robots is None or robot in robots or against in robots
-                if wanted and (not itself or against == robot):
-                    if pieces := self._pieces(one, other):
-                        yield one, other, pieces
-
-    def _pieces(self, one: int, other: int) -> list[tuple[int, int]]:
-        placed = self._placed
-        if len(placed.solids[one].pieces) == len(placed.solids[other].pieces) == 1:
-            return [(int(placed.first_piece[one]), int(placed.first_piece[other]))]
-        (rows, others), bounds = near_pieces(placed, placed, one, other, 0.0)
-        near = (bounds == 0.0).nonzero()
-        return list(zip(rows[near[0]].tolist(), others[near[1]].tolist(), strict=True))
-
-    def _move(self, bodies: Bodies, world_t_node: Floats, before: Floats) -> None:
-        count = len(world_t_node)
-        moved = (world_t_node.reshape(count, 16) != before.reshape(count, 16)).any(axis=1)
-        elements = np.flatnonzero(moved[bodies.rows])
-        if len(elements):
-            poses = world_t_node[bodies.rows[elements]] @ bodies.node_t_element[elements]
-            self._placed.move_some(elements, poses)
+            if itself and robots is not None and robot not in robots:
+                continue
+            for overlap in self._placed.overlaps(own, asked):
+                against = group[uids[overlap[1]]]
+                if (robots is None or robot in robots or against in robots) and (not itself or against == robot):
+                    yield overlap
 
 
 def _deeper(one: Depth | None, other: Depth) -> Depth:

@@ -80,23 +80,24 @@ def touching(first: Placed, second: Placed, one: int, other: int, pieces: Sequen
     return Contacts(np.array([contact.pos for contact, _ in told]), deepest[1] * np.array(deepest[0].normal))
 
 
-def touches(first: Placed, second: Placed, one: int, other: int, pieces: Sequence[tuple[int, int]]) -> bool:
-    """Return whether two elements touch: whether `touching` returns anything, sooner."""
-    radii = first.solids[one].radius, second.solids[other].radius
-    radius = sum(radii)
-    if all(radii):
-        ours, theirs = segments_nearest(first.segment(one), second.segment(other))
-        return float(np.linalg.norm(theirs - ours)) <= radius
-    solid, against = first.whole(one), second.whole(other)
-    if solid and against:
-        return _meet(solid, against)
-    if radius:
-        return any(piece_distance(first, second, row, to)[0] <= radius for row, to in pieces)
-    if solid:
-        return any(_meet(second.piece(to), solid) for _, to in pieces)
-    if against:
-        return any(_meet(first.piece(row), against) for row, _ in pieces)
-    return any(_meet(first.piece(row), second.piece(to)) for row, to in pieces)
+def touches(placed: Placed, one: int, other: int, row: int, to: int) -> bool:
+    """Return whether a piece `row` of an element touches a piece `to` of another; those of solids are the whole solid.
+
+    Over all pieces whose boxes overlap it is whether `touching` returns anything, sooner.
+    """
+    ours, theirs = placed.solids[one], placed.solids[other]
+    if ours.solid is None and theirs.solid is None:
+        return _meet(placed.piece_of(one, row), placed.piece_of(other, to))
+    if ours.radius and theirs.radius:
+        points = segments_nearest(placed.segment(one), placed.segment(other))
+        return float(np.linalg.norm(points[1] - points[0])) <= ours.radius + theirs.radius
+    if ours.solid is not None and theirs.solid is not None:
+        return _meet(placed.whole(one), placed.whole(other))
+    if ours.radius or theirs.radius:
+        return piece_distance(placed, placed, row, to)[0] <= ours.radius + theirs.radius
+    if ours.solid is not None:
+        return _meet(placed.piece_of(other, to), placed.whole(one))
+    return _meet(placed.piece_of(one, row), placed.whole(other))
 
 
 def _meet(one: Any, other: Any) -> bool:  # noqa: ANN401 FCL has no types
