@@ -16,6 +16,10 @@ from virtualrobot.errors import InvalidArgumentError, WrongStateError
 from virtualrobot.pictures import Picture, Recording
 
 ENDINGS = (".mp4", ".gif")
+LEAST_RATE, GREATEST_RATE = 0.01, 1000.0
+"""Of pictures a second."""
+GREATEST_GIF_RATE = 100.0
+"""A GIF counts time in hundredths of a second."""
 Told = Callable[[Picture], None]
 
 
@@ -26,12 +30,10 @@ class FilmFile:
         """Write `rate` pictures a second to a file.
 
         Raises:
-            InvalidArgumentError: when the file's name ends with neither .mp4 nor .gif, and for a rate not above 0.
+            InvalidArgumentError: when the file's name ends with neither .mp4 nor .gif, or it cannot have that rate.
             WrongStateError: when the package for films is not installed.
         """
-        self.path = _checked(path)
-        if not 0.0 < rate < math.inf:
-            raise InvalidArgumentError(f"the rate of a film is {rate:g} pictures a second; give one above 0")
+        self.path = _checked(path, rate)
         self.count = 0
         self.rate = rate
         self._av = _library()
@@ -41,7 +43,10 @@ class FilmFile:
         self._palette: Any = None
 
     def add(self, pixels: NDArray[np.uint8]) -> None:
-        """Add a picture (h, w, 3), as large as the first one; an odd last row or column is left out in .mp4."""
+        """Add a picture (h, w, 3), as large as the first one; an odd last row or column is left out in .mp4.
+
+        Raises InvalidArgumentError for an .mp4 of less than 2 pixels.
+        """
         stream = self._stream
         if stream is None:
             stream = self._stream = self._begun(pixels.shape[1], pixels.shape[0])
@@ -71,6 +76,8 @@ class FilmFile:
 
     def _begun(self, width: int, height: int) -> Any:  # noqa: ANN401 the package may be missing
         """Open the file, and return its stream of pictures of this size."""
+        if self.path.suffix.lower() == ".mp4" and min(width, height) < 2:
+            raise InvalidArgumentError(f"an .mp4 is at least 2 pixels wide and high, not {width} x {height}")
         self._container = self._av.open(str(self.path), "w", options=_container_options(self.path))
         if self.path.suffix.lower() == ".gif":
             stream = self._container.add_stream("gif", rate=self._rate)
@@ -155,10 +162,16 @@ def write(pictures: Iterable[Picture], file: FilmFile, told: Told | None = None)
     return file.count
 
 
-def _checked(path: str | Path) -> Path:
-    """Return the path of a film, or raise InvalidArgumentError."""
-    if Path(path).suffix.lower() not in ENDINGS:
+def _checked(path: str | Path, rate: float) -> Path:
+    """Return the path of a film of so many pictures a second, or raise InvalidArgumentError."""
+    ending = Path(path).suffix.lower()
+    if ending not in ENDINGS:
         raise InvalidArgumentError(f"{path} is no film; let its name end with {' or '.join(ENDINGS)}")
+    most = GREATEST_GIF_RATE if ending == ".gif" else GREATEST_RATE
+    if not LEAST_RATE <= rate <= most:
+        raise InvalidArgumentError(
+            f"a film of the kind {ending} has {LEAST_RATE:g} to {most:g} pictures a second, not {rate:g}"
+        )
     return Path(path)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import itertools
+import math
 from pathlib import Path
 
 import av
@@ -167,5 +168,29 @@ def test_the_command_line_takes_pictures_and_films(run: Run, client: Client, bal
     assert ".png" in run("capture", str(tmp_path / "a.bmp"), code=1)
     for option in ("--fps", "--seconds"):
         assert "not in the range x>0" in run("record", str(film), option, "0", code=2, warns=4)
-    with pytest.raises(InvalidArgumentError, match="give one above 0"):
-        client.view.film(film, rate=0.0)
+    assert "not nan" in run("record", str(film), "--fps", "nan", code=1)
+    assert "duration_seconds" in run("record", str(film), "--seconds", "nan", code=1)
+
+
+@pytest.mark.parametrize(
+    ("name", "rate"),
+    [("a.mp4", 0.0), ("a.mp4", 1e-9), ("a.mp4", math.nan), ("a.mp4", math.inf), ("a.mp4", -1.0), ("a.gif", 250.0)],
+)
+def test_a_film_that_cannot_have_its_rate_is_refused(tmp_path: Path, name: str, rate: float) -> None:
+    with pytest.raises(InvalidArgumentError, match=f"not {rate:g}"):
+        FilmFile(tmp_path / name, rate)
+
+
+@pytest.mark.parametrize(("name", "rate"), [("a.mp4", 0.01), ("a.mp4", 1000.0), ("a.gif", 0.01), ("a.gif", 100.0)])
+def test_a_film_has_its_rate(tmp_path: Path, name: str, rate: float) -> None:
+    with FilmFile(tmp_path / name, rate) as film:
+        for shade in (0, 128, 255):
+            film.add(np.full((2, 2, 3), shade, np.uint8))
+    with av.open(str(tmp_path / name)) as written:
+        times = [frame.time for frame in written.decode(video=0)]
+    np.testing.assert_allclose(times, np.arange(3) / rate, rtol=1e-6)
+
+
+def test_an_mp4_of_one_pixel_is_refused(tmp_path: Path) -> None:
+    with FilmFile(tmp_path / "a.mp4", 25.0) as film, pytest.raises(InvalidArgumentError, match="2 pixels"):
+        film.add(np.zeros((48, 1, 3), np.uint8))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -177,7 +178,7 @@ class Progress:
 
     def __init__(self, whole: float = 0.0) -> None:
         """Count to so many pictures; 0 where nobody knows."""
-        self._whole = round(whole)
+        self._whole = round(whole) if math.isfinite(whole) else 0
         self.count = 0
         self._behind = 0
 
