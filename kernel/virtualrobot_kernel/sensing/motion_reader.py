@@ -46,7 +46,7 @@ class MotionReader:
     """Reads one motion sensor; used by one thread."""
 
     deadline_seconds = DEADLINE_SECONDS
-    takes_turns = False
+    takes_turns = True
 
     def __init__(self, snapshot: Snapshot, node: Node) -> None:
         """Make the meter of a sensor's node."""

@@ -3,113 +3,23 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.sensing import sensors as module
-from virtualrobot_kernel.sensing.readers import READERS
-from virtualrobot_kernel.sensing.reading import Moment, Reading, SensorState
-from virtualrobot_kernel.sensing.sensor_status import statuses
-from virtualrobot_kernel.sensing.sensors import Sensors
-from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
+from virtualrobot_kernel.sensing.reading import Moment, SensorState
 from virtualrobot_kernel.sensing.station import Schedule
-from virtualrobot_kernel.world.clock import Clock, Mode
+from virtualrobot_kernel.world.clock import Mode
 from virtualrobot_kernel.world.commands import CreateNodes, RemoveNode, RunSensors, UpdateNode
 from virtualrobot_kernel.world.figures import Figure, Sphere
-from virtualrobot_kernel.world.journal import MemoryJournal
 from virtualrobot_kernel.world.sensing import RangeSensor
-from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.store import World
-from virtualrobot_kernel.world.structure import Kind, Node, NodeSpec
+from virtualrobot_kernel.world.structure import Kind, NodeSpec
 
-GUARD = 30.0
+from tests.unit.sensing.bench import GUARD, Bench, Fake
+
 STOPPED, RUNNING, FAULT = SensorState.STOPPED, SensorState.RUNNING, SensorState.FAULT
-
-
-@dataclass
-class Fake:
-    """A reader that says the number of the reading, and what it is told to do."""
-
-    history_seconds: float = 0.0
-    deadline_seconds: float = GUARD
-    takes_turns: bool = True
-    act: Callable[[Moment], object] = lambda moment: None
-    moments: list[Moment] = field(default_factory=list)
-    closed: threading.Event = field(default_factory=threading.Event)
-
-    def read(self, moment: Moment, kinds: object | None = None) -> int:
-        """Do it."""
-        self.moments.append(moment)
-        self.act(moment)
-        return moment.number
-
-    def close(self) -> None:
-        """Note it."""
-        self.closed.set()
-
-
-@dataclass
-class Bench:
-    """A world in STEPPED mode, its sensors, the readers made, and the readings told."""
-
-    world: World
-    sensors: Sensors
-    made: list[tuple[str, Fake]]
-    next: dict[str, Callable[[], Fake]]
-    told: list[Reading]
-
-    def do(self, *commands: object) -> Snapshot:
-        """Apply commands."""
-        return self.world.submit(commands).result(GUARD).snapshot  # pyright: ignore[reportArgumentType]
-
-    def add(self, name: str, parent: str = "world", **fields: object) -> None:
-        """Add a sensor."""
-        self.do(CreateNodes((NodeSpec(name, Kind.RANGE_SENSOR, parent, data=RangeSensor(**fields)),)))  # pyright: ignore[reportArgumentType]
-
-    def step(self, ticks: int) -> Snapshot:
-        """Let time go on."""
-        return self.world.step(ticks).result(GUARD)
-
-    def numbers(self, name: str) -> list[tuple[int, int]]:
-        """Return number and tick of each reading told of a sensor that ran."""
-        return [(one.number, one.snapshot.state.tick) for one in self.told if one.name == name and one.state is RUNNING]
-
-    def state(self, name: str) -> tuple[SensorState, str]:
-        """Return how a sensor is, and its fault."""
-        return next(
-            (one.state, one.fault) for one in statuses(self.sensors, self.world.snapshot) if one.node.name == name
-        )
-
-
-@pytest.fixture
-def bench(monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
-    made: list[tuple[str, Fake]] = []
-    wanted: dict[str, Callable[[], Fake]] = {}
-
-    def make(snapshot: Snapshot, node: Node, room: object) -> Fake:
-        reader = wanted.get(node.name, Fake)()
-        made.append((node.name, reader))
-        return reader
-
-    monkeypatch.setitem(READERS, Kind.RANGE_SENSOR, make)
-    world = World(world_poses, MemoryJournal(), Clock(Mode.STEPPED, 1.0, 4_000_000))
-    sensors = Sensors(world, _Room())  # pyright: ignore[reportArgumentType]
-    told: list[Reading] = []
-    sensors.subscribe(lambda reading: told.append(reading) if reading is not None else None)
-    world.start()
-    yield Bench(world, sensors, made, wanted, told)
-    sensors.close()
-    world.close()
-
-
-class _Room:
-    presets: dict[str, object] = {}  # noqa: RUF012 never changed
-
-    def __init__(self) -> None:
-        self.shapes = ShapeLibrary(lambda mesh: ())
 
 
 def test_each_reading_is_of_the_first_tick_at_or_after_its_time() -> None:
@@ -358,55 +268,3 @@ def test_the_end_of_the_kernel_ends_a_step_that_waits(bench: Bench) -> None:
     threading.Timer(0.2, forever.set).start()
     bench.sensors.close()
     assert coming.result(GUARD).state.tick == 1
-
-
-def test_of_sensors_that_do_not_run_only_some_stay_ready(bench: Bench) -> None:
-    count = module.MOST_IDLE + 10
-    for i in range(count):
-        bench.add(f"s{i}")
-    for i in range(count):
-        bench.sensors.read(f"s{i}")[1].result(GUARD)
-    assert len(bench.sensors.stations) == module.MOST_IDLE
-    assert bench.made[9][1].closed.wait(GUARD)
-    assert not bench.made[10][1].closed.is_set()
-    assert bench.sensors.read("s0")[1].result(GUARD).number == 2
-
-
-def test_who_asks_is_answered_where_the_sensor_is_changed_while_its_reader_cannot_be_made(bench: Bench) -> None:
-    going, go_on = threading.Event(), threading.Event()
-
-    def fail() -> Fake:
-        going.set()
-        go_on.wait(GUARD)
-        raise KernelError("there is no such component")
-
-    bench.next["a"] = fail
-    bench.add("a")
-    coming = bench.sensors.read("a")[1]
-    assert going.wait(GUARD)
-    bench.do(UpdateNode("a", data=RangeSensor(seed=3)))
-    go_on.set()
-    with pytest.raises(KernelError, match="'a' was changed or removed meanwhile"):
-        coming.result(GUARD)
-
-
-def test_what_waits_for_its_turn_is_not_late(bench: Bench) -> None:
-    going, go_on = threading.Event(), threading.Event()
-
-    def slow(moment: Moment) -> None:
-        going.set()
-        go_on.wait(GUARD)
-
-    bench.next["a"] = lambda: Fake(act=slow, deadline_seconds=0.0)
-    bench.next["b"] = lambda: Fake(act=slow)
-    bench.add("a")
-    bench.add("b")
-    for name, late in (("a", True), ("b", False)):
-        going.clear()
-        station, coming = bench.sensors.read(name)
-        assert going.wait(GUARD)
-        assert station.is_late() == late
-        go_on.set()
-        coming.result(GUARD)
-        assert not station.is_late()
-        go_on.clear()
