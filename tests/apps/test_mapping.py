@@ -97,3 +97,7 @@ def test_a_grid_is_no_octree() -> None:
         [*COMMAND, "5", "--ultrasonic", "--save", "map.bt"], capture_output=True, text=True, timeout=60, check=False
     )
     assert done.returncode == 2 and "--save takes a name that ends in .npz" in done.stderr
+    done = subprocess.run(
+        [*COMMAND, "5", "--save", "none/map.bt"], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.returncode == 2 and "there is no folder none" in done.stderr

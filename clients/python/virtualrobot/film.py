@@ -30,7 +30,8 @@ class FilmFile:
         """Write `rate` pictures a second to a file.
 
         Raises:
-            InvalidArgumentError: when the file's name ends with neither .mp4 nor .gif, or it cannot have that rate.
+            InvalidArgumentError: when the file's name ends with neither .mp4 nor .gif, when it cannot have that rate, or
+                its folder is not there.
             WrongStateError: when the package for films is not installed.
         """
         self.path = _checked(path, rate)
@@ -172,6 +173,9 @@ def _checked(path: str | Path, rate: float) -> Path:
         raise InvalidArgumentError(
             f"a film of the kind {ending} has {LEAST_RATE:g} to {most:g} pictures a second, not {rate:g}"
         )
+    # The file is opened with the first picture, which in a thread is told of at the film's end only.
+    if not Path(path).parent.is_dir():
+        raise InvalidArgumentError(f"{path} cannot be written: there is no folder {Path(path).parent}")
     return Path(path)
 
 

@@ -35,6 +35,8 @@ def map(
     """
     if save is not None and save.suffix not in ((".npz",) if ultrasonic else (".npz", ".bt", ".ot")):
         raise click.UsageError(f"--save takes a name that ends in .npz{'' if ultrasonic else ', .bt or .ot'}")
+    if save is not None and not save.parent.is_dir():
+        raise click.UsageError(f"--save: there is no folder {save.parent}")
     try:
         from virtualrobot.apps import mapping as app
     except ModuleNotFoundError as error:
