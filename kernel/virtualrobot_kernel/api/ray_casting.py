@@ -15,8 +15,8 @@ from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.components.catalog import Offer
 from virtualrobot_kernel.errors import LimitError
 from virtualrobot_kernel.sensing.compare import Comparison, Floats, compared, random_rays
+from virtualrobot_kernel.sensing.settings import DEFAULT_RAY_CASTER
 
-DEFAULT_RAY_CASTER = "embree"
 COMPARED_RAYS = 10_000
 """How many rays are compared where a client does not say."""
 MOST_COMPARED_RAYS = 1_000_000

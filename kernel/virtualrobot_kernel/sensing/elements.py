@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from virtualrobot_sdk.rays import RayScene, Shape
 
 from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
-from virtualrobot_kernel.world.figures import Figure
+from virtualrobot_kernel.world.figures import Figure, Material
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind, Structure
 from virtualrobot_kernel.world.visibility import inherited_visibility
 
-DEFAULT_REFLECTANCE = 0.5
-"""Of a figure without a material."""
+NO_MATERIAL = Material()
+"""Of a figure that says none."""
 HOUSING_MARGIN = 0.002
 """A sensor that is so little outside the box about a figure of its link, in meters, looks out of it all the same."""
 
@@ -84,7 +84,7 @@ def elements_of(
                     uid in housings and node.kind is Kind.LINK and _holds(figure, shape, housings[uid])
                 ):
                     found.append((figure, shape, uid))
-    reflectance = [figure.material.reflectance if figure.material else DEFAULT_REFLECTANCE for figure, _, _ in found]
+    reflectance = [(figure.material or NO_MATERIAL).reflectance for figure, _, _ in found]
     return Elements(
         shapes=tuple(shape for _, shape, _ in found),
         figures=tuple(figure for figure, _, _ in found),
