@@ -89,16 +89,8 @@ def capture(
 
 @click.command()
 @click.argument("output", type=click.Path(path_type=Path, dir_okay=False))
-@click.option(
-    "--seconds", type=click.FloatRange(0.0, min_open=True), default=None, help="Of simulation time [until Ctrl-C]."
-)
-@click.option(
-    "--fps",
-    type=click.FloatRange(0.0, min_open=True),
-    default=DEFAULT_RATE,
-    show_default=True,
-    help="Pictures a second.",
-)
+@click.option("--seconds", type=ABOVE_ZERO, help="Of simulation time [until Ctrl-C].")
+@click.option("--fps", type=ABOVE_ZERO, default=DEFAULT_RATE, show_default=True, help="Pictures a second.")
 @camera_options
 @plain_option
 @target_options
@@ -122,9 +114,7 @@ def record(
     with target.connect() as client:
         where = _from(camera, eye, target_point)
         try:
-            client.view.film(
-                output, where, seconds=seconds or 0.0, size=size, plain=plain, rate=fps, told=progress.show
-            )
+            client.view.film(output, where, seconds=seconds, size=size, plain=plain, rate=fps, told=progress.show)
         except KeyboardInterrupt:
             if not progress.count:
                 raise
