@@ -30,8 +30,8 @@ class FilmFile:
         """Write `rate` pictures a second to a file.
 
         Raises:
-            InvalidArgumentError: when the file's name ends with neither .mp4 nor .gif, when it cannot have that rate, or
-                its folder is not there.
+            InvalidArgumentError: when the file's name ends with neither .mp4 nor .gif, when its folder is not there, or
+                it cannot have that rate.
             WrongStateError: when the package for films is not installed.
         """
         self.path = _checked(path, rate)
