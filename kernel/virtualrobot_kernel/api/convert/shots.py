@@ -6,7 +6,7 @@ import math
 
 from virtualrobot.v1 import geometry_pb2, ray_pb2, view_pb2
 
-from virtualrobot_kernel.api.convert.values import check_enum, finite, not_negative, stamp, vector_message
+from virtualrobot_kernel.api.convert.values import GREATEST, check_enum, finite, not_negative, stamp, vector_message
 from virtualrobot_kernel.api.convert.view import camera
 from virtualrobot_kernel.drawing.painter import Picked
 from virtualrobot_kernel.drawing.shots import HEIGHT, LARGEST, WIDTH, ImageFormat, Shot
@@ -19,6 +19,8 @@ from virtualrobot_kernel.world.structure import Kind, Structure
 
 DEFAULT_RATE = 25.0
 """Pictures a second of a film that does not say how many."""
+LEAST_RATE = 1e-6
+"""The least pictures a second: one in 12 days."""
 
 
 def shot_of(message: view_pb2.Shot, structure: Structure) -> Shot:
@@ -46,13 +48,17 @@ def film_of(message: view_pb2.RecordRequest, snapshot: Snapshot) -> tuple[float,
     """Return a film's pictures a second, and how many there are (None: no end)."""
     rate = not_negative(message.frames_per_second, "frames_per_second") or DEFAULT_RATE
     most = 1.0 / snapshot.tick_seconds
-    if rate > most * (1.0 + 1e-9):
+    if not LEAST_RATE <= rate <= most * (1.0 + 1e-9):
         raise KernelError(
-            f"frames_per_second must be at most {most:g}, one picture a tick, not {rate:g}",
+            f"frames_per_second must be {LEAST_RATE:g} to {most:g}, one picture a tick, not {rate:g}",
             field="frames_per_second",
             value=rate,
         )
     duration = not_negative(message.duration_seconds, "duration_seconds")
+    if duration > GREATEST:
+        raise KernelError(
+            f"duration_seconds must be at most {GREATEST:g}, not {duration:g}", field="duration_seconds", value=duration
+        )
     return rate, max(1, round(duration * rate)) if duration else None
 
 
