@@ -33,7 +33,6 @@ class Collision:
         normals: (k, 3) unit normals there, from the first to the second.
         depth: how far one must be moved, in the best direction, until they only touch, in meters; None where it is not
             known.
-        depth_approximate: whether the depth was found by a search, not in closed form.
     """
 
     first: str
@@ -41,7 +40,6 @@ class Collision:
     points: NDArray[np.float64]
     normals: NDArray[np.float64]
     depth: float | None
-    depth_approximate: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -286,7 +284,6 @@ def _collision(pair: collision_pb2.CollisionPair) -> Collision:
         np.array([_vector(contact.point) for contact in pair.contacts]).reshape(-1, 3),
         np.array([_vector(contact.normal) for contact in pair.contacts]).reshape(-1, 3),
         pair.depth_meters if pair.HasField("depth_meters") else None,
-        pair.depth_approximate,
     )
 
 

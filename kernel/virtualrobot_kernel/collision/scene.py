@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from virtualrobot_kernel.collision.allowed import Pair, ordered
 from virtualrobot_kernel.collision.bodies import Bodies, bodies_of, made_of
-from virtualrobot_kernel.collision.depth import Depth, depth_of
+from virtualrobot_kernel.collision.depth import depth_of
 from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.pairs import box_distances, near_pieces, pair_of
 from virtualrobot_kernel.collision.placed import Placed
@@ -36,13 +36,13 @@ class Collision:
     Attributes:
         first: a node (uid), and `second` another one.
         contacts: where, for each two figures that touch; empty where only pairs were asked for.
-        depth: how deep they are in each other; None where it was not asked for or is not known.
+        depth: how deep they are in each other (m); None where it was not asked for or is not known.
     """
 
     first: int
     second: int
     contacts: tuple[Contacts, ...] = ()
-    depth: Depth | None = None
+    depth: float | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,7 +105,7 @@ class CollisionScene:
         if detail is not Detail.CONTACTS:
             return [Collision(*pair) for pair in sorted(self._touching(detail is Detail.FIRST, robots))]
         found: dict[Pair, list[Contacts]] = {}
-        depths: dict[Pair, Depth | None] = {}
+        depths: dict[Pair, float | None] = {}
         uids = self.bodies.uids
         for one, other in dict.fromkeys(overlap[:2] for overlap in self._overlaps(robots)):
             pair = ordered(int(uids[one]), int(uids[other]))
@@ -114,7 +114,7 @@ class CollisionScene:
                 continue
             depth = depth_of(self._placed, one, other)
             known = pair not in found or depths[pair] is not None
-            depths[pair] = _deeper(depths.get(pair), depth) if known and depth is not None else None
+            depths[pair] = max(depths.get(pair) or 0.0, depth) if known and depth is not None else None
             found.setdefault(pair, []).append(contacts)
         return [Collision(*pair, tuple(contacts), depths[pair]) for pair, contacts in sorted(found.items())]
 
@@ -186,7 +186,3 @@ class CollisionScene:
                 against = group[uids[overlap[1]]]
                 if (robots is None or robot in robots or against in robots) and (not itself or against == robot):
                     yield overlap
-
-
-def _deeper(one: Depth | None, other: Depth) -> Depth:
-    return other if one is None or other.meters > one.meters else one

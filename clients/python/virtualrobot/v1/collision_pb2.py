@@ -27,7 +27,7 @@ from virtualrobot.v1 import lease_pb2 as virtualrobot_dot_v1_dot_lease__pb2
 from virtualrobot.v1 import nodes_pb2 as virtualrobot_dot_v1_dot_nodes__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1fvirtualrobot/v1/collision.proto\x12\x0fvirtualrobot.v1\x1a\x1evirtualrobot/v1/geometry.proto\x1a\x1bvirtualrobot/v1/lease.proto\x1a\x1bvirtualrobot/v1/nodes.proto\"\xac\x01\n\x12RobotConfiguration\x12\r\n\x05robot\x18\x01 \x01(\t\x12P\n\x0fjoint_positions\x18\x02 \x03(\x0b\x32\x37.virtualrobot.v1.RobotConfiguration.JointPositionsEntry\x1a\x35\n\x13JointPositionsEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\x01:\x02\x38\x01\"\x96\x01\n\x15\x43heckCollisionRequest\x12;\n\x0e\x63onfigurations\x18\x01 \x03(\x0b\x32#.virtualrobot.v1.RobotConfiguration\x12\x30\n\x06\x64\x65tail\x18\x02 \x01(\x0e\x32 .virtualrobot.v1.CollisionDetail\x12\x0e\n\x06robots\x18\x03 \x03(\t\"\x85\x01\n\x16\x43heckCollisionResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12-\n\x05pairs\x18\x02 \x03(\x0b\x32\x1e.virtualrobot.v1.CollisionPair\x12\x15\n\rcheck_seconds\x18\x03 \x01(\x01\"\xaa\x01\n\rCollisionPair\x12\r\n\x05\x66irst\x18\x01 \x01(\t\x12\x0e\n\x06second\x18\x02 \x01(\t\x12\x33\n\x08\x63ontacts\x18\x03 \x03(\x0b\x32!.virtualrobot.v1.CollisionContact\x12\x19\n\x0c\x64\x65pth_meters\x18\x04 \x01(\x01H\x00\x88\x01\x01\x12\x19\n\x11\x64\x65pth_approximate\x18\x05 \x01(\x08\x42\x0f\n\r_depth_meters\"e\n\x10\x43ollisionContact\x12\'\n\x05point\x18\x01 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\x12(\n\x06normal\x18\x02 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\"\x8b\x01\n\x17MeasureDistancesRequest\x12\r\n\x05\x66irst\x18\x01 \x03(\t\x12\x0e\n\x06second\x18\x02 \x03(\t\x12\x14\n\x0crange_meters\x18\x03 \x01(\x01\x12;\n\x0e\x63onfigurations\x18\x04 \x03(\x0b\x32#.virtualrobot.v1.RobotConfiguration\"\x88\x01\n\x18MeasureDistancesResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12,\n\x05pairs\x18\x02 \x03(\x0b\x32\x1d.virtualrobot.v1.DistancePair\x12\x17\n\x0fmeasure_seconds\x18\x03 \x01(\x01\"\xa5\x01\n\x0c\x44istancePair\x12\r\n\x05\x66irst\x18\x01 \x01(\t\x12\x0e\n\x06second\x18\x02 \x01(\t\x12\x17\n\x0f\x64istance_meters\x18\x03 \x01(\x01\x12-\n\x0b\x66irst_point\x18\x04 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\x12.\n\x0csecond_point\x18\x05 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\"j\n\x0b\x41llowedPair\x12\r\n\x05\x66irst\x18\x01 \x01(\t\x12\x0e\n\x06second\x18\x02 \x01(\t\x12,\n\x05\x63\x61use\x18\x03 \x01(\x0e\x32\x1d.virtualrobot.v1.AllowedCause\x12\x0e\n\x06reason\x18\x04 \x01(\t\"(\n\x17ListAllowedPairsRequest\x12\r\n\x05nodes\x18\x01 \x03(\t\"n\n\x18ListAllowedPairsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12+\n\x05pairs\x18\x02 \x03(\x0b\x32\x1c.virtualrobot.v1.AllowedPair\"m\n\x16SetAllowedPairsRequest\x12)\n\x06\x66orbid\x18\x01 \x03(\x0b\x32\x19.virtualrobot.v1.NodePair\x12(\n\x05\x61llow\x18\x02 \x03(\x0b\x32\x19.virtualrobot.v1.NodePair\"@\n\x17SetAllowedPairsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\"G\n\x17\x46indAllowedPairsRequest\x12\r\n\x05robot\x18\x01 \x01(\t\x12\x0f\n\x07samples\x18\x02 \x01(\r\x12\x0c\n\x04seed\x18\x03 \x01(\x04\"\x91\x01\n\x18\x46indAllowedPairsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x10\n\x08progress\x18\x02 \x01(\x01\x12+\n\x05pairs\x18\x03 \x03(\x0b\x32\x1c.virtualrobot.v1.SampledPair\x12\x0f\n\x07samples\x18\x04 \x01(\r\"=\n\x0bSampledPair\x12\r\n\x05\x66irst\x18\x01 \x01(\t\x12\x0e\n\x06second\x18\x02 \x01(\t\x12\x0f\n\x07touched\x18\x03 \x01(\r*\x8a\x01\n\x0f\x43ollisionDetail\x12 \n\x1c\x43OLLISION_DETAIL_UNSPECIFIED\x10\x00\x12\x1a\n\x16\x43OLLISION_DETAIL_FIRST\x10\x01\x12\x1a\n\x16\x43OLLISION_DETAIL_PAIRS\x10\x02\x12\x1d\n\x19\x43OLLISION_DETAIL_CONTACTS\x10\x03*\xc7\x01\n\x0c\x41llowedCause\x12\x1d\n\x19\x41LLOWED_CAUSE_UNSPECIFIED\x10\x00\x12\x17\n\x13\x41LLOWED_CAUSE_RIGID\x10\x01\x12\x1a\n\x16\x41LLOWED_CAUSE_ADJACENT\x10\x02\x12\x19\n\x15\x41LLOWED_CAUSE_MOUNTED\x10\x03\x12\x16\n\x12\x41LLOWED_CAUSE_HELD\x10\x04\x12\x16\n\x12\x41LLOWED_CAUSE_FILE\x10\x05\x12\x18\n\x14\x41LLOWED_CAUSE_CLIENT\x10\x06\x32\x9e\x04\n\x10\x43ollisionService\x12\x61\n\x0e\x43heckCollision\x12&.virtualrobot.v1.CheckCollisionRequest\x1a\'.virtualrobot.v1.CheckCollisionResponse\x12g\n\x10MeasureDistances\x12(.virtualrobot.v1.MeasureDistancesRequest\x1a).virtualrobot.v1.MeasureDistancesResponse\x12g\n\x10ListAllowedPairs\x12(.virtualrobot.v1.ListAllowedPairsRequest\x1a).virtualrobot.v1.ListAllowedPairsResponse\x12j\n\x0fSetAllowedPairs\x12\'.virtualrobot.v1.SetAllowedPairsRequest\x1a(.virtualrobot.v1.SetAllowedPairsResponse\"\x04\xa0\xbb\x18\x01\x12i\n\x10\x46indAllowedPairs\x12(.virtualrobot.v1.FindAllowedPairsRequest\x1a).virtualrobot.v1.FindAllowedPairsResponse0\x01\x62\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1fvirtualrobot/v1/collision.proto\x12\x0fvirtualrobot.v1\x1a\x1evirtualrobot/v1/geometry.proto\x1a\x1bvirtualrobot/v1/lease.proto\x1a\x1bvirtualrobot/v1/nodes.proto\"\xac\x01\n\x12RobotConfiguration\x12\r\n\x05robot\x18\x01 \x01(\t\x12P\n\x0fjoint_positions\x18\x02 \x03(\x0b\x32\x37.virtualrobot.v1.RobotConfiguration.JointPositionsEntry\x1a\x35\n\x13JointPositionsEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\x01:\x02\x38\x01\"\x96\x01\n\x15\x43heckCollisionRequest\x12;\n\x0e\x63onfigurations\x18\x01 \x03(\x0b\x32#.virtualrobot.v1.RobotConfiguration\x12\x30\n\x06\x64\x65tail\x18\x02 \x01(\x0e\x32 .virtualrobot.v1.CollisionDetail\x12\x0e\n\x06robots\x18\x03 \x03(\t\"\x85\x01\n\x16\x43heckCollisionResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12-\n\x05pairs\x18\x02 \x03(\x0b\x32\x1e.virtualrobot.v1.CollisionPair\x12\x15\n\rcheck_seconds\x18\x03 \x01(\x01\"\x8f\x01\n\rCollisionPair\x12\r\n\x05\x66irst\x18\x01 \x01(\t\x12\x0e\n\x06second\x18\x02 \x01(\t\x12\x33\n\x08\x63ontacts\x18\x03 \x03(\x0b\x32!.virtualrobot.v1.CollisionContact\x12\x19\n\x0c\x64\x65pth_meters\x18\x04 \x01(\x01H\x00\x88\x01\x01\x42\x0f\n\r_depth_meters\"e\n\x10\x43ollisionContact\x12\'\n\x05point\x18\x01 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\x12(\n\x06normal\x18\x02 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\"\x8b\x01\n\x17MeasureDistancesRequest\x12\r\n\x05\x66irst\x18\x01 \x03(\t\x12\x0e\n\x06second\x18\x02 \x03(\t\x12\x14\n\x0crange_meters\x18\x03 \x01(\x01\x12;\n\x0e\x63onfigurations\x18\x04 \x03(\x0b\x32#.virtualrobot.v1.RobotConfiguration\"\x88\x01\n\x18MeasureDistancesResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12,\n\x05pairs\x18\x02 \x03(\x0b\x32\x1d.virtualrobot.v1.DistancePair\x12\x17\n\x0fmeasure_seconds\x18\x03 \x01(\x01\"\xa5\x01\n\x0c\x44istancePair\x12\r\n\x05\x66irst\x18\x01 \x01(\t\x12\x0e\n\x06second\x18\x02 \x01(\t\x12\x17\n\x0f\x64istance_meters\x18\x03 \x01(\x01\x12-\n\x0b\x66irst_point\x18\x04 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\x12.\n\x0csecond_point\x18\x05 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\"j\n\x0b\x41llowedPair\x12\r\n\x05\x66irst\x18\x01 \x01(\t\x12\x0e\n\x06second\x18\x02 \x01(\t\x12,\n\x05\x63\x61use\x18\x03 \x01(\x0e\x32\x1d.virtualrobot.v1.AllowedCause\x12\x0e\n\x06reason\x18\x04 \x01(\t\"(\n\x17ListAllowedPairsRequest\x12\r\n\x05nodes\x18\x01 \x03(\t\"n\n\x18ListAllowedPairsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12+\n\x05pairs\x18\x02 \x03(\x0b\x32\x1c.virtualrobot.v1.AllowedPair\"m\n\x16SetAllowedPairsRequest\x12)\n\x06\x66orbid\x18\x01 \x03(\x0b\x32\x19.virtualrobot.v1.NodePair\x12(\n\x05\x61llow\x18\x02 \x03(\x0b\x32\x19.virtualrobot.v1.NodePair\"@\n\x17SetAllowedPairsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\"G\n\x17\x46indAllowedPairsRequest\x12\r\n\x05robot\x18\x01 \x01(\t\x12\x0f\n\x07samples\x18\x02 \x01(\r\x12\x0c\n\x04seed\x18\x03 \x01(\x04\"\x91\x01\n\x18\x46indAllowedPairsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x10\n\x08progress\x18\x02 \x01(\x01\x12+\n\x05pairs\x18\x03 \x03(\x0b\x32\x1c.virtualrobot.v1.SampledPair\x12\x0f\n\x07samples\x18\x04 \x01(\r\"=\n\x0bSampledPair\x12\r\n\x05\x66irst\x18\x01 \x01(\t\x12\x0e\n\x06second\x18\x02 \x01(\t\x12\x0f\n\x07touched\x18\x03 \x01(\r*\x8a\x01\n\x0f\x43ollisionDetail\x12 \n\x1c\x43OLLISION_DETAIL_UNSPECIFIED\x10\x00\x12\x1a\n\x16\x43OLLISION_DETAIL_FIRST\x10\x01\x12\x1a\n\x16\x43OLLISION_DETAIL_PAIRS\x10\x02\x12\x1d\n\x19\x43OLLISION_DETAIL_CONTACTS\x10\x03*\xc7\x01\n\x0c\x41llowedCause\x12\x1d\n\x19\x41LLOWED_CAUSE_UNSPECIFIED\x10\x00\x12\x17\n\x13\x41LLOWED_CAUSE_RIGID\x10\x01\x12\x1a\n\x16\x41LLOWED_CAUSE_ADJACENT\x10\x02\x12\x19\n\x15\x41LLOWED_CAUSE_MOUNTED\x10\x03\x12\x16\n\x12\x41LLOWED_CAUSE_HELD\x10\x04\x12\x16\n\x12\x41LLOWED_CAUSE_FILE\x10\x05\x12\x18\n\x14\x41LLOWED_CAUSE_CLIENT\x10\x06\x32\x9e\x04\n\x10\x43ollisionService\x12\x61\n\x0e\x43heckCollision\x12&.virtualrobot.v1.CheckCollisionRequest\x1a\'.virtualrobot.v1.CheckCollisionResponse\x12g\n\x10MeasureDistances\x12(.virtualrobot.v1.MeasureDistancesRequest\x1a).virtualrobot.v1.MeasureDistancesResponse\x12g\n\x10ListAllowedPairs\x12(.virtualrobot.v1.ListAllowedPairsRequest\x1a).virtualrobot.v1.ListAllowedPairsResponse\x12j\n\x0fSetAllowedPairs\x12\'.virtualrobot.v1.SetAllowedPairsRequest\x1a(.virtualrobot.v1.SetAllowedPairsResponse\"\x04\xa0\xbb\x18\x01\x12i\n\x10\x46indAllowedPairs\x12(.virtualrobot.v1.FindAllowedPairsRequest\x1a).virtualrobot.v1.FindAllowedPairsResponse0\x01\x62\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
@@ -38,10 +38,10 @@ if not _descriptor._USE_C_DESCRIPTORS:
   _globals['_ROBOTCONFIGURATION_JOINTPOSITIONSENTRY']._serialized_options = b'8\001'
   _globals['_COLLISIONSERVICE'].methods_by_name['SetAllowedPairs']._loaded_options = None
   _globals['_COLLISIONSERVICE'].methods_by_name['SetAllowedPairs']._serialized_options = b'\240\273\030\001'
-  _globals['_COLLISIONDETAIL']._serialized_start=2055
-  _globals['_COLLISIONDETAIL']._serialized_end=2193
-  _globals['_ALLOWEDCAUSE']._serialized_start=2196
-  _globals['_ALLOWEDCAUSE']._serialized_end=2395
+  _globals['_COLLISIONDETAIL']._serialized_start=2028
+  _globals['_COLLISIONDETAIL']._serialized_end=2166
+  _globals['_ALLOWEDCAUSE']._serialized_start=2169
+  _globals['_ALLOWEDCAUSE']._serialized_end=2368
   _globals['_ROBOTCONFIGURATION']._serialized_start=143
   _globals['_ROBOTCONFIGURATION']._serialized_end=315
   _globals['_ROBOTCONFIGURATION_JOINTPOSITIONSENTRY']._serialized_start=262
@@ -51,31 +51,31 @@ if not _descriptor._USE_C_DESCRIPTORS:
   _globals['_CHECKCOLLISIONRESPONSE']._serialized_start=471
   _globals['_CHECKCOLLISIONRESPONSE']._serialized_end=604
   _globals['_COLLISIONPAIR']._serialized_start=607
-  _globals['_COLLISIONPAIR']._serialized_end=777
-  _globals['_COLLISIONCONTACT']._serialized_start=779
-  _globals['_COLLISIONCONTACT']._serialized_end=880
-  _globals['_MEASUREDISTANCESREQUEST']._serialized_start=883
-  _globals['_MEASUREDISTANCESREQUEST']._serialized_end=1022
-  _globals['_MEASUREDISTANCESRESPONSE']._serialized_start=1025
-  _globals['_MEASUREDISTANCESRESPONSE']._serialized_end=1161
-  _globals['_DISTANCEPAIR']._serialized_start=1164
-  _globals['_DISTANCEPAIR']._serialized_end=1329
-  _globals['_ALLOWEDPAIR']._serialized_start=1331
-  _globals['_ALLOWEDPAIR']._serialized_end=1437
-  _globals['_LISTALLOWEDPAIRSREQUEST']._serialized_start=1439
-  _globals['_LISTALLOWEDPAIRSREQUEST']._serialized_end=1479
-  _globals['_LISTALLOWEDPAIRSRESPONSE']._serialized_start=1481
-  _globals['_LISTALLOWEDPAIRSRESPONSE']._serialized_end=1591
-  _globals['_SETALLOWEDPAIRSREQUEST']._serialized_start=1593
-  _globals['_SETALLOWEDPAIRSREQUEST']._serialized_end=1702
-  _globals['_SETALLOWEDPAIRSRESPONSE']._serialized_start=1704
-  _globals['_SETALLOWEDPAIRSRESPONSE']._serialized_end=1768
-  _globals['_FINDALLOWEDPAIRSREQUEST']._serialized_start=1770
-  _globals['_FINDALLOWEDPAIRSREQUEST']._serialized_end=1841
-  _globals['_FINDALLOWEDPAIRSRESPONSE']._serialized_start=1844
-  _globals['_FINDALLOWEDPAIRSRESPONSE']._serialized_end=1989
-  _globals['_SAMPLEDPAIR']._serialized_start=1991
-  _globals['_SAMPLEDPAIR']._serialized_end=2052
-  _globals['_COLLISIONSERVICE']._serialized_start=2398
-  _globals['_COLLISIONSERVICE']._serialized_end=2940
+  _globals['_COLLISIONPAIR']._serialized_end=750
+  _globals['_COLLISIONCONTACT']._serialized_start=752
+  _globals['_COLLISIONCONTACT']._serialized_end=853
+  _globals['_MEASUREDISTANCESREQUEST']._serialized_start=856
+  _globals['_MEASUREDISTANCESREQUEST']._serialized_end=995
+  _globals['_MEASUREDISTANCESRESPONSE']._serialized_start=998
+  _globals['_MEASUREDISTANCESRESPONSE']._serialized_end=1134
+  _globals['_DISTANCEPAIR']._serialized_start=1137
+  _globals['_DISTANCEPAIR']._serialized_end=1302
+  _globals['_ALLOWEDPAIR']._serialized_start=1304
+  _globals['_ALLOWEDPAIR']._serialized_end=1410
+  _globals['_LISTALLOWEDPAIRSREQUEST']._serialized_start=1412
+  _globals['_LISTALLOWEDPAIRSREQUEST']._serialized_end=1452
+  _globals['_LISTALLOWEDPAIRSRESPONSE']._serialized_start=1454
+  _globals['_LISTALLOWEDPAIRSRESPONSE']._serialized_end=1564
+  _globals['_SETALLOWEDPAIRSREQUEST']._serialized_start=1566
+  _globals['_SETALLOWEDPAIRSREQUEST']._serialized_end=1675
+  _globals['_SETALLOWEDPAIRSRESPONSE']._serialized_start=1677
+  _globals['_SETALLOWEDPAIRSRESPONSE']._serialized_end=1741
+  _globals['_FINDALLOWEDPAIRSREQUEST']._serialized_start=1743
+  _globals['_FINDALLOWEDPAIRSREQUEST']._serialized_end=1814
+  _globals['_FINDALLOWEDPAIRSRESPONSE']._serialized_start=1817
+  _globals['_FINDALLOWEDPAIRSRESPONSE']._serialized_end=1962
+  _globals['_SAMPLEDPAIR']._serialized_start=1964
+  _globals['_SAMPLEDPAIR']._serialized_end=2025
+  _globals['_COLLISIONSERVICE']._serialized_start=2371
+  _globals['_COLLISIONSERVICE']._serialized_end=2913
 # @@protoc_insertion_point(module_scope)
