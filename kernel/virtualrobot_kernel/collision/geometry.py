@@ -95,6 +95,15 @@ class CollisionShapes:
                 solid = self._solids.setdefault(geometry, made)
         return solid
 
+    def __len__(self) -> int:
+        """Return how many solids are kept."""
+        return len(self._solids)
+
+    def keep(self, geometries: set[Geometry]) -> None:
+        """Forget all solids but those of `geometries`; who uses one meanwhile has it still."""
+        with self._lock:
+            self._solids = {key: solid for key, solid in self._solids.items() if key in geometries}
+
     def _made(self, geometry: Geometry) -> Solid | None:
         match geometry:
             case Box(size):

@@ -144,7 +144,7 @@ class Sensors:
                 if station.schedule is not None and node is not None and not data_of(node).running:
                     self._tell(station.silent(snapshot, SensorState.STOPPED))
         self._forget(snapshot.structure)
-        if len(self.room.shapes) > self._most_shapes:
+        if self._shapes_kept() > self._most_shapes:
             self._chores.put(snapshot.structure)
         self._run(tuple(one for one in stations.values() if one.schedule is not None), snapshot)
 
@@ -197,9 +197,14 @@ class Sensors:
         while (chore := self._chores.get()) is not None:
             if isinstance(chore, Station):
                 chore.start()
-            elif len(self.room.shapes) > self._most_shapes:
-                self.room.shapes.keep({figure.geometry for node in chore.nodes.values() for figure in node.figures})
-                self._most_shapes = 2 * len(self.room.shapes) + UNUSED_SHAPES
+            elif self._shapes_kept() > self._most_shapes:
+                used = {figure.geometry for node in chore.nodes.values() for figure in node.figures}
+                self.room.solids.keep(used)
+                self.room.shapes.keep(used)
+                self._most_shapes = 2 * self._shapes_kept() + UNUSED_SHAPES
+
+    def _shapes_kept(self) -> int:
+        return max(len(self.room.shapes), len(self.room.solids))
 
     def _run(self, running: tuple[Station, ...], snapshot: Snapshot) -> None:
         """Have these sensors told each tick from now on."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 import pytest
+from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.sensing.readers import READERS
 from virtualrobot_kernel.sensing.reading import Reading
@@ -45,3 +46,4 @@ class _Room:
 
     def __init__(self) -> None:
         self.shapes = ShapeLibrary(lambda mesh: ())
+        self.solids = CollisionShapes(lambda mesh: ())

@@ -247,10 +247,11 @@ def test_no_more_than_so_many_run_at_once(bench: Bench, monkeypatch: pytest.Monk
     assert "2 sensors run already" in bench.state("c")[1]
 
 
-def test_shapes_of_figures_that_are_gone_are_forgotten(bench: Bench) -> None:
-    shapes, forgotten = bench.sensors.room.shapes, threading.Event()
+@pytest.mark.parametrize("library", ["shapes", "solids"])
+def test_shapes_of_figures_that_are_gone_are_forgotten(bench: Bench, library: str) -> None:
+    shapes, forgotten = getattr(bench.sensors.room, library), threading.Event()
     keep = shapes.keep
-    shapes.keep = lambda kept: (keep(kept), forgotten.set())  # pyright: ignore[reportAttributeAccessIssue]
+    shapes.keep = lambda kept: (keep(kept), forgotten.set())
     bench.do(CreateNodes((NodeSpec("box", Kind.PART, figures=(Figure(Sphere(1.0)),)),)))
     for i in range(1, module.UNUSED_SHAPES + 2):
         shapes.get(Sphere(float(i)))
