@@ -258,35 +258,68 @@ def _eye(
 def _undistorted(
     u: NDArray[np.float64], v: NDArray[np.float64], coefficients: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return places on the plane z = 1 before distortion, by fixed-point steps as OpenCV's undistortPoints does."""
+    """Return places on the plane z = 1 before distortion, NaN where there are none.
+
+    Newton's method from the middle outwards, in steps that each bring a place nearer: as the kernel's cameras look.
+    """
     k = np.zeros(8)
     k[: len(coefficients)] = coefficients
-    x, y = u, v
-    for _ in range(50 if k.any() else 0):
-        r2 = x * x + y * y
-        below = 1.0 + r2 * (k[5] + r2 * (k[6] + r2 * k[7]))
-        factor = (1.0 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]))) / below
-        x, y = (
-            (u - 2.0 * k[2] * x * y - k[3] * (r2 + 2.0 * x * x)) / factor,
-            (v - k[2] * (r2 + 2.0 * y * y) - 2.0 * k[3] * x * y) / factor,
-        )
-    return x, y
+    if not k.any():
+        return u, v
+    x, y, step_x, step_y, miss = np.zeros_like(u), np.zeros_like(v), u, v, u * u + v * v
+    with np.errstate(all="ignore"):  # what overflows brings nothing nearer
+        radius = np.linspace(0.0, 20.0, 20001)[1:]
+        below = np.polyval([k[7], k[6], k[5], 1.0], radius**2)
+        placed = np.where(below > 0.0, radius * np.polyval([k[4], k[1], k[0], 1.0], radius**2) / below, -1.0)
+        farthest = _last_growing(radius, placed, np.inf)
+        for _ in range(50):
+            to_x, to_y = x + step_x, y + step_y
+            r2 = to_x * to_x + to_y * to_y
+            below = 1.0 + r2 * (k[5] + r2 * (k[6] + r2 * k[7]))
+            factor = (1.0 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]))) / below
+            slope = (k[0] + r2 * (2.0 * k[1] + 3.0 * r2 * k[4])) / below
+            slope -= factor * (k[5] + r2 * (2.0 * k[6] + 3.0 * r2 * k[7])) / below
+            a = to_x * factor + 2.0 * k[2] * to_x * to_y + k[3] * (r2 + 2.0 * to_x * to_x) - u
+            b = to_y * factor + k[2] * (r2 + 2.0 * to_y * to_y) + 2.0 * k[3] * to_x * to_y - v
+            xx = factor + 2.0 * to_x * to_x * slope + 2.0 * k[2] * to_y + 6.0 * k[3] * to_x
+            xy = 2.0 * to_x * to_y * slope + 2.0 * k[2] * to_x + 2.0 * k[3] * to_y
+            yy = factor + 2.0 * to_y * to_y * slope + 6.0 * k[2] * to_y + 2.0 * k[3] * to_x
+            determinant = xx * yy - xy * xy
+            nearer = (r2 <= farthest**2) & (determinant > 0.0) & (a * a + b * b <= miss)
+            x, y, miss = np.where(nearer, to_x, x), np.where(nearer, to_y, y), np.where(nearer, a * a + b * b, miss)
+            step_x = np.where(nearer, (xy * b - yy * a) / determinant, 0.5 * step_x)
+            step_y = np.where(nearer, (xy * a - xx * b) / determinant, 0.5 * step_y)
+    found = miss < 1e-16
+    return np.where(found, x, np.nan), np.where(found, y, np.nan)
 
 
 def _fisheye(x: NDArray[np.float64], y: NDArray[np.float64], coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return directions of a fisheye; NaN behind half a turn from the axis."""
+    """Return directions of a fisheye; NaN behind half a turn from the axis, and where the lens folds."""
     k = np.zeros(4)
     k[: len(coefficients)] = coefficients
+
+    def placed(angle: NDArray[np.float64]) -> NDArray[np.float64]:
+        return angle * np.polyval([*k[::-1], 1.0], angle * angle)
+
+    angles = np.linspace(0.0, np.pi, 4001)[1:]
+    farthest = _last_growing(angles, placed(angles), np.pi)
     radius = np.hypot(x, y)
-    angle = np.minimum(radius, np.pi)
-    for _ in range(50):
-        t2 = angle * angle
-        miss = angle * (1.0 + t2 * (k[0] + t2 * (k[1] + t2 * (k[2] + t2 * k[3])))) - radius
-        slope = 1.0 + t2 * (3.0 * k[0] + t2 * (5.0 * k[1] + t2 * (7.0 * k[2] + t2 * 9.0 * k[3])))
-        angle = np.clip(angle - miss / np.maximum(slope, 0.1), 0.0, np.pi)
-    angle = np.where(np.abs(miss) < 1e-6, angle, np.nan)
+    low, high = np.zeros_like(radius), np.full_like(radius, farthest)
+    for _ in range(55):  # to the last bit
+        angle = 0.5 * (low + high)
+        is_below = placed(angle) < radius
+        low, high = np.where(is_below, angle, low), np.where(is_below, high, angle)
+    angle = np.where(radius <= placed(np.array(farthest)) + 1e-9, high, np.nan)
     side = np.where(radius > 0.0, np.sin(angle) / np.maximum(radius, 1e-300), 1.0)
     return np.stack([x * side, y * side, np.cos(angle)], axis=-1)
+
+
+def _last_growing(values: NDArray[np.float64], placed: NDArray[np.float64], always: float) -> float:
+    """Return the last of `values` before `placed` no longer grows; `always` where it always does."""
+    falls = np.flatnonzero(np.diff(placed, prepend=0.0) <= 0.0)
+    if not len(falls):
+        return always
+    return float(values[falls[0] - 1]) if falls[0] else 0.0
 
 
 def _one_of(table: dict[str, Any], name: str, what: str) -> Any:  # noqa: ANN401 an enum's number

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 import virtualrobot
@@ -73,6 +74,22 @@ def test_two_eyes(scene: virtualrobot.Client) -> None:
     assert left.right is not None and left.stereo_baseline == 0.2
     shift = np.argwhere(left.mask("ball")).mean(axis=0)[1] - np.argwhere(left.right.mask("ball")).mean(axis=0)[1]
     assert shift == pytest.approx(left.camera_matrix[0, 0] * 0.2 / 2.0, abs=0.5)  # focal length, baseline, depth
+
+
+@pytest.mark.parametrize("distortion", [[-0.25, -0.02, 0.002, -0.003], [0.9, 0.02, 0.002, 0.003, -0.06]])
+def test_directions_are_where_the_pixels_look(scene: virtualrobot.Client, distortion: list[float]) -> None:
+    """OpenCV projects them to their pixels; there are none where the camera sees nothing, not even sky."""
+    eye = virtualrobot.camera(80, 60, horizontal_field=2.2, distortion=distortion)
+    scene.scene.add_camera("bent", eye)
+    seen = read(scene, "color", name="bent")
+    directions = seen.directions()
+    assert seen.color is not None
+    known = np.isfinite(directions).all(axis=2)
+    np.testing.assert_array_equal(known, seen.color.any(axis=2))
+    rows, columns = np.nonzero(known)
+    none = np.zeros(3)
+    places, _ = cv2.projectPoints(directions[known][:, None], none, none, seen.camera_matrix, seen.distortion)
+    np.testing.assert_allclose(places[:, 0], np.stack([columns, rows], axis=1), atol=1e-6)
 
 
 def test_a_camera_on_a_link_sees_what_its_robot_turns_it_to(scene: virtualrobot.Client) -> None:
