@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -89,6 +91,32 @@ def test_a_recording_that_nobody_reads_is_bounded_and_keeps_what_waits(stepped: 
         assert (frame.frame, frame.stamp.tick) == (k, first.stamp.tick + k)
         assert frame.behind <= 10_000
     stream.cancel()
+
+
+READER = """
+import sys, time, grpc
+from virtualrobot.v1 import view_pb2, view_pb2_grpc
+shot = view_pb2.Shot(width=640, height=480, format=view_pb2.IMAGE_FORMAT_RAW)
+film = view_pb2.RecordRequest(shot=shot, frames_per_second=50.0)
+frames = view_pb2_grpc.ViewServiceStub(grpc.insecure_channel(sys.argv[1])).Record(film)
+next(frames)
+print("reads", flush=True)
+time.sleep(600.0)
+"""
+"""Reads one picture, and then no more, so that the next ones do not get through."""
+
+
+def test_a_reader_that_is_killed_is_no_fault_of_the_kernel(stubs: Stubs, kernel: KernelProcess) -> None:
+    before = len(kernel.lines)
+    with subprocess.Popen([sys.executable, "-c", READER, kernel.address], stdout=subprocess.PIPE, text=True) as reader:
+        assert reader.stdout is not None
+        assert reader.stdout.readline() == "reads\n"
+        for _ in range(20):  # pictures taken meanwhile fill what lies between kernel and reader
+            stubs.view.Capture(view_pb2.CaptureRequest(shot=request(width=320).shot))
+        reader.kill()
+    for _ in range(20):
+        stubs.view.Capture(view_pb2.CaptureRequest(shot=request(width=320).shot))
+    assert not [line for line in kernel.lines[before:] if "ERROR" in line or "Traceback" in line]
 
 
 def test_a_reader_that_leaves_leaves_nothing_behind(stepped: Stubs, stepped_kernel: KernelProcess) -> None:

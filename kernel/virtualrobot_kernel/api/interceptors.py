@@ -112,6 +112,8 @@ class Errors(grpc.aio.ServerInterceptor):
                 async with aclosing(parts(request, context)) as messages:
                     async for message in messages:
                         await context.write(message)
+            except grpc.aio.InternalError:  # who reads has gone in the middle of a message
+                log.debug("%s: its reader has gone", method)
             except Exception as error:
                 await _told(error, method, context)
 
