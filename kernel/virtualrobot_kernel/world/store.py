@@ -71,6 +71,14 @@ class _SetClock:
 Item = TypeVar("Item", _Batch, _Step, _SetClock)
 
 
+def _tell(listener: Callable[..., None], *what: object) -> None:
+    """Call a listener; one that fails is told in the log, and neither the world nor other listeners stop for it."""
+    try:
+        listener(*what)
+    except Exception:
+        log.exception("a listener to the world failed inside the kernel")
+
+
 def check_revision(structure: Structure, expected: int | None) -> None:
     """Raise KernelError (STALE_REVISION) when the structure has another revision than the expected one (None: any)."""
     if expected is not None and expected != structure.revision:
@@ -244,7 +252,7 @@ class World:
     def _tell_tick(self) -> None:
         snapshot = self.snapshot
         for ticked in self._tick_listeners:
-            ticked(snapshot)
+            _tell(ticked, snapshot)
 
     def _ticked(self, state: State) -> State:
         return advance(self.snapshot.structure, state, self.clock.tick_seconds, self._forward)
@@ -262,7 +270,7 @@ class World:
         before = self.snapshot
         self.snapshot = self._pictured(structure, state, self.clock, before.revision + 1, before)
         for published in self._listeners:
-            published()
+            _tell(published)
 
     def _pictured(
         self, structure: Structure, state: State, clock: Clock, revision: int, before: Snapshot | None

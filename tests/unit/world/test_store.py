@@ -148,6 +148,23 @@ def test_a_failing_listener_is_not_needed_for_later_batches(world: World) -> Non
     assert seen == [1]
 
 
+def test_a_listener_that_fails_stops_neither_the_world_nor_others(
+    world: World, caplog: pytest.LogCaptureFixture
+) -> None:
+    def fail(*_: object) -> None:
+        raise RuntimeError("broken listener")
+
+    seen: list[int] = []
+    world.listen(fail)
+    world.listen(lambda: seen.append(world.snapshot.revision))
+    world.listen_ticks(fail)
+    world.listen_ticks(lambda snapshot: seen.append(-snapshot.state.tick))
+    world.submit([arm()]).result(GUARD)
+    world.step(2).result(GUARD)
+    assert seen == [1, 2, -1, 3, -2]
+    assert caplog.text.count("broken listener") >= 5
+
+
 def test_a_motion_ends_at_its_goal_and_is_remembered(world: World) -> None:
     world.submit([arm(), turn(1.0)]).result(GUARD)
     while world.snapshot.state.motions:
