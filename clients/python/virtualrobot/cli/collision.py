@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from virtualrobot.cli.options import Target, target_options
+from virtualrobot.cli.options import FiniteRange, Target, target_options
 
 if TYPE_CHECKING:
     from virtualrobot.collisions import AllowedPair, Collision, Distance, SampledPair
@@ -48,7 +48,7 @@ def allowed(target: Target, nodes: tuple[str, ...]) -> None:
 @collision.command()
 @click.argument("robot")
 @click.argument("nodes", nargs=-1)
-@click.option("--range", "range_meters", type=click.FloatRange(min=0.0, min_open=True), metavar="METERS", help="All.")
+@click.option("--range", "range_meters", type=FiniteRange(min=0.0, min_open=True), metavar="METERS", help="All.")
 @target_options
 def distance(target: Target, robot: str, nodes: tuple[str, ...], range_meters: float | None) -> None:
     """Show how far ROBOT, or any node with all below it, is from everything else or from NODES."""

@@ -6,16 +6,14 @@ from pathlib import Path
 
 import click
 
-from virtualrobot.cli.options import Target, target_options
+from virtualrobot.cli.options import FiniteRange, Target, target_options
 from virtualrobot.cli.own_kernel import in_kernel
 
 
 @click.command()
 @click.option("--loop", is_flag=True, help="Begin again when both pallets are full.")
 @click.option("--headless", is_flag=True, help="Open no viewer.")
-@click.option(
-    "--speed", type=click.FloatRange(0.01, 100.0), help="Simulated seconds for each second of the wall clock."
-)
+@click.option("--speed", type=FiniteRange(0.01, 100.0), help="Simulated seconds for each second of the wall clock.")
 @click.option(
     "--record",
     "film",

@@ -6,19 +6,17 @@ from pathlib import Path
 
 import click
 
-from virtualrobot.cli.options import Target, target_options
+from virtualrobot.cli.options import FiniteRange, Target, target_options
 from virtualrobot.cli.own_kernel import in_kernel
 
 
 @click.command()
 @click.option("--ultrasonic", is_flag=True, help="By ultrasound and Bayes' rule, not by a laser and an octree.")
-@click.option("--resolution", type=click.FloatRange(0.01, 0.2), help="Edge of a voxel in meters.")
+@click.option("--resolution", type=FiniteRange(0.01, 0.2), help="Edge of a voxel in meters.")
 @click.option("--model", default="", help="The sensor model, such as `laser`, with its default settings.")
 @click.option("--save", type=click.Path(path_type=Path, dir_okay=False), help="Write the map: .bt, .ot or .npz.")
 @click.option("--headless", is_flag=True, help="Open no viewer.")
-@click.option(
-    "--speed", type=click.FloatRange(0.01, 100.0), help="Simulated seconds for each second of the wall clock."
-)
+@click.option("--speed", type=FiniteRange(0.01, 100.0), help="Simulated seconds for each second of the wall clock.")
 @target_options
 def map(
     target: Target,

@@ -40,6 +40,17 @@ class Target:
         return connect(self.address, token, root_certificate=self.certificate)
 
 
+class FiniteRange(click.FloatRange):
+    """A number in a range; NaN, which is neither below nor above it, is none."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:  # noqa: ANN401
+        """Return the number."""
+        number = super().convert(value, param, ctx)
+        if not math.isfinite(number):
+            self.fail(f"{value!r} is no finite number", param, ctx)
+        return number
+
+
 def target_options(function: Callable[..., Any]) -> Callable[..., Any]:
     """Give a command the options that say which kernel, as one argument `target`; they may also stand before it."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -10,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from virtualrobot.cli.options import Numbers, Target, target_options
+from virtualrobot.cli.options import FiniteRange, Numbers, Target, target_options
 
 if TYPE_CHECKING:
     from virtualrobot.measuring import Measure, Place
     from virtualrobot.pictures import Camera, Picture
 
 DEFAULT_RATE = 25.0
-ABOVE_ZERO = click.FloatRange(0.0, min_open=True)
+ABOVE_ZERO = FiniteRange(0.0, min_open=True)
 
 
 class Size(click.ParamType):
@@ -168,7 +167,7 @@ class Progress:
 
     def __init__(self, whole: float = 0.0) -> None:
         """Count to so many pictures; 0 where nobody knows."""
-        self._whole = round(whole) if math.isfinite(whole) else 0
+        self._whole = round(whole)
         self.count = 0
         self._behind = 0
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from virtualrobot.cli.options import Target, target_options
+from virtualrobot.cli.options import FiniteRange, Target, target_options
 from virtualrobot.cli.orders import Order, order_options, sliding_joints
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ Examples:
 @order_options
 @click.option(
     "--every",
-    type=click.FloatRange(min=0.0),
+    type=FiniteRange(min=0.0),
     metavar="SECONDS",
     help="With --table or --csv: between samples [a tick].",
 )
@@ -75,7 +75,7 @@ def plan(target: Target, robot: str, order: Order, every: float | None, file: st
 @order_options
 @click.option(
     "--min-singular-value",
-    type=click.FloatRange(min=0.0),
+    type=FiniteRange(min=0.0),
     default=0.0,
     metavar="VALUE",
     help="The smallest singular value of the Jacobian that is accepted [that of lines and arcs alone].",
