@@ -13,9 +13,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import virtualrobot
+from virtualrobot.apps import mapping
 from virtualrobot.kernel_process import KernelProcess
 
-mapping = pytest.importorskip("virtualrobot.apps.mapping", reason="pip install pyoctomap")
+pytest.importorskip("pyoctomap", reason="pip install pyoctomap")
 COMMAND = [sys.executable, "-m", "virtualrobot", "map", "--headless", "--speed"]
 
 

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+import virtualrobot
+from virtualrobot.apps import octree_map
 from virtualrobot.apps.bayes_grid import BayesGrid, Cone
 from virtualrobot.apps.surface_truth import TOLERANCE, compare, points_in_voxels, seen_from, surface_points
-
-octree_map = pytest.importorskip("virtualrobot.apps.octree_map", reason="pip install pyoctomap")
 
 BOX = np.array([[0.213, 0.107, 0.011], [0.487, 0.403, 0.319]])
 CENTER, RADIUS = np.array([0.71, 0.72, 0.23]), 0.173
@@ -157,3 +158,9 @@ def test_points_on_a_side_belong_to_both_voxels() -> None:
         keys = np.unique(octree_map.keys_of(points + np.array([side, 0.0, 0.0]), 0.1), axis=0)
         result = compare(wall, keys, 0.1, points, np.ones(len(points), np.bool_))
         assert (result.false_rate, result.missed) == (0.0, 0)
+
+
+def test_a_package_that_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pyoctomap", None)
+    with pytest.raises(virtualrobot.WrongStateError, match=r"pip install 'virtualrobot\[mapping\]'"):
+        octree_map.OctreeMap(0.1)

@@ -22,8 +22,8 @@ OVERSHOOT = 1.75
 
 #: Lengths of a catch-up that are tried: 10 ms to 2 min, each a tenth longer than the one before.
 _LENGTHS = 0.01 * 1.1 ** np.arange(100.0)
-_SHARES = np.linspace(0.0, 1.0, 41)
-#: The first three derivatives of x^0 ... x^5 at the shares: (6, 41) each.
+_SHARES = np.linspace(0.0, 1.0, 161)
+#: The first three derivatives of x^0 ... x^5 at the shares: (6, 161) each.
 _DERIVATIVES = [np.array([np.polynomial.Polynomial.basis(i).deriv(k)(_SHARES) for i in range(6)]) for k in (1, 2, 3)]
 
 

@@ -8,10 +8,12 @@ each voxel that a beam passes through more likely free (0.4); within one scan an
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-import pyoctomap
 from numpy.typing import ArrayLike, NDArray
+
+from virtualrobot.errors import WrongStateError
 
 Floats = NDArray[np.float64]
 Keys = NDArray[np.int64]
@@ -32,9 +34,12 @@ class OctreeMap:
     """What is occupied and what is free, as far as scans have told."""
 
     def __init__(self, resolution: float) -> None:
-        """Begin with nothing known; voxels have edges of `resolution` meters."""
+        """Begin with nothing known; voxels have edges of `resolution` meters.
+
+        Raises WrongStateError when the package pyoctomap is not installed.
+        """
         self.resolution = resolution
-        self._tree = pyoctomap.OcTree(resolution)  # pyright: ignore[reportAttributeAccessIssue] compiled, and has no types
+        self._tree = library().OcTree(resolution)
 
     def insert(self, points: ArrayLike, origin: ArrayLike) -> None:
         """Take in the echoes (n, 3) of a scan from `origin` (3,), meters in the world's frame."""
@@ -71,3 +76,12 @@ class OctreeMap:
         written = self._tree.writeBinary(str(path)) if path.suffix == ".bt" else self._tree.write(str(path))
         if not written:
             raise OSError(f"the map cannot be written to {path}")
+
+
+def library() -> Any:  # noqa: ANN401 a module that may be missing
+    """Return the package pyoctomap; raise WrongStateError, which says how to install it, where it is missing."""
+    try:
+        import pyoctomap
+    except ImportError:
+        raise WrongStateError("octrees need the package pyoctomap: pip install 'virtualrobot[mapping]'") from None
+    return pyoctomap

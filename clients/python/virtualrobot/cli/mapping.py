@@ -35,10 +35,10 @@ def map(
         raise click.UsageError(f"--save takes a name that ends in .npz{'' if ultrasonic else ', .bt or .ot'}")
     if save is not None and not save.parent.is_dir():
         raise click.UsageError(f"--save: there is no folder {save.parent}")
-    try:
-        from virtualrobot.apps import mapping as app
-    except ModuleNotFoundError as error:
-        raise click.ClickException(f"{error}: pip install 'virtualrobot[mapping]'") from error
+    from virtualrobot.apps import mapping as app
+    from virtualrobot.apps import octree_map
 
+    if not ultrasonic:
+        octree_map.library()  # before a kernel is started for nothing
     with in_kernel(target, headless, speed) as client:
         app.main(client, ultrasonic, resolution or 0.0, model, save, headless)
