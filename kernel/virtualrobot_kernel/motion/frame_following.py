@@ -23,8 +23,10 @@ OVERSHOOT = 1.75
 #: Lengths of a catch-up that are tried: 10 ms to 2 min, each a tenth longer than the one before.
 _LENGTHS = 0.01 * 1.1 ** np.arange(100.0)
 _SHARES = np.linspace(0.0, 1.0, 161)
-#: The first three derivatives of x^0 ... x^5 at the shares: (6, 161) each.
-_DERIVATIVES = [np.array([np.polynomial.Polynomial.basis(i).deriv(k)(_SHARES) for i in range(6)]) for k in (1, 2, 3)]
+#: How much of its second derivative's greatest value a function may exceed the greatest of its samples by.
+_BETWEEN = _SHARES[1] ** 2 / 8.0
+#: The first derivatives of x^0 ... x^5 at the shares: (6, 161).
+_FIRST = np.array([np.polynomial.Polynomial.basis(i).deriv()(_SHARES) for i in range(6)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,18 +126,19 @@ def catch_up(following: Following, gap: float, speed: float, slope: float) -> Ca
     """Return the shortest of a list of quintics to zero from a difference with its derivatives that keeps the limits.
 
     The limits: the difference's acceleration and jerk are the following's own, its speed what `OVERSHOOT` leaves. Where
-    none keeps them it is the longest.
+    none keeps them all, as from an acceleration beyond them, it is the one that exceeds them least.
     """
     if not (gap or speed or slope):
         return CatchUp(0.0, (0.0,) * 6)
     coefficients = np.array([_to_zero(gap, speed * length, slope * length**2) for length in _LENGTHS])
-    first, second, third = (coefficients @ basis / _LENGTHS[:, None] ** k for k, basis in enumerate(_DERIVATIVES, 1))
-    away = -first * np.sign(speed or gap)
-    keeps = (away.max(axis=1) <= (OVERSHOOT - 1.0) * following.max_velocity) & (
-        np.abs(second).max(axis=1) <= max(following.own_acceleration, abs(slope))
+    second, third = _greatest(coefficients)
+    away = (-(coefficients @ _FIRST) * np.sign(speed or gap)).max(axis=1) + _BETWEEN * third
+    excess = np.maximum(
+        away / _LENGTHS / ((OVERSHOOT - 1.0) * following.max_velocity), third / _LENGTHS**3 / following.own_jerk
     )
-    keeps &= np.abs(third).max(axis=1) <= following.own_jerk
-    place = int(np.argmax(keeps)) if keeps.any() else len(_LENGTHS) - 1
+    excess = np.maximum(excess, second / _LENGTHS**2 / max(following.own_acceleration, abs(slope)))
+    keeps = excess <= 1.0 + 1e-12
+    place = int(np.argmax(keeps) if keeps.any() else np.argmin(excess))
     return CatchUp(float(_LENGTHS[place]), tuple(coefficients[place].tolist()))
 
 
@@ -175,3 +178,16 @@ def _to_zero(value: float, first: float, second: float) -> tuple[float, ...]:
         15.0 * value + 8.0 * first + 1.5 * second,
         -6.0 * value - 3.0 * first - 0.5 * second,
     )
+
+
+def _greatest(coefficients: Array) -> tuple[Array, Array]:
+    """Return the greatest second and third derivatives (m,) in [0, 1] of quintics (m, 6), at an end or an extremum."""
+    _, _, c2, c3, c4, c5 = coefficients.T[:, :, None]
+    with np.errstate(all="ignore"):
+        vertex = -c4 / (5.0 * c5)
+        apart = np.sqrt(np.maximum(vertex**2 - c3 / (10.0 * c5), 0.0))
+    x = np.hstack((np.zeros_like(c2), np.ones_like(c2), vertex, vertex - apart, vertex + apart))
+    x = np.clip(np.nan_to_num(x), 0.0, 1.0)
+    second = 2.0 * c2 + x * (6.0 * c3 + x * (12.0 * c4 + x * 20.0 * c5))
+    third = 6.0 * c3 + x * (24.0 * c4 + x * 60.0 * c5)
+    return np.abs(second).max(axis=1), np.abs(third).max(axis=1)
