@@ -19,11 +19,11 @@ from benchmarks.rows import Row
 RESULTS = Path(__file__).resolve().parent / "RESULTS.md"
 SUITES = (
     *("rpc", "tick", "setpoints", "kinematics", "closed_form", "arm_angle", "dynamics", "planning"),
-    *("components", "loading", "rays", "scans", "cameras", "viewer", "startup"),
+    *("components", "loading", "rays", "scans", "cameras", "collision", "viewer", "startup"),
 )
 PACKAGES = (
     *("numpy", "numba", "grpcio", "protobuf", "viser", "ruckig", "toppra", "pin", "pytracik"),
-    *("embreex", "pybullet", "mujoco", "vtk"),
+    *("embreex", "python-fcl", "coal", "pybullet", "mujoco", "vtk"),
 )
 HEADER = ("what", "ours", "peer", "peer's name", "unit", "ratio", "budget", "")
 
