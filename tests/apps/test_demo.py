@@ -124,12 +124,13 @@ def test_the_arms_keep_their_limits(record: Record, robot: str) -> None:
 
 
 def test_the_arms_work_at_the_same_time(record: Record) -> None:
+    """In turns they would never; how often they do at this speed depends on how soon calls are answered."""
     moving = {
         robot: {state.stamp.tick for state in record.states[robot] if np.abs(state.velocities).max() > 0.01}
         for robot in SPEEDS
     }
     both = moving["iiwa"] & moving["panda"]
-    assert len(both) > 0.4 * min(map(len, moving.values()))
+    assert len(both) > 5
 
 
 def test_signals_tell_of_the_hand_over(record: Record) -> None:
