@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,8 @@ class Elements:
         node_t_element: (e, 4, 4) where each figure is in its node's frame.
         reflectance: (e,) of each figure's material.
         made_of: the structure and tool states that it was made of, and where the unseen nodes were on their parents.
+        nodes: the uids of the nodes that have figures, each once; derived.
+        node_of: (e,) the place in `nodes` of each figure's node; derived.
     """
 
     shapes: tuple[Shape, ...]
@@ -42,6 +44,14 @@ class Elements:
     node_t_element: NDArray[np.float64]
     reflectance: NDArray[np.float64]
     made_of: tuple[Structure, Mapping[int, str], bytes]
+    nodes: tuple[int, ...] = field(init=False)
+    node_of: NDArray[np.int32] = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Derive the nodes."""
+        nodes, node_of = np.unique(self.uids, return_inverse=True)
+        object.__setattr__(self, "nodes", tuple(nodes.tolist()))
+        object.__setattr__(self, "node_of", node_of.astype(np.int32))
 
     def world_t_element(self, world_t_node: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return where each figure is in the world's frame, (e, 4, 4), with the nodes at `world_t_node` (N, 4, 4)."""

@@ -25,8 +25,6 @@ class _Seen:
     """What is made of a world's elements, and holds until they change."""
 
     elements: Elements
-    uids: tuple[int, ...]
-    places: NDArray[np.int32]
     looks: Looks
 
 
@@ -59,7 +57,7 @@ class Eye:
     @property
     def uids(self) -> tuple[int, ...]:
         """Return the nodes that the last picture's segmentation tells of, by place."""
-        return self._seen.uids if self._seen else ()
+        return self._seen.elements.nodes if self._seen else ()
 
     def see(
         self,
@@ -73,7 +71,7 @@ class Eye:
         seen = self._look(snapshot)
         world_t_element = np.ascontiguousarray(seen.elements.world_t_element(snapshot.world_t_node))
         self._scene.place(seen.elements.shapes, world_t_element)
-        subject = Subject(world_t_element, seen.places, seen.looks, lights_of(snapshot), background)
+        subject = Subject(world_t_element, seen.elements.node_of, seen.looks, lights_of(snapshot), background)
         return render(self._scene, subject, lens, world_t_camera, kinds)
 
     def _look(self, snapshot: Snapshot) -> _Seen:
@@ -81,7 +79,5 @@ class Eye:
         elements = elements_of(snapshot, self._shapes, before.elements if before else None, self._unseen)
         if before is not None and before.elements is elements:
             return before
-        uids, places = np.unique(elements.uids, return_inverse=True)
-        seen = _Seen(elements, tuple(uids.tolist()), places.astype(np.int32), self._looks.of(elements))
-        self._seen = seen
+        self._seen = seen = _Seen(elements, self._looks.of(elements))
         return seen

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from dataclasses import dataclass
 from time import perf_counter
 from typing import TypeVar
 
@@ -41,15 +40,6 @@ Integers = NDArray[np.int32]
 Answer = TypeVar("Answer")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Seeable:
-    """What can be hit: elements, the place of each one's node in `uids` (e,), and those nodes."""
-
-    elements: Elements
-    node_of: Integers
-    uids: tuple[int, ...]
-
-
 class RangeReader:
     """Makes the readings of one range sensor; owns its two components."""
 
@@ -57,7 +47,8 @@ class RangeReader:
         """Start the components; raise KernelError for settings or components that cannot be."""
         assert isinstance(node.data, RangeSensor)
         self._settings = settings = range_settings(node.data, presets)
-        self._uid, self._shapes, self._seeable = node.uid, shapes, None
+        self._uid, self._shapes = node.uid, shapes
+        self._elements: Elements | None = None
         self._beams = beams = beams_of(settings.pattern)
         user = f" of the sensor {node.name!r}"
         with ExitStack() as begun:
@@ -140,8 +131,8 @@ class RangeReader:
 
     def _at_once(self, moment: Moment) -> tuple[answers.Seen, Integers, tuple[int, ...], None]:
         """Return what all rays hit in the world as it is."""
-        seen, seeable = self._cast(moment.snapshot, self._rays, self._origins)
-        return seen, seeable.node_of, seeable.uids, None
+        seen, elements = self._cast(moment.snapshot, self._rays, self._origins)
+        return seen, elements.node_of, elements.nodes, None
 
     def _distorted(self, moment: Moment) -> tuple[answers.Seen, Integers, tuple[int, ...], NDArray[np.float32]]:
         """Return what each column's rays hit in the world as it was when it was measured, and how long ago that was."""
@@ -150,17 +141,17 @@ class RangeReader:
         ages = np.empty(shape[1], np.float32)
         tables: list[Integers] = []
         places: dict[int, int] = {}
-        last: _Seeable | None = None
+        last: Elements | None = None
         count = base = 0
         for then, columns in self._turn(moment):
             starts = self._origins[:, columns] if self._origins.size > 3 else self._origins
-            part, seeable = self._cast(then, self._rays[:, columns], starts)
-            if seeable is not last:
+            part, elements = self._cast(then, self._rays[:, columns], starts)
+            if elements is not last:
                 # Nodes came or went within the turn: the elements of both worlds stand side by side.
-                last, base = seeable, count
-                count += len(seeable.node_of)
-                named = [places.setdefault(uid, len(places)) for uid in seeable.uids]
-                tables.append(np.array(named, np.int32)[seeable.node_of])
+                last, base = elements, count
+                count += len(elements.node_of)
+                named = [places.setdefault(uid, len(places)) for uid in elements.nodes]
+                tables.append(np.array(named, np.int32)[elements.node_of])
             into = (shape[0], columns.stop - columns.start, self._k)
             for name in ("distance", "incidence", "reflectance"):
                 getattr(seen, name)[:, columns] = getattr(part, name).reshape(into)
@@ -181,27 +172,19 @@ class RangeReader:
         for first, end in itertools.pairwise(edges):
             yield worlds[chosen[first]], slice(first, end)
 
-    def _cast(self, snapshot: Snapshot, rays: Floats, starts: Floats) -> tuple[answers.Seen, _Seeable]:
+    def _cast(self, snapshot: Snapshot, rays: Floats, starts: Floats) -> tuple[answers.Seen, Elements]:
         """Return what rays in the sensor's frame, directions and origins of shape (..., 3), hit in a world."""
-        seeable = self._see(snapshot)
+        # All but the sensor's own figures.
+        unseen = frozenset({self._uid})
+        self._elements = elements = elements_of(snapshot, self._shapes, self._elements, unseen)
         pose = np.ascontiguousarray(snapshot.world_t(self._uid))
         directions, origins = (np.empty((rays.size // 3, 3)) for _ in range(2))
         frames = (np.ascontiguousarray(one).reshape(-1, 3) for one in (starts, rays))
         scan.placed(pose, *frames, origins, directions)
-        scene = seeable.elements.scene(snapshot.world_t_node)
+        scene = elements.scene(snapshot.world_t_node)
         answer = self.caster.call("cast", scene, origins, directions, self._settings.max_range_meters)
-        reflectance = seeable.elements.reflectance
-        seen = _looked_at(self.caster, lambda: answers.seen(answer, scene, origins, directions, reflectance))
-        return seen, seeable
-
-    def _see(self, snapshot: Snapshot) -> _Seeable:
-        """Return what can be hit in a world: all but the sensor's own figures."""
-        before = self._seeable
-        elements = elements_of(snapshot, self._shapes, before.elements if before else None, frozenset({self._uid}))
-        if before is None or elements is not before.elements:
-            uids, node_of = np.unique(elements.uids, return_inverse=True)
-            self._seeable = before = _Seeable(elements, node_of.astype(np.int32), tuple(uids.tolist()))
-        return before
+        seen = _looked_at(self.caster, lambda: answers.seen(answer, scene, origins, directions, elements.reflectance))
+        return seen, elements
 
 
 def _looked_at(running: Running, look: Callable[[], Answer]) -> Answer:
