@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,16 +18,13 @@ import numpy as np
 from virtualrobot_kernel.collision import nearest
 from virtualrobot_kernel.collision.nearest import Floats, Nearest
 from virtualrobot_kernel.collision.tessellation import Integers, box_triangles, pieces, turned_triangles
-from virtualrobot_kernel.formats.submesh import Submesh
+from virtualrobot_kernel.formats.submesh import Meshes, stacked
 from virtualrobot_kernel.world.figures import Box, Capsule, Cone, Cylinder, Geometry, Mesh, Sphere
 
 log = logging.getLogger(__name__)
 
 NOTHING = -1e30
 """Half the extent of what has no triangles, in meters: it is near to nothing."""
-
-Meshes = Callable[[Mesh], tuple[Submesh, ...]]
-"""Gives the triangles of a mesh, in the frame of its figure."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -128,12 +124,8 @@ class CollisionShapes:
         except Exception:  # a mesh that cannot be read must not end all sensors
             log.exception("mesh %s touches nothing", mesh.uri)
             parts = ()
-        starts = np.cumsum([0, *(len(part.vertices) for part in parts[:-1])])
-        faces = [part.faces + start for part, start in zip(parts, starts, strict=False)]
-        return (
-            np.concatenate([np.zeros((0, 3)), *(part.vertices.astype(np.float64) for part in parts)]),
-            np.concatenate([np.zeros((0, 3), np.int32), *faces]).astype(np.int32),
-        )
+        vertices, faces = stacked(parts)
+        return vertices.astype(np.float64), faces
 
 
 def _segment(length: float) -> tuple[Floats, Integers]:

@@ -20,12 +20,13 @@ from virtualrobot_kernel.drawing.inks import (
     measured_words,
 )
 from virtualrobot_kernel.drawing.inventory import joint_axes
-from virtualrobot_kernel.drawing.library import AXIS_ARROW, Meshes
+from virtualrobot_kernel.drawing.library import AXIS_ARROW
 from virtualrobot_kernel.drawing.library import ShapeLibrary as DrawnShapes
 from virtualrobot_kernel.drawing.overlay import Overlay, Words
 from virtualrobot_kernel.drawing.sensor_strokes import add_sensors
 from virtualrobot_kernel.drawing.view import ViewSettings
 from virtualrobot_kernel.formats import shapes, submesh
+from virtualrobot_kernel.formats.submesh import Meshes
 from virtualrobot_kernel.sensing.elements import Elements
 from virtualrobot_kernel.sensing.measuring import ends, is_there
 from virtualrobot_kernel.sensing.reading import Reading

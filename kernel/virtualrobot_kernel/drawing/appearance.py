@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from virtualrobot_kernel.drawing import glb
-from virtualrobot_kernel.formats.submesh import Submesh
+from virtualrobot_kernel.formats.submesh import Submesh, stacked
 
 Rgba = tuple[float, float, float, float]
 
@@ -72,10 +72,5 @@ def _textured(part: Submesh, factor: Rgba) -> bytes:
 
 def _stacked(parts: list[Submesh]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return vertices, normals and faces of all parts together."""
-    starts = np.cumsum([0, *(len(part.vertices) for part in parts[:-1])])
-    normals = [part.normals for part in parts if part.normals is not None]
-    return (
-        np.concatenate([part.vertices for part in parts]),
-        np.concatenate(normals),
-        np.concatenate([part.faces + start for part, start in zip(parts, starts, strict=True)]),
-    )
+    vertices, faces = stacked(parts)
+    return vertices, np.concatenate([part.normals for part in parts if part.normals is not None]), faces

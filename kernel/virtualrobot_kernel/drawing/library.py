@@ -12,13 +12,10 @@ from numpy.typing import NDArray
 from virtualrobot_kernel.drawing.appearance import Rgba, encode
 from virtualrobot_kernel.formats import shapes
 from virtualrobot_kernel.formats.creases import shaded
-from virtualrobot_kernel.formats.submesh import Submesh
+from virtualrobot_kernel.formats.submesh import Meshes, Submesh
 from virtualrobot_kernel.world.figures import Box, Capsule, Cone, Cylinder, Frame, Geometry, Mesh, Sphere
 
 log = logging.getLogger(__name__)
-
-Meshes = Callable[[Mesh], tuple[Submesh, ...]]
-"""Gives the triangles of a mesh, in the frame of its figure."""
 
 Vector = tuple[float, float, float]
 ShapeKey = str | Capsule | Mesh

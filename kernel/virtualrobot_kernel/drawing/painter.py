@@ -20,7 +20,6 @@ from virtualrobot_kernel.drawing.inks import (
     SECTION_COLOR,
     SECTION_WIDTH,
 )
-from virtualrobot_kernel.drawing.library import Meshes
 from virtualrobot_kernel.drawing.library import ShapeLibrary as DrawnShapes
 from virtualrobot_kernel.drawing.lighting import FLAT, VIEW
 from virtualrobot_kernel.drawing.overlay import draw_over, write_words
@@ -29,6 +28,7 @@ from virtualrobot_kernel.drawing.smoothing import smoothed
 from virtualrobot_kernel.drawing.view import ViewSettings
 from virtualrobot_kernel.drawing.viewpoint import Viewpoint, look_at
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.formats.submesh import Meshes
 from virtualrobot_kernel.numeric.strokes import BIAS, draw_floor
 from virtualrobot_kernel.sensing.elements import Elements, elements_of
 from virtualrobot_kernel.sensing.lenses import Lens, lens_of, pinhole, size_of

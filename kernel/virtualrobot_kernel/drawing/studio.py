@@ -7,8 +7,8 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeVar
 
-from virtualrobot_kernel.drawing.library import Meshes
 from virtualrobot_kernel.drawing.painter import Painter
+from virtualrobot_kernel.formats.submesh import Meshes
 from virtualrobot_kernel.sensing.looks import LookLibrary
 from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
 

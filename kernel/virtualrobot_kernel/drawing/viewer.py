@@ -17,12 +17,13 @@ from virtualrobot_kernel.drawing.annotations import AnnotationLayer, BoxLayer
 from virtualrobot_kernel.drawing.batches import BatchLayer
 from virtualrobot_kernel.drawing.cameras import Cameras
 from virtualrobot_kernel.drawing.inventory import Inventory, joint_axes, take, world_bounds
-from virtualrobot_kernel.drawing.library import Meshes, ShapeLibrary
+from virtualrobot_kernel.drawing.library import ShapeLibrary
 from virtualrobot_kernel.drawing.measurements import MeasurementLayer
 from virtualrobot_kernel.drawing.sensor_overlays import SensorLayer
 from virtualrobot_kernel.drawing.stage import Stage
 from virtualrobot_kernel.drawing.view import ViewSettings, ViewStore
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.formats.submesh import Meshes
 from virtualrobot_kernel.sensing.reading import Reading
 from virtualrobot_kernel.world.state import Snapshot
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot_kernel.formats.submesh import Submesh
+from virtualrobot_kernel.formats.submesh import Submesh, stacked
 
 SEGMENTS = 48
 """Around a circle; a cylinder's flat sides stand in by 0.2% of its radius."""
@@ -114,11 +114,9 @@ def transformed(
 
 def joined(*parts: Submesh) -> Submesh:
     """Return all parts as one shape; all have colours or none has."""
-    starts = np.cumsum([0, *(len(part.vertices) for part in parts[:-1])])
     colors = [part.vertex_colors for part in parts if part.vertex_colors is not None]
     return Submesh(
-        np.concatenate([part.vertices for part in parts]),
-        np.concatenate([part.faces + start for part, start in zip(parts, starts, strict=True)]).astype(np.int32),
+        *stacked(parts),
         np.concatenate([_normals(part) for part in parts]),
         vertex_colors=np.concatenate(colors) if colors else None,
     )

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from virtualrobot_kernel.world.figures import Mesh
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,6 +39,20 @@ class Submesh:
         """Return how much memory the arrays and the texture take."""
         arrays = (self.vertices, self.faces, self.normals, self.vertex_colors, self.uv)
         return sum(array.nbytes for array in arrays if array is not None) + len(self.texture or b"")
+
+
+Meshes = Callable[[Mesh], tuple[Submesh, ...]]
+"""Gives the triangles of a mesh, in the frame of its figure."""
+
+
+def stacked(parts: Sequence[Submesh]) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+    """Return the vertices (n, 3) of all parts together, and their faces (m, 3) as rows of these."""
+    starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
+    faces = [part.faces + start for part, start in zip(parts, starts[:-1], strict=True)]
+    return (
+        np.concatenate([np.zeros((0, 3), np.float32), *(part.vertices for part in parts)]),
+        np.concatenate([np.zeros((0, 3), np.int32), *faces]).astype(np.int32),
+    )
 
 
 def transformed(submesh: Submesh, linear: NDArray[np.float64], shift: NDArray[np.float64] | None = None) -> Submesh:

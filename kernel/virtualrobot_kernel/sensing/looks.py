@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable
 from dataclasses import dataclass
 from weakref import WeakValueDictionary
 
@@ -13,15 +12,12 @@ from numpy.typing import NDArray
 from virtualrobot_sdk.srgb import to_linear
 
 from virtualrobot_kernel.formats.creases import shaded
-from virtualrobot_kernel.formats.submesh import Submesh
+from virtualrobot_kernel.formats.submesh import Meshes, Submesh
 from virtualrobot_kernel.sensing.elements import Elements
 from virtualrobot_kernel.sensing.textures import levels
 from virtualrobot_kernel.world.figures import Geometry, Mesh
 
 log = logging.getLogger(__name__)
-
-Meshes = Callable[[Mesh], tuple[Submesh, ...]]
-"""Gives the triangles of a mesh, in the frame of its figure."""
 
 GREY = (0.72, 0.74, 0.77, 1.0)
 """What has no colour of its own, as in the viewer."""

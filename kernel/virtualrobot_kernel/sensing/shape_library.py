@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable
 
 import numpy as np
 from virtualrobot_sdk.rays import Primitive, Round, Shape, make_shape
 
 from virtualrobot_kernel.formats import shapes
-from virtualrobot_kernel.formats.submesh import Submesh
+from virtualrobot_kernel.formats.submesh import Meshes, Submesh, stacked
 from virtualrobot_kernel.world.figures import Box, Capsule, Cone, Cylinder, Geometry, Mesh, Sphere
 
 log = logging.getLogger(__name__)
-
-Meshes = Callable[[Mesh], tuple[Submesh, ...]]
-"""Gives the triangles of a mesh, in the frame of its figure."""
 
 EMPTY = make_shape(np.zeros((0, 3)), np.zeros((0, 3)))
 
@@ -80,11 +76,7 @@ class ShapeLibrary:
         except Exception:  # a mesh that cannot be read must not blind all sensors
             log.exception("mesh %s is not seen by sensors", mesh.uri)
             return EMPTY
-        starts = np.cumsum([0, *(len(part.vertices) for part in parts[:-1])])
-        return make_shape(
-            np.concatenate([part.vertices for part in parts]),
-            np.concatenate([part.faces + start for part, start in zip(parts, starts, strict=True)]),
-        )
+        return make_shape(*stacked(parts))
 
 
 def _shape(part: Submesh, primitive: Primitive | None = None) -> Shape:
