@@ -22,6 +22,13 @@ DETAILS = {
     "contacts": collision_pb2.COLLISION_DETAIL_CONTACTS,
 }
 
+MODES = {
+    "off": collision_pb2.COLLISION_MODE_OFF,
+    "monitor": collision_pb2.COLLISION_MODE_MONITOR,
+    "stop": collision_pb2.COLLISION_MODE_STOP,
+    "guard": collision_pb2.COLLISION_MODE_GUARD,
+}
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Collision:
@@ -113,6 +120,23 @@ class SampledPair:
         return self.touched == 0
 
 
+@dataclass(frozen=True, slots=True)
+class CollisionSettings:
+    """What is done about collisions.
+
+    Attributes:
+        mode: for robots without a mode of their own: off, monitor, stop or guard.
+        robots: the modes of robots that have one of their own.
+        look_ahead_seconds: how far ahead running motions are checked; 0 means not at all.
+        paddings: by how much the figures of nodes count as thicker, in meters.
+    """
+
+    mode: str
+    robots: Mapping[str, str]
+    look_ahead_seconds: float
+    paddings: Mapping[str, float]
+
+
 class Collisions:
     """Collisions in the world of one kernel.
 
@@ -200,6 +224,51 @@ class Collisions:
             for pair in response.pairs
         ]
 
+    @property
+    def settings(self) -> CollisionSettings:
+        """What is done about collisions."""
+        settings = self._services.collision.GetCollisionSettings(collision_pb2.GetCollisionSettingsRequest()).settings
+        return CollisionSettings(
+            _mode_name(settings.mode),
+            {robot.robot: _mode_name(robot.mode) for robot in settings.robots},
+            settings.look_ahead_seconds,
+            {node.node: node.padding_meters for node in settings.paddings},
+        )
+
+    def set(
+        self,
+        mode: str = "",
+        *,
+        robots: Mapping[str, str] | None = None,
+        look_ahead_seconds: float | None = None,
+        paddings: Mapping[str, float] | None = None,
+    ) -> None:
+        """Change what is done about collisions; what is not given stays. Saved with the scene.
+
+        Args:
+            mode: for robots without a mode of their own: `off`, `monitor` (they are reported), `stop` (and stop the
+                robots) or `guard` (robots brake before they collide).
+            robots: robots that get a mode of their own; an empty one takes it away.
+            look_ahead_seconds: how far ahead running motions are checked, 0 to 60; 0 means not at all.
+            paddings: by how much the figures of nodes count as thicker, 0 to 1 m.
+
+        Raises:
+            UnknownNameError: when there is no such robot or node.
+            LimitError: for a look-ahead or a padding out of range.
+        """
+        request = collision_pb2.SetCollisionSettingsRequest(
+            mode=_mode(mode),
+            robots=[
+                collision_pb2.RobotCollisionMode(robot=robot, mode=_mode(own)) for robot, own in (robots or {}).items()
+            ],
+            look_ahead_seconds=look_ahead_seconds,
+            paddings=[
+                collision_pb2.NodePadding(node=node, padding_meters=padding)
+                for node, padding in (paddings or {}).items()
+            ],
+        )
+        self._services.collision.SetCollisionSettings(request)
+
 
 class AllowedPairs:
     """Which nodes of one kernel may touch each other.
@@ -285,6 +354,16 @@ def _collision(pair: collision_pb2.CollisionPair) -> Collision:
         np.array([_vector(contact.normal) for contact in pair.contacts]).reshape(-1, 3),
         pair.depth_meters if pair.HasField("depth_meters") else None,
     )
+
+
+def _mode(name: str) -> collision_pb2.CollisionMode:
+    if name and name not in MODES:
+        raise InvalidArgumentError(f"a collision mode is one of {', '.join(MODES)}, not {name!r}")
+    return MODES[name] if name else collision_pb2.COLLISION_MODE_UNSPECIFIED
+
+
+def _mode_name(mode: collision_pb2.CollisionMode) -> str:
+    return next(name for name, number in MODES.items() if number == mode)
 
 
 def _vector(vector: geometry_pb2.Vector3) -> tuple[float, float, float]:

@@ -9,6 +9,7 @@ from collections.abc import AsyncIterator, Callable
 import numpy as np
 from virtualrobot.v1 import collision_pb2, collision_pb2_grpc
 
+from virtualrobot_kernel.api.convert.collision_settings import settings_command, settings_message
 from virtualrobot_kernel.api.convert.collisions import (
     allowed_messages,
     collision_message,
@@ -114,6 +115,20 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
         """Allow pairs, or forbid them."""
         applied = await asyncio.wrap_future(self._rooms.submit([set_command(request)], context))
         return collision_pb2.SetAllowedPairsResponse(stamp=stamp(applied.snapshot))
+
+    async def GetCollisionSettings(
+        self, request: collision_pb2.GetCollisionSettingsRequest, context: object
+    ) -> collision_pb2.GetCollisionSettingsResponse:
+        """Tell what is done about collisions."""
+        snapshot = self._rooms.world.snapshot
+        return collision_pb2.GetCollisionSettingsResponse(stamp=stamp(snapshot), settings=settings_message(snapshot))
+
+    async def SetCollisionSettings(
+        self, request: collision_pb2.SetCollisionSettingsRequest, context: object
+    ) -> collision_pb2.SetCollisionSettingsResponse:
+        """Change what is done about collisions."""
+        applied = await asyncio.wrap_future(self._rooms.submit([settings_command(request)], context))
+        return collision_pb2.SetCollisionSettingsResponse(stamp=stamp(applied.snapshot))
 
     async def FindAllowedPairs(
         self, request: collision_pb2.FindAllowedPairsRequest, context: object

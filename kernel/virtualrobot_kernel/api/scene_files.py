@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 from virtualrobot.v1 import robot_pb2, scene_pb2
 
+from virtualrobot_kernel.api.convert.collision_settings import settings_command, settings_message
 from virtualrobot_kernel.api.convert.nodes import node_message
 from virtualrobot_kernel.api.convert.states import robot_states, robots_named, signal_message
 from virtualrobot_kernel.api.convert.values import finite, masked
@@ -18,6 +19,7 @@ from virtualrobot_kernel.formats import scene_file
 from virtualrobot_kernel.formats.bundle import bundle
 from virtualrobot_kernel.formats.files import Files, located
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
+from virtualrobot_kernel.world.collisions import NOTHING_SET
 from virtualrobot_kernel.world.commands import (
     ClearWorld,
     Command,
@@ -74,6 +76,8 @@ def read_scene(
         commands.extend(_state_commands(robot))
     if scene.allowed_pairs:
         commands.append(SetAllowedPairs(tuple((pair.first, pair.second, pair.reason) for pair in scene.allowed_pairs)))
+    if scene.HasField("collision_settings"):
+        commands.append(settings_command(scene.collision_settings))
     if scene.HasField("speed_factor"):
         commands.append(SetSpeedFactor("", finite(scene.speed_factor, "speed_factor")))
     return commands, warnings
@@ -123,6 +127,8 @@ def write_scene(snapshot: Snapshot, bundled: bool) -> tuple[str, list[tuple[str,
     for pair, why in snapshot.state.allowed_pairs.items():
         first, second = (structure.nodes[uid].name for uid in pair)
         scene.allowed_pairs.add(first=first, second=second, reason=why)
+    if snapshot.state.collisions != NOTHING_SET:
+        scene.collision_settings.CopyFrom(settings_message(snapshot))
     return scene_file.format(scene), files
 
 

@@ -33,6 +33,7 @@ HANDLERS: dict[type, Callable[[Change, Any, Forward], Change]] = {
     commands.RunSensors: apply_sensors.run_sensors,
     commands.SetRangeComponents: apply_sensors.set_range_components,
     commands.SetAllowedPairs: apply_collisions.set_allowed_pairs,
+    commands.SetCollisionSettings: apply_collisions.set_collision_settings,
     commands.SelectTool: apply_robots.select_tool,
     commands.SetToolState: apply_robots.set_tool_state,
     commands.CreateSignal: apply_robots.create_signal,

@@ -1,13 +1,14 @@
-"""Commands about collisions: which nodes may touch each other."""
+"""Commands about collisions: which nodes may touch each other, and what is done about those that do."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.errors import KernelError, LimitError, Reason
 from virtualrobot_kernel.world.change import Change, Forward
-from virtualrobot_kernel.world.commands import SetAllowedPairs
-from virtualrobot_kernel.world.structure import Structure
+from virtualrobot_kernel.world.collisions import LONGEST_LOOK_AHEAD_SECONDS, MOST_PADDING_METERS
+from virtualrobot_kernel.world.commands import SetAllowedPairs, SetCollisionSettings
+from virtualrobot_kernel.world.structure import Kind, Structure
 
 
 def node_pair(structure: Structure, first: str, second: str) -> tuple[int, int]:
@@ -42,3 +43,43 @@ def set_allowed_pairs(change: Change, command: SetAllowedPairs, forward: Forward
     for first, second, why in command.allow:
         pairs[node_pair(change.structure, first, second)] = why
     return replace(change, state=replace(change.state, allowed_pairs=pairs))
+
+
+def set_collision_settings(change: Change, command: SetCollisionSettings, forward: Forward) -> Change:
+    """Change what is done about collisions.
+
+    Raises UnknownNameError for a robot or node that there is not, LimitError for a look-ahead or padding out of range.
+    """
+    before, structure = change.state.collisions, change.structure
+    modes, paddings = dict(before.modes), dict(before.paddings)
+    for name, mode in command.modes:
+        uid = structure.node(name, Kind.ROBOT).uid
+        if mode is None:
+            modes.pop(uid, None)
+        else:
+            modes[uid] = mode
+    for name, padding in command.paddings:
+        uid = structure.node(name).uid
+        if not 0.0 <= padding <= MOST_PADDING_METERS:
+            raise LimitError(
+                f"the padding of {name!r} must be 0 to {MOST_PADDING_METERS:g} m, not {padding:g}",
+                node=name,
+                value=padding,
+                lower=0.0,
+                upper=MOST_PADDING_METERS,
+            )
+        paddings.pop(uid, None)
+        if padding:
+            paddings[uid] = padding
+    ahead = before.look_ahead_seconds if command.look_ahead_seconds is None else command.look_ahead_seconds
+    if not 0.0 <= ahead <= LONGEST_LOOK_AHEAD_SECONDS:
+        raise LimitError(
+            f"look_ahead_seconds must be 0 to {LONGEST_LOOK_AHEAD_SECONDS:g}, not {ahead:g}",
+            value=ahead,
+            lower=0.0,
+            upper=LONGEST_LOOK_AHEAD_SECONDS,
+        )
+    settings = replace(
+        before, mode=command.mode or before.mode, modes=modes, look_ahead_seconds=ahead, paddings=paddings
+    )
+    return replace(change, state=replace(change.state, collisions=settings))

@@ -18,6 +18,7 @@ from virtualrobot_kernel.world.change import (
     refuse_while_moving,
     single_joint,
 )
+from virtualrobot_kernel.world.collisions import NOTHING_SET
 from virtualrobot_kernel.world.commands import AttachNode, ClearWorld, CreateNodes, RemoveNode, UpdateNode
 from virtualrobot_kernel.world.consistency import (
     check_figures,
@@ -212,7 +213,8 @@ def clear_world(change: Change, command: ClearWorld, forward: Forward) -> Change
         for motion in change.state.motions
     )
     root = {WORLD_UID: change.structure.nodes[WORLD_UID]}
-    state = replace(change.state, motions=(), ended=change.state.ended + ended, signals={}, speed_factor=1.0)
+    ended = (*change.state.ended, *ended)
+    state = replace(change.state, motions=(), ended=ended, signals={}, speed_factor=1.0, collisions=NOTHING_SET)
     return rebuilt(replace(change, state=state), root, change.structure.next_uid, {})
 
 

@@ -95,6 +95,7 @@ def rebuilt(change: Change, nodes: Mapping[int, Node], next_uid: int, poses: Map
             selections={uid: selection for uid, selection in state.selections.items() if uid in alive},
             speed_factors={uid: factor for uid, factor in state.speed_factors.items() if uid in alive},
             allowed_pairs={pair: why for pair, why in state.allowed_pairs.items() if alive >= set(pair)},
+            collisions=state.collisions.among(alive),
         ),
     )
 

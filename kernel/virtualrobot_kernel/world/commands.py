@@ -16,6 +16,7 @@ from virtualrobot_kernel.motion.follow import SetpointMode
 from virtualrobot_kernel.motion.frame_following import Following
 from virtualrobot_kernel.motion.program import Program
 from virtualrobot_kernel.world.assumed import Assumed
+from virtualrobot_kernel.world.collisions import CollisionMode
 from virtualrobot_kernel.world.figures import Figure, Pose
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Signal
 from virtualrobot_kernel.world.structure import NodeData, NodeSpec
@@ -120,6 +121,19 @@ class SetAllowedPairs:
 
     allow: tuple[tuple[str, str, str], ...] = ()
     forbid: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class SetCollisionSettings:
+    """Changes what is done about collisions; None leaves what there is.
+
+    modes: of robots (robot, mode), None takes a robot's own mode away. paddings: of nodes (node, meters), 0 for none.
+    """
+
+    mode: CollisionMode | None = None
+    modes: tuple[tuple[str, CollisionMode | None], ...] = ()
+    look_ahead_seconds: float | None = None
+    paddings: tuple[tuple[str, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -277,6 +291,7 @@ Command = (
     | RunSensors
     | SetRangeComponents
     | SetAllowedPairs
+    | SetCollisionSettings
     | SelectTool
     | SetToolState
     | CreateSignal

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.motion.moving import Moving
+from virtualrobot_kernel.world.collisions import NOTHING_SET, CollisionSettings
 from virtualrobot_kernel.world.structure import Structure
 
 
@@ -46,6 +47,7 @@ class CancelCause(Enum):
     WINDOW_LEFT = "window left"
     TRACKING_LOST = "tracking lost"
     FAILED = "failed"
+    COLLISION = "collision"
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +107,7 @@ class State:
     q (nq,) coordinates and v (nv,) velocities of all joints: radians, meters, per second.
     parent_t_node (N, 4, 4): where each node is in its parent's frame, a row for each node.
     allowed_pairs: nodes (uids, the smaller first) that clients let touch each other, and why.
+    collisions: what is done about collisions.
     """
 
     tick: int
@@ -120,6 +123,7 @@ class State:
     speed_factors: Mapping[int, float] = field(default_factory=dict)
     speed_factor: float = 1.0
     allowed_pairs: Mapping[tuple[int, int], str] = field(default_factory=dict)
+    collisions: CollisionSettings = NOTHING_SET
 
 
 @dataclass(frozen=True, slots=True, eq=False)

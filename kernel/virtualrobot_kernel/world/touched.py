@@ -91,6 +91,16 @@ def _pairs(snapshot: Snapshot, command: commands.SetAllowedPairs) -> Iterable[in
         yield from _owner(snapshot.structure, snapshot.structure.nodes[uid].kind, uid)
 
 
+def _collision_settings(snapshot: Snapshot, command: commands.SetCollisionSettings) -> Iterable[int]:
+    if command.mode is not None:
+        yield from snapshot.structure.robots.keys() - snapshot.state.collisions.modes.keys()
+    if command.look_ahead_seconds is not None:
+        yield from snapshot.structure.robots
+    yield from named_nodes(snapshot.structure, (robot for robot, _ in command.modes))
+    for uid in named_nodes(snapshot.structure, (node for node, _ in command.paddings)):
+        yield from _owner(snapshot.structure, snapshot.structure.nodes[uid].kind, uid)
+
+
 def _motion(snapshot: Snapshot, command: Any) -> Iterable[int]:  # noqa: ANN401 any command that names a motion
     return next((motion.robots for motion in snapshot.state.motions if motion.id == command.id), ())
 
@@ -125,6 +135,7 @@ TOUCHED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.RunSensors: _nothing,
     commands.SetRangeComponents: _nothing,
     commands.SetAllowedPairs: _pairs,
+    commands.SetCollisionSettings: _collision_settings,
     commands.SelectTool: _robot,
     commands.SetToolState: _tool,
     commands.CreateSignal: _nothing,

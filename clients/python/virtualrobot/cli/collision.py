@@ -10,7 +10,9 @@ import click
 from virtualrobot.cli.options import FiniteRange, Target, target_options
 
 if TYPE_CHECKING:
-    from virtualrobot.collisions import AllowedPair, Collision, Distance, SampledPair
+    from virtualrobot.collisions import AllowedPair, Collision, CollisionSettings, Distance, SampledPair
+
+MODES = ("off", "monitor", "stop", "guard")
 
 _EXAMPLES = """
 \b
@@ -20,6 +22,7 @@ Examples:
   virtualrobot collision distance arm --range 0.2
   virtualrobot collision allow arm.link_0 table --reason "stands on it"
   virtualrobot collision find arm
+  virtualrobot collision mode stop
 """
 
 
@@ -82,6 +85,21 @@ def forbid(target: Target, first: str, second: str) -> None:
 
 
 @collision.command()
+@click.argument("mode", required=False, type=click.Choice(MODES))
+@click.option("--robot", "robots", multiple=True, metavar="NAME", help="Only this robot; repeatable.")
+@click.option("--look-ahead", type=FiniteRange(0.0, 60.0), metavar="SECONDS", help="How far motions are checked ahead.")
+@target_options
+def mode(target: Target, mode: str | None, robots: tuple[str, ...], look_ahead: float | None) -> None:
+    """Show what is done about collisions, or set it: reports, stops, or a guard that keeps them from happening."""
+    with target.connect() as client:
+        if mode is not None or look_ahead is not None:
+            own = dict.fromkeys(robots, mode or "")
+            client.collisions.set("" if robots else mode or "", robots=own, look_ahead_seconds=look_ahead)
+        found = client.collisions.settings
+    click.echo("\n".join(settings_lines(found)))
+
+
+@collision.command()
 @click.argument("robot")
 @click.option("--samples", type=click.IntRange(min=1), default=1000, metavar="N", help="Configurations [1000].")
 @click.option("--seed", type=click.IntRange(min=0), default=0, metavar="N", help="What they are drawn from [0].")
@@ -103,6 +121,16 @@ def collision_lines(found: Sequence[Collision]) -> Iterator[str]:
         if pair.depth is not None:
             deep = f", {1e3 * pair.depth:.1f} mm deep"
         yield f"{pair.first} touches {pair.second} at {where}{deep}"
+
+
+def settings_lines(found: CollisionSettings) -> list[str]:
+    """Return what is done about collisions as lines."""
+    from virtualrobot.tables import aligned
+
+    ahead = f"{found.look_ahead_seconds:g} s" if found.look_ahead_seconds else "none"
+    rows = [["mode", found.mode], ["look-ahead", ahead], *([robot, own] for robot, own in found.robots.items())]
+    rows.extend([node, f"padding {1e3 * padding:g} mm"] for node, padding in found.paddings.items())
+    return aligned(rows, left=2)
 
 
 def allowed_lines(found: Sequence[AllowedPair]) -> list[str]:

@@ -26,6 +26,14 @@ class AllowedCause(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     ALLOWED_CAUSE_HELD: _ClassVar[AllowedCause]
     ALLOWED_CAUSE_FILE: _ClassVar[AllowedCause]
     ALLOWED_CAUSE_CLIENT: _ClassVar[AllowedCause]
+
+class CollisionMode(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    COLLISION_MODE_UNSPECIFIED: _ClassVar[CollisionMode]
+    COLLISION_MODE_OFF: _ClassVar[CollisionMode]
+    COLLISION_MODE_MONITOR: _ClassVar[CollisionMode]
+    COLLISION_MODE_STOP: _ClassVar[CollisionMode]
+    COLLISION_MODE_GUARD: _ClassVar[CollisionMode]
 COLLISION_DETAIL_UNSPECIFIED: CollisionDetail
 COLLISION_DETAIL_FIRST: CollisionDetail
 COLLISION_DETAIL_PAIRS: CollisionDetail
@@ -37,6 +45,11 @@ ALLOWED_CAUSE_MOUNTED: AllowedCause
 ALLOWED_CAUSE_HELD: AllowedCause
 ALLOWED_CAUSE_FILE: AllowedCause
 ALLOWED_CAUSE_CLIENT: AllowedCause
+COLLISION_MODE_UNSPECIFIED: CollisionMode
+COLLISION_MODE_OFF: CollisionMode
+COLLISION_MODE_MONITOR: CollisionMode
+COLLISION_MODE_STOP: CollisionMode
+COLLISION_MODE_GUARD: CollisionMode
 
 class RobotConfiguration(_message.Message):
     __slots__ = ("robot", "joint_positions")
@@ -190,6 +203,64 @@ class FindAllowedPairsResponse(_message.Message):
     pairs: _containers.RepeatedCompositeFieldContainer[SampledPair]
     samples: int
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., progress: _Optional[float] = ..., pairs: _Optional[_Iterable[_Union[SampledPair, _Mapping]]] = ..., samples: _Optional[int] = ...) -> None: ...
+
+class RobotCollisionMode(_message.Message):
+    __slots__ = ("robot", "mode")
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    MODE_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    mode: CollisionMode
+    def __init__(self, robot: _Optional[str] = ..., mode: _Optional[_Union[CollisionMode, str]] = ...) -> None: ...
+
+class NodePadding(_message.Message):
+    __slots__ = ("node", "padding_meters")
+    NODE_FIELD_NUMBER: _ClassVar[int]
+    PADDING_METERS_FIELD_NUMBER: _ClassVar[int]
+    node: str
+    padding_meters: float
+    def __init__(self, node: _Optional[str] = ..., padding_meters: _Optional[float] = ...) -> None: ...
+
+class CollisionSettings(_message.Message):
+    __slots__ = ("mode", "robots", "look_ahead_seconds", "paddings")
+    MODE_FIELD_NUMBER: _ClassVar[int]
+    ROBOTS_FIELD_NUMBER: _ClassVar[int]
+    LOOK_AHEAD_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    PADDINGS_FIELD_NUMBER: _ClassVar[int]
+    mode: CollisionMode
+    robots: _containers.RepeatedCompositeFieldContainer[RobotCollisionMode]
+    look_ahead_seconds: float
+    paddings: _containers.RepeatedCompositeFieldContainer[NodePadding]
+    def __init__(self, mode: _Optional[_Union[CollisionMode, str]] = ..., robots: _Optional[_Iterable[_Union[RobotCollisionMode, _Mapping]]] = ..., look_ahead_seconds: _Optional[float] = ..., paddings: _Optional[_Iterable[_Union[NodePadding, _Mapping]]] = ...) -> None: ...
+
+class GetCollisionSettingsRequest(_message.Message):
+    __slots__ = ()
+    def __init__(self) -> None: ...
+
+class GetCollisionSettingsResponse(_message.Message):
+    __slots__ = ("stamp", "settings")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    SETTINGS_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    settings: CollisionSettings
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., settings: _Optional[_Union[CollisionSettings, _Mapping]] = ...) -> None: ...
+
+class SetCollisionSettingsRequest(_message.Message):
+    __slots__ = ("mode", "robots", "look_ahead_seconds", "paddings")
+    MODE_FIELD_NUMBER: _ClassVar[int]
+    ROBOTS_FIELD_NUMBER: _ClassVar[int]
+    LOOK_AHEAD_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    PADDINGS_FIELD_NUMBER: _ClassVar[int]
+    mode: CollisionMode
+    robots: _containers.RepeatedCompositeFieldContainer[RobotCollisionMode]
+    look_ahead_seconds: float
+    paddings: _containers.RepeatedCompositeFieldContainer[NodePadding]
+    def __init__(self, mode: _Optional[_Union[CollisionMode, str]] = ..., robots: _Optional[_Iterable[_Union[RobotCollisionMode, _Mapping]]] = ..., look_ahead_seconds: _Optional[float] = ..., paddings: _Optional[_Iterable[_Union[NodePadding, _Mapping]]] = ...) -> None: ...
+
+class SetCollisionSettingsResponse(_message.Message):
+    __slots__ = ("stamp",)
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ...) -> None: ...
 
 class SampledPair(_message.Message):
     __slots__ = ("first", "second", "touched")

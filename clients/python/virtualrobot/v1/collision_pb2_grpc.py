@@ -56,6 +56,16 @@ class CollisionServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_collision__pb2.SetAllowedPairsRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_collision__pb2.SetAllowedPairsResponse.FromString,
                 _registered_method=True)
+        self.GetCollisionSettings = channel.unary_unary(
+                '/virtualrobot.v1.CollisionService/GetCollisionSettings',
+                request_serializer=virtualrobot_dot_v1_dot_collision__pb2.GetCollisionSettingsRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_collision__pb2.GetCollisionSettingsResponse.FromString,
+                _registered_method=True)
+        self.SetCollisionSettings = channel.unary_unary(
+                '/virtualrobot.v1.CollisionService/SetCollisionSettings',
+                request_serializer=virtualrobot_dot_v1_dot_collision__pb2.SetCollisionSettingsRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_collision__pb2.SetCollisionSettingsResponse.FromString,
+                _registered_method=True)
         self.FindAllowedPairs = channel.unary_stream(
                 '/virtualrobot.v1.CollisionService/FindAllowedPairs',
                 request_serializer=virtualrobot_dot_v1_dot_collision__pb2.FindAllowedPairsRequest.SerializeToString,
@@ -96,6 +106,21 @@ class CollisionServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
+    def GetCollisionSettings(self, request, context):
+        """What is done about collisions.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def SetCollisionSettings(self, request, context):
+        """Changes what is done about collisions. Without a lease of a robot that others have leased, what is done about it
+        cannot be changed.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
     def FindAllowedPairs(self, request, context):
         """Tries random configurations of a robot, and tells which of its nodes always or never touch each other.
         """
@@ -125,6 +150,16 @@ def add_CollisionServiceServicer_to_server(servicer, server):
                     servicer.SetAllowedPairs,
                     request_deserializer=virtualrobot_dot_v1_dot_collision__pb2.SetAllowedPairsRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_collision__pb2.SetAllowedPairsResponse.SerializeToString,
+            ),
+            'GetCollisionSettings': grpc.unary_unary_rpc_method_handler(
+                    servicer.GetCollisionSettings,
+                    request_deserializer=virtualrobot_dot_v1_dot_collision__pb2.GetCollisionSettingsRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_collision__pb2.GetCollisionSettingsResponse.SerializeToString,
+            ),
+            'SetCollisionSettings': grpc.unary_unary_rpc_method_handler(
+                    servicer.SetCollisionSettings,
+                    request_deserializer=virtualrobot_dot_v1_dot_collision__pb2.SetCollisionSettingsRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_collision__pb2.SetCollisionSettingsResponse.SerializeToString,
             ),
             'FindAllowedPairs': grpc.unary_stream_rpc_method_handler(
                     servicer.FindAllowedPairs,
@@ -242,6 +277,60 @@ class CollisionService(object):
             '/virtualrobot.v1.CollisionService/SetAllowedPairs',
             virtualrobot_dot_v1_dot_collision__pb2.SetAllowedPairsRequest.SerializeToString,
             virtualrobot_dot_v1_dot_collision__pb2.SetAllowedPairsResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def GetCollisionSettings(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/virtualrobot.v1.CollisionService/GetCollisionSettings',
+            virtualrobot_dot_v1_dot_collision__pb2.GetCollisionSettingsRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_collision__pb2.GetCollisionSettingsResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def SetCollisionSettings(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/virtualrobot.v1.CollisionService/SetCollisionSettings',
+            virtualrobot_dot_v1_dot_collision__pb2.SetCollisionSettingsRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_collision__pb2.SetCollisionSettingsResponse.FromString,
             options,
             channel_credentials,
             insecure,

@@ -68,6 +68,7 @@ class CancelCause(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     CANCEL_CAUSE_WINDOW_LEFT: _ClassVar[CancelCause]
     CANCEL_CAUSE_TRACKING_LOST: _ClassVar[CancelCause]
     CANCEL_CAUSE_FAILED: _ClassVar[CancelCause]
+    CANCEL_CAUSE_COLLISION: _ClassVar[CancelCause]
 
 class PlanNoteKind(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
@@ -130,6 +131,7 @@ CANCEL_CAUSE_SETPOINT_REFUSED: CancelCause
 CANCEL_CAUSE_WINDOW_LEFT: CancelCause
 CANCEL_CAUSE_TRACKING_LOST: CancelCause
 CANCEL_CAUSE_FAILED: CancelCause
+CANCEL_CAUSE_COLLISION: CancelCause
 PLAN_NOTE_KIND_UNSPECIFIED: PlanNoteKind
 PLAN_NOTE_KIND_ZONE_SHRUNK: PlanNoteKind
 PLAN_NOTE_KIND_ZONE_DROPPED: PlanNoteKind

@@ -1,5 +1,6 @@
 from google.protobuf import field_mask_pb2 as _field_mask_pb2
 from google.protobuf import struct_pb2 as _struct_pb2
+from virtualrobot.v1 import collision_pb2 as _collision_pb2
 from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
 from virtualrobot.v1 import lease_pb2 as _lease_pb2
 from virtualrobot.v1 import nodes_pb2 as _nodes_pb2
@@ -405,7 +406,7 @@ class SaveSceneResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., text: _Optional[str] = ..., files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ...) -> None: ...
 
 class SceneFile(_message.Message):
-    __slots__ = ("schema_version", "nodes", "signals", "robot_states", "speed_factor", "models", "allowed_pairs")
+    __slots__ = ("schema_version", "nodes", "signals", "robot_states", "speed_factor", "models", "allowed_pairs", "collision_settings")
     SCHEMA_VERSION_FIELD_NUMBER: _ClassVar[int]
     NODES_FIELD_NUMBER: _ClassVar[int]
     SIGNALS_FIELD_NUMBER: _ClassVar[int]
@@ -413,6 +414,7 @@ class SceneFile(_message.Message):
     SPEED_FACTOR_FIELD_NUMBER: _ClassVar[int]
     MODELS_FIELD_NUMBER: _ClassVar[int]
     ALLOWED_PAIRS_FIELD_NUMBER: _ClassVar[int]
+    COLLISION_SETTINGS_FIELD_NUMBER: _ClassVar[int]
     schema_version: int
     nodes: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.Node]
     signals: _containers.RepeatedCompositeFieldContainer[_signal_pb2.Signal]
@@ -420,4 +422,5 @@ class SceneFile(_message.Message):
     speed_factor: float
     models: _containers.RepeatedCompositeFieldContainer[ImportModelRequest]
     allowed_pairs: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.NodePair]
-    def __init__(self, schema_version: _Optional[int] = ..., nodes: _Optional[_Iterable[_Union[_nodes_pb2.Node, _Mapping]]] = ..., signals: _Optional[_Iterable[_Union[_signal_pb2.Signal, _Mapping]]] = ..., robot_states: _Optional[_Iterable[_Union[_robot_pb2.RobotState, _Mapping]]] = ..., speed_factor: _Optional[float] = ..., models: _Optional[_Iterable[_Union[ImportModelRequest, _Mapping]]] = ..., allowed_pairs: _Optional[_Iterable[_Union[_nodes_pb2.NodePair, _Mapping]]] = ...) -> None: ...
+    collision_settings: _collision_pb2.CollisionSettings
+    def __init__(self, schema_version: _Optional[int] = ..., nodes: _Optional[_Iterable[_Union[_nodes_pb2.Node, _Mapping]]] = ..., signals: _Optional[_Iterable[_Union[_signal_pb2.Signal, _Mapping]]] = ..., robot_states: _Optional[_Iterable[_Union[_robot_pb2.RobotState, _Mapping]]] = ..., speed_factor: _Optional[float] = ..., models: _Optional[_Iterable[_Union[ImportModelRequest, _Mapping]]] = ..., allowed_pairs: _Optional[_Iterable[_Union[_nodes_pb2.NodePair, _Mapping]]] = ..., collision_settings: _Optional[_Union[_collision_pb2.CollisionSettings, _Mapping]] = ...) -> None: ...

@@ -1,0 +1,51 @@
+"""What is done about collisions: nothing, reports, stops, or a guard that keeps them from happening."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Mapping
+from dataclasses import dataclass, field, replace
+from enum import Enum
+
+LONGEST_LOOK_AHEAD_SECONDS = 60.0
+MOST_PADDING_METERS = 1.0
+
+
+class CollisionMode(Enum):
+    """What is done about collisions of a robot; the names equal those of `CollisionMode` in the contract."""
+
+    OFF = "off"
+    MONITOR = "monitor"
+    STOP = "stop"
+    GUARD = "guard"
+
+
+@dataclass(frozen=True, slots=True)
+class CollisionSettings:
+    """What is done about collisions.
+
+    Attributes:
+        mode: for robots without a mode of their own.
+        modes: for robots (uids) that have one.
+        look_ahead_seconds: how far ahead running motions are checked, in simulation time; 0: not at all.
+        paddings: by how much the figures of nodes (uids) count as thicker, in meters, above 0.
+    """
+
+    mode: CollisionMode = CollisionMode.OFF
+    modes: Mapping[int, CollisionMode] = field(default_factory=dict)
+    look_ahead_seconds: float = 0.0
+    paddings: Mapping[int, float] = field(default_factory=dict)
+
+    def mode_of(self, robot: int) -> CollisionMode:
+        """Return what is done about collisions of a robot (a uid)."""
+        return self.modes.get(robot, self.mode)
+
+    def among(self, alive: Container[int]) -> CollisionSettings:
+        """Return the settings without nodes that are gone; the same object when none is."""
+        if all(uid in alive for uid in self.modes) and all(uid in alive for uid in self.paddings):
+            return self
+        modes = {uid: mode for uid, mode in self.modes.items() if uid in alive}
+        return replace(self, modes=modes, paddings={uid: one for uid, one in self.paddings.items() if uid in alive})
+
+
+NOTHING_SET = CollisionSettings()
+"""What is done about collisions in a new world: nothing."""
