@@ -19,16 +19,20 @@ import numpy as np
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.apply import apply
-from virtualrobot_kernel.world.change import Forward
+from virtualrobot_kernel.world.change import Change, Forward
 from virtualrobot_kernel.world.clock import Clock, Mode, Pacer
 from virtualrobot_kernel.world.commands import Command
 from virtualrobot_kernel.world.journal import Entry, Journal
+from virtualrobot_kernel.world.overseer import Overseer
 from virtualrobot_kernel.world.state import Snapshot, State
 from virtualrobot_kernel.world.structure import Structure
 from virtualrobot_kernel.world.tick import advance
 
 MAX_STEPS = 10_000
 """The most ticks in one Step: nothing else is served meanwhile."""
+
+MOST_INTERVENTIONS = 100
+"""How often overseers may change the world before one tick."""
 
 log = logging.getLogger(__name__)
 
@@ -112,6 +116,7 @@ class World:
         self._queue: queue.SimpleQueue[_Batch | _Step | _SetClock | None] = queue.SimpleQueue()
         self._listeners: tuple[Callable[[], None], ...] = ()
         self._tick_listeners: tuple[Callable[[Snapshot], None], ...] = ()
+        self._overseers: tuple[Overseer, ...] = ()
         self._listening = threading.Lock()
         self._ended = False
         self._thread = threading.Thread(target=self._run, name="world", daemon=True)
@@ -161,6 +166,16 @@ class World:
         with self._listening:
             self._tick_listeners = tuple(listener for listener in self._tick_listeners if listener != ticked)
 
+    def oversee(self, overseer: Overseer) -> None:
+        """Have an overseer asked from now on; each tick of a Step is published then."""
+        with self._listening:
+            self._overseers = (*self._overseers, overseer)
+
+    def unoversee(self, overseer: Overseer) -> None:
+        """Ask an overseer no more."""
+        with self._listening:
+            self._overseers = tuple(one for one in self._overseers if one is not overseer)
+
     def submit(
         self,
         commands: Sequence[Command],
@@ -193,8 +208,7 @@ class World:
             wait = self._pacer.wait_seconds(time.monotonic())
             if wait == 0.0:
                 self._pacer.ticked(time.monotonic())
-                self._publish(self.snapshot.structure, self._ticked(self.snapshot.state))
-                self._tell_tick()
+                self._tick()
                 wait = 0.0
             try:
                 item = self._queue.get(timeout=wait) if wait is None or wait > 0.0 else self._queue.get_nowait()
@@ -227,10 +241,17 @@ class World:
         check_revision(before.structure, batch.expected_revision)
         if batch.permit is not None:
             batch.permit(before, batch.commands)
-        change = apply(before.structure, before.state, batch.commands, self._forward)
-        self._journal.append(Entry(before.state.tick, batch.author, batch.commands))
-        self._publish(change.structure, change.state)
-        return Applied(self.snapshot, change.created, change.picked)
+        change = self._applied(batch.commands, batch.author)
+        applied = Applied(self.snapshot, change.created, change.picked)
+        self._oversee_change()
+        return applied
+
+    def _applied(self, commands: tuple[Command, ...], author: str) -> Change:
+        before = self.snapshot
+        change = apply(before.structure, before.state, commands, self._forward)
+        self._journal.append(Entry(before.state.tick, author, commands))
+        self._publish(self._later(change.structure, change.state))
+        return change
 
     def _step(self, ticks: int) -> Snapshot:
         if self.clock.mode is not Mode.STEPPED:
@@ -241,13 +262,45 @@ class World:
             raise KernelError(f"a step takes 1 to {MAX_STEPS} ticks, not {ticks}", ticks=ticks)
         state = self.snapshot.state
         last = state.tick + ticks
+        overseen = bool(self._overseers)
         for _ in range(ticks):
+            if overseen:
+                self._tick()
+                continue
             before, state = state, self._ticked(state)
             # Whoever watches signals is told every change, and whoever listens to ticks each of them.
             if state.tick == last or state.signals is not before.signals or self._tick_listeners:
-                self._publish(self.snapshot.structure, state)
+                self._publish(self._later(self.snapshot.structure, state))
                 self._tell_tick()
         return self.snapshot
+
+    def _tick(self) -> None:
+        """Publish the world one tick later, once no overseer wants anything done before."""
+        for _ in range(MOST_INTERVENTIONS):
+            later = self._later(self.snapshot.structure, self._ticked(self.snapshot.state))
+            if not any(self._enacted(one, one.before_tick, self.snapshot, later) for one in self._overseers):
+                break
+        else:
+            log.error("overseers have changed the world %d times before one tick; it goes on", MOST_INTERVENTIONS)
+            later = self._later(self.snapshot.structure, self._ticked(self.snapshot.state))
+        self._publish(later)
+        self._oversee_change()
+        self._tell_tick()
+
+    def _oversee_change(self) -> None:
+        for overseer in self._overseers:
+            self._enacted(overseer, overseer.after_change, self.snapshot)
+
+    def _enacted(self, overseer: Overseer, ask: Callable[..., Sequence[Command]], *about: Snapshot) -> bool:
+        """Do what an overseer wants done; return whether that was anything."""
+        try:
+            commands = tuple(ask(*about))
+            if commands:
+                self._applied(commands, overseer.author)
+        except Exception:
+            log.exception("%s failed inside the kernel", overseer.author)
+            return False
+        return bool(commands)
 
     def _tell_tick(self) -> None:
         snapshot = self.snapshot
@@ -263,12 +316,16 @@ class World:
                 f"a clock's speed factor must be 0.01 to 100, not {speed_factor:g}", speed_factor=speed_factor
             )
         self._pacer.set(mode, speed_factor, time.monotonic())
-        self._publish(self.snapshot.structure, self.snapshot.state)
+        self._publish(self._later(self.snapshot.structure, self.snapshot.state))
+        self._oversee_change()
         return self.snapshot
 
-    def _publish(self, structure: Structure, state: State) -> None:
-        before = self.snapshot
-        self.snapshot = self._pictured(structure, state, self.clock, before.revision + 1, before)
+    def _later(self, structure: Structure, state: State) -> Snapshot:
+        """Return the snapshot that would follow the present one."""
+        return self._pictured(structure, state, self.clock, self.snapshot.revision + 1, self.snapshot)
+
+    def _publish(self, snapshot: Snapshot) -> None:
+        self.snapshot = snapshot
         for published in self._listeners:
             _tell(published)
 
