@@ -85,3 +85,22 @@ def test_what_cannot_be_is_refused_and_changes_nothing(
     assert refused.reason == reason
     assert words in refused.message
     assert settings(stubs) == DEFAULTS
+
+
+def test_a_padding_is_kept_away_from(stubs: Stubs) -> None:
+    """A box 0.3 m beside another: distances are less by both paddings, and where these reach it is a collision."""
+    robot = box("robot")
+    robot.robot.SetInParent()
+    apply(stubs, create(robot), create(box("part", x=0.4)))
+
+    def padded(**paddings: float) -> tuple[float, bool]:
+        nodes = [collision_pb2.NodePadding(node=name, padding_meters=one) for name, one in paddings.items()]
+        stubs.collision.SetCollisionSettings(Request(paddings=nodes))
+        (pair,) = stubs.collision.MeasureDistances(collision_pb2.MeasureDistancesRequest(first=["robot"])).pairs
+        assert (pair.first_point.x, pair.second_point.x) == pytest.approx((0.05, 0.35), abs=1e-9)
+        return pair.distance_meters, bool(stubs.collision.CheckCollision(collision_pb2.CheckCollisionRequest()).pairs)
+
+    assert padded(part=0.2) == (pytest.approx(0.1, abs=1e-9), False)
+    assert padded(robot=0.09) == (pytest.approx(0.01, abs=1e-9), False)
+    assert padded(robot=0.11) == (0.0, True)
+    assert padded(robot=0.0, part=0.0) == (pytest.approx(0.3, abs=1e-9), False)

@@ -74,8 +74,8 @@ class Distance:
 
     Attributes:
         first: the name of a node, and `second` that of another one.
-        distance: in meters; 0 where they touch.
-        points: (2, 3) the nearest point of each, in the world's frame.
+        distance: in meters, less the paddings of both; 0 where they touch.
+        points: (2, 3) the nearest point of the true surface of each, in the world's frame.
     """
 
     first: str
@@ -250,7 +250,8 @@ class Collisions:
                 robots) or `guard` (robots brake before they collide).
             robots: robots that get a mode of their own; an empty one takes it away.
             look_ahead_seconds: how far ahead running motions are checked, 0 to 60; 0 means not at all.
-            paddings: by how much the figures of nodes count as thicker, 0 to 1 m.
+            paddings: by how much the figures of nodes count as thicker, 0 to 1 m: two nodes touch where they are nearer
+                than the paddings of both together.
 
         Raises:
             UnknownNameError: when there is no such robot or node.

@@ -25,7 +25,7 @@ BODILESS = frozenset(
 )
 """Kinds of nodes that touch nothing."""
 
-MadeOf = tuple[Structure, Mapping[int, str], Mapping[Pair, str]]
+MadeOf = tuple[Structure, Mapping[int, str], Mapping[Pair, str], Mapping[int, float]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,11 +38,12 @@ class Bodies:
         uids: (e,) the node of each element.
         rows: (e,) the row of that node in the arrays of poses.
         node_t_element: (e, 4, 4) where each element is in its node's frame.
+        padding: (e,) by how much each element counts as thicker, in meters.
         elements: of each node that has some (uid), its elements.
         groups: of each robot that has elements, (its uid, its elements (k,), whether a pair of one of these and any
             element is asked (k, e)); each pair is asked once, and what belongs to no robot is not asked among itself.
         allowed: what may touch.
-        made_of: the structure, tool states and clients' pairs that it was made of.
+        made_of: the structure, tool states, clients' pairs and paddings that it was made of.
     """
 
     figures: tuple[Figure, ...]
@@ -50,6 +51,7 @@ class Bodies:
     uids: NDArray[np.int64]
     rows: NDArray[np.int64]
     node_t_element: Floats
+    padding: Floats
     elements: Mapping[int, tuple[int, ...]]
     groups: tuple[tuple[int, NDArray[np.int64], NDArray[np.bool_]], ...]
     allowed: AllowedPairs
@@ -58,12 +60,13 @@ class Bodies:
 
 def made_of(snapshot: Snapshot) -> MadeOf:
     """Return what the bodies of a snapshot follow from."""
-    return snapshot.structure, snapshot.state.tool_states, snapshot.state.allowed_pairs
+    state = snapshot.state
+    return snapshot.structure, state.tool_states, state.allowed_pairs, state.collisions.paddings
 
 
 def bodies_of(snapshot: Snapshot, shapes: CollisionShapes) -> Bodies:
     """Return what can collide: figures of the role collision, hidden ones too, and those of each tool's state."""
-    structure, tool_states, by_clients = made_of(snapshot)
+    structure, tool_states, by_clients, paddings = made_of(snapshot)
     _, states = inherited_visibility(structure, tool_states)
     figures: list[Figure] = []
     solids: list[Solid] = []
@@ -89,10 +92,11 @@ def bodies_of(snapshot: Snapshot, shapes: CollisionShapes) -> Bodies:
         uids=np.array(uids, np.int64),
         rows=np.array([structure.rows[uid] for uid in uids], np.int64),
         node_t_element=np.array([figure.node_t_figure for figure in figures], np.float64).reshape(-1, 4, 4),
+        padding=np.array([paddings.get(uid, 0.0) for uid in uids], np.float64),
         elements=elements,
         groups=_groups(uids, elements, allowed),
         allowed=allowed,
-        made_of=(structure, tool_states, by_clients),
+        made_of=(structure, tool_states, by_clients, paddings),
     )
 
 

@@ -16,14 +16,18 @@ from virtualrobot_kernel.collision.placed import Placed
 def depth_of(placed: Placed, one: int, other: int) -> float | None:
     """Return how far (m) one of two elements that touch must be moved, in the best direction, until they only touch.
 
-    Known between spheres and capsules, between two boxes, and between a sphere and a box; None otherwise. A mesh is a
-    surface and has no inside.
+    Known between spheres and capsules, with their paddings too, and without paddings between two boxes, and between a
+    sphere and a box; None otherwise. A mesh is a surface and has no inside.
     """
+    padding = placed.padding[one] + placed.padding[other]
     solids = placed.solids[one].solid, placed.solids[other].solid
     if all(isinstance(solid, fcl.Sphere | fcl.Capsule) for solid in solids):
         # What is nearer than the sum of the radii to the Minkowski difference of two segments, which is flat.
         first, second = segments_nearest(placed.segment(one), placed.segment(other))
-        return placed.solids[one].radius + placed.solids[other].radius - float(np.linalg.norm(second - first))
+        thickness = placed.solids[one].radius + placed.solids[other].radius + padding
+        return thickness - float(np.linalg.norm(second - first))
+    if padding:
+        return None
     if all(isinstance(solid, fcl.Box) for solid in solids):
         poses = placed.world_t_element[[one, other]]
         return _boxes(poses, np.array([placed.solids[each].half for each in (one, other)]))

@@ -13,12 +13,16 @@ from numpy.typing import NDArray
 
 from virtualrobot_kernel.collision.nearest import Floats, Nearest
 from virtualrobot_kernel.collision.placed import Placed, piece_distance
+from virtualrobot_kernel.collision.tessellation import SEGMENTS
 from virtualrobot_kernel.collision.touching import touching
 
 Integers = NDArray[np.int64]
 
 FEW = 256
 """How many pairs of pieces are looked at in one go."""
+
+STAND_IN = (np.pi / SEGMENTS) ** 2
+"""By how much, as part of their radii, triangles that stand for two curved surfaces are farther apart than these."""
 
 ALTERNATIONS = 4
 """How often the points of a pair are taken to the nearest ones of the true, curved surfaces."""
@@ -30,8 +34,8 @@ class Pair:
 
     Attributes:
         first: the element of the first set, and `second` that of the second.
-        distance: in meters; 0 where they touch.
-        points: (2, 3) the nearest point of each; where they touch, the first of `contacts` twice.
+        distance: in meters, without what both count as thicker; 0 where they touch.
+        points: (2, 3) the nearest point of each true surface; where these touch, the first of `contacts` twice.
         contacts: (k, 3) where they touch; k is 0 where they don't.
         normal: (3,) from the first to the second where they touch; None where they don't.
     """
@@ -50,20 +54,22 @@ def near_pairs(first: Placed, second: Placed, range_meters: float = 0.0) -> list
     The range may be inf: then these are all pairs.
 
     A mesh is its surface: what is wholly inside one does not touch it. Distances are exact to rounding, but for
-    cylinders and cones, to 2e-5 of the radius.
+    cylinders and cones, to 2e-5 of the radius. Two that count as thicker touch where they are nearer than both
+    paddings together; their contact is then in the middle of the nearest points.
     """
     found = []
     close = box_distances((first.centre, first.half), (second.centre, second.half)) <= range_meters
     for one, other in np.argwhere(close).tolist():
-        pair = _pair(first, second, one, other, range_meters)
+        pair = pair_within(first, second, one, other, range_meters)
         if pair is not None:
             found.append(pair)
     return sorted(found, key=lambda pair: pair.distance)
 
 
-def _pair(first: Placed, second: Placed, one: int, other: int, range_meters: float) -> Pair | None:
-    """Return two elements that touch or are near, None where they aren't."""
-    rows, bounds = near_pieces(first, second, one, other, range_meters)
+def pair_within(first: Placed, second: Placed, one: int, other: int, range_meters: float) -> Pair | None:
+    """Return two elements that touch or are at most so far apart, None where they aren't."""
+    padding = first.padding[one] + second.padding[other]
+    rows, bounds = near_pieces(first, second, one, other, range_meters + padding)
     if not bounds.size:
         return None
     overlapping = np.argwhere(bounds == 0.0)
@@ -72,16 +78,45 @@ def _pair(first: Placed, second: Placed, one: int, other: int, range_meters: flo
         contacts = touching(first, second, one, other, pieces)
         if contacts is not None:
             return Pair(one, other, 0.0, np.stack([contacts.points[0]] * 2), contacts.points, contacts.normal)
-    if range_meters > 0.0:
-        distance, points = _distance(first, second, one, other, _ordered(bounds, *rows))
-        if distance <= range_meters:
-            return Pair(one, other, distance, points, np.zeros((0, 3)), None)
+    if range_meters <= 0.0 and padding <= 0.0:
+        return None
+    distance, points = _distance(first, second, one, other, _ordered(bounds, *rows))
+    if padding > 0.0 and distance <= padding:
+        normal = (points[1] - points[0]) / distance if distance > 0.0 else np.array([0.0, 0.0, 1.0])
+        return Pair(one, other, 0.0, points, points.mean(axis=0)[None], normal)
+    if distance - padding <= range_meters:
+        return Pair(one, other, distance - padding, points, np.zeros((0, 3)), None)
     return None
+
+
+def is_near(placed: Placed, one: int, other: int, row: int, to: int) -> bool:
+    """Return whether a block `row` of an element is nearer to a block `to` of another than both count as thicker.
+
+    Over all blocks whose boxes overlap it is whether `pair_within` a range of 0 returns anything of two that don't
+    touch, sooner.
+    """
+    padding = placed.padding[one] + placed.padding[other]
+    if padding <= 0.0:
+        return False
+    solids = placed.solids[one], placed.solids[other]
+    limit = padding + solids[0].radius + solids[1].radius
+    # What is told of triangles that stand for a curved surface is too much by at most this.
+    curved = STAND_IN * max(float(solid.half.max()) for solid in solids)
+    for ours in placed.rows(one, row):
+        for theirs in placed.rows(other, to):
+            apart, points = piece_distance(placed, placed, ours, theirs)
+            if apart <= limit:
+                return True
+            if apart <= limit + curved:
+                points = _polished(points, placed, placed, one, other)
+                if float(np.linalg.norm(points[1] - points[0])) <= limit:
+                    return True
+    return False
 
 
 def pair_of(first: Placed, second: Placed, one: int, other: int) -> Pair | None:
     """Return how an element of each set stands to the other, however far; None where one has no pieces."""
-    return _pair(first, second, one, other, np.inf)
+    return pair_within(first, second, one, other, np.inf)
 
 
 Pieces = Iterable[tuple[float, int, int]]
@@ -93,7 +128,8 @@ def near_pieces(
 ) -> tuple[tuple[Integers, Integers], Floats]:
     """Return the rows (r,) and (s,) of two elements' pieces near the other, and lower bounds (r, s) of their distances.
 
-    Left out are pieces whose boxes are farther than the range from the box around the other element.
+    These are distances without paddings. Left out are pieces whose boxes are farther than the range from the box around
+    the other element.
     """
     sides = []
     for (ours, at), (theirs, to) in (((first, one), (second, other)), ((second, other), (first, one))):
@@ -124,7 +160,7 @@ def _ordered(bounds: Floats, rows: Integers, others: Integers) -> Iterator[tuple
 
 
 def _distance(first: Placed, second: Placed, one: int, other: int, pieces: Pieces) -> tuple[float, Floats]:
-    """Return the least distance of two elements' pieces, and the points (2, 3) that are so far apart."""
+    """Return the least distance of two elements' true surfaces, and the points (2, 3) that are so far apart."""
     best, points = np.inf, np.zeros((2, 3))
     radii = first.solids[one].radius, second.solids[other].radius
     for bound, row, to in pieces:

@@ -24,12 +24,19 @@ class Placed:
         solids: (e) the elements.
         world_t_element: (e, 4, 4) where they are.
         first_piece: (e + 1,) the pieces of element i are first_piece[i] to first_piece[i + 1].
-        centre: (e, 3) and `half` (e, 3): the box around each element along the world's axes, radius included; a half
-            far below 0 for an element without pieces.
+        padding: (e) by how much each element counts as thicker, in meters.
+        centre: (e, 3) and `half` (e, 3): the box around each element along the world's axes, radius and padding
+            included; a half far below 0 for an element without pieces.
     """
 
-    def __init__(self, solids: Sequence[Solid], world_t_element: Floats, before: Placed | None = None) -> None:
-        """Place solids (e) at poses (e, 4, 4).
+    def __init__(
+        self,
+        solids: Sequence[Solid],
+        world_t_element: Floats,
+        before: Placed | None = None,
+        padding: Floats | None = None,
+    ) -> None:
+        """Place solids (e) at poses (e, 4, 4), each of them thicker by a padding (e,) in meters; None: none is.
 
         FCL's objects are taken from `before`, which is of no use then, where it has some of the same solids: python-fcl
         0.7 frees an object's memory but for 31 bytes, and scenes change often.
@@ -40,14 +47,17 @@ class Placed:
         self._element = np.repeat(np.arange(len(self.solids)), np.diff(self.first_piece))
         self._local_centre = np.array([solid.centre for solid in self.solids]).reshape(-1, 3)
         self._local_half = np.array([solid.half for solid in self.solids]).reshape(-1, 3)
-        self._radius = np.array([solid.radius for solid in self.solids]).reshape(-1, 1)
+        thicker = np.zeros(len(self.solids)) if padding is None else padding
+        self.padding: list[float] = thicker.tolist()
+        self._reach = np.array([solid.radius for solid in self.solids]).reshape(-1, 1) + thicker[:, None]
         self._objects = before._taken_by(self.solids) if before else {}
         self._moved_since = set(range(len(self.solids)))
         own = [solid.blocks for solid in self.solids]
+        own = [(centre, half + more) for (centre, half), more in zip(own, self.padding, strict=True)]
         self._first_block = np.cumsum([0, *(len(centre) for centre, _ in own)])
         self._blocks = tuple(np.concatenate([np.zeros((0, 3)), *(side[i] for side in own)]) for i in (0, 1))
         self._piece_of_block = (self.first_piece - self._first_block).tolist()
-        self._local_reach = self._local_half + self._radius
+        self._local_reach = self._local_half + self._reach
         self._moved = np.empty(len(self.solids), np.int64)
         self._overlaps = np.empty((256, 4), np.int64)
         self._boxes: dict[int, tuple[Floats, Floats]] = {}
@@ -94,7 +104,7 @@ class Placed:
         return [(i, j, a + to_piece[i], b + to_piece[j]) for i, j, a, b in self._overlaps[:count].tolist()]
 
     def boxes(self, element: int) -> tuple[Floats, Floats]:
-        """Return centre (k, 3) and half (k, 3) of the boxes around an element's pieces, radius included."""
+        """Return centre (k, 3) and half (k, 3) of the boxes round an element's pieces, with radius, without padding."""
         found = self._boxes.get(element)
         if found is None:
             solid, turn = self.solids[element], self.world_t_element[element, :3, :3]
@@ -114,6 +124,10 @@ class Placed:
     def whole(self, element: int) -> Any:  # noqa: ANN401 FCL has no types
         """Return FCL's object of an element's solid; None for a mesh."""
         return self._objects_of(element).get(-1)
+
+    def rows(self, element: int, row: int) -> range:
+        """Return the rows of the pieces that a block at `row` is around: that of a mesh, or all of a solid."""
+        return range(row, row + (1 if self.solids[element].solid is None else len(self.solids[element].pieces)))
 
     def segment(self, element: int) -> Floats:
         """Return the ends (2, 3) of the core of a sphere or a capsule in the world."""
@@ -138,7 +152,7 @@ class Placed:
         turn = self.world_t_element[elements, :3, :3]
         local = self._local_centre[elements, :, None], self._local_half[elements, :, None]
         self.centre[elements] = (turn @ local[0])[:, :, 0] + self.world_t_element[elements, :3, 3]
-        self.half[elements] = (np.abs(turn) @ local[1])[:, :, 0] + self._radius[elements]
+        self.half[elements] = (np.abs(turn) @ local[1])[:, :, 0] + self._reach[elements]
 
     def _objects_of(self, element: int) -> _Objects:
         objects = self._objects.get(element)

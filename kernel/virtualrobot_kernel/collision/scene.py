@@ -13,9 +13,9 @@ from virtualrobot_kernel.collision.allowed import Pair, ordered
 from virtualrobot_kernel.collision.bodies import Bodies, bodies_of, made_of
 from virtualrobot_kernel.collision.depth import depth_of
 from virtualrobot_kernel.collision.geometry import CollisionShapes
-from virtualrobot_kernel.collision.pairs import box_distances, near_pieces, pair_of
+from virtualrobot_kernel.collision.pairs import box_distances, is_near, pair_of, pair_within
 from virtualrobot_kernel.collision.placed import Placed
-from virtualrobot_kernel.collision.touching import Contacts, touches, touching
+from virtualrobot_kernel.collision.touching import Contacts, touches
 from virtualrobot_kernel.world.state import Snapshot
 
 Floats = NDArray[np.float64]
@@ -47,7 +47,10 @@ class Collision:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Nearest:
-    """Two nodes (uids), how far they are apart (m; 0 where they touch), and the nearest point (2, 3) of each."""
+    """Two nodes (uids), how far they are apart without their paddings (m; 0 where they touch), and the nearest points.
+
+    The points (2, 3) are on the true surface of each.
+    """
 
     first: int
     second: int
@@ -87,16 +90,17 @@ class CollisionScene:
             now = self._bodies = bodies_of(snapshot, self._shapes)
             self._uids = now.uids.tolist()
             poses = world_t_node[now.rows] @ now.node_t_element
-            if before is not None and before.figures == now.figures and (before.uids == now.uids).all():
+            if before is not None and _same_elements(before, now):
                 self._placed.move(poses)
             else:
-                self._placed = Placed(now.solids, poses, self._placed)
+                self._placed = Placed(now.solids, poses, self._placed, now.padding)
         self._world_t_node = world_t_node
 
     def collisions(self, detail: Detail, robots: Collection[int] | None = None) -> list[Collision]:
         """Return the pairs of nodes that touch and may not, at most one of them for Detail.FIRST.
 
-        Asked are all pairs of an element of a robot and another element, but what may touch.
+        Asked are all pairs of an element of a robot and another element, but what may touch. Nodes with paddings touch
+        where they are nearer than both together.
 
         Args:
             detail: how much is told.
@@ -156,10 +160,12 @@ class CollisionScene:
 
     def _touching(self, first: bool, robots: Collection[int] | None, itself: bool = False) -> set[Pair]:
         """Return the pairs of nodes that touch and may not; at most the first one that is found."""
-        uids, found = self._uids, set()
+        uids, placed, found = self._uids, self._placed, set()
         for one, other, row, to in self._overlaps(robots, itself):
             pair = ordered(uids[one], uids[other])
-            if pair not in found and touches(self._placed, one, other, row, to):
+            if pair in found:
+                continue
+            if touches(placed, one, other, row, to) or is_near(placed, one, other, row, to):
                 found.add(pair)
                 if first:
                     break
@@ -167,11 +173,8 @@ class CollisionScene:
 
     def _contacts(self, one: int, other: int) -> Contacts | None:
         """Return where two elements touch, None where they don't."""
-        placed = self._placed
-        (rows, others), bounds = near_pieces(placed, placed, one, other, 0.0)
-        near = (bounds == 0.0).nonzero()
-        pieces = list(zip(rows[near[0]].tolist(), others[near[1]].tolist(), strict=True))
-        return touching(placed, placed, one, other, pieces)
+        near = pair_within(self._placed, self._placed, one, other, 0.0)
+        return Contacts(near.contacts, near.normal) if near is not None and near.normal is not None else None
 
     def _overlaps(self, robots: Collection[int] | None, itself: bool = False) -> Iterator[tuple[int, int, int, int]]:
         """Yield the pairs of pieces that are asked and whose boxes overlap: element, element, row, row.
@@ -186,3 +189,8 @@ class CollisionScene:
                 against = group[uids[overlap[1]]]
                 if (robots is None or robot in robots or against in robots) and (not itself or against == robot):
                     yield overlap
+
+
+def _same_elements(one: Bodies, other: Bodies) -> bool:
+    same = one.figures == other.figures and np.array_equal(one.uids, other.uids)
+    return same and np.array_equal(one.padding, other.padding)

@@ -51,7 +51,9 @@ def set_collision_settings(change: Change, command: SetCollisionSettings, forwar
     Raises UnknownNameError for a robot or node that there is not, LimitError for a look-ahead or padding out of range.
     """
     before, structure = change.state.collisions, change.structure
-    modes, paddings = dict(before.modes), dict(before.paddings)
+    modes = dict(before.modes)
+    # The same object where nothing of it changes: collision scenes look whether it is.
+    paddings = dict(before.paddings) if command.paddings else before.paddings
     for name, mode in command.modes:
         uid = structure.node(name, Kind.ROBOT).uid
         if mode is None:
