@@ -21,6 +21,7 @@ from virtualrobot_kernel.api.server import Address, Server
 from virtualrobot_kernel.api.turns import Turns
 from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.pool import ScenePool
+from virtualrobot_kernel.collision.processes import Processes
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.importing import Importers
 from virtualrobot_kernel.drawing.additions import with_arrows
@@ -79,6 +80,7 @@ class Kernel:
         self._studio = Studio(self._sensing.shapes, looks, load)
         self._casters = Casters(self._sensing)
         self._collisions = ScenePool(self._sensing.solids)
+        self._processes = Processes(self._sensing.shapes)
         self.world = World(world_poses, MemoryJournal(), Clock(settings.mode, 1.0, settings.tick_nanoseconds))
         self._sensors = Sensors(self.world, self._sensing)
         self._workers = ThreadPoolExecutor(WORKERS, thread_name_prefix="worker")
@@ -133,6 +135,7 @@ class Kernel:
         self._solvers.close()
         self._importers.close()
         self._casters.close()
+        self._processes.close()
         close_all()  # those that are being made or looked at, too: the process waits for its threads
 
     def _rooms(self, publications: Publications) -> Rooms:
@@ -150,6 +153,7 @@ class Kernel:
             casters=self._casters,
             sensors=self._sensors,
             collisions=self._collisions,
+            processes=self._processes,
             studio=self._studio,
             importers=self._importers,
             leases=LeaseTable(),

@@ -11,6 +11,7 @@ from virtualrobot_kernel.api.lease_table import CARRIED, LeaseTable
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.turns import Turns
 from virtualrobot_kernel.collision.pool import ScenePool
+from virtualrobot_kernel.collision.processes import Processes
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.importing import Importers
 from virtualrobot_kernel.drawing.studio import Studio
@@ -48,6 +49,7 @@ class Rooms:
     casters: Casters
     sensors: Sensors
     collisions: ScenePool
+    processes: Processes
     studio: Studio
     importers: Importers
     leases: LeaseTable
