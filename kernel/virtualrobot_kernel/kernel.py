@@ -20,6 +20,7 @@ from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.api.server import Address, Server
 from virtualrobot_kernel.api.turns import Turns
 from virtualrobot_kernel.collision.geometry import CollisionShapes
+from virtualrobot_kernel.collision.monitor import Monitor
 from virtualrobot_kernel.collision.pool import ScenePool
 from virtualrobot_kernel.collision.processes import Processes
 from virtualrobot_kernel.components.catalog import Catalog
@@ -83,6 +84,7 @@ class Kernel:
         self._processes = Processes(self._sensing.shapes)
         self.world = World(world_poses, MemoryJournal(), Clock(settings.mode, 1.0, settings.tick_nanoseconds))
         self._sensors = Sensors(self.world, self._sensing)
+        self._monitor = Monitor(self.world, self._sensing.solids)
         self._workers = ThreadPoolExecutor(WORKERS, thread_name_prefix="worker")
         self._turns = Turns()
         self._server = Server(settings.address, self.world, self._rooms)
@@ -127,7 +129,9 @@ class Kernel:
         self._server.close()
         if self._viewer is not None:
             self._viewer.close()
-        self._sensors.close()  # before the world, which may be waiting for one of them in a step
+        # Before the world, which may be waiting for one of them in a step.
+        self._sensors.close()
+        self._monitor.close()
         self.world.close()
         self._workers.shutdown(wait=False, cancel_futures=True)
         self._studio.close()
@@ -154,6 +158,7 @@ class Kernel:
             sensors=self._sensors,
             collisions=self._collisions,
             processes=self._processes,
+            monitor=self._monitor,
             studio=self._studio,
             importers=self._importers,
             leases=LeaseTable(),

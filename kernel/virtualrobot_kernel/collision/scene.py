@@ -96,7 +96,9 @@ class CollisionScene:
                 self._placed = Placed(now.solids, poses, self._placed, now.padding)
         self._world_t_node = world_t_node
 
-    def collisions(self, detail: Detail, robots: Collection[int] | None = None) -> list[Collision]:
+    def collisions(
+        self, detail: Detail, robots: Collection[int] | None = None, pairs: Collection[Pair] | None = None
+    ) -> list[Collision]:
         """Return the pairs of nodes that touch and may not, at most one of them for Detail.FIRST.
 
         Asked are all pairs of an element of a robot and another element, but what may touch. Nodes with paddings touch
@@ -105,6 +107,7 @@ class CollisionScene:
         Args:
             detail: how much is told.
             robots: only pairs with these robots (uids) are asked; None means all.
+            pairs: of which contacts are asked; None means all.
         """
         if detail is not Detail.CONTACTS:
             return [Collision(*pair) for pair in sorted(self._touching(detail is Detail.FIRST, robots))]
@@ -113,6 +116,8 @@ class CollisionScene:
         uids = self.bodies.uids
         for one, other in dict.fromkeys(overlap[:2] for overlap in self._overlaps(robots)):
             pair = ordered(int(uids[one]), int(uids[other]))
+            if pairs is not None and pair not in pairs:
+                continue
             contacts = self._contacts(*((one, other) if uids[one] == pair[0] else (other, one)))
             if contacts is None:
                 continue

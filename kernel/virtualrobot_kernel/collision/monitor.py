@@ -1,0 +1,244 @@
+"""The collision monitor: tells what touches and may not whenever something has moved, and stops robots for it."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from virtualrobot_kernel.collision.allowed import Pair
+from virtualrobot_kernel.collision.bodies import made_of
+from virtualrobot_kernel.collision.geometry import CollisionShapes
+from virtualrobot_kernel.collision.report import REMEMBERED, Ended, Event, Failed, Report, Stopped, Touch, What
+from virtualrobot_kernel.collision.scene import Collision, CollisionScene, Detail
+from virtualrobot_kernel.collision.transitions import STOPPING, Halt, Scope, halt_of, transitions, watched
+from virtualrobot_kernel.world.clock import Mode
+from virtualrobot_kernel.world.commands import Command, HaltRobots
+from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot
+from virtualrobot_kernel.world.store import World
+
+PERIOD_SECONDS = 0.02
+"""The least time from one check to the next where time follows the wall clock."""
+
+PATIENCE_SECONDS = 0.1
+"""How often the world, while it waits for a check, looks whether the thread is still there."""
+
+Listener = Callable[[Report], None]
+
+log = logging.getLogger(__name__)
+
+
+class Monitor:
+    """Owns the thread that checks; it sleeps while nothing moves, and while no robot is watched.
+
+    In REALTIME it checks the newest snapshot, at most every `PERIOD_SECONDS`. In STEPPED the world waits for the check
+    of each tick and each change. Robots are stopped in the world thread, between two ticks.
+    """
+
+    author = "collision monitor"
+
+    def __init__(self, world: World, shapes: CollisionShapes) -> None:
+        """Watch over `world` from now on, as far as its collision settings say so."""
+        self._world, self._shapes = world, shapes
+        self.latest = Report(world.snapshot)
+        """How things were at the last check; replaced, never changed."""
+        self._scene: CollisionScene | None = None
+        self._scope = Scope()
+        self._checked: Snapshot | None = None
+        self._halts: tuple[Halt, ...] = ()
+        self._listeners: tuple[Listener, ...] = ()
+        self._telling = threading.Lock()
+        self._newest = self._seen = world.snapshot
+        self._asked: tuple[Snapshot, threading.Event] | None = None
+        self._wake = threading.Event()
+        self._ended = False
+        self._overseeing = False
+        self._thread = threading.Thread(target=self._run, name="collisions", daemon=True)
+        self._thread.start()
+        world.listen(self._published)
+
+    def close(self) -> None:
+        """End the thread; nothing is checked any more."""
+        self._world.unlisten(self._published)
+        self._world.unoversee(self)
+        self._ended = True
+        self._wake.set()
+        self._thread.join(10.0)
+
+    def subscribe(self, listener: Listener) -> Callable[[], None]:
+        """Have `listener` called whenever something happened; call what this returns to end that."""
+        with self._telling:
+            self._listeners = (*self._listeners, listener)
+
+        def end() -> None:
+            with self._telling:
+                self._listeners = tuple(one for one in self._listeners if one is not listener)
+
+        return end
+
+    def before_tick(self, now: Snapshot, later: Snapshot) -> Sequence[Command]:
+        """Want nothing: the monitor looks at what is."""
+        return ()
+
+    def after_change(self, now: Snapshot) -> Sequence[Command]:
+        """Have the world checked when something has moved, and return what stops the robots that it found to touch."""
+        before, stepped = self._newest, self._world.clock.mode is Mode.STEPPED
+        if _differ(before, now) or (stepped and self._seen is not before):
+            self._newest = now
+            if stepped:
+                self._settle(now)
+            elif before is self._seen:
+                self._wake.set()
+        with self._telling:
+            halts, self._halts = self._halts, ()
+        if not watched(now):
+            self._overseeing = False
+            self._world.unoversee(self)
+            return ()
+        return self._stops(halts, now)
+
+    def _published(self) -> None:
+        """Oversee the world once a robot is watched; called by the world thread after each snapshot."""
+        now = self._world.snapshot
+        if not self._overseeing and watched(now):
+            self._overseeing = True
+            self._world.oversee(self)
+
+    def _settle(self, now: Snapshot) -> None:
+        """Wait until a snapshot is checked."""
+        done = threading.Event()
+        self._asked = now, done
+        self._wake.set()
+        while not done.wait(PATIENCE_SECONDS) and self._thread.is_alive():
+            pass
+
+    def _stops(self, halts: Sequence[Halt], now: Snapshot) -> list[Command]:
+        """Return the commands for these halts, as far as something runs that they stop and its mode still wants it."""
+        commands: list[Command] = []
+        stopped: list[What] = []
+        modes = watched(now) if halts else {}
+        going = [motion for motion in now.state.motions if not motion.running.ended and motion.cancellation is None]
+        nodes = now.structure.nodes
+        for halt in halts:
+            own = [motion for motion in going if not set(halt.robots).isdisjoint(motion.robots)]
+            if not own or not any(modes.get(uid) in STOPPING for uid in halt.by):
+                continue
+            going = [motion for motion in going if motion not in own]
+            commands.append(HaltRobots(halt.robots, Cancellation(CancelCause.COLLISION, halt.reason)))
+            robots = dict.fromkeys(nodes[uid].name for motion in own for uid in motion.robots if uid in nodes)
+            stopped.append(Stopped(tuple(robots), tuple(motion.id for motion in own), halt.reason))
+        if stopped:
+            self._tell(now, stopped)
+        return commands
+
+    def _run(self) -> None:
+        due = 0.0
+        while not self._ended:
+            pending = self._newest is not self._seen
+            self._wake.wait(max(due - time.monotonic(), 0.0) if pending else None)
+            self._wake.clear()
+            if self._ended:
+                break
+            if self._asked is not None:
+                (snapshot, done), self._asked = self._asked, None
+                self._seen = snapshot
+                self._check(snapshot)
+                done.set()
+            elif self._newest is not self._seen and time.monotonic() >= due:
+                self._seen = snapshot = self._newest
+                due = time.monotonic() + PERIOD_SECONDS
+                self._check(snapshot)
+
+    def _check(self, snapshot: Snapshot) -> None:
+        """Check a snapshot and tell what has changed; a check that fails stops who is to be stopped, to be safe."""
+        if self._checked is not None and not _differ(self._checked, snapshot, closely=True):
+            return
+        began = time.perf_counter()
+        try:
+            happened, touching, halts = self._compared(snapshot)
+            fault = ""
+        except Exception as error:
+            fault = f"collisions cannot be checked: {type(error).__name__}: {error}"
+            happened, touching, halts = [], self.latest.touching, _all_halted(snapshot, fault)
+            self._scene = None
+            if fault != self.latest.fault:
+                log.exception("collisions cannot be checked")
+        self._checked = None if fault else snapshot
+        if fault != self.latest.fault:
+            happened.append(Failed(fault))
+        seconds, checks = self.latest.seconds + time.perf_counter() - began, self.latest.checks + 1
+        self._tell(
+            snapshot, happened, snapshot=snapshot, touching=touching, fault=fault, checks=checks, seconds=seconds
+        )
+        with self._telling:
+            self._halts = (*self._halts, *halts) if watched(snapshot) else ()
+
+    def _compared(self, snapshot: Snapshot) -> tuple[list[What], tuple[Touch, ...], list[Halt]]:
+        """Return what has happened since the check before, what touches now, and whom that stops."""
+        modes = watched(snapshot)
+        touches: dict[Pair, Touch] = {(one.pair.first, one.pair.second): one for one in self.latest.touching}
+        scope, found = Scope(), frozenset[Pair]()
+        if modes:
+            scene = self._scene = self._scene or CollisionScene(self._shapes)
+            scene.place(snapshot)
+            bodies = scene.bodies
+            scope = Scope(modes, bodies.elements.keys(), bodies.allowed)
+            found = frozenset((pair.first, pair.second) for pair in scene.collisions(Detail.PAIRS, modes.keys()))
+        changed = transitions(self._scope, touches.keys(), scope, found)
+        happened: list[What] = [Ended(touches.pop(pair), apart) for pair, apart in changed.ended.items()]
+        halts: list[Halt] = []
+        for pair, collision in self._contacts(changed.begun.keys(), modes.keys()).items():
+            nodes, tolerated = snapshot.structure.nodes, changed.begun[pair]
+            names = nodes[pair[0]].name, nodes[pair[1]].name
+            touches[pair] = Touch(collision, names, snapshot.state.tick, snapshot.simulation_time, tolerated)
+            happened.append(touches[pair])
+            halt = None if tolerated else halt_of(pair, names, scope, snapshot.structure)
+            halts.extend([halt] if halt else [])
+        self._scope = scope
+        return happened, tuple(touches[pair] for pair in sorted(touches)), halts
+
+    def _contacts(self, pairs: Collection[Pair], robots: Collection[int]) -> dict[Pair, Collision]:
+        """Return where pairs touch."""
+        if not pairs or self._scene is None:
+            return {}
+        told = self._scene.collisions(Detail.CONTACTS, robots, pairs)
+        return {pair: Collision(*pair) for pair in pairs} | {(one.first, one.second): one for one in told}
+
+    def _tell(self, now: Snapshot, happened: Sequence[What], **changed: Any) -> None:  # noqa: ANN401 fields of a report
+        """Replace the report, and tell listeners what has happened in a tick."""
+        with self._telling:
+            latest = self.latest
+            numbered = enumerate(happened, latest.event_count + 1)
+            new = [Event(number, now.state.tick, now.simulation_time, what) for number, what in numbered]
+            events, count = (*latest.events, *new)[-REMEMBERED:], latest.event_count + len(new)
+            self.latest = replace(latest, **changed, events=events, event_count=count)
+            listeners = self._listeners if happened else ()
+        for listener in listeners:
+            try:
+                listener(self.latest)
+            except Exception:
+                log.exception("a listener to collisions failed inside the kernel")
+
+
+def _differ(before: Snapshot, now: Snapshot, closely: bool = False) -> bool:
+    """Return whether something has moved or is checked otherwise; `closely`: places are compared, not only asked for.
+
+    A motion that waits makes new arrays of equal places.
+    """
+    old, new = before.world_t_node, now.world_t_node
+    return (
+        before.state.collisions is not now.state.collisions
+        or any(one is not other for one, other in zip(made_of(before), made_of(now), strict=True))
+        or not (old is new or (closely and np.array_equal(old, new)))
+    )
+
+
+def _all_halted(snapshot: Snapshot, reason: str) -> list[Halt]:
+    """Return what stops all robots whose collisions are to stop them."""
+    robots = tuple(uid for uid, mode in watched(snapshot).items() if mode in STOPPING)
+    return [Halt(robots, reason, frozenset(robots))] if robots else []

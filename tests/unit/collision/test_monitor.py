@@ -1,0 +1,304 @@
+"""The monitor in a stepped world: what it tells in which tick, whom it stops, and what it tolerates."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from virtualrobot_kernel.collision.monitor import Monitor
+from virtualrobot_kernel.collision.report import Ended, Event, Failed, Stopped, Touch
+from virtualrobot_kernel.collision.scene import CollisionScene
+from virtualrobot_kernel.planning.robots import world_poses
+from virtualrobot_kernel.world.clock import Clock, Mode
+from virtualrobot_kernel.world.commands import (
+    AttachNode,
+    ClearWorld,
+    Command,
+    RemoveNode,
+    SetAllowedPairs,
+    SetJointPositions,
+    UpdateNode,
+)
+from virtualrobot_kernel.world.journal import MemoryJournal
+from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot
+from virtualrobot_kernel.world.store import World
+from virtualrobot_kernel.world.structure import Kind
+
+from tests.unit.collision.carts import ACCELERATION, WAIT, block, cart, drive, first_tick, mode, place, replayed
+from tests.unit.collision.worlds import SHAPES
+from tests.unit.world.builders import shifted
+
+Happened = list[tuple[int, str]]
+
+
+class Cell:
+    """A stepped world with a monitor."""
+
+    def __init__(self) -> None:
+        """Begin empty."""
+        self.world = World(world_poses, MemoryJournal(), Clock(Mode.STEPPED, 1.0, 4_000_000))
+        self.monitor = Monitor(self.world, SHAPES)
+        self.world.start()
+
+    def do(self, *commands: Command) -> Snapshot:
+        """Give commands as one batch."""
+        return self.world.submit(commands).result(WAIT).snapshot
+
+    def step(self, ticks: int = 1) -> Snapshot:
+        """Let time go on."""
+        return self.world.step(ticks).result(WAIT)
+
+    @property
+    def told(self) -> Happened:
+        """All that was told, as (tick, words)."""
+        return [(event.tick, words(event)) for event in self.monitor.latest.events]
+
+    @property
+    def now(self) -> set[tuple[str, str]]:
+        """What touches now."""
+        return {one.names for one in self.monitor.latest.touching}
+
+    def close(self) -> None:
+        """End."""
+        self.monitor.close()
+        self.world.close()
+
+
+def words(event: Event) -> str:
+    """Return an event in words."""
+    what = event.what
+    if isinstance(what, Touch):
+        return f"{'/'.join(what.names)} {'tolerated' if what.tolerated else 'begun'}"
+    if isinstance(what, Ended):
+        return f"{'/'.join(what.touch.names)} {'apart' if what.apart else 'unwatched'}"
+    if isinstance(what, Stopped):
+        return f"stopped {' '.join(what.robots)}: {what.reason}"
+    assert isinstance(what, Failed)
+    return what.fault or "well again"
+
+
+@pytest.fixture
+def cell() -> Iterator[Cell]:
+    made = Cell()
+    yield made
+    made.close()
+
+
+def test_a_touch_is_told_in_its_tick_and_stops_in_it(cell: Cell, rng: np.random.Generator) -> None:
+    """A ball of 0.1 m that drives towards a box touches where its centre is 0.2 m from the box's."""
+    wall = float(rng.uniform(0.6, 1.2))
+    cell.do(cart("cart"), block("box", wall), mode("stop"))
+    tick = first_tick(cell.world, lambda now: place(now) >= wall - 0.2, drive(0.0, 1.5))
+    cell.do(drive(0.0, 1.5))
+    cell.step(1000)
+    assert cell.told == [(tick, "cart.ball/box begun"), (tick, "stopped cart: 'cart.ball' touches 'box'")]
+    ended = cell.world.snapshot.state.ended[-1]
+    assert ended.cancellation == Cancellation(CancelCause.COLLISION, "'cart.ball' touches 'box'")
+    assert cell.world.journal.entries()[-1].tick == tick
+    assert cell.world.journal.entries()[-1].author == "collision monitor"
+    # Braking from at most 1 m/s takes v^2 / 2a = 0.125 m, and v a / 2j more until the jerk has let it begin.
+    assert place(cell.world.snapshot) < wall - 0.2 + 0.125 + 1.0 * ACCELERATION / 80.0 + 0.01
+    touch = cell.monitor.latest.touching[0]
+    assert touch.tick == tick
+    assert touch.pair.depth is not None
+    assert touch.pair.contacts[0].points.shape[1] == 3
+
+
+def test_a_replay_needs_no_monitor(cell: Cell) -> None:
+    cell.do(cart("cart"), block("box", 1.0), mode("stop"))
+    cell.do(drive(0.0, 1.5))
+    cell.step(500)
+    assert replayed(cell.world).q.tobytes() == cell.world.snapshot.state.q.tobytes()
+
+
+def test_one_step_of_many_ticks_is_as_many_steps() -> None:
+    ends = []
+    for ticks in (1, 7, 700):
+        cell = Cell()
+        try:
+            cell.do(cart("cart"), block("box", 0.9), mode("stop"))
+            cell.do(drive(0.0, 1.5))
+            for _ in range(700 // ticks):
+                cell.step(ticks)
+            ends.append((cell.told, cell.world.snapshot.state.q.tobytes()))
+        finally:
+            cell.close()
+    assert ends[0] == ends[1] == ends[2]
+
+
+def test_monitor_tells_and_stops_nothing_and_off_tells_nothing(cell: Cell) -> None:
+    cell.do(cart("cart"), block("box", 0.6), mode("monitor"))
+    cell.do(drive(0.0, 1.2))
+    cell.step(1000)
+    assert [what for _, what in cell.told] == ["cart.ball/box begun", "cart.ball/box apart"]
+    assert place(cell.world.snapshot) == pytest.approx(1.2)
+    checks = cell.monitor.latest.checks
+    cell.do(mode("off"))
+    cell.do(drive(1.2, 0.0))
+    cell.step(1000)
+    assert len(cell.told) == 2
+    assert cell.monitor.latest.checks == checks + 1, "switching off is looked at once"
+
+
+def test_a_world_at_rest_is_not_checked(cell: Cell) -> None:
+    cell.do(cart("cart"), block("box", 0.6), mode("stop"))
+    checks = cell.monitor.latest.checks
+    cell.step(100)
+    assert cell.monitor.latest.checks == checks == 1
+
+
+def test_what_touches_when_it_begins_is_tolerated_until_it_is_apart(cell: Cell) -> None:
+    cell.do(cart("cart"), block("box", 0.15))
+    assert cell.told == []
+    cell.do(mode("stop"))
+    assert [what for _, what in cell.told] == ["cart.ball/box tolerated"]
+    cell.do(drive(0.0, -0.5))
+    cell.step(500)
+    cell.do(drive(-0.5, 1.0))
+    cell.step(500)
+    assert [what for _, what in cell.told][1:] == [
+        "cart.ball/box apart",
+        "cart.ball/box begun",
+        "stopped cart: 'cart.ball' touches 'box'",
+    ]
+    assert place(cell.world.snapshot) < 0.5
+
+
+def test_a_stopped_robot_can_be_moved_out_and_any_other_touch_stops_it(cell: Cell) -> None:
+    cell.do(cart("cart"), block("box", 0.5), block("far", -0.5), mode("stop"))
+    cell.do(drive(0.0, 0.4))
+    end = place(cell.step(500))
+    cell.do(drive(end, -0.4))
+    cell.step(500)
+    assert [what for _, what in cell.told] == [
+        "cart.ball/box begun",
+        "stopped cart: 'cart.ball' touches 'box'",
+        "cart.ball/box apart",
+        "cart.ball/far begun",
+        "stopped cart: 'cart.ball' touches 'far'",
+    ]
+
+
+@pytest.mark.parametrize("modes", [{"left": "stop"}, {"right": "stop"}, {"left": "monitor", "right": "guard"}])
+def test_whoever_runs_into_a_robot_that_is_to_stop_stops_too(cell: Cell, modes: dict[str, str]) -> None:
+    cell.do(cart("left"), cart("right"), UpdateNode("right", parent_t_node=shifted(x=1.0)), mode(**modes))
+    cell.do(drive(0.0, 0.8, "left"), drive(0.0, -0.8, "right"))
+    cell.step(1000)
+    (_, begun), (_, first), *rest = cell.told
+    assert begun == "left.ball/right.ball begun"
+    assert first.startswith("stopped left")
+    robots = [what.split(":")[0] for _, what in cell.told[1:] if what.startswith("stopped")]
+    assert " ".join(robots) == "stopped left right"
+    assert not cell.world.snapshot.state.motions
+    assert not [what for _, what in rest if "apart" in what]
+
+
+def test_robots_without_a_mode_run_into_each_other_unseen(cell: Cell) -> None:
+    cell.do(cart("left"), cart("right"), UpdateNode("right", parent_t_node=shifted(x=1.0)))
+    cell.do(cart("third", y=5.0), mode(third="stop"))
+    cell.do(drive(0.0, 0.8, "left"), drive(0.0, -0.8, "right"))
+    cell.step(1000)
+    assert cell.told == []
+    cell.do(mode("monitor", third="off"))
+    assert not cell.told
+
+
+def test_what_carries_a_robot_is_stopped_for_it(cell: Cell) -> None:
+    """A robot that stands on another one's ball is run into a box by the one below."""
+    cell.do(cart("below"), cart("above", y=1.0, parent="below.ball"), block("box", 0.6, y=1.0), mode(above="stop"))
+    cell.do(drive(0.0, 1.2, "below"))
+    cell.step(1000)
+    assert cell.told[1][1] == "stopped below: 'above.ball' touches 'box'"
+
+
+def test_what_is_new_is_tolerated_and_what_is_gone_ends(cell: Cell) -> None:
+    cell.do(cart("cart"), mode("stop"))
+    cell.do(block("box", 0.1))
+    cell.do(SetAllowedPairs(allow=(("box", "cart.ball", "why not"),)))
+    cell.do(SetAllowedPairs(forbid=(("box", "cart.ball"),)))
+    cell.do(UpdateNode("box", new_name="crate"))
+    cell.do(RemoveNode("crate"))
+    cell.do(block("box", 0.1))
+    cell.do(mode("off"))
+    cell.do(mode("stop"))
+    cell.do(ClearWorld())
+    touch = "cart.ball/box"
+    assert [what for _, what in cell.told] == [f"{touch} tolerated", f"{touch} unwatched"] * 4
+    assert cell.now == set()
+
+
+def test_what_is_put_into_the_way_stops_at_once(cell: Cell) -> None:
+    """A box that was there before is put onto a robot that moves, between two steps."""
+    cell.do(cart("cart"), block("box", 0.0, y=1.0), mode("stop"))
+    cell.do(drive(0.0, 1.0))
+    at = place(cell.step(100))
+    cell.do(UpdateNode("box", parent_t_node=shifted(x=at)))
+    assert cell.told == [(100, "cart.ball/box begun"), (100, "stopped cart: 'cart.ball' touches 'box'")]
+
+
+def test_a_part_counts_from_when_it_is_held(cell: Cell) -> None:
+    """A part on a table is nobody's; held, it touches the table until it is lifted, and then may not again."""
+    cell.do(cart("cart"), block("table", 0.0, y=1.0), block("part", 0.1, y=1.0, kind=Kind.PART), mode("stop"))
+    cell.do(AttachNode("part", "cart.ball"))
+    cell.do(drive(0.0, 0.5))
+    cell.step(500)
+    cell.do(drive(0.5, -1.0))
+    cell.step(1000)
+    assert [what for _, what in cell.told][:4] == [
+        "table/part tolerated",
+        "table/part apart",
+        "table/part begun",
+        "stopped cart: 'table' touches 'part'",
+    ]
+
+
+def test_jumps_are_seen(cell: Cell) -> None:
+    cell.do(cart("cart"), block("box", 0.5), mode("stop"))
+    cell.do(SetJointPositions("cart", {"x": 0.5}))
+    cell.do(SetJointPositions("cart", {"x": 0.0}))
+    assert [what for _, what in cell.told] == ["cart.ball/box begun", "cart.ball/box apart"]
+
+
+def test_a_check_that_fails_is_told_and_stops(
+    cell: Cell, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    cell.do(cart("cart"), cart("other", y=3.0), block("box", 0.9), mode("stop", other="monitor"))
+    cell.do(drive(0.0, 1.5), drive(0.0, 1.0, "other"))
+    cell.step(50)
+    with monkeypatch.context() as broken, caplog.at_level(logging.ERROR):
+        broken.setattr(CollisionScene, "place", lambda *_: 1 / 0)
+        cell.step(200)
+        assert cell.monitor.latest.fault == "collisions cannot be checked: ZeroDivisionError: division by zero"
+        assert [motion.robots for motion in cell.world.snapshot.state.motions if not motion.cancellation] == [
+            (cell.world.snapshot.structure.node("other").uid,)
+        ]
+    assert len(caplog.records) == 1, "a fault that stays is told once"
+    at = place(cell.world.snapshot)
+    cell.do(drive(at, 1.5))
+    cell.step(1000)
+    fault = "collisions cannot be checked: ZeroDivisionError: division by zero"
+    assert [what for _, what in cell.told] == [
+        fault,
+        f"stopped cart: {fault}",
+        "well again",
+        "cart.ball/box begun",
+        "stopped cart: 'cart.ball' touches 'box'",
+    ]
+
+
+def test_a_listener_that_fails_harms_nobody(cell: Cell, caplog: pytest.LogCaptureFixture) -> None:
+    def fail(_: object) -> None:
+        raise ZeroDivisionError
+
+    heard: list[int] = []
+    cell.monitor.subscribe(fail)
+    end = cell.monitor.subscribe(lambda report: heard.append(report.event_count))
+    cell.do(cart("cart"), block("box", 0.1))
+    with caplog.at_level(logging.ERROR):
+        cell.do(mode("stop"))
+        end()
+        cell.do(mode("off"))
+    assert heard == [1]
+    assert cell.monitor.latest.event_count == 2
