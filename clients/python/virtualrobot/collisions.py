@@ -8,9 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from virtualrobot.allowed_pairs import AllowedPairs
+from virtualrobot.configurations import ConfigurationsCheck, check_message, gathered
+from virtualrobot.dynamics import Samples
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
-from virtualrobot.v1 import collision_pb2, geometry_pb2, nodes_pb2
+from virtualrobot.v1 import collision_pb2, geometry_pb2
 from virtualrobot.wire import Stamp, joint_map, stamp_of
 
 Configurations = Mapping[str, Mapping[str, float]]
@@ -85,42 +88,6 @@ class Distance:
 
 
 @dataclass(frozen=True, slots=True)
-class AllowedPair:
-    """Two nodes that may touch.
-
-    Attributes:
-        first: the name of a node, and `second` that of another one.
-        cause: rigid, adjacent, mounted, held, file or client.
-        reason: why, in the words of the file or the client.
-    """
-
-    first: str
-    second: str
-    cause: str
-    reason: str
-
-
-@dataclass(frozen=True, slots=True)
-class SampledPair:
-    """Two nodes of a robot that may not touch, and in how many of the configurations that were tried they did."""
-
-    first: str
-    second: str
-    touched: int
-    samples: int
-
-    @property
-    def always(self) -> bool:
-        """Whether they touched in each of them."""
-        return self.touched == self.samples
-
-    @property
-    def never(self) -> bool:
-        """Whether they touched in none."""
-        return self.touched == 0
-
-
-@dataclass(frozen=True, slots=True)
 class CollisionSettings:
     """What is done about collisions.
 
@@ -174,6 +141,43 @@ class Collisions:
         )
         response = self._services.collision.CheckCollision(request, timeout=LONG_TIMEOUT_SECONDS)
         return Check(tuple(map(_collision, response.pairs)), response.check_seconds, stamp_of(response.stamp))
+
+    def check_configurations(
+        self,
+        robot: str,
+        positions: Samples,
+        *,
+        joint_names: Sequence[str] = (),
+        others: Mapping[str, Samples] | None = None,
+        robots: Iterable[str] = (),
+        progress: Callable[[float], None] | None = None,
+    ) -> ConfigurationsCheck:
+        """Return which of n configurations are free, in the world as it is now.
+
+        The kernel checks them in processes of their own, some thousands a second.
+
+        Args:
+            robot: the robot that stands elsewhere.
+            positions: (n, k) radians or meters, a column for each joint, or (n,) by joint name. The other joints stay
+                where they are.
+            joint_names: what the columns are; without them all joints of one coordinate, in the robot's order.
+            others: more robots that stand elsewhere, each with n rows: of all its joints, or (n,) by joint name.
+            robots: only pairs with these robots are checked; none means all.
+            progress: is called with the part that is done, 0 to 1; what it raises ends the check.
+
+        Raises:
+            UnknownNameError: when there is no such robot or joint.
+            LimitError: when a joint cannot be there.
+            InvalidArgumentError: for arrays of other shapes, or that hold numbers that are not finite.
+
+        Example:
+            >>> found = client.collisions.check_configurations("arm", samples)
+            >>> print(samples[found.free])
+        """
+        asked = {robot: (positions, joint_names), **{name: (rows, ()) for name, rows in (others or {}).items()}}
+        request = check_message(asked, robots)
+        with self._services.collision.CheckConfigurations(request) as stream:
+            return gathered(stream, request.configurations[0].positions.shape[0], progress)
 
     def distance(self, *first: str, to: Iterable[str] = (), configurations: Configurations | None = None) -> Distance:
         """Return how far some nodes, such as a robot, are from everything else: the nearest pair that may not touch.
@@ -269,77 +273,6 @@ class Collisions:
             ],
         )
         self._services.collision.SetCollisionSettings(request)
-
-
-class AllowedPairs:
-    """Which nodes of one kernel may touch each other.
-
-    Example:
-        >>> client.collisions.allowed.add("arm.link_0", "table", "stands on it")
-    """
-
-    def __init__(self, services: Services) -> None:
-        """Handle the pairs of one kernel."""
-        self._services = services
-
-    def __iter__(self) -> Iterator[AllowedPair]:
-        """Yield all pairs that may touch, in the order of the nodes."""
-        return iter(self.list())
-
-    def list(self, *nodes: str) -> list[AllowedPair]:
-        """Return the pairs that may touch, all or those with one of these nodes or what hangs below them."""
-        response = self._services.collision.ListAllowedPairs(collision_pb2.ListAllowedPairsRequest(nodes=nodes))
-        names = collision_pb2.AllowedCause.Name
-        return [
-            AllowedPair(pair.first, pair.second, names(pair.cause).removeprefix("ALLOWED_CAUSE_").lower(), pair.reason)
-            for pair in response.pairs
-        ]
-
-    def add(self, first: str, second: str, reason: str = "") -> None:
-        """Let two nodes touch each other; saved with the scene."""
-        self.change(allow=[(first, second, reason)])
-
-    def remove(self, first: str, second: str) -> None:
-        """Let two nodes touch no more; raises UnknownNameError when no client had allowed it."""
-        self.change(forbid=[(first, second)])
-
-    def change(self, allow: Iterable[tuple[str, str, str]] = (), forbid: Iterable[tuple[str, str]] = ()) -> None:
-        """Let pairs touch no more, then let others (name, name, why) touch, as one change."""
-        allow, forbid = tuple(allow), tuple(forbid)
-        if not allow and not forbid:
-            return
-        request = collision_pb2.SetAllowedPairsRequest(
-            allow=[nodes_pb2.NodePair(first=first, second=second, reason=why) for first, second, why in allow],
-            forbid=[nodes_pb2.NodePair(first=first, second=second) for first, second in forbid],
-        )
-        self._services.collision.SetAllowedPairs(request)
-
-    def find(
-        self, robot: str, *, samples: int = 0, seed: int = 0, progress: Callable[[float], None] | None = None
-    ) -> Sequence[SampledPair]:
-        """Return how often nodes of a robot touch in random configurations, those that do most often first.
-
-        Nothing is changed. To allow what always touches, give these pairs to `change`.
-
-        Args:
-            robot: the robot.
-            samples: how many configurations; 0 means 1,000.
-            seed: what they are drawn from.
-            progress: is called with the part that is done, 0 to 1; what it raises ends the search.
-
-        Raises:
-            UnknownNameError: when there is no such robot.
-            LimitError: for more than 100,000 samples.
-        """
-        request = collision_pb2.FindAllowedPairsRequest(robot=robot, samples=samples, seed=seed)
-        found: Sequence[SampledPair] = ()
-        with self._services.collision.FindAllowedPairs(request) as stream:
-            for response in stream:
-                if progress is not None:
-                    progress(response.progress)
-                tried = response.samples
-                found = [SampledPair(pair.first, pair.second, pair.touched, tried) for pair in response.pairs]
-        return found
 
 
 def _messages(configurations: Configurations | None) -> Iterator[collision_pb2.RobotConfiguration]:

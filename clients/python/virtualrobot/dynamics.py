@@ -106,7 +106,7 @@ def movement_message(
             raise InvalidArgumentError("give all values by joint name, or all in order")
         joint_names = list(dict.fromkeys(str(name) for values in named for name in values))
     request = robot_pb2.SolveInverseDynamicsRequest(robot=robot, joint_names=joint_names)
-    rows = {field: _rows(values, joint_names, field) for field, values in told.items()}
+    rows = {field: sample_rows(values, joint_names, field) for field, values in told.items()}
     count = max((len(array) for array in rows.values()), default=1)
     for field, array in rows.items():
         # A single row holds for all samples.
@@ -115,7 +115,7 @@ def movement_message(
     return request
 
 
-def _rows(values: Samples, names: list[str], field: str) -> NDArray[np.float64]:
+def sample_rows(values: Samples, names: list[str], field: str) -> NDArray[np.float64]:
     """Return values as (n, k)."""
     try:
         if isinstance(values, Mapping):

@@ -5,8 +5,10 @@ from __future__ import annotations
 import asyncio
 import time
 from collections.abc import AsyncIterator, Callable
+from itertools import islice
 
 import numpy as np
+from numpy.typing import NDArray
 from virtualrobot.v1 import collision_pb2, collision_pb2_grpc
 
 from virtualrobot_kernel.api.convert.collision_settings import settings_command, settings_message
@@ -19,8 +21,10 @@ from virtualrobot_kernel.api.convert.collisions import (
     nodes_below,
     set_command,
 )
+from virtualrobot_kernel.api.convert.configurations import block_message, configuration_rows
 from virtualrobot_kernel.api.convert.values import not_negative, stamp
 from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.collision.configurations import CHECK_BLOCK
 from virtualrobot_kernel.collision.sampling import Touched, sample_touches
 from virtualrobot_kernel.errors import KernelError, LimitError
 from virtualrobot_kernel.world.structure import Kind
@@ -30,6 +34,8 @@ TURN = "collision"
 
 SAMPLES = 1000
 MOST_SAMPLES = 100_000
+BLOCK_ROWS = 256
+"""How many configurations a process checks in one go: a few hundredths of a second."""
 PROGRESS_SECONDS = 0.25
 """How often the progress of a search is told."""
 
@@ -65,6 +71,42 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
             )
 
         return await self._rooms.turns.run([TURN], work)
+
+    async def CheckConfigurations(
+        self, request: collision_pb2.CheckConfigurationsRequest, context: object
+    ) -> AsyncIterator[collision_pb2.CheckConfigurationsResponse]:
+        """Check blocks of rows in collision processes, some at a time; a caller that goes ends it."""
+        snapshot, processes = self._rooms.world.snapshot, self._rooms.processes
+        structure = snapshot.structure
+        robots = {structure.node(name, Kind.ROBOT).uid for name in request.robots} or None
+        q_index, rows = await self._rooms.turns.run(
+            [TURN], lambda: configuration_rows(structure, request.configurations)
+        )
+        yield collision_pb2.CheckConfigurationsResponse(stamp=stamp(snapshot), progress=0.0 if len(rows) else 1.0)
+        starts, done = iter(range(0, len(rows), BLOCK_ROWS)), 0
+        waiting: dict[asyncio.Future[NDArray[np.int64]], int] = {}
+        try:
+            while True:
+                # Others' work has its turn after at most so many blocks, and no process waits for a block.
+                for start in islice(starts, 2 * processes.count - len(waiting)):
+                    block = q_index, rows[start : start + BLOCK_ROWS], robots
+                    waiting[asyncio.wrap_future(processes.submit(CHECK_BLOCK, snapshot, *block))] = start
+                if not waiting:
+                    break
+                for one in (await asyncio.wait(waiting, return_when=asyncio.FIRST_COMPLETED))[0]:
+                    start, found = waiting.pop(one), one.result()
+                    done += len(found)
+                    touching, pairs = block_message(structure, found)
+                    yield collision_pb2.CheckConfigurationsResponse(
+                        stamp=stamp(snapshot),
+                        progress=done / len(rows),
+                        first_row=start,
+                        touching=touching,
+                        pairs=pairs,
+                    )
+        finally:
+            for one in waiting:
+                one.cancel()
 
     async def MeasureDistances(
         self, request: collision_pb2.MeasureDistancesRequest, context: object

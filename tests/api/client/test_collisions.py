@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +11,10 @@ import virtualrobot
 from virtualrobot import Client, Robot
 
 from tests.api.client.conftest import Run
+
+SLIDER = """<robot name="slider"><link name="base"/><link name="cube"><collision><geometry><box size="0.2 0.2 0.2"/>
+</geometry></collision></link><joint name="slide" type="prismatic"><parent link="base"/><child link="cube"/>
+<axis xyz="1 0 0"/><limit lower="-1" upper="1" velocity="1" effort="1"/></joint></robot>"""
 
 LEANING = {"iiwa": {"lbr_iiwa_joint_2": 0.5}}
 
@@ -98,3 +103,64 @@ def test_the_command_line_shows_it(cell: Client, iiwa: Robot, run: Run) -> None:
     assert run("collision", "allowed", "ball") == "no pairs\n"
     assert "pairs never touched" in run("collision", "find", "iiwa", "--samples", "20", "--seed", "1")
     assert "is one node" in run("collision", "allow", "ball", "ball", code=1)
+
+
+def test_many_configurations_are_checked_as_each_one_would_be(cell: Client, rng: np.random.Generator) -> None:
+    """In what is told as touching the two nodes touch; progress grows from 0 to 1."""
+    samples = rng.uniform(-1.5, 1.5, (600, 7))
+    told: list[float] = []
+    found = cell.collisions.check_configurations("iiwa", samples, progress=told.append)
+    assert told == sorted(set(told)) and (told[0], told[-1]) == (0.0, 1.0) and len(told) == 4
+    assert 0 < found.free.sum() < len(samples)
+    names = cell.robot("iiwa").joint_names
+    for row in rng.choice(len(samples), 60, replace=False).tolist():
+        one = cell.collisions.check({"iiwa": dict(zip(names, samples[row].tolist(), strict=True))})
+        assert bool(one) == (not found.free[row])
+        if one:
+            assert found.pair(row) in {(pair.first, pair.second) for pair in one.pairs}
+        else:
+            assert found.pair(row) is None and found.touching[row] == -1
+    reordered = cell.collisions.check_configurations("iiwa", samples[:, ::-1], joint_names=names[::-1])
+    np.testing.assert_array_equal(reordered.free, found.free)
+    by_name = cell.collisions.check_configurations("iiwa", dict(zip(names, samples.T, strict=True)))
+    np.testing.assert_array_equal(by_name.touching >= 0, ~found.free)
+    nothing = cell.collisions.check_configurations("iiwa", np.zeros((0, 7)), progress=told.append)
+    assert (len(nothing.free), nothing.pairs, told[-1]) == (0, (), 1.0)
+
+
+def test_several_robots_stand_elsewhere(client: Client, tmp_path: Path) -> None:
+    """Cubes of 0.2 m that slide on one line from 1 m apart touch where they are at most 0.2 m apart."""
+    (tmp_path / "slider.urdf").write_text(SLIDER)
+    for name, side in (("left", -0.5), ("right", 0.5)):
+        client.load_robot(tmp_path / "slider.urdf", name=name, pose=virtualrobot.pose(x=side))
+    left, right = (column.ravel() for column in np.meshgrid(np.linspace(0.0, 0.9, 10), np.linspace(-0.9, 0.0, 10)))
+    found = client.collisions.check_configurations("left", left[:, None], others={"right": {"slide": right}})
+    apart = np.abs(1.0 - left + right)
+    clear = np.abs(apart - 0.2) > 1e-6
+    np.testing.assert_array_equal(found.free[clear], (apart > 0.2)[clear])
+    assert found.pairs == (("left.cube", "right.cube"),)
+    client.scene.add_part("block", virtualrobot.box(0.1, 0.1, 0.1), pose=virtualrobot.pose(x=-0.5))
+    for robots, free in (((), [False, True]), (("right",), [True, True]), (("left",), [False, True])):
+        one = client.collisions.check_configurations("left", [[0.0], [0.5]], robots=robots)
+        assert one.free.tolist() == free
+
+
+def test_configurations_of_wrong_shape_are_refused(cell: Client) -> None:
+    check = cell.collisions.check_configurations
+    with pytest.raises(virtualrobot.InvalidArgumentError, match="by joint name, or in order"):
+        check("iiwa", {"lbr_iiwa_joint_1": [0.0]}, joint_names=["lbr_iiwa_joint_1"])
+    with pytest.raises(virtualrobot.InvalidArgumentError, match=r"shape \(n, k\)"):
+        check("iiwa", np.zeros((2, 3, 7)))
+    with pytest.raises(virtualrobot.InvalidArgumentError, match=r"shape \(n, 7\), not \(1, 6\)"):
+        check("iiwa", np.zeros(6))
+    with pytest.raises(virtualrobot.VirtualRobotError, match="larger than max"):
+        check("iiwa", np.zeros((310_000, 7)))
+
+
+def test_what_progress_raises_ends_the_check(cell: Client) -> None:
+    def stop(part: float) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        cell.collisions.check_configurations("iiwa", np.zeros((200_000, 7)), progress=stop)
+    assert len(cell.collisions.check_configurations("iiwa", np.zeros((1, 7))).free) == 1

@@ -10,7 +10,8 @@ import click
 from virtualrobot.cli.options import FiniteRange, Target, target_options
 
 if TYPE_CHECKING:
-    from virtualrobot.collisions import AllowedPair, Collision, CollisionSettings, Distance, SampledPair
+    from virtualrobot.allowed_pairs import AllowedPair, SampledPair
+    from virtualrobot.collisions import Collision, CollisionSettings, Distance
 
 MODES = ("off", "monitor", "stop", "guard")
 

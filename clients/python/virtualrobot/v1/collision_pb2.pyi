@@ -86,6 +86,38 @@ class CheckCollisionResponse(_message.Message):
     check_seconds: float
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., pairs: _Optional[_Iterable[_Union[CollisionPair, _Mapping]]] = ..., check_seconds: _Optional[float] = ...) -> None: ...
 
+class RobotConfigurations(_message.Message):
+    __slots__ = ("robot", "joint_names", "positions")
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
+    POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    joint_names: _containers.RepeatedScalarFieldContainer[str]
+    positions: _geometry_pb2.NumericArray
+    def __init__(self, robot: _Optional[str] = ..., joint_names: _Optional[_Iterable[str]] = ..., positions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
+
+class CheckConfigurationsRequest(_message.Message):
+    __slots__ = ("configurations", "robots")
+    CONFIGURATIONS_FIELD_NUMBER: _ClassVar[int]
+    ROBOTS_FIELD_NUMBER: _ClassVar[int]
+    configurations: _containers.RepeatedCompositeFieldContainer[RobotConfigurations]
+    robots: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, configurations: _Optional[_Iterable[_Union[RobotConfigurations, _Mapping]]] = ..., robots: _Optional[_Iterable[str]] = ...) -> None: ...
+
+class CheckConfigurationsResponse(_message.Message):
+    __slots__ = ("stamp", "progress", "first_row", "touching", "pairs")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    PROGRESS_FIELD_NUMBER: _ClassVar[int]
+    FIRST_ROW_FIELD_NUMBER: _ClassVar[int]
+    TOUCHING_FIELD_NUMBER: _ClassVar[int]
+    PAIRS_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    progress: float
+    first_row: int
+    touching: _geometry_pb2.NumericArray
+    pairs: _containers.RepeatedCompositeFieldContainer[CollisionPair]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., progress: _Optional[float] = ..., first_row: _Optional[int] = ..., touching: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., pairs: _Optional[_Iterable[_Union[CollisionPair, _Mapping]]] = ...) -> None: ...
+
 class CollisionPair(_message.Message):
     __slots__ = ("first", "second", "contacts", "depth_meters")
     FIRST_FIELD_NUMBER: _ClassVar[int]

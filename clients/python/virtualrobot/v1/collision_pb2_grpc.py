@@ -41,6 +41,11 @@ class CollisionServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_collision__pb2.CheckCollisionRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_collision__pb2.CheckCollisionResponse.FromString,
                 _registered_method=True)
+        self.CheckConfigurations = channel.unary_stream(
+                '/virtualrobot.v1.CollisionService/CheckConfigurations',
+                request_serializer=virtualrobot_dot_v1_dot_collision__pb2.CheckConfigurationsRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_collision__pb2.CheckConfigurationsResponse.FromString,
+                _registered_method=True)
         self.MeasureDistances = channel.unary_unary(
                 '/virtualrobot.v1.CollisionService/MeasureDistances',
                 request_serializer=virtualrobot_dot_v1_dot_collision__pb2.MeasureDistancesRequest.SerializeToString,
@@ -80,6 +85,14 @@ class CollisionServiceServicer(object):
 
     def CheckCollision(self, request, context):
         """What touches now, or would if robots stood elsewhere.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def CheckConfigurations(self, request, context):
+        """Which of many configurations are free, in processes of their own: the world as it is at the call, whatever happens
+        meanwhile. What is wrong with the request is told before anything is checked.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
@@ -135,6 +148,11 @@ def add_CollisionServiceServicer_to_server(servicer, server):
                     servicer.CheckCollision,
                     request_deserializer=virtualrobot_dot_v1_dot_collision__pb2.CheckCollisionRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_collision__pb2.CheckCollisionResponse.SerializeToString,
+            ),
+            'CheckConfigurations': grpc.unary_stream_rpc_method_handler(
+                    servicer.CheckConfigurations,
+                    request_deserializer=virtualrobot_dot_v1_dot_collision__pb2.CheckConfigurationsRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_collision__pb2.CheckConfigurationsResponse.SerializeToString,
             ),
             'MeasureDistances': grpc.unary_unary_rpc_method_handler(
                     servicer.MeasureDistances,
@@ -196,6 +214,33 @@ class CollisionService(object):
             '/virtualrobot.v1.CollisionService/CheckCollision',
             virtualrobot_dot_v1_dot_collision__pb2.CheckCollisionRequest.SerializeToString,
             virtualrobot_dot_v1_dot_collision__pb2.CheckCollisionResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def CheckConfigurations(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_stream(
+            request,
+            target,
+            '/virtualrobot.v1.CollisionService/CheckConfigurations',
+            virtualrobot_dot_v1_dot_collision__pb2.CheckConfigurationsRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_collision__pb2.CheckConfigurationsResponse.FromString,
             options,
             channel_credentials,
             insecure,
