@@ -41,8 +41,10 @@ class Collision:
         first: the name of a node, and `second` that of another one.
         points: (k, 3) where, in the world's frame; none where only pairs were asked for.
         normals: (k, 3) unit normals there, from the first to the second.
-        depth: how far one must be moved, in the best direction, until they only touch, in meters; None where it is not
-            known.
+        depth: how far one must be moved, in the best direction, until they only touch, in meters; None where only pairs
+            were asked for.
+        depth_approximate: whether it is not exact: a mesh that isn't convex counted as its convex hull, or several
+            figures of the nodes touch.
     """
 
     first: str
@@ -50,6 +52,7 @@ class Collision:
     points: NDArray[np.float64]
     normals: NDArray[np.float64]
     depth: float | None
+    depth_approximate: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -287,6 +290,7 @@ def _collision(pair: collision_pb2.CollisionPair) -> Collision:
         np.array([_vector(contact.point) for contact in pair.contacts]).reshape(-1, 3),
         np.array([_vector(contact.normal) for contact in pair.contacts]).reshape(-1, 3),
         pair.depth_meters if pair.HasField("depth_meters") else None,
+        pair.depth_approximate,
     )
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import logging
 import threading
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import fcl
@@ -17,6 +18,7 @@ import numpy as np
 
 from virtualrobot_kernel.collision import nearest
 from virtualrobot_kernel.collision.nearest import Floats, Nearest
+from virtualrobot_kernel.collision.outline import Outline, outline_of
 from virtualrobot_kernel.collision.tessellation import Integers, box_triangles, pieces, turned_triangles
 from virtualrobot_kernel.formats.submesh import Meshes, stacked
 from virtualrobot_kernel.world.figures import Box, Capsule, Cone, Cylinder, Geometry, Mesh, Sphere
@@ -37,7 +39,7 @@ class Piece:
     half: Floats
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Solid:
     """A figure: what is nearer than `radius` to its core.
 
@@ -48,6 +50,7 @@ class Solid:
         nearest: finds the nearest point of the core; None for a mesh.
         piece_centre: (k, 3) and `piece_half` (k, 3): the box around each piece in the figure's frame.
         centre: (3,) and `half` (3,): the box around the core; a half far below 0 where there are no triangles.
+        circles: of cylinders and cones half the length, the radius below and above; None of others.
     """
 
     solid: Any
@@ -58,6 +61,17 @@ class Solid:
     piece_half: Floats
     centre: Floats
     half: Floats
+    circles: tuple[float, float, float] | None = None
+
+    @cached_property
+    def outline(self) -> Outline:
+        """The convex outline of the core, made when first asked for: a mesh's takes its time."""
+        if self.circles is not None:
+            return Outline(np.zeros((0, 3)), self.circles, True)
+        triangles = np.concatenate([piece.triangles for piece in self.pieces])
+        if self.solid is not None:
+            return Outline(np.unique(triangles.reshape(-1, 3), axis=0), None, True)
+        return outline_of(triangles)
 
     @property
     def blocks(self) -> tuple[Floats, Floats]:
@@ -110,10 +124,12 @@ class CollisionShapes:
                 return _solid(fcl.Capsule(radius, length), _segment(length), radius, nearest.of_segment(length))
             case Cylinder(radius, length):
                 surface = turned_triangles(radius, radius, length)
-                return _solid(fcl.Cylinder(radius, length), surface, 0.0, nearest.of_cylinder(radius, length))
+                near, circles = nearest.of_cylinder(radius, length), (0.5 * length, radius, radius)
+                return _solid(fcl.Cylinder(radius, length), surface, 0.0, near, circles)
             case Cone(radius, length):
                 surface = turned_triangles(radius, 0.0, length)
-                return _solid(fcl.Cone(radius, length), surface, 0.0, nearest.of_cone(radius, length))
+                near, circles = nearest.of_cone(radius, length), (0.5 * length, radius, 0.0)
+                return _solid(fcl.Cone(radius, length), surface, 0.0, near, circles)
             case Mesh():
                 return _solid(None, self._triangles(geometry), 0.0, None)
         return None
@@ -134,7 +150,13 @@ def _segment(length: float) -> tuple[Floats, Integers]:
     return np.array([-end, end, end]), np.array([[0, 1, 2]], np.int32)
 
 
-def _solid(solid: Any, core: tuple[Floats, Integers], radius: float, near: Nearest | None) -> Solid:  # noqa: ANN401
+def _solid(
+    solid: Any,  # noqa: ANN401 FCL has no types
+    core: tuple[Floats, Integers],
+    radius: float,
+    near: Nearest | None,
+    circles: tuple[float, float, float] | None = None,
+) -> Solid:
     vertices, faces = core
     made = tuple(_piece(vertices, some) for some in pieces(vertices, faces))
     centre = np.array([piece.centre for piece in made]).reshape(-1, 3)
@@ -142,7 +164,7 @@ def _solid(solid: Any, core: tuple[Floats, Integers], radius: float, near: Neare
     if not made:
         return Solid(solid, made, radius, near, centre, half, np.zeros(3), np.full(3, NOTHING))
     lower, upper = (centre - half).min(axis=0), (centre + half).max(axis=0)
-    return Solid(solid, made, radius, near, centre, half, 0.5 * (lower + upper), 0.5 * (upper - lower))
+    return Solid(solid, made, radius, near, centre, half, 0.5 * (lower + upper), 0.5 * (upper - lower), circles)
 
 
 def _piece(vertices: Floats, faces: Integers) -> Piece:

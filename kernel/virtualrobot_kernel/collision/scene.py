@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from virtualrobot_kernel.collision.allowed import Pair, ordered
 from virtualrobot_kernel.collision.bodies import Bodies, bodies_of, made_of
-from virtualrobot_kernel.collision.depth import depth_of
+from virtualrobot_kernel.collision.depth import Depth, depth_of
 from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.pairs import box_distances, is_near, pair_of, pair_within
 from virtualrobot_kernel.collision.placed import Placed
@@ -36,13 +36,13 @@ class Collision:
     Attributes:
         first: a node (uid), and `second` another one.
         contacts: where, for each two figures that touch; empty where only pairs were asked for.
-        depth: how deep they are in each other (m); None where it was not asked for or is not known.
+        depth: how deep their figures are in each other, the deepest ones; None where it was not asked for.
     """
 
     first: int
     second: int
     contacts: tuple[Contacts, ...] = ()
-    depth: float | None = None
+    depth: Depth | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,7 +112,7 @@ class CollisionScene:
         if detail is not Detail.CONTACTS:
             return [Collision(*pair) for pair in sorted(self._touching(detail is Detail.FIRST, robots))]
         found: dict[Pair, list[Contacts]] = {}
-        depths: dict[Pair, float | None] = {}
+        depths: dict[Pair, Depth] = {}
         uids = self.bodies.uids
         for one, other in dict.fromkeys(overlap[:2] for overlap in self._overlaps(robots)):
             pair = ordered(int(uids[one]), int(uids[other]))
@@ -122,8 +122,10 @@ class CollisionScene:
             if contacts is None:
                 continue
             depth = depth_of(self._placed, one, other)
-            known = pair not in found or depths[pair] is not None
-            depths[pair] = max(depths.get(pair) or 0.0, depth) if known and depth is not None else None
+            if pair in depths:
+                # What is out of one figure may be in another still.
+                depth = replace(max(depth, depths[pair], key=lambda one: one.meters), approximate=True)
+            depths[pair] = depth
             found.setdefault(pair, []).append(contacts)
         return [Collision(*pair, tuple(contacts), depths[pair]) for pair, contacts in sorted(found.items())]
 

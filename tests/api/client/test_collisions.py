@@ -31,12 +31,13 @@ def test_a_check_is_true_where_something_touches(cell: Client) -> None:
     found = cell.collisions.check(LEANING, detail="contacts", robots=["iiwa"])
     assert found and found.seconds > 0.0 and found.stamp.structure_revision > 0
     (pair,) = found.pairs
-    assert (pair.first, pair.second, pair.depth) == ("iiwa.lbr_iiwa_link_6", "box", None)
+    assert (pair.first, pair.second) == ("iiwa.lbr_iiwa_link_6", "box")
+    assert pair.depth is not None and 0.0 < pair.depth < 0.2 and pair.depth_approximate
     assert pair.points.shape == pair.normals.shape == (len(pair.points), 3)
     assert np.all(np.abs(pair.points - [0.5, 0.0, 0.9]) <= 0.1 + 1e-6)
     np.testing.assert_allclose(np.linalg.norm(pair.normals, axis=1), 1.0)
     (bare,) = cell.collisions.check(LEANING, detail="first").pairs
-    assert bare.points.shape == (0, 3)
+    assert bare.points.shape == (0, 3) and bare.depth is None and not bare.depth_approximate
 
 
 def test_distances_have_points(cell: Client) -> None:

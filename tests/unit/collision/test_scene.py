@@ -88,7 +88,7 @@ def test_spheres_boxes_and_capsules_touch_where_formulas_say(apart: float, rng: 
         if apart < 0.0:
             (found,) = scene.collisions(Detail.CONTACTS)
             assert found.depth is not None
-            assert found.depth == pytest.approx(-apart, abs=1e-7)
+            assert found.depth.meters == pytest.approx(-apart, abs=1e-7) and not found.depth.approximate
             (contacts, *_) = found.contacts
             np.testing.assert_allclose(contacts.normal, at[:3, 0], atol=1e-6)
 
@@ -115,7 +115,7 @@ def test_the_depth_of_capsules_is_their_least_way_apart(rng: np.random.Generator
         assert bool(found) == (gap.distance < 0.25)
         if found and gap.distance > 0.0:
             depth = found[0].depth
-            assert depth == pytest.approx(0.25 - gap.distance, abs=1e-7)
+            assert depth is not None and depth.meters == pytest.approx(0.25 - gap.distance, abs=1e-7)
 
 
 def test_hidden_nodes_collide_and_sensors_and_annotations_do_not() -> None:

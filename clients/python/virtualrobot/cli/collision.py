@@ -120,7 +120,7 @@ def collision_lines(found: Sequence[Collision]) -> Iterator[str]:
         where = ", ".join(f"{value:z.3f}" for value in pair.points[0])
         deep = ""
         if pair.depth is not None:
-            deep = f", {1e3 * pair.depth:.1f} mm deep"
+            deep = f", {'about ' if pair.depth_approximate else ''}{1e3 * pair.depth:.1f} mm deep"
         yield f"{pair.first} touches {pair.second} at {where}{deep}"
 
 

@@ -27,7 +27,7 @@ from virtualrobot.v1 import lease_pb2 as virtualrobot_dot_v1_dot_lease__pb2
 from virtualrobot.v1 import nodes_pb2 as virtualrobot_dot_v1_dot_nodes__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1fvirtualrobot/v1/collision.proto\x12\x0fvirtualrobot.v1\x1a\x1evirtualrobot/v1/geometry.proto\x1a\x1bvirtualrobot/v1/lease.proto\x1a\x1bvirtualrobot/v1/nodes.proto\"\xac\x01\n\x12RobotConfiguration\x12\r\n\x05robot\x18\x01 \x01(\t\x12P\n\x0fjoint_positions\x18\x02 \x03(\x0b\x32\x37.virtualrobot.v1.RobotConfiguration.JointPositionsEntry\x1a\x35\n\x13JointPositionsEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\x01:\x02\x38\x01\"\x96\x01\n\x15\x43heckCollisionRequest\x12;\n\x0e\x63onfigurations\x18\x01 \x03(\x0b\x32#.virtualrobot.v1.RobotConfiguration\x12\x30\n\x06\x64\x65tail\x18\x02 \x01(\x0e\x32 .virtualrobot.v1.CollisionDetail\x12\x0e\n\x06robots\x18\x03 \x03(\t\"\x85\x01\n\x16\x43heckCollisionResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12-\n\x05pairs\x18\x02 \x03(\x0b\x32\x1e.virtualrobot.v1.CollisionPair\x12\x15\n\rcheck_seconds\x18\x03 \x01(\x01\"k\n\x13RobotConfigurations\x12\r\n\x05robot\x18\x01 \x01(\t\x12\x13\n\x0bjoint_names\x18\x02 \x03(\t\x12\x30\n\tpositions\x18\x03 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\"j\n\x1a\x43heckConfigurationsRequest\x12<\n\x0e\x63onfigurations\x18\x01 \x03(\x0b\x32$.virtualrobot.v1.RobotConfigurations\x12\x0e\n\x06robots\x18\x02 \x03(\t\"\xc9\x01\n\x1b\x43heckConfigurationsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x10\n\x08progress\x18\x02 \x01(\x01\x12\x11\n\tfirst_row\x18\x03 \x01(\r\x12/\n\x08touching\x18\x04 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\x12-\n\x05pairs\x18\x05 \x03(\x0b\x32\x1e.virtualrobot.v1.CollisionPair\"\x8f\x01\n\rCollisionPair\x12\r\n\x05\x66irst\x18\x01 \x01(\t\x12\x0e\n\x06second\x18\x02 \x01(\t\x12\x33\n\x08\x63ontacts\x18\x03 \x03(\x0b\x32!.virtualrobot.v1.CollisionContact\x12\x19\n\x0c\x64\x65pth_meters\x18\x04 \x01(\x01H\x00\x88\x01\x01\x42\x0f\n\r_depth_meters\"e\n\x10\x43ollisionContact\x12\'\n\x05point\x18\x01 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\x12(\n\x06normal\x18\x02 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\"\x8b\x01\n\x17MeasureDistancesRequest\x12\r\n\x05\x66irst\x18\x01 \x03(\t\x12\x0e\n\x06second\x18\x02 \x03(\t\x12\x14\n\x0crange_meters\x18\x03 \x01(\x01\x12;\n\x0e\x63onfigurations\x18\x04 \x03(\x0b\x32#.virtualrobot.v1.RobotConfiguration\"\x88\x01\n\x18MeasureDistancesResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12,\n\x05pairs\x18\x02 \x03(\x0b\x32\x1d.virtualrobot.v1.DistancePair\x12\x17\n\x0fmeasure_seconds\x18\x03 \x01(\x01\"\xa5\x01\n\x0c\x44istancePair\x12\r\n\x05\x66irst\x18\x01 \x01(\t\x12\x0e\n\x06second\x18\x02 \x01(\t\x12\x17\n\x0f\x64istance_meters\x18\x03 \x01(\x01\x12-\n\x0b\x66irst_point\x18\x04 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\x12.\n\x0csecond_point\x18\x05 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\"j\n\x0b\x41llowedPair\x12\r\n\x05\x66irst\x18\x01 \x01(\t\x12\x0e\n\x06second\x18\x02 \x01(\t\x12,\n\x05\x63\x61use\x18\x03 \x01(\x0e\x32\x1d.virtualrobot.v1.AllowedCause\x12\x0e\n\x06reason\x18\x04 \x01(\t\"(\n\x17ListAllowedPairsRequest\x12\r\n\x05nodes\x18\x01 \x03(\t\"n\n\x18ListAllowedPairsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12+\n\x05pairs\x18\x02 \x03(\x0b\x32\x1c.virtualrobot.v1.AllowedPair\"m\n\x16SetAllowedPairsRequest\x12)\n\x06\x66orbid\x18\x01 \x03(\x0b\x32\x19.virtualrobot.v1.NodePair\x12(\n\x05\x61llow\x18\x02 \x03(\x0b\x32\x19.virtualrobot.v1.NodePair\"@\n\x17SetAllowedPairsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\"G\n\x17\x46indAllowedPairsRequest\x12\r\n\x05robot\x18\x01 \x01(\t\x12\x0f\n\x07samples\x18\x02 \x01(\r\x12\x0c\n\x04seed\x18\x03 \x01(\x04\"\x91\x01\n\x18\x46indAllowedPairsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x10\n\x08progress\x18\x02 \x01(\x01\x12+\n\x05pairs\x18\x03 \x03(\x0b\x32\x1c.virtualrobot.v1.SampledPair\x12\x0f\n\x07samples\x18\x04 \x01(\r\"Q\n\x12RobotCollisionMode\x12\r\n\x05robot\x18\x01 \x01(\t\x12,\n\x04mode\x18\x02 \x01(\x0e\x32\x1e.virtualrobot.v1.CollisionMode\"3\n\x0bNodePadding\x12\x0c\n\x04node\x18\x01 \x01(\t\x12\x16\n\x0epadding_meters\x18\x02 \x01(\x01\"\xc2\x01\n\x11\x43ollisionSettings\x12,\n\x04mode\x18\x01 \x01(\x0e\x32\x1e.virtualrobot.v1.CollisionMode\x12\x33\n\x06robots\x18\x02 \x03(\x0b\x32#.virtualrobot.v1.RobotCollisionMode\x12\x1a\n\x12look_ahead_seconds\x18\x03 \x01(\x01\x12.\n\x08paddings\x18\x04 \x03(\x0b\x32\x1c.virtualrobot.v1.NodePadding\"\x1d\n\x1bGetCollisionSettingsRequest\"{\n\x1cGetCollisionSettingsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x34\n\x08settings\x18\x02 \x01(\x0b\x32\".virtualrobot.v1.CollisionSettings\"\xe8\x01\n\x1bSetCollisionSettingsRequest\x12,\n\x04mode\x18\x01 \x01(\x0e\x32\x1e.virtualrobot.v1.CollisionMode\x12\x33\n\x06robots\x18\x02 \x03(\x0b\x32#.virtualrobot.v1.RobotCollisionMode\x12\x1f\n\x12look_ahead_seconds\x18\x03 \x01(\x01H\x00\x88\x01\x01\x12.\n\x08paddings\x18\x04 \x03(\x0b\x32\x1c.virtualrobot.v1.NodePaddingB\x15\n\x13_look_ahead_seconds\"E\n\x1cSetCollisionSettingsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\"=\n\x0bSampledPair\x12\r\n\x05\x66irst\x18\x01 \x01(\t\x12\x0e\n\x06second\x18\x02 \x01(\t\x12\x0f\n\x07touched\x18\x03 \x01(\r*\x8a\x01\n\x0f\x43ollisionDetail\x12 \n\x1c\x43OLLISION_DETAIL_UNSPECIFIED\x10\x00\x12\x1a\n\x16\x43OLLISION_DETAIL_FIRST\x10\x01\x12\x1a\n\x16\x43OLLISION_DETAIL_PAIRS\x10\x02\x12\x1d\n\x19\x43OLLISION_DETAIL_CONTACTS\x10\x03*\xc7\x01\n\x0c\x41llowedCause\x12\x1d\n\x19\x41LLOWED_CAUSE_UNSPECIFIED\x10\x00\x12\x17\n\x13\x41LLOWED_CAUSE_RIGID\x10\x01\x12\x1a\n\x16\x41LLOWED_CAUSE_ADJACENT\x10\x02\x12\x19\n\x15\x41LLOWED_CAUSE_MOUNTED\x10\x03\x12\x16\n\x12\x41LLOWED_CAUSE_HELD\x10\x04\x12\x16\n\x12\x41LLOWED_CAUSE_FILE\x10\x05\x12\x18\n\x14\x41LLOWED_CAUSE_CLIENT\x10\x06*\x96\x01\n\rCollisionMode\x12\x1e\n\x1a\x43OLLISION_MODE_UNSPECIFIED\x10\x00\x12\x16\n\x12\x43OLLISION_MODE_OFF\x10\x01\x12\x1a\n\x16\x43OLLISION_MODE_MONITOR\x10\x02\x12\x17\n\x13\x43OLLISION_MODE_STOP\x10\x03\x12\x18\n\x14\x43OLLISION_MODE_GUARD\x10\x04\x32\x82\x07\n\x10\x43ollisionService\x12\x61\n\x0e\x43heckCollision\x12&.virtualrobot.v1.CheckCollisionRequest\x1a\'.virtualrobot.v1.CheckCollisionResponse\x12r\n\x13\x43heckConfigurations\x12+.virtualrobot.v1.CheckConfigurationsRequest\x1a,.virtualrobot.v1.CheckConfigurationsResponse0\x01\x12g\n\x10MeasureDistances\x12(.virtualrobot.v1.MeasureDistancesRequest\x1a).virtualrobot.v1.MeasureDistancesResponse\x12g\n\x10ListAllowedPairs\x12(.virtualrobot.v1.ListAllowedPairsRequest\x1a).virtualrobot.v1.ListAllowedPairsResponse\x12j\n\x0fSetAllowedPairs\x12\'.virtualrobot.v1.SetAllowedPairsRequest\x1a(.virtualrobot.v1.SetAllowedPairsResponse\"\x04\xa0\xbb\x18\x01\x12s\n\x14GetCollisionSettings\x12,.virtualrobot.v1.GetCollisionSettingsRequest\x1a-.virtualrobot.v1.GetCollisionSettingsResponse\x12y\n\x14SetCollisionSettings\x12,.virtualrobot.v1.SetCollisionSettingsRequest\x1a-.virtualrobot.v1.SetCollisionSettingsResponse\"\x04\xa0\xbb\x18\x01\x12i\n\x10\x46indAllowedPairs\x12(.virtualrobot.v1.FindAllowedPairsRequest\x1a).virtualrobot.v1.FindAllowedPairsResponse0\x01\x62\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1fvirtualrobot/v1/collision.proto\x12\x0fvirtualrobot.v1\x1a\x1evirtualrobot/v1/geometry.proto\x1a\x1bvirtualrobot/v1/lease.proto\x1a\x1bvirtualrobot/v1/nodes.proto\"\xac\x01\n\x12RobotConfiguration\x12\r\n\x05robot\x18\x01 \x01(\t\x12P\n\x0fjoint_positions\x18\x02 \x03(\x0b\x32\x37.virtualrobot.v1.RobotConfiguration.JointPositionsEntry\x1a\x35\n\x13JointPositionsEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\x01:\x02\x38\x01\"\x96\x01\n\x15\x43heckCollisionRequest\x12;\n\x0e\x63onfigurations\x18\x01 \x03(\x0b\x32#.virtualrobot.v1.RobotConfiguration\x12\x30\n\x06\x64\x65tail\x18\x02 \x01(\x0e\x32 .virtualrobot.v1.CollisionDetail\x12\x0e\n\x06robots\x18\x03 \x03(\t\"\x85\x01\n\x16\x43heckCollisionResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12-\n\x05pairs\x18\x02 \x03(\x0b\x32\x1e.virtualrobot.v1.CollisionPair\x12\x15\n\rcheck_seconds\x18\x03 \x01(\x01\"k\n\x13RobotConfigurations\x12\r\n\x05robot\x18\x01 \x01(\t\x12\x13\n\x0bjoint_names\x18\x02 \x03(\t\x12\x30\n\tpositions\x18\x03 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\"j\n\x1a\x43heckConfigurationsRequest\x12<\n\x0e\x63onfigurations\x18\x01 \x03(\x0b\x32$.virtualrobot.v1.RobotConfigurations\x12\x0e\n\x06robots\x18\x02 \x03(\t\"\xc9\x01\n\x1b\x43heckConfigurationsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x10\n\x08progress\x18\x02 \x01(\x01\x12\x11\n\tfirst_row\x18\x03 \x01(\r\x12/\n\x08touching\x18\x04 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\x12-\n\x05pairs\x18\x05 \x03(\x0b\x32\x1e.virtualrobot.v1.CollisionPair\"\xaa\x01\n\rCollisionPair\x12\r\n\x05\x66irst\x18\x01 \x01(\t\x12\x0e\n\x06second\x18\x02 \x01(\t\x12\x33\n\x08\x63ontacts\x18\x03 \x03(\x0b\x32!.virtualrobot.v1.CollisionContact\x12\x19\n\x0c\x64\x65pth_meters\x18\x04 \x01(\x01H\x00\x88\x01\x01\x12\x19\n\x11\x64\x65pth_approximate\x18\x05 \x01(\x08\x42\x0f\n\r_depth_meters\"e\n\x10\x43ollisionContact\x12\'\n\x05point\x18\x01 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\x12(\n\x06normal\x18\x02 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\"\x8b\x01\n\x17MeasureDistancesRequest\x12\r\n\x05\x66irst\x18\x01 \x03(\t\x12\x0e\n\x06second\x18\x02 \x03(\t\x12\x14\n\x0crange_meters\x18\x03 \x01(\x01\x12;\n\x0e\x63onfigurations\x18\x04 \x03(\x0b\x32#.virtualrobot.v1.RobotConfiguration\"\x88\x01\n\x18MeasureDistancesResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12,\n\x05pairs\x18\x02 \x03(\x0b\x32\x1d.virtualrobot.v1.DistancePair\x12\x17\n\x0fmeasure_seconds\x18\x03 \x01(\x01\"\xa5\x01\n\x0c\x44istancePair\x12\r\n\x05\x66irst\x18\x01 \x01(\t\x12\x0e\n\x06second\x18\x02 \x01(\t\x12\x17\n\x0f\x64istance_meters\x18\x03 \x01(\x01\x12-\n\x0b\x66irst_point\x18\x04 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\x12.\n\x0csecond_point\x18\x05 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\"j\n\x0b\x41llowedPair\x12\r\n\x05\x66irst\x18\x01 \x01(\t\x12\x0e\n\x06second\x18\x02 \x01(\t\x12,\n\x05\x63\x61use\x18\x03 \x01(\x0e\x32\x1d.virtualrobot.v1.AllowedCause\x12\x0e\n\x06reason\x18\x04 \x01(\t\"(\n\x17ListAllowedPairsRequest\x12\r\n\x05nodes\x18\x01 \x03(\t\"n\n\x18ListAllowedPairsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12+\n\x05pairs\x18\x02 \x03(\x0b\x32\x1c.virtualrobot.v1.AllowedPair\"m\n\x16SetAllowedPairsRequest\x12)\n\x06\x66orbid\x18\x01 \x03(\x0b\x32\x19.virtualrobot.v1.NodePair\x12(\n\x05\x61llow\x18\x02 \x03(\x0b\x32\x19.virtualrobot.v1.NodePair\"@\n\x17SetAllowedPairsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\"G\n\x17\x46indAllowedPairsRequest\x12\r\n\x05robot\x18\x01 \x01(\t\x12\x0f\n\x07samples\x18\x02 \x01(\r\x12\x0c\n\x04seed\x18\x03 \x01(\x04\"\x91\x01\n\x18\x46indAllowedPairsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x10\n\x08progress\x18\x02 \x01(\x01\x12+\n\x05pairs\x18\x03 \x03(\x0b\x32\x1c.virtualrobot.v1.SampledPair\x12\x0f\n\x07samples\x18\x04 \x01(\r\"Q\n\x12RobotCollisionMode\x12\r\n\x05robot\x18\x01 \x01(\t\x12,\n\x04mode\x18\x02 \x01(\x0e\x32\x1e.virtualrobot.v1.CollisionMode\"3\n\x0bNodePadding\x12\x0c\n\x04node\x18\x01 \x01(\t\x12\x16\n\x0epadding_meters\x18\x02 \x01(\x01\"\xc2\x01\n\x11\x43ollisionSettings\x12,\n\x04mode\x18\x01 \x01(\x0e\x32\x1e.virtualrobot.v1.CollisionMode\x12\x33\n\x06robots\x18\x02 \x03(\x0b\x32#.virtualrobot.v1.RobotCollisionMode\x12\x1a\n\x12look_ahead_seconds\x18\x03 \x01(\x01\x12.\n\x08paddings\x18\x04 \x03(\x0b\x32\x1c.virtualrobot.v1.NodePadding\"\x1d\n\x1bGetCollisionSettingsRequest\"{\n\x1cGetCollisionSettingsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x34\n\x08settings\x18\x02 \x01(\x0b\x32\".virtualrobot.v1.CollisionSettings\"\xe8\x01\n\x1bSetCollisionSettingsRequest\x12,\n\x04mode\x18\x01 \x01(\x0e\x32\x1e.virtualrobot.v1.CollisionMode\x12\x33\n\x06robots\x18\x02 \x03(\x0b\x32#.virtualrobot.v1.RobotCollisionMode\x12\x1f\n\x12look_ahead_seconds\x18\x03 \x01(\x01H\x00\x88\x01\x01\x12.\n\x08paddings\x18\x04 \x03(\x0b\x32\x1c.virtualrobot.v1.NodePaddingB\x15\n\x13_look_ahead_seconds\"E\n\x1cSetCollisionSettingsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\"=\n\x0bSampledPair\x12\r\n\x05\x66irst\x18\x01 \x01(\t\x12\x0e\n\x06second\x18\x02 \x01(\t\x12\x0f\n\x07touched\x18\x03 \x01(\r*\x8a\x01\n\x0f\x43ollisionDetail\x12 \n\x1c\x43OLLISION_DETAIL_UNSPECIFIED\x10\x00\x12\x1a\n\x16\x43OLLISION_DETAIL_FIRST\x10\x01\x12\x1a\n\x16\x43OLLISION_DETAIL_PAIRS\x10\x02\x12\x1d\n\x19\x43OLLISION_DETAIL_CONTACTS\x10\x03*\xc7\x01\n\x0c\x41llowedCause\x12\x1d\n\x19\x41LLOWED_CAUSE_UNSPECIFIED\x10\x00\x12\x17\n\x13\x41LLOWED_CAUSE_RIGID\x10\x01\x12\x1a\n\x16\x41LLOWED_CAUSE_ADJACENT\x10\x02\x12\x19\n\x15\x41LLOWED_CAUSE_MOUNTED\x10\x03\x12\x16\n\x12\x41LLOWED_CAUSE_HELD\x10\x04\x12\x16\n\x12\x41LLOWED_CAUSE_FILE\x10\x05\x12\x18\n\x14\x41LLOWED_CAUSE_CLIENT\x10\x06*\x96\x01\n\rCollisionMode\x12\x1e\n\x1a\x43OLLISION_MODE_UNSPECIFIED\x10\x00\x12\x16\n\x12\x43OLLISION_MODE_OFF\x10\x01\x12\x1a\n\x16\x43OLLISION_MODE_MONITOR\x10\x02\x12\x17\n\x13\x43OLLISION_MODE_STOP\x10\x03\x12\x18\n\x14\x43OLLISION_MODE_GUARD\x10\x04\x32\x82\x07\n\x10\x43ollisionService\x12\x61\n\x0e\x43heckCollision\x12&.virtualrobot.v1.CheckCollisionRequest\x1a\'.virtualrobot.v1.CheckCollisionResponse\x12r\n\x13\x43heckConfigurations\x12+.virtualrobot.v1.CheckConfigurationsRequest\x1a,.virtualrobot.v1.CheckConfigurationsResponse0\x01\x12g\n\x10MeasureDistances\x12(.virtualrobot.v1.MeasureDistancesRequest\x1a).virtualrobot.v1.MeasureDistancesResponse\x12g\n\x10ListAllowedPairs\x12(.virtualrobot.v1.ListAllowedPairsRequest\x1a).virtualrobot.v1.ListAllowedPairsResponse\x12j\n\x0fSetAllowedPairs\x12\'.virtualrobot.v1.SetAllowedPairsRequest\x1a(.virtualrobot.v1.SetAllowedPairsResponse\"\x04\xa0\xbb\x18\x01\x12s\n\x14GetCollisionSettings\x12,.virtualrobot.v1.GetCollisionSettingsRequest\x1a-.virtualrobot.v1.GetCollisionSettingsResponse\x12y\n\x14SetCollisionSettings\x12,.virtualrobot.v1.SetCollisionSettingsRequest\x1a-.virtualrobot.v1.SetCollisionSettingsResponse\"\x04\xa0\xbb\x18\x01\x12i\n\x10\x46indAllowedPairs\x12(.virtualrobot.v1.FindAllowedPairsRequest\x1a).virtualrobot.v1.FindAllowedPairsResponse0\x01\x62\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
@@ -40,12 +40,12 @@ if not _descriptor._USE_C_DESCRIPTORS:
   _globals['_COLLISIONSERVICE'].methods_by_name['SetAllowedPairs']._serialized_options = b'\240\273\030\001'
   _globals['_COLLISIONSERVICE'].methods_by_name['SetCollisionSettings']._loaded_options = None
   _globals['_COLLISIONSERVICE'].methods_by_name['SetCollisionSettings']._serialized_options = b'\240\273\030\001'
-  _globals['_COLLISIONDETAIL']._serialized_start=3244
-  _globals['_COLLISIONDETAIL']._serialized_end=3382
-  _globals['_ALLOWEDCAUSE']._serialized_start=3385
-  _globals['_ALLOWEDCAUSE']._serialized_end=3584
-  _globals['_COLLISIONMODE']._serialized_start=3587
-  _globals['_COLLISIONMODE']._serialized_end=3737
+  _globals['_COLLISIONDETAIL']._serialized_start=3271
+  _globals['_COLLISIONDETAIL']._serialized_end=3409
+  _globals['_ALLOWEDCAUSE']._serialized_start=3412
+  _globals['_ALLOWEDCAUSE']._serialized_end=3611
+  _globals['_COLLISIONMODE']._serialized_start=3614
+  _globals['_COLLISIONMODE']._serialized_end=3764
   _globals['_ROBOTCONFIGURATION']._serialized_start=143
   _globals['_ROBOTCONFIGURATION']._serialized_end=315
   _globals['_ROBOTCONFIGURATION_JOINTPOSITIONSENTRY']._serialized_start=262
@@ -61,45 +61,45 @@ if not _descriptor._USE_C_DESCRIPTORS:
   _globals['_CHECKCONFIGURATIONSRESPONSE']._serialized_start=824
   _globals['_CHECKCONFIGURATIONSRESPONSE']._serialized_end=1025
   _globals['_COLLISIONPAIR']._serialized_start=1028
-  _globals['_COLLISIONPAIR']._serialized_end=1171
-  _globals['_COLLISIONCONTACT']._serialized_start=1173
-  _globals['_COLLISIONCONTACT']._serialized_end=1274
-  _globals['_MEASUREDISTANCESREQUEST']._serialized_start=1277
-  _globals['_MEASUREDISTANCESREQUEST']._serialized_end=1416
-  _globals['_MEASUREDISTANCESRESPONSE']._serialized_start=1419
-  _globals['_MEASUREDISTANCESRESPONSE']._serialized_end=1555
-  _globals['_DISTANCEPAIR']._serialized_start=1558
-  _globals['_DISTANCEPAIR']._serialized_end=1723
-  _globals['_ALLOWEDPAIR']._serialized_start=1725
-  _globals['_ALLOWEDPAIR']._serialized_end=1831
-  _globals['_LISTALLOWEDPAIRSREQUEST']._serialized_start=1833
-  _globals['_LISTALLOWEDPAIRSREQUEST']._serialized_end=1873
-  _globals['_LISTALLOWEDPAIRSRESPONSE']._serialized_start=1875
-  _globals['_LISTALLOWEDPAIRSRESPONSE']._serialized_end=1985
-  _globals['_SETALLOWEDPAIRSREQUEST']._serialized_start=1987
-  _globals['_SETALLOWEDPAIRSREQUEST']._serialized_end=2096
-  _globals['_SETALLOWEDPAIRSRESPONSE']._serialized_start=2098
-  _globals['_SETALLOWEDPAIRSRESPONSE']._serialized_end=2162
-  _globals['_FINDALLOWEDPAIRSREQUEST']._serialized_start=2164
-  _globals['_FINDALLOWEDPAIRSREQUEST']._serialized_end=2235
-  _globals['_FINDALLOWEDPAIRSRESPONSE']._serialized_start=2238
-  _globals['_FINDALLOWEDPAIRSRESPONSE']._serialized_end=2383
-  _globals['_ROBOTCOLLISIONMODE']._serialized_start=2385
-  _globals['_ROBOTCOLLISIONMODE']._serialized_end=2466
-  _globals['_NODEPADDING']._serialized_start=2468
-  _globals['_NODEPADDING']._serialized_end=2519
-  _globals['_COLLISIONSETTINGS']._serialized_start=2522
-  _globals['_COLLISIONSETTINGS']._serialized_end=2716
-  _globals['_GETCOLLISIONSETTINGSREQUEST']._serialized_start=2718
-  _globals['_GETCOLLISIONSETTINGSREQUEST']._serialized_end=2747
-  _globals['_GETCOLLISIONSETTINGSRESPONSE']._serialized_start=2749
-  _globals['_GETCOLLISIONSETTINGSRESPONSE']._serialized_end=2872
-  _globals['_SETCOLLISIONSETTINGSREQUEST']._serialized_start=2875
-  _globals['_SETCOLLISIONSETTINGSREQUEST']._serialized_end=3107
-  _globals['_SETCOLLISIONSETTINGSRESPONSE']._serialized_start=3109
-  _globals['_SETCOLLISIONSETTINGSRESPONSE']._serialized_end=3178
-  _globals['_SAMPLEDPAIR']._serialized_start=3180
-  _globals['_SAMPLEDPAIR']._serialized_end=3241
-  _globals['_COLLISIONSERVICE']._serialized_start=3740
-  _globals['_COLLISIONSERVICE']._serialized_end=4638
+  _globals['_COLLISIONPAIR']._serialized_end=1198
+  _globals['_COLLISIONCONTACT']._serialized_start=1200
+  _globals['_COLLISIONCONTACT']._serialized_end=1301
+  _globals['_MEASUREDISTANCESREQUEST']._serialized_start=1304
+  _globals['_MEASUREDISTANCESREQUEST']._serialized_end=1443
+  _globals['_MEASUREDISTANCESRESPONSE']._serialized_start=1446
+  _globals['_MEASUREDISTANCESRESPONSE']._serialized_end=1582
+  _globals['_DISTANCEPAIR']._serialized_start=1585
+  _globals['_DISTANCEPAIR']._serialized_end=1750
+  _globals['_ALLOWEDPAIR']._serialized_start=1752
+  _globals['_ALLOWEDPAIR']._serialized_end=1858
+  _globals['_LISTALLOWEDPAIRSREQUEST']._serialized_start=1860
+  _globals['_LISTALLOWEDPAIRSREQUEST']._serialized_end=1900
+  _globals['_LISTALLOWEDPAIRSRESPONSE']._serialized_start=1902
+  _globals['_LISTALLOWEDPAIRSRESPONSE']._serialized_end=2012
+  _globals['_SETALLOWEDPAIRSREQUEST']._serialized_start=2014
+  _globals['_SETALLOWEDPAIRSREQUEST']._serialized_end=2123
+  _globals['_SETALLOWEDPAIRSRESPONSE']._serialized_start=2125
+  _globals['_SETALLOWEDPAIRSRESPONSE']._serialized_end=2189
+  _globals['_FINDALLOWEDPAIRSREQUEST']._serialized_start=2191
+  _globals['_FINDALLOWEDPAIRSREQUEST']._serialized_end=2262
+  _globals['_FINDALLOWEDPAIRSRESPONSE']._serialized_start=2265
+  _globals['_FINDALLOWEDPAIRSRESPONSE']._serialized_end=2410
+  _globals['_ROBOTCOLLISIONMODE']._serialized_start=2412
+  _globals['_ROBOTCOLLISIONMODE']._serialized_end=2493
+  _globals['_NODEPADDING']._serialized_start=2495
+  _globals['_NODEPADDING']._serialized_end=2546
+  _globals['_COLLISIONSETTINGS']._serialized_start=2549
+  _globals['_COLLISIONSETTINGS']._serialized_end=2743
+  _globals['_GETCOLLISIONSETTINGSREQUEST']._serialized_start=2745
+  _globals['_GETCOLLISIONSETTINGSREQUEST']._serialized_end=2774
+  _globals['_GETCOLLISIONSETTINGSRESPONSE']._serialized_start=2776
+  _globals['_GETCOLLISIONSETTINGSRESPONSE']._serialized_end=2899
+  _globals['_SETCOLLISIONSETTINGSREQUEST']._serialized_start=2902
+  _globals['_SETCOLLISIONSETTINGSREQUEST']._serialized_end=3134
+  _globals['_SETCOLLISIONSETTINGSRESPONSE']._serialized_start=3136
+  _globals['_SETCOLLISIONSETTINGSRESPONSE']._serialized_end=3205
+  _globals['_SAMPLEDPAIR']._serialized_start=3207
+  _globals['_SAMPLEDPAIR']._serialized_end=3268
+  _globals['_COLLISIONSERVICE']._serialized_start=3767
+  _globals['_COLLISIONSERVICE']._serialized_end=4665
 # @@protoc_insertion_point(module_scope)

@@ -119,16 +119,18 @@ class CheckConfigurationsResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., progress: _Optional[float] = ..., first_row: _Optional[int] = ..., touching: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., pairs: _Optional[_Iterable[_Union[CollisionPair, _Mapping]]] = ...) -> None: ...
 
 class CollisionPair(_message.Message):
-    __slots__ = ("first", "second", "contacts", "depth_meters")
+    __slots__ = ("first", "second", "contacts", "depth_meters", "depth_approximate")
     FIRST_FIELD_NUMBER: _ClassVar[int]
     SECOND_FIELD_NUMBER: _ClassVar[int]
     CONTACTS_FIELD_NUMBER: _ClassVar[int]
     DEPTH_METERS_FIELD_NUMBER: _ClassVar[int]
+    DEPTH_APPROXIMATE_FIELD_NUMBER: _ClassVar[int]
     first: str
     second: str
     contacts: _containers.RepeatedCompositeFieldContainer[CollisionContact]
     depth_meters: float
-    def __init__(self, first: _Optional[str] = ..., second: _Optional[str] = ..., contacts: _Optional[_Iterable[_Union[CollisionContact, _Mapping]]] = ..., depth_meters: _Optional[float] = ...) -> None: ...
+    depth_approximate: bool
+    def __init__(self, first: _Optional[str] = ..., second: _Optional[str] = ..., contacts: _Optional[_Iterable[_Union[CollisionContact, _Mapping]]] = ..., depth_meters: _Optional[float] = ..., depth_approximate: bool = ...) -> None: ...
 
 class CollisionContact(_message.Message):
     __slots__ = ("point", "normal")

@@ -76,7 +76,8 @@ def collision_message(structure: Structure, found: Collision) -> collision_pb2.C
             collision_pb2.CollisionContact(point=vector_message(points[at]), normal=vector_message(normals[at]))
             for at in told.tolist()
         ],
-        depth_meters=found.depth,
+        depth_meters=found.depth.meters if found.depth else None,
+        depth_approximate=found.depth is not None and found.depth.approximate,
     )
 
 
