@@ -39,6 +39,7 @@ class Bodies:
         rows: (e,) the row of that node in the arrays of poses.
         node_t_element: (e, 4, 4) where each element is in its node's frame.
         padding: (e,) by how much each element counts as thicker, in meters.
+        robots: (e,) the robot (uid) that each element belongs to; 0: none.
         elements: of each node that has some (uid), its elements.
         groups: of each robot that has elements, (its uid, its elements (k,), whether a pair of one of these and any
             element is asked (k, e)); each pair is asked once, and what belongs to no robot is not asked among itself.
@@ -52,6 +53,7 @@ class Bodies:
     rows: NDArray[np.int64]
     node_t_element: Floats
     padding: Floats
+    robots: NDArray[np.int64]
     elements: Mapping[int, tuple[int, ...]]
     groups: tuple[tuple[int, NDArray[np.int64], NDArray[np.bool_]], ...]
     allowed: AllowedPairs
@@ -86,6 +88,7 @@ def bodies_of(snapshot: Snapshot, shapes: CollisionShapes) -> Bodies:
         if len(figures) > begin:
             elements[uid] = tuple(range(begin, len(figures)))
     allowed = allowed_pairs(structure, by_clients)
+    robots = np.array([allowed.groups[uid] for uid in uids], np.int64)
     return Bodies(
         figures=tuple(figures),
         solids=tuple(solids),
@@ -93,17 +96,17 @@ def bodies_of(snapshot: Snapshot, shapes: CollisionShapes) -> Bodies:
         rows=np.array([structure.rows[uid] for uid in uids], np.int64),
         node_t_element=np.array([figure.node_t_figure for figure in figures], np.float64).reshape(-1, 4, 4),
         padding=np.array([paddings.get(uid, 0.0) for uid in uids], np.float64),
+        robots=robots,
         elements=elements,
-        groups=_groups(uids, elements, allowed),
+        groups=_groups(uids, robots, elements, allowed),
         allowed=allowed,
         made_of=(structure, tool_states, by_clients, paddings),
     )
 
 
 def _groups(
-    uids: list[int], elements: Mapping[int, tuple[int, ...]], allowed: AllowedPairs
+    uids: list[int], group: NDArray[np.int64], elements: Mapping[int, tuple[int, ...]], allowed: AllowedPairs
 ) -> tuple[tuple[int, NDArray[np.int64], NDArray[np.bool_]], ...]:
-    group = np.array([allowed.groups[uid] for uid in uids], np.int64)
     body = np.array([allowed.bodies[uid] for uid in uids], np.int64)
     node = np.array(uids, np.int64)
     place = np.arange(len(uids))

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from virtualrobot_kernel.collision.nearest import Floats, Nearest
 from virtualrobot_kernel.collision.placed import Placed, piece_distance
 from virtualrobot_kernel.collision.tessellation import SEGMENTS
-from virtualrobot_kernel.collision.touching import touching
+from virtualrobot_kernel.collision.touching import touches, touching
+from virtualrobot_kernel.numeric.gaps import box_gaps
 
 Integers = NDArray[np.int64]
 
@@ -119,6 +120,31 @@ def pair_of(first: Placed, second: Placed, one: int, other: int) -> Pair | None:
     return pair_within(first, second, one, other, np.inf)
 
 
+def least_distance(placed: Placed, one: int, other: int, most: float) -> float:
+    """Return a lower bound of two elements' distance (m), 0 where they touch: exact but for `STAND_IN`, sooner.
+
+    It is told up to `most`: farther pieces are not asked. Paddings count.
+    """
+    solids = placed.solids[one], placed.solids[other]
+    thick = sum(solid.radius for solid in solids) + placed.padding[one] + placed.padding[other]
+    bounds = np.empty((len(solids[0].pieces), len(solids[1].pieces)))
+    boxes = ((solid.piece_centre, solid.piece_half) for solid in solids)
+    box_gaps(one, other, placed.world_t_element, *next(boxes), *next(boxes), bounds)
+    rows = [np.arange(placed.first_piece[each], placed.first_piece[each + 1]) for each in (one, other)]
+    if any(solid.solid is not None for solid in solids):
+        # One may be inside the other, where surfaces are far from each other.
+        both = all(solid.solid is not None for solid in solids)
+        for row, to in np.argwhere(bounds <= thick).tolist():
+            if touches(placed, one, other, int(rows[0][row]), int(rows[1][to])):
+                return 0.0
+            if both:
+                break
+    if any(solid.nearest is not None and not solid.radius for solid in solids):
+        thick += STAND_IN * max(float(solid.half.max()) for solid in solids)
+    least = _between_cores(placed, placed, _ordered(bounds, *rows), most + thick)[0]
+    return max(least - thick, 0.0)
+
+
 Pieces = Iterable[tuple[float, int, int]]
 """Pairs of pieces by their rows: a lower bound of their distance (m) first, the least first."""
 
@@ -161,20 +187,26 @@ def _ordered(bounds: Floats, rows: Integers, others: Integers) -> Iterator[tuple
 
 def _distance(first: Placed, second: Placed, one: int, other: int, pieces: Pieces) -> tuple[float, Floats]:
     """Return the least distance of two elements' true surfaces, and the points (2, 3) that are so far apart."""
-    best, points = np.inf, np.zeros((2, 3))
     radii = first.solids[one].radius, second.solids[other].radius
-    for bound, row, to in pieces:
-        if bound >= best - sum(radii):
-            break
-        apart, between = piece_distance(first, second, row, to)
-        if apart < best:
-            best, points = apart, between
-    points = _polished(points, first, second, one, other)
+    cores = ((bound + sum(radii) if bound else 0.0, row, to) for bound, row, to in pieces)
+    points = _polished(_between_cores(first, second, cores, np.inf)[1], first, second, one, other)
     between = points[1] - points[0]
     apart = float(np.linalg.norm(between))
     along = between / apart if apart > 0.0 else np.zeros(3)
     points = points + np.stack([radii[0] * along, -radii[1] * along])
     return max(apart - sum(radii), 0.0), points
+
+
+def _between_cores(first: Placed, second: Placed, pieces: Pieces, most: float) -> tuple[float, Floats]:
+    """Return the least distance of two elements' cores, as far as it is below `most`, and the points (2, 3) there."""
+    best, points = most, np.zeros((2, 3))
+    for bound, row, to in pieces:
+        if bound >= best:
+            break
+        apart, between = piece_distance(first, second, row, to)
+        if apart < best:
+            best, points = apart, between
+    return best, points
 
 
 def _polished(points: Floats, first: Placed, second: Placed, one: int, other: int) -> Floats:

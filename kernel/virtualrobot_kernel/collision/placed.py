@@ -27,6 +27,9 @@ class Placed:
         padding: (e) by how much each element counts as thicker, in meters.
         centre: (e, 3) and `half` (e, 3): the box around each element along the world's axes, radius and padding
             included; a half far below 0 for an element without pieces.
+        core: centre and half (e, 3) of the box around each core in its element's frame, and `reach` (e, 3) the half
+            with radius and padding.
+        blocks: first block of each element (e + 1,), and centre and half (b, 3) of each in its element's frame.
     """
 
     def __init__(
@@ -45,19 +48,22 @@ class Placed:
         self.first_piece = np.cumsum([0, *(len(solid.pieces) for solid in self.solids)])
         self._first_piece = self.first_piece.tolist()
         self._element = np.repeat(np.arange(len(self.solids)), np.diff(self.first_piece))
-        self._local_centre = np.array([solid.centre for solid in self.solids]).reshape(-1, 3)
-        self._local_half = np.array([solid.half for solid in self.solids]).reshape(-1, 3)
+        self.core = (
+            np.array([solid.centre for solid in self.solids]).reshape(-1, 3),
+            np.array([solid.half for solid in self.solids]).reshape(-1, 3),
+        )
         thicker = np.zeros(len(self.solids)) if padding is None else padding
         self.padding: list[float] = thicker.tolist()
-        self._reach = np.array([solid.radius for solid in self.solids]).reshape(-1, 1) + thicker[:, None]
+        self._thickness = np.array([solid.radius for solid in self.solids]).reshape(-1, 1) + thicker[:, None]
         self._objects = before._taken_by(self.solids) if before else {}
         self._moved_since = set(range(len(self.solids)))
         own = [solid.blocks for solid in self.solids]
         own = [(centre, half + more) for (centre, half), more in zip(own, self.padding, strict=True)]
-        self._first_block = np.cumsum([0, *(len(centre) for centre, _ in own)])
-        self._blocks = tuple(np.concatenate([np.zeros((0, 3)), *(side[i] for side in own)]) for i in (0, 1))
-        self._piece_of_block = (self.first_piece - self._first_block).tolist()
-        self._local_reach = self._local_half + self._reach
+        first_block = np.cumsum([0, *(len(centre) for centre, _ in own)])
+        centre, half = (np.concatenate([np.zeros((0, 3)), *(side[i] for side in own)]) for i in (0, 1))
+        self.blocks = first_block, centre, half
+        self._piece_of_block = (self.first_piece - first_block).tolist()
+        self.reach = self.core[1] + self._thickness
         self._moved = np.empty(len(self.solids), np.int64)
         self._overlaps = np.empty((256, 4), np.int64)
         self._boxes: dict[int, tuple[Floats, Floats]] = {}
@@ -79,7 +85,7 @@ class Placed:
 
     def follow(self, world_t_node: Floats, before: Floats, rows: NDArray[np.int64], node_t_element: Floats) -> None:
         """Put elements at `node_t_element` (e, 4, 4) of the nodes `rows` (e,), as far as these have moved since."""
-        local = self._local_centre, self._local_reach
+        local = self.core[0], self.reach
         state = self.world_t_element, self.centre, self.half
         count = follow_nodes(world_t_node, before, rows, node_t_element, *local, *state, self._moved)
         if count:
@@ -95,7 +101,7 @@ class Placed:
             own: (k,) elements.
             asked: (k, e) which pairs of one of these and any element are asked.
         """
-        boxes = self.centre, self.half, self.world_t_element, self._first_block, *self._blocks
+        boxes = self.centre, self.half, self.world_t_element, *self.blocks
         count = overlapping_boxes(own, asked, *boxes, self._overlaps)
         if count > len(self._overlaps):
             self._overlaps = np.empty((2 * count, 4), np.int64)
@@ -150,9 +156,9 @@ class Placed:
 
     def _bound(self, elements: NDArray[np.int64]) -> None:
         turn = self.world_t_element[elements, :3, :3]
-        local = self._local_centre[elements, :, None], self._local_half[elements, :, None]
+        local = self.core[0][elements, :, None], self.core[1][elements, :, None]
         self.centre[elements] = (turn @ local[0])[:, :, 0] + self.world_t_element[elements, :3, 3]
-        self.half[elements] = (np.abs(turn) @ local[1])[:, :, 0] + self._reach[elements]
+        self.half[elements] = (np.abs(turn) @ local[1])[:, :, 0] + self._thickness[elements]
 
     def _objects_of(self, element: int) -> _Objects:
         objects = self._objects.get(element)

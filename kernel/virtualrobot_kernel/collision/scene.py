@@ -15,6 +15,7 @@ from virtualrobot_kernel.collision.depth import Depth, depth_of
 from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.pairs import box_distances, is_near, pair_of, pair_within
 from virtualrobot_kernel.collision.placed import Placed
+from virtualrobot_kernel.collision.remembered import Remembered
 from virtualrobot_kernel.collision.touching import Contacts, touches
 from virtualrobot_kernel.world.state import Snapshot
 
@@ -66,6 +67,7 @@ class CollisionScene:
         self._shapes = shapes
         self._bodies: Bodies | None = None
         self._placed = Placed((), np.zeros((0, 4, 4)))
+        self._remembered = Remembered(self._placed)
         self._world_t_node = np.zeros((0, 4, 4))
         self._uids: list[int] = []
 
@@ -79,6 +81,16 @@ class CollisionScene:
     def world_t_element(self) -> Floats:
         """Return where the elements are in the world's frame, (e, 4, 4)."""
         return self._placed.world_t_element
+
+    @property
+    def placed(self) -> Placed:
+        """Return the elements at their places; who puts some elsewhere puts them back."""
+        return self._placed
+
+    @property
+    def remembered(self) -> Remembered:
+        """Return the distances that were measured between these elements."""
+        return self._remembered
 
     def place(self, snapshot: Snapshot) -> None:
         """Make this the scene of a snapshot: only what moved is put elsewhere, only what is new is made."""
@@ -94,6 +106,7 @@ class CollisionScene:
                 self._placed.move(poses)
             else:
                 self._placed = Placed(now.solids, poses, self._placed, now.padding)
+                self._remembered = Remembered(self._placed)
         self._world_t_node = world_t_node
 
     def collisions(

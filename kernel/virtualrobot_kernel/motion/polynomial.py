@@ -184,6 +184,16 @@ class PiecewisePolynomial:
         bernstein = self._bernstein()
         return bernstein.min(axis=(0, 1)), bernstein.max(axis=(0, 1))
 
+    def slope_bounds(self, parts: int) -> tuple[Array, Array]:
+        """Return breaks (m + 1,) that cut each piece into `parts`, and bounds (m, n) of |derivative| between them.
+
+        Exact for pieces up to the second degree, else a little above the greatest value.
+        """
+        shares = np.arange(parts) / parts
+        cuts = (self.breaks[:-1, None] + np.diff(self.breaks)[:, None] * shares).ravel()
+        slopes = self.derivative()._with_breaks(np.append(cuts, self.breaks[-1]))
+        return slopes.breaks, np.abs(slopes._bernstein()).max(axis=1)
+
     def _bernstein(self) -> Array:
         """Return the Bernstein coefficients (pieces, degree + 1, n): each piece is in their hull."""
         degree = self.coefficients.shape[1] - 1
