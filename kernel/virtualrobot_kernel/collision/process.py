@@ -104,6 +104,19 @@ class Process:
             worker.close()
 
     def _done(self, job: Job) -> object:
+        idle = self._worker is not None
+        try:
+            worker = self._begun(job)
+        except ComponentFault as error:
+            if not idle or error.kind is not FaultKind.DIED:
+                raise
+            # It ended while it had nothing to do: that is not this job's matter.
+            self.close()
+            worker = self._begun(job)
+        return self._result(job, worker)
+
+    def _begun(self, job: Job) -> Worker:
+        """Send a job, with its world where the process has another one."""
         worker = self._started()
         structure, state = job.snapshot.structure, moment_of(job.snapshot.state)
         world = None if structure is self._structure else self._world_of(structure)
@@ -111,7 +124,7 @@ class Process:
         asked = job.path, world, state, job.snapshot.tick_seconds, job.arguments
         worker.call("start", *asked, deadline_seconds=START_SECONDS)
         self._structure = structure
-        return self._result(job, worker)
+        return worker
 
     def _started(self) -> Worker:
         if self._worker is None:

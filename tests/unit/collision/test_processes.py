@@ -20,7 +20,7 @@ from virtualrobot_kernel.collision.scene import CollisionScene, Detail
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning.robots import standing_at
 from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
-from virtualrobot_kernel.world.commands import CreateNodes, SetAllowedPairs
+from virtualrobot_kernel.world.commands import CreateNodes, SetAllowedPairs, SetCollisionSettings
 from virtualrobot_kernel.world.figures import Box, Figure
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind, NodeSpec
@@ -101,6 +101,14 @@ def test_a_job_sees_what_changed_in_the_structure_and_what_may_touch(processes: 
     assert processes.submit(f"{PATH}touching", snapshot).result(LONG)["pairs"] == [pair]
 
 
+def test_a_scene_is_made_anew_for_states_of_tools_and_paddings_that_differ_only(processes: Processes) -> None:
+    snapshot = after(with_robots("iiwa"), CreateNodes((NodeSpec("box", Kind.OBJECT, "world", shifted(x=0.5, z=0.9)),)))
+    padded = after(snapshot, SetCollisionSettings(paddings=(("iiwa.lbr_iiwa_link_3", 0.5),)))
+    seen = [processes.submit(f"{PATH}touching", one).result(LONG) for one in (snapshot, padded, snapshot, snapshot)]
+    assert [bool(one["pairs"]) for one in seen] == [False, True, False, False]
+    assert seen[2]["scene"] == seen[3]["scene"]
+
+
 def test_a_block_of_configurations_agrees_with_checks_one_by_one(
     processes: Processes, rng: np.random.Generator
 ) -> None:
@@ -167,6 +175,13 @@ def test_a_process_that_dies_is_an_error_and_made_anew(processes: Processes, way
     if sys.platform != "win32":
         assert ("SIGABRT" if way == "dies" else "SIGKILL") in str(error)
     assert processes.submit(f"{PATH}echoes", cell(), 7).result(LONG) == 7
+
+
+def test_a_process_that_dies_while_it_has_nothing_to_do_costs_no_job_anything(processes: Processes) -> None:
+    pid = processes.submit(f"{PATH}touching", cell()).result(LONG)["pid"]
+    psutil.Process(pid).kill()
+    until(lambda: gone(pid))
+    assert processes.submit(f"{PATH}touching", cell()).result(LONG)["pid"] != pid
 
 
 @pytest.mark.parametrize("job", ["never_asks", "holds_the_lock"])
