@@ -59,10 +59,11 @@ picture: $(VENV)/installed-dev
 	@$(BIN)/python tools/picture_sensors.py docs/pictures
 	@$(BIN)/python tools/picture_cameras.py docs/pictures
 
-# The pictures of docs/motion-profiles.md and docs/sensor-models.md.
+# The pictures of docs/motion-profiles.md, docs/sensor-models.md and docs/avoidance.md.
 profiles: $(VENV)/installed-kernel
 	@$(BIN)/python tools/plot_motions.py docs/pictures
 	@$(BIN)/python tools/plot_sensor_models.py docs/pictures
+	@$(BIN)/virtualrobot avoid --headless --stepped --plot docs/pictures/avoidance.svg
 
 clean:
 	@rm -rf $(VENV) node_modules clients/node/node_modules clients/node/dist build dist *.egg-info .pytest_cache .ruff_cache

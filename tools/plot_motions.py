@@ -12,9 +12,9 @@ from pathlib import Path
 import click
 import numpy as np
 import virtualrobot
-from chart import Panel, chart
 from numpy.typing import NDArray
 from virtualrobot import moves
+from virtualrobot.apps.chart import Panel, chart
 from virtualrobot.kernel_process import KernelProcess
 from virtualrobot.plans import MotionPlan, RobotTrajectory, Wish
 

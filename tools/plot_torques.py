@@ -10,8 +10,8 @@ from pathlib import Path
 import click
 import numpy as np
 import virtualrobot
-from chart import Panel, chart
 from numpy.typing import NDArray
+from virtualrobot.apps.chart import Panel, chart
 from virtualrobot.kernel_process import KernelProcess
 
 SECONDS, SAMPLES = 2.0, 201

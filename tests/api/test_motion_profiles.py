@@ -11,12 +11,13 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from virtualrobot.apps import chart
 from virtualrobot.v1 import motion_pb2
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 PAGE = (ROOT / "docs" / "motion-profiles.md").read_text("utf-8")
 sys.path.insert(0, str(ROOT / "tools"))  # tools are no package
-chart, plot_motions = (import_module(name) for name in ("chart", "plot_motions"))
+plot_motions = import_module("plot_motions")
 
 
 def test_the_page_tells_of_each_move_of_the_contract() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from virtualrobot.robot_values import (
     Actuator,
     ForwardSolution,
     InverseSolution,
+    Jacobians,
     JointGroup,
     JointLimits,
     LinkPair,
@@ -30,7 +31,7 @@ from virtualrobot.services import LONG_TIMEOUT_SECONDS
 from virtualrobot.setpoints import MODES, SetpointStream
 from virtualrobot.tool import Tool
 from virtualrobot.v1 import motion_pb2, robot_pb2, scene_pb2
-from virtualrobot.wire import array_of, pose_message, pose_of, settings_message, settings_of
+from virtualrobot.wire import array_of, pose_message, pose_of, settings_message, settings_of, vector_message
 
 
 class Robot(Jogger):
@@ -209,6 +210,38 @@ class Robot(Jogger):
         response = self._services.robot.SolveForward(request)
         poses = poses_from_rows(array_of(response.world_t_link))
         return ForwardSolution(pose_of(response.world_t_tcp), dict(zip(response.links, poses, strict=True)))
+
+    def solve_jacobian(
+        self,
+        positions: JointPositions | None = None,
+        points: Iterable[tuple[str, ArrayLike]] = (),
+        reference: str = "",
+    ) -> Jacobians:
+        """Return how the tool centre point, and points fixed to links, tools or held parts, move with the joints.
+
+        Args:
+            positions: where the joints are; those that are not named stand as they are now.
+            points: what each is fixed to, and where it is with the joints there, x, y, z in meters.
+            reference: the node in whose frame the points are given (empty: world).
+
+        Raises:
+            UnknownNameError: when there is no such joint or node.
+            InvalidArgumentError: when the robot does not carry a node.
+
+        Example:
+            >>> near = client.collisions.distance("arm")
+            >>> robot.solve_jacobian(points=[(near.first, near.points[0])]).points[0, :3]
+            array([[...]])
+        """
+        request = robot_pb2.SolveJacobianRequest(
+            robot=self.name,
+            joint_positions=self._named(positions),
+            points=[
+                robot_pb2.RobotPoint(node=node, point=vector_message(point, f"point on {node}"), reference=reference)
+                for node, point in points
+            ],
+        )
+        return Jacobians.of(self._services.robot.SolveJacobian(request))
 
     def solve_inverse(
         self,

@@ -150,6 +150,35 @@ class ForwardSolution:
     world_t_link: dict[str, Matrix]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Jacobians:
+    """How a robot's joints move points: a velocity in m above an angular velocity in rad, per rad or m of each joint.
+
+    In the world's frame, of a robot whose base stands still.
+
+    Attributes:
+        joint_names: the joints that the columns are: all with one coordinate.
+        world_t_tcp: 4x4, where the chosen tool centre point would be.
+        tcp: (6, k) of the chosen tool centre point.
+        points: (n, 6, k) of the points that were given.
+    """
+
+    joint_names: tuple[str, ...]
+    world_t_tcp: Matrix
+    tcp: NDArray[np.float64]
+    points: NDArray[np.float64]
+
+    @staticmethod
+    def of(message: robot_pb2.SolveJacobianResponse) -> Jacobians:
+        """Return the Jacobians that a message tells."""
+        return Jacobians(
+            tuple(message.joint_names),
+            pose_of(message.world_t_tcp),
+            array_of(message.tcp_jacobian),
+            array_of(message.point_jacobians),
+        )
+
+
 @dataclass(frozen=True, slots=True)
 class InverseSolution:
     """Which joints reach a pose.

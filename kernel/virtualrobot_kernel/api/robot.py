@@ -31,16 +31,22 @@ from virtualrobot_kernel.api.convert.values import (
     pose_message,
     poses_array,
     stamp,
+    vector,
 )
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning.dynamics import EffortViolation, solve_inverse_dynamics
 from virtualrobot_kernel.planning.free_joints import solve_inverse
+from virtualrobot_kernel.planning.jacobian import Point, solve_jacobian
 from virtualrobot_kernel.planning.robots import arm_of, forward_links
 from virtualrobot_kernel.world.commands import SetKinematics
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import Applied
 from virtualrobot_kernel.world.structure import Kind, Node, RobotData
+
+MOST_POINTS = 10_000
+"""How many points one call of SolveJacobian takes."""
 
 
 class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
@@ -127,6 +133,37 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
             world_t_tcp=pose_message(world_t_tcp),
             links=[snapshot.structure.nodes[uid].name for uid in links],
             world_t_link=poses_array(world_t_link),
+        )
+
+    async def SolveJacobian(
+        self, request: robot_pb2.SolveJacobianRequest, context: object
+    ) -> robot_pb2.SolveJacobianResponse:
+        """Tell how points move with joints, in a worker thread."""
+        snapshot = self._rooms.world.snapshot
+        structure = snapshot.structure
+        node = structure.node(request.robot, Kind.ROBOT)
+        if len(request.points) > MOST_POINTS:
+            raise KernelError(
+                f"{len(request.points)} points are too many; give at most {MOST_POINTS} at a time",
+                reason=Reason.TOO_LARGE,
+                field="points",
+            )
+        points = [
+            Point(
+                structure.node(point.node).uid,
+                structure.node(point.reference).uid,
+                np.array(vector(point.point, f"points[{row}].point")),
+            )
+            for row, point in enumerate(request.points)
+        ]
+        solve = partial(solve_jacobian, snapshot, node, dict(request.joint_positions), points)
+        found = await asyncio.get_running_loop().run_in_executor(self._rooms.workers, solve)
+        return robot_pb2.SolveJacobianResponse(
+            stamp=stamp(snapshot),
+            joint_names=found.joint_names,
+            world_t_tcp=pose_message(found.world_t_tcp),
+            tcp_jacobian=array_message(found.tcp),
+            point_jacobians=array_message(found.points),
         )
 
     async def SolveInverse(

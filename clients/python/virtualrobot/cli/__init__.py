@@ -14,6 +14,7 @@ _COMMANDS = {
     "serve": ("virtualrobot.cli.serve", "Start a kernel and keep it running."),
     "demo": ("virtualrobot.cli.demo", "Watch two robots palletize."),
     "map": ("virtualrobot.cli.mapping", "Watch an arm map a cell by laser or ultrasound."),
+    "avoid": ("virtualrobot.cli.avoidance", "Watch an arm avoid obstacles while its tool goes its way."),
     "load": ("virtualrobot.cli.scene", "Load a model or a scene file."),
     "models": ("virtualrobot.cli.scene", "Show the robots that the kernel knows by name."),
     "save": ("virtualrobot.cli.scene", "Save the world to a scene file."),

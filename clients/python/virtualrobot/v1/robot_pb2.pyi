@@ -178,6 +178,47 @@ class SolveForwardResponse(_message.Message):
     world_t_link: _geometry_pb2.NumericArray
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., links: _Optional[_Iterable[str]] = ..., world_t_link: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
 
+class SolveJacobianRequest(_message.Message):
+    __slots__ = ("robot", "joint_positions", "points")
+    class JointPositionsEntry(_message.Message):
+        __slots__ = ("key", "value")
+        KEY_FIELD_NUMBER: _ClassVar[int]
+        VALUE_FIELD_NUMBER: _ClassVar[int]
+        key: str
+        value: float
+        def __init__(self, key: _Optional[str] = ..., value: _Optional[float] = ...) -> None: ...
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    JOINT_POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    POINTS_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    joint_positions: _containers.ScalarMap[str, float]
+    points: _containers.RepeatedCompositeFieldContainer[RobotPoint]
+    def __init__(self, robot: _Optional[str] = ..., joint_positions: _Optional[_Mapping[str, float]] = ..., points: _Optional[_Iterable[_Union[RobotPoint, _Mapping]]] = ...) -> None: ...
+
+class RobotPoint(_message.Message):
+    __slots__ = ("node", "point", "reference")
+    NODE_FIELD_NUMBER: _ClassVar[int]
+    POINT_FIELD_NUMBER: _ClassVar[int]
+    REFERENCE_FIELD_NUMBER: _ClassVar[int]
+    node: str
+    point: _geometry_pb2.Vector3
+    reference: str
+    def __init__(self, node: _Optional[str] = ..., point: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., reference: _Optional[str] = ...) -> None: ...
+
+class SolveJacobianResponse(_message.Message):
+    __slots__ = ("stamp", "joint_names", "world_t_tcp", "tcp_jacobian", "point_jacobians")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
+    WORLD_T_TCP_FIELD_NUMBER: _ClassVar[int]
+    TCP_JACOBIAN_FIELD_NUMBER: _ClassVar[int]
+    POINT_JACOBIANS_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    joint_names: _containers.RepeatedScalarFieldContainer[str]
+    world_t_tcp: _geometry_pb2.Pose
+    tcp_jacobian: _geometry_pb2.NumericArray
+    point_jacobians: _geometry_pb2.NumericArray
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., joint_names: _Optional[_Iterable[str]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., tcp_jacobian: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., point_jacobians: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
+
 class SolveInverseRequest(_message.Message):
     __slots__ = ("robot", "reference_t_tcp", "reference", "seed", "configuration", "redundancy")
     class SeedEntry(_message.Message):

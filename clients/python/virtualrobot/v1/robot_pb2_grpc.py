@@ -55,6 +55,11 @@ class RobotServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_robot__pb2.SolveForwardRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_robot__pb2.SolveForwardResponse.FromString,
                 _registered_method=True)
+        self.SolveJacobian = channel.unary_unary(
+                '/virtualrobot.v1.RobotService/SolveJacobian',
+                request_serializer=virtualrobot_dot_v1_dot_robot__pb2.SolveJacobianRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_robot__pb2.SolveJacobianResponse.FromString,
+                _registered_method=True)
         self.SolveInverse = channel.unary_unary(
                 '/virtualrobot.v1.RobotService/SolveInverse',
                 request_serializer=virtualrobot_dot_v1_dot_robot__pb2.SolveInverseRequest.SerializeToString,
@@ -104,6 +109,13 @@ class RobotServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
+    def SolveJacobian(self, request, context):
+        """How tool centre point and any points on the robot move with its joints: Jacobians; nothing moves.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
     def SolveInverse(self, request, context):
         """Which joints bring the tool centre point to a pose; nothing moves.
         """
@@ -148,6 +160,11 @@ def add_RobotServiceServicer_to_server(servicer, server):
                     servicer.SolveForward,
                     request_deserializer=virtualrobot_dot_v1_dot_robot__pb2.SolveForwardRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_robot__pb2.SolveForwardResponse.SerializeToString,
+            ),
+            'SolveJacobian': grpc.unary_unary_rpc_method_handler(
+                    servicer.SolveJacobian,
+                    request_deserializer=virtualrobot_dot_v1_dot_robot__pb2.SolveJacobianRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_robot__pb2.SolveJacobianResponse.SerializeToString,
             ),
             'SolveInverse': grpc.unary_unary_rpc_method_handler(
                     servicer.SolveInverse,
@@ -274,6 +291,33 @@ class RobotService(object):
             '/virtualrobot.v1.RobotService/SolveForward',
             virtualrobot_dot_v1_dot_robot__pb2.SolveForwardRequest.SerializeToString,
             virtualrobot_dot_v1_dot_robot__pb2.SolveForwardResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def SolveJacobian(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/virtualrobot.v1.RobotService/SolveJacobian',
+            virtualrobot_dot_v1_dot_robot__pb2.SolveJacobianRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_robot__pb2.SolveJacobianResponse.FromString,
             options,
             channel_credentials,
             insecure,
