@@ -54,6 +54,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{KERNEL}/drawing": (*ROOM, "viser", "PIL"),
     # FCL holds the interpreter's lock: whoever asks it goes through the bounded calls of this room.
     f"{KERNEL}/collision": (*ROOM, "fcl"),
+    # OMPL holds the interpreter's lock: it runs in a process of its own, and only this file imports it.
+    f"{KERNEL}/paths/search.py": (*ROOM, "ompl"),
     f"{KERNEL}/formats": (*ROOM, *CONTRACT, "trimesh", "lxml", "ruamel", "collada", "PIL"),
     f"{KERNEL}/numeric": (*ROOM, "numba"),
     # What plugin authors import knows neither kernel nor client, and plugins know only it.

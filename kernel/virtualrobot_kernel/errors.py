@@ -41,6 +41,7 @@ class Reason(Enum):
     PLUGIN_FAILED = "PLUGIN_FAILED"
     LEASED = "LEASED"
     LEASE_ENDED = "LEASE_ENDED"
+    COLLISION = "COLLISION"
 
 
 class KernelError(Exception):

@@ -18,6 +18,7 @@ from virtualrobot.v1 import (
     kernel_pb2_grpc,
     lease_pb2_grpc,
     motion_pb2_grpc,
+    path_pb2_grpc,
     ray_pb2_grpc,
     robot_pb2_grpc,
     scene_pb2,
@@ -50,6 +51,7 @@ class Stubs:
         self.sensor = sensor_pb2_grpc.SensorServiceStub(channel)
         self.collision = collision_pb2_grpc.CollisionServiceStub(channel)
         self.ray = ray_pb2_grpc.RayServiceStub(channel)
+        self.path = path_pb2_grpc.PathServiceStub(channel)
 
 
 @dataclass

@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from virtualrobot.motion_sensors import imu as imu
     from virtualrobot.motion_sensors import noise as noise
     from virtualrobot.motion_sensors import pose_sensor as pose_sensor
+    from virtualrobot.paths import FreePath as FreePath
     from virtualrobot.plans import MotionCheck as MotionCheck
     from virtualrobot.plans import MotionPlan as MotionPlan
     from virtualrobot.plans import Violation as Violation
@@ -75,8 +76,9 @@ _MODULES = {
     "contact_sensors": ("Contact", "contact_sensor"),
     "dynamics": ("inertial",),
     "errors": (
-        "AssetError", "AuthenticationError", "CallTimeoutError", "ClientClosedError", "InvalidArgumentError",
-        "KernelFaultError", "KernelGoneError", "LeaseEndedError", "LeasedError", "LimitError", "MalformedFileError",
+        "AssetError", "AuthenticationError", "CallTimeoutError", "ClientClosedError", "CollisionError",
+        "InvalidArgumentError", "KernelFaultError", "KernelGoneError", "LeaseEndedError", "LeasedError", "LimitError",
+        "MalformedFileError",
         "MissingFileError", "MotionCancelledError", "NameTakenError", "PluginFailedError", "RobotBusyError",
         "SingularityError", "StaleRevisionError", "TooLargeError", "UnknownNameError", "UnreachableError",
         "VersionError", "VirtualRobotError", "WrongStateError",
@@ -89,6 +91,7 @@ _MODULES = {
         "EncoderReading", "ImuReading", "PoseReading", "WrenchReading", "encoders", "force_torque_sensor", "imu",
         "noise", "pose_sensor",
     ),
+    "paths": ("FreePath",),
     "plans": ("MotionCheck", "MotionPlan", "Violation", "ViolationKind"),
     "program": ("Program",),
     "range_sensors": ("RangeReading", "beams", "fan", "range_sensor", "raster", "ring", "spinning"),

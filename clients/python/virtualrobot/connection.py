@@ -17,6 +17,7 @@ from virtualrobot.editor import Direct
 from virtualrobot.errors import AuthenticationError, InvalidArgumentError, VersionError, WrongStateError
 from virtualrobot.leases import Lease, LeaseInfo, acquire, list_leases
 from virtualrobot.models import KnownModel, known_models
+from virtualrobot.paths import Paths
 from virtualrobot.plugins import Plugins
 from virtualrobot.program import Program, read
 from virtualrobot.rays import Rays
@@ -46,6 +47,7 @@ class Client:
         plugins: the kernel's plugins: `client.plugins.list()`.
         rays: what rays hit: `client.rays.cast(...)`.
         collisions: what touches and how far things are apart: `client.collisions.check()`.
+        paths: free ways around what stands in between: `client.paths.find("arm", goal)`.
         sensors: sensors by name: `client.sensors["lidar"].read()`.
         info: versions, limits and capabilities of the kernel, as it was when connected.
     """
@@ -65,6 +67,7 @@ class Client:
         self.rays = Rays(self._services)
         self.collisions = Collisions(self._services)
         self.sensors = Sensors(self._services)
+        self.paths = Paths(self._services)
 
     @property
     def services(self) -> Services:

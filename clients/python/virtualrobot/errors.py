@@ -146,6 +146,12 @@ class LeaseEndedError(VirtualRobotError):
     default_reason = "LEASE_ENDED"
 
 
+class CollisionError(VirtualRobotError):
+    """It would bring a robot into touch with something; `metadata` has `first` and `second` where both are known."""
+
+    default_reason = "COLLISION"
+
+
 class CallTimeoutError(VirtualRobotError, TimeoutError):
     """The kernel did not answer, or what was waited for did not happen, in time."""
 

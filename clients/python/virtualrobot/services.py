@@ -12,6 +12,7 @@ from virtualrobot.v1 import (
     kernel_pb2_grpc,
     lease_pb2_grpc,
     motion_pb2_grpc,
+    path_pb2_grpc,
     plugin_pb2_grpc,
     ray_pb2_grpc,
     robot_pb2_grpc,
@@ -43,6 +44,7 @@ class Services:
     ray: ray_pb2_grpc.RayServiceStub
     collision: collision_pb2_grpc.CollisionServiceStub
     sensor: sensor_pb2_grpc.SensorServiceStub
+    path: path_pb2_grpc.PathServiceStub
     channel: Channel
 
     @staticmethod
@@ -62,6 +64,7 @@ class Services:
             ray_pb2_grpc.RayServiceStub(channel),
             collision_pb2_grpc.CollisionServiceStub(channel),
             sensor_pb2_grpc.SensorServiceStub(channel),
+            path_pb2_grpc.PathServiceStub(channel),
             channel,
         )
 

@@ -24,6 +24,8 @@ from virtualrobot.v1 import (
     lease_pb2_grpc,
     motion_pb2,
     motion_pb2_grpc,
+    path_pb2,
+    path_pb2_grpc,
     plugin_pb2,
     plugin_pb2_grpc,
     ray_pb2,
@@ -46,6 +48,7 @@ from virtualrobot_kernel.api.interceptors import Errors, Leasing, Token
 from virtualrobot_kernel.api.kernel import KernelServicer
 from virtualrobot_kernel.api.lease import LeaseServicer
 from virtualrobot_kernel.api.motion import MotionServicer
+from virtualrobot_kernel.api.path import PathServicer
 from virtualrobot_kernel.api.plugin import PluginServicer
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.ray import RayServicer
@@ -67,6 +70,7 @@ SERVICES = (
     (robot_pb2, robot_pb2_grpc.add_RobotServiceServicer_to_server, RobotServicer),
     (plugin_pb2, plugin_pb2_grpc.add_PluginServiceServicer_to_server, PluginServicer),
     (motion_pb2, motion_pb2_grpc.add_MotionServiceServicer_to_server, MotionServicer),
+    (path_pb2, path_pb2_grpc.add_PathServiceServicer_to_server, PathServicer),
     (lease_pb2, lease_pb2_grpc.add_LeaseServiceServicer_to_server, LeaseServicer),
     (signal_pb2, signal_pb2_grpc.add_SignalServiceServicer_to_server, SignalServicer),
     (sensor_pb2, sensor_pb2_grpc.add_SensorServiceServicer_to_server, SensorServicer),

@@ -37,6 +37,7 @@ CODES = {
     Reason.PLUGIN_FAILED: grpc.StatusCode.FAILED_PRECONDITION,
     Reason.LEASED: grpc.StatusCode.PERMISSION_DENIED,
     Reason.LEASE_ENDED: grpc.StatusCode.FAILED_PRECONDITION,
+    Reason.COLLISION: grpc.StatusCode.FAILED_PRECONDITION,
 }
 
 

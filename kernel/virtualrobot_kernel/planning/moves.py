@@ -180,7 +180,7 @@ def joints_of(snapshot: Snapshot, moves: Sequence[Move]) -> set[tuple[int, str]]
         elif isinstance(move, JointJog):
             names = (move.joint,)
         elif isinstance(move, PointToPoint) and not isinstance(move.goal, PoseGoal):
-            names = tuple(_positions(node, move.goal))
+            names = tuple(goal_positions(node, move.goal))
         elif isinstance(move, PointToPoint):
             names = arm_of(snapshot, node).joint_names
         else:
@@ -237,7 +237,7 @@ def _point_to_point(snapshot: Snapshot, move: PointToPoint, solver_of: SolverOf)
         speed_factor = move.speed_factor or 1.0
         plan = plan_ptp(start, goal, limits, speed_factor, move.time_law)
         return PlannedMove(node, arm.joint_names, plan, speed_factor=speed_factor)
-    positions = _positions(node, move.goal)
+    positions = goal_positions(node, move.goal)
     return _to_joints(snapshot, node, positions, move.speed_factor, move.time_law)
 
 
@@ -252,7 +252,8 @@ def _to_joints(
     return PlannedMove(node, names, plan, speed_factor=speed_factor)
 
 
-def _positions(node: Node, goal: Mapping[str, float] | PoseGoal | str | ActuatorGoal) -> Mapping[str, float]:
+def goal_positions(node: Node, goal: Mapping[str, float] | PoseGoal | str | ActuatorGoal) -> Mapping[str, float]:
+    """Return the joint values of a goal that is no pose; raise UnknownNameError for a posture that there is not."""
     if isinstance(goal, ActuatorGoal):
         return joint_positions(node, goal.positions)
     if isinstance(goal, str):

@@ -66,7 +66,7 @@ def _move(message: motion_pb2.Move, what: str) -> Move:
         raise KernelError(f"{what}.speed_factor must be above 0 and at most 1, not {factor:g}", factor=factor)
     factor = factor or 1.0
     if kind == "point_to_point":
-        return PointToPoint(message.robot, _goal(message.point_to_point, f"{what}.point_to_point"), factor)
+        return PointToPoint(message.robot, point_goal(message.point_to_point, f"{what}.point_to_point"), factor)
     if kind == "linear":
         linear = message.linear
         goal = _path_goal(linear.goal, f"{what}.linear.goal")
@@ -92,7 +92,8 @@ def _move(message: motion_pb2.Move, what: str) -> Move:
     raise KernelError(f"{what} does not say how to move; give one of {names}", field=what)
 
 
-def _goal(message: motion_pb2.PointToPoint, what: str) -> dict[str, float] | PoseGoal | str | ActuatorGoal:
+def point_goal(message: motion_pb2.PointToPoint, what: str) -> dict[str, float] | PoseGoal | str | ActuatorGoal:
+    """Return where a point-to-point move goes; raise KernelError that names the field that is wrong."""
     kind = message.WhichOneof("goal")
     if kind == "joints":
         positions = by_name(message.joints.joint_positions)

@@ -1,0 +1,155 @@
+"""Free ways of arms around what stands in between."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Unpack
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from virtualrobot import moves
+from virtualrobot.motion import Motion, StartOptions
+from virtualrobot.program import Program
+from virtualrobot.services import Services
+from virtualrobot.v1 import motion_pb2, path_pb2
+from virtualrobot.wire import joint_map
+
+
+@dataclass(frozen=True, slots=True)
+class PathProgress:
+    """How far the search for a path is.
+
+    Attributes:
+        elapsed_seconds: for how long it has been looked for.
+        states: how many configurations the search has joined so far.
+        checks: how many configurations and lines have been checked.
+    """
+
+    elapsed_seconds: float
+    states: int
+    checks: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FreePath:
+    """A path on which an arm touches nothing that it may not, as the world was when it was looked for.
+
+    Attributes:
+        joint_names: the joints (k,) that move the robot's flange.
+        waypoints: (n, k) joint values from the start to the goal, radians or meters; the straight lines between them
+            are free.
+        straight: whether the straight way to the goal is free: then it is the path.
+        length: of the path, in the space of the joints.
+        straight_length: of the straight way, free or not.
+        program: point-to-point moves with rounded corners; the motion that the kernel makes of them from the path's
+            start was proven to touch nothing.
+        duration: how long that motion takes, in s.
+        planner: which planner was asked.
+        planning_seconds: how long finding it took.
+        checks: how many configurations and lines were checked, and `states`, how many of them the search has joined.
+    """
+
+    joint_names: tuple[str, ...]
+    waypoints: NDArray[np.float64]
+    straight: bool
+    length: float
+    straight_length: float
+    program: Program = field(repr=False)
+    duration: float
+    planner: str
+    planning_seconds: float
+    checks: int
+    states: int
+
+    def start(self, **options: Unpack[StartOptions]) -> Motion:
+        """Go along the path; the options are those of `Robot`. The robot must be at the path's start."""
+        return self.program.start(**options)
+
+
+class Paths:
+    """Free ways in the world of one kernel.
+
+    Example:
+        >>> path = client.paths.find("arm", {"lbr_iiwa_joint_1": 1.5})
+        >>> path.start()
+    """
+
+    def __init__(self, services: Services) -> None:
+        """Look for paths in the world of one kernel."""
+        self._services = services
+
+    def find(
+        self,
+        robot: str,
+        goal: Mapping[str, float] | str | ArrayLike,
+        *,
+        start: Mapping[str, float] | None = None,
+        reference: str = "",
+        configuration: str = "",
+        planner: str = "",
+        seed: int = 0,
+        time_limit: float = 0.0,
+        speed_factor: float = 0.0,
+        zone_percent: float | None = None,
+        progress: Callable[[PathProgress], None] | None = None,
+    ) -> FreePath:
+        """Return a path on which an arm touches nothing that it may not. Nothing moves.
+
+        All else stands as it does now; the part that the robot holds goes along.
+
+        Args:
+            robot: the robot.
+            goal: joint values by name, the name of a posture, or a 4x4 pose of the tool centre point.
+            start: joints that are elsewhere at the start of the path; without it, it begins where the robot stands.
+            reference: the node in whose frame the pose is; empty means the world.
+            configuration: the only configuration that will do for a pose; empty means that all are tried.
+            planner: RRTConnect (the default), RRT, KPIECE1, BKPIECE1 and LBKPIECE1 end with the first path; RRTstar,
+                InformedRRTstar and BITstar use all the time for a shorter one.
+            seed: what the search draws from; with the first ones equal seeds find equal paths.
+            time_limit: in s; 0 means 10.
+            speed_factor: of the moves, above 0, up to 1; 0 means 1.
+            zone_percent: how far corners are rounded off at the most, 0 to 50; None means 50.
+            progress: is called about four times a second; what it raises ends the search.
+
+        Raises:
+            CollisionError: when the robot touches something at the start or at every goal.
+            UnreachableError: when a pose is out of reach, or no path was found in time.
+            UnknownNameError: for a robot, joint, posture or planner that there is not.
+            LimitError: when a joint cannot be there.
+            WrongStateError: when the kernel does not have the library ompl.
+        """
+        move = moves.point_to_point(robot, goal, reference=reference, configuration=configuration)
+        request = path_pb2.FindPathRequest(
+            robot=robot,
+            start=motion_pb2.JointGoal(joint_positions=joint_map(start or {})),
+            goal=move.point_to_point,
+            planner=planner,
+            seed=seed,
+            time_limit_seconds=time_limit,
+            speed_factor=speed_factor,
+            blend_percent=zone_percent,
+        )
+        last = path_pb2.FindPathResponse()
+        with self._services.path.FindPath(request) as stream:
+            for last in stream:
+                if progress is not None:
+                    progress(PathProgress(last.elapsed_seconds, last.states, last.checks))
+        return self._path(last)
+
+    def _path(self, last: path_pb2.FindPathResponse) -> FreePath:
+        path = last.path
+        return FreePath(
+            tuple(path.joint_names),
+            np.array([waypoint.positions for waypoint in path.waypoints]),
+            path.straight,
+            path.length,
+            path.straight_length,
+            Program(self._services, motion_pb2.StartMotionRequest(steps=path.steps)),
+            path.duration_seconds,
+            path.planner,
+            path.planning_seconds,
+            last.checks,
+            last.states,
+        )

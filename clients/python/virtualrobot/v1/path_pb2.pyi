@@ -1,0 +1,71 @@
+from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
+from virtualrobot.v1 import motion_pb2 as _motion_pb2
+from google.protobuf.internal import containers as _containers
+from google.protobuf import descriptor as _descriptor
+from google.protobuf import message as _message
+from collections.abc import Iterable as _Iterable, Mapping as _Mapping
+from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
+
+DESCRIPTOR: _descriptor.FileDescriptor
+
+class FindPathRequest(_message.Message):
+    __slots__ = ("robot", "start", "goal", "planner", "seed", "time_limit_seconds", "speed_factor", "blend_percent")
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    START_FIELD_NUMBER: _ClassVar[int]
+    GOAL_FIELD_NUMBER: _ClassVar[int]
+    PLANNER_FIELD_NUMBER: _ClassVar[int]
+    SEED_FIELD_NUMBER: _ClassVar[int]
+    TIME_LIMIT_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    SPEED_FACTOR_FIELD_NUMBER: _ClassVar[int]
+    BLEND_PERCENT_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    start: _motion_pb2.JointGoal
+    goal: _motion_pb2.PointToPoint
+    planner: str
+    seed: int
+    time_limit_seconds: float
+    speed_factor: float
+    blend_percent: float
+    def __init__(self, robot: _Optional[str] = ..., start: _Optional[_Union[_motion_pb2.JointGoal, _Mapping]] = ..., goal: _Optional[_Union[_motion_pb2.PointToPoint, _Mapping]] = ..., planner: _Optional[str] = ..., seed: _Optional[int] = ..., time_limit_seconds: _Optional[float] = ..., speed_factor: _Optional[float] = ..., blend_percent: _Optional[float] = ...) -> None: ...
+
+class FindPathResponse(_message.Message):
+    __slots__ = ("stamp", "elapsed_seconds", "states", "checks", "path")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    ELAPSED_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    STATES_FIELD_NUMBER: _ClassVar[int]
+    CHECKS_FIELD_NUMBER: _ClassVar[int]
+    PATH_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    elapsed_seconds: float
+    states: int
+    checks: int
+    path: FoundPath
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., elapsed_seconds: _Optional[float] = ..., states: _Optional[int] = ..., checks: _Optional[int] = ..., path: _Optional[_Union[FoundPath, _Mapping]] = ...) -> None: ...
+
+class FoundPath(_message.Message):
+    __slots__ = ("joint_names", "waypoints", "straight", "length", "straight_length", "steps", "duration_seconds", "planner", "planning_seconds")
+    JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
+    WAYPOINTS_FIELD_NUMBER: _ClassVar[int]
+    STRAIGHT_FIELD_NUMBER: _ClassVar[int]
+    LENGTH_FIELD_NUMBER: _ClassVar[int]
+    STRAIGHT_LENGTH_FIELD_NUMBER: _ClassVar[int]
+    STEPS_FIELD_NUMBER: _ClassVar[int]
+    DURATION_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    PLANNER_FIELD_NUMBER: _ClassVar[int]
+    PLANNING_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    joint_names: _containers.RepeatedScalarFieldContainer[str]
+    waypoints: _containers.RepeatedCompositeFieldContainer[Waypoint]
+    straight: bool
+    length: float
+    straight_length: float
+    steps: _containers.RepeatedCompositeFieldContainer[_motion_pb2.ProgramStep]
+    duration_seconds: float
+    planner: str
+    planning_seconds: float
+    def __init__(self, joint_names: _Optional[_Iterable[str]] = ..., waypoints: _Optional[_Iterable[_Union[Waypoint, _Mapping]]] = ..., straight: bool = ..., length: _Optional[float] = ..., straight_length: _Optional[float] = ..., steps: _Optional[_Iterable[_Union[_motion_pb2.ProgramStep, _Mapping]]] = ..., duration_seconds: _Optional[float] = ..., planner: _Optional[str] = ..., planning_seconds: _Optional[float] = ...) -> None: ...
+
+class Waypoint(_message.Message):
+    __slots__ = ("positions",)
+    POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    positions: _containers.RepeatedScalarFieldContainer[float]
+    def __init__(self, positions: _Optional[_Iterable[float]] = ...) -> None: ...

@@ -1,0 +1,73 @@
+"""Paths: messages to values and back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from virtualrobot.v1 import motion_pb2, path_pb2
+
+from virtualrobot_kernel.api.convert.values import by_name, finite
+from virtualrobot_kernel.errors import KernelError, LimitError
+from virtualrobot_kernel.paths.query import PathOptions, PathQuery
+from virtualrobot_kernel.paths.search import check_planner
+
+SECONDS, MOST_SECONDS = 10.0, 600.0
+"""How long a path is looked for where nothing is said, and at the most."""
+
+PERCENT = 50.0
+"""The greatest zone, and that of who says nothing."""
+
+
+def path_options(request: path_pb2.FindPathRequest) -> PathOptions:
+    """Return how a path is to be looked for; raise KernelError for what cannot be, by its field."""
+    seconds = finite(request.time_limit_seconds, "time_limit_seconds") or SECONDS
+    if not 0.0 < seconds <= MOST_SECONDS:
+        raise LimitError(
+            f"time_limit_seconds must be above 0 and at most {MOST_SECONDS:g}, not {seconds:g}",
+            field="time_limit_seconds",
+            value=seconds,
+            upper=MOST_SECONDS,
+        )
+    factor = finite(request.speed_factor, "speed_factor") or 1.0
+    if not 0.0 < factor <= 1.0:
+        raise KernelError(f"speed_factor must be above 0 and at most 1, not {factor:g}", field="speed_factor")
+    percent = finite(request.blend_percent, "blend_percent") if request.HasField("blend_percent") else PERCENT
+    if not 0.0 <= percent <= PERCENT:
+        raise KernelError(f"blend_percent must be from 0 to {PERCENT:g}, not {percent:g}", field="blend_percent")
+    return PathOptions(check_planner(request.planner), request.seed, seconds, factor, percent)
+
+
+def start_of(request: path_pb2.FindPathRequest) -> dict[str, float]:
+    """Return the joints that are elsewhere at the start; raise KernelError for a value that is not finite."""
+    positions = by_name(request.start.joint_positions)
+    return {name: finite(value, f"start.joint_positions[{name!r}]") for name, value in positions.items()}
+
+
+def found_message(query: PathQuery, found: Mapping[str, Any]) -> path_pb2.FoundPath:
+    """Return what `find_path` found as a message."""
+    waypoints = found["waypoints"]
+    return path_pb2.FoundPath(
+        joint_names=query.joint_names,
+        waypoints=[path_pb2.Waypoint(positions=row) for row in waypoints],
+        straight=found["straight"],
+        length=found["length"],
+        straight_length=found["straight_length"],
+        steps=[
+            motion_pb2.ProgramStep(move=_step(query, goal.tolist(), zone))
+            for goal, zone in zip(waypoints[1:], found["zones"], strict=True)
+        ],
+        duration_seconds=found["duration"],
+        planner=found["planner"],
+        planning_seconds=found["seconds"],
+    )
+
+
+def _step(query: PathQuery, goal: list[float], zone: float) -> motion_pb2.MoveStep:
+    joints = motion_pb2.JointGoal(joint_positions=dict(zip(query.joint_names, goal, strict=True)))
+    move = motion_pb2.Move(
+        robot=query.robot,
+        speed_factor=query.speed_factor,
+        point_to_point=motion_pb2.PointToPoint(joints=joints),
+    )
+    return motion_pb2.MoveStep(moves=[move], blend_percent=zone or None)

@@ -1,0 +1,68 @@
+"""PathService: free paths, looked for in a process of its own."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import AsyncIterator
+
+from virtualrobot.v1 import path_pb2, path_pb2_grpc
+
+from virtualrobot_kernel.api.convert.moves import point_goal
+from virtualrobot_kernel.api.convert.paths import found_message, path_options, start_of
+from virtualrobot_kernel.api.convert.values import stamp
+from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.paths.query import PathQuery, path_query, started_at
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import Kind
+
+JOB = "virtualrobot_kernel.paths.find:find_path"
+
+PROGRESS_SECONDS = 0.25
+"""How often the progress of a search is told."""
+
+
+class PathServicer(path_pb2_grpc.PathServiceServicer):
+    """Serves PathService."""
+
+    def __init__(self, rooms: Rooms) -> None:
+        """Serve from these rooms."""
+        self._rooms = rooms
+
+    async def FindPath(
+        self, request: path_pb2.FindPathRequest, context: object
+    ) -> AsyncIterator[path_pb2.FindPathResponse]:
+        """Look for a path, and tell how far that is; a caller that goes ends it."""
+        snapshot = self._rooms.world.snapshot
+        robot = snapshot.structure.node(request.robot, Kind.ROBOT)
+        options, start = path_options(request), start_of(request)
+        goal = point_goal(request.goal, "goal")
+
+        def asked() -> tuple[Snapshot, PathQuery]:
+            there = started_at(snapshot, robot, start)
+            return there, path_query(there, robot.name, goal, self._rooms.solvers.of, options)
+
+        there, query = await self._rooms.turns.run([robot.uid], asked)
+        newest = [(0, 0)]
+
+        def told(value: tuple[int, int]) -> None:
+            newest[0] = value
+
+        started = time.monotonic()
+
+        def response(states: int, checks: int) -> path_pb2.FindPathResponse:
+            elapsed = time.monotonic() - started
+            return path_pb2.FindPathResponse(
+                stamp=stamp(snapshot), elapsed_seconds=elapsed, states=states, checks=checks
+            )
+
+        done = asyncio.wrap_future(self._rooms.processes.submit(JOB, there, query, told=told))
+        try:
+            while not (await asyncio.wait({done}, timeout=PROGRESS_SECONDS))[0]:
+                yield response(*newest[0])
+            found = done.result()
+        finally:
+            done.cancel()
+        last = response(found["states"], found["checks"])
+        last.path.CopyFrom(found_message(query, found))
+        yield last

@@ -1,0 +1,190 @@
+"""What a path is asked for: joints, where they start, and all configurations that would do as its end."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
+from virtualrobot_kernel.planning.actuators import actuator_limits
+from virtualrobot_kernel.planning.free_joints import solve_inverse
+from virtualrobot_kernel.planning.moves import goal_positions
+from virtualrobot_kernel.planning.planned_move import PoseGoal, world_t_goal
+from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_of, standing_at
+from virtualrobot_kernel.planning.wishes import ActuatorGoal
+from virtualrobot_kernel.world.change import check_joint_value, single_joint
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import JointType, Kind, Node
+
+Floats = NDArray[np.float64]
+Goal = Mapping[str, float] | PoseGoal | str | ActuatorGoal
+"""Joint values, a pose, the name of a posture, or actuator positions: what a point-to-point move goes to."""
+
+MOST_GOALS = 24
+"""How many configurations a path may end in; those nearest to its start are taken."""
+
+TRIED_SEEDS = 8
+"""From how many random configurations a pose is solved, besides that at the start: each may lead to another branch."""
+
+SAME = 1e-3
+"""Solutions that differ by no more than this, in rad or m, are one."""
+
+ROUND = 2.0 * np.pi
+"""How far beyond start and goals, in rad, a joint without limits may turn."""
+
+BESIDE = 1.0
+"""How far beyond start and goals, in m, a joint may slide that has no limits."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PathQuery:
+    """A question for a free path; the world in which it is asked has the robot at the start.
+
+    Attributes:
+        robot: its name.
+        joint_names: the arm's joints (k,).
+        q_index: (k,) where they are among all coordinates.
+        lower: (k,) from where to where they may go, finite, and `upper`.
+        goals: (m, k) where the path may end; the first is what a point-to-point move would go to.
+        ratios: (a, k) of actuators that have limits of their own, `least` and `most` (a,): ratios @ q is between them.
+        planner: the name of an algorithm.
+        seed: what it draws its samples from.
+        time_limit: in s.
+        speed_factor: of the moves, and `blend_percent` of their zones at the most.
+    """
+
+    robot: str
+    joint_names: tuple[str, ...]
+    q_index: NDArray[np.int32]
+    lower: Floats
+    upper: Floats
+    goals: Floats
+    ratios: Floats
+    least: Floats
+    most: Floats
+    planner: str
+    seed: int
+    time_limit: float
+    speed_factor: float
+    blend_percent: float
+
+
+@dataclass(frozen=True, slots=True)
+class PathOptions:
+    """How a path is looked for: see `PathQuery`."""
+
+    planner: str
+    seed: int
+    time_limit: float
+    speed_factor: float
+    blend_percent: float
+
+
+def started_at(snapshot: Snapshot, robot: Node, start: Mapping[str, float]) -> Snapshot:
+    """Return the world with joints of a robot's arm elsewhere; raise KernelError for others, or beyond limits."""
+    if not start:
+        return snapshot
+    return standing_at(snapshot, *_placed(snapshot, robot, arm_of(snapshot, robot), start))
+
+
+def path_query(snapshot: Snapshot, robot_name: str, goal: Goal, solver_of: SolverOf, options: PathOptions) -> PathQuery:
+    """Return the question for a path of a robot from where it is in this world.
+
+    Raises UnknownNameError for a robot, joint or posture that there is not, LimitError for a joint beyond its limits,
+    and KernelError (UNREACHABLE) for a pose.
+    """
+    robot = snapshot.structure.node(robot_name, Kind.ROBOT)
+    arm = arm_of(snapshot, robot)
+    chain = arm.serial()
+    start = snapshot.state.q[arm.q_index]
+    if isinstance(goal, PoseGoal):
+        goals = _reaching(snapshot, robot, goal, solver_of, options.seed)
+    else:
+        q_index, q = _placed(snapshot, robot, arm, goal_positions(robot, goal))
+        goals = standing_at(snapshot, q_index, q).state.q[arm.q_index][None]
+    endless = np.isinf(chain.lower) & np.isinf(chain.upper)
+    turning = endless & np.array([_turns(snapshot, robot, name) for name in chain.joint_names])
+    goals = _every_turn(goals, start, turning)
+    first, others = goals[:1], goals[1:]
+    nearest = np.argsort(np.linalg.norm(others - start, axis=1), kind="stable")[: MOST_GOALS - 1]
+    goals = np.concatenate([first, others[nearest]])
+    reached = np.concatenate([goals, start[None]])
+    beyond = np.where(turning, ROUND, BESIDE)
+    limits = actuator_limits(snapshot, robot, chain.joint_names)
+    rest = np.array([one.rest for one in limits])
+    return PathQuery(
+        robot.name,
+        chain.joint_names,
+        arm.q_index,
+        np.where(np.isinf(chain.lower), reached.min(axis=0) - beyond, np.minimum(chain.lower, reached.min(axis=0))),
+        np.where(np.isinf(chain.upper), reached.max(axis=0) + beyond, np.maximum(chain.upper, reached.max(axis=0))),
+        goals,
+        np.array([one.ratios for one in limits]).reshape(-1, len(start)),
+        np.array([one.actuator.lower for one in limits]) - rest,
+        np.array([one.actuator.upper for one in limits]) - rest,
+        options.planner,
+        options.seed,
+        options.time_limit,
+        options.speed_factor,
+        options.blend_percent,
+    )
+
+
+def _placed(
+    snapshot: Snapshot, robot: Node, arm: Arm, positions: Mapping[str, float]
+) -> tuple[NDArray[np.int32], Floats]:
+    """Return the coordinates of joints, (n,), and where they shall be."""
+    names = arm.serial().joint_names
+    places: dict[int, float] = {}
+    for name, value in positions.items():
+        if name not in names:
+            single_joint(snapshot.structure, robot, name)  # what is no joint at all is told by its own words
+            raise UnknownNameError(f"joint that moves the flange of {robot.name!r}, as a path does,", name, names)
+        joint, place, _ = single_joint(snapshot.structure, robot, name)
+        check_joint_value(robot.name, joint, value)
+        places[place] = value
+    return np.array(list(places), np.int32), np.array(list(places.values()))
+
+
+def _reaching(snapshot: Snapshot, robot: Node, goal: PoseGoal, solver_of: SolverOf, seed: int) -> Floats:
+    """Return configurations (m, k) that reach a pose, those first that a move from here would take."""
+    world_t_tcp = world_t_goal(snapshot, goal)
+    arm, result = solve_inverse(snapshot, robot, world_t_tcp, {}, solver_of, goal.configuration)
+    if not len(result.solutions):
+        raise KernelError(
+            f"{robot.name!r} cannot reach the pose: {result.reason}",
+            reason=Reason.UNREACHABLE,
+            robot=robot.name,
+            position_error_meters=result.position_error,
+            rotation_error_radians=result.rotation_error,
+        )
+    found = list(result.solutions)
+    chain, rng = arm.serial(), np.random.default_rng(seed)
+    lower = np.maximum(chain.lower, -np.pi)
+    upper = np.maximum(np.minimum(chain.upper, np.pi), lower)
+    for _ in range(TRIED_SEEDS):
+        guess = dict(zip(chain.joint_names, rng.uniform(lower, upper).tolist(), strict=True))
+        again = solve_inverse(snapshot, robot, world_t_tcp, guess, solver_of, goal.configuration)[1]
+        for solution in again.solutions:
+            if all(np.abs(solution - other).max() > SAME for other in found):
+                found.append(solution)
+    return np.array(found)
+
+
+def _turns(snapshot: Snapshot, robot: Node, name: str) -> bool:
+    return single_joint(snapshot.structure, robot, name)[0].type is not JointType.PRISMATIC
+
+
+def _every_turn(goals: Floats, start: Floats, turning: NDArray[np.bool_]) -> Floats:
+    """Return goals with joints that turn without limits within half a turn of the start, or one the other way round."""
+    turns = np.round((goals - start) / (2 * np.pi))
+    goals = np.where(turning, goals - 2 * np.pi * turns, goals)
+    found = [goals]
+    for joint in np.flatnonzero(turning).tolist():
+        other = goals.copy()
+        other[:, joint] -= np.where(goals[:, joint] > start[joint], 2 * np.pi, -2 * np.pi)
+        found.append(other)
+    return np.concatenate(found)
