@@ -79,9 +79,7 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
         snapshot, processes = self._rooms.world.snapshot, self._rooms.processes
         structure = snapshot.structure
         robots = {structure.node(name, Kind.ROBOT).uid for name in request.robots} or None
-        q_index, rows = await self._rooms.turns.run(
-            [TURN], lambda: configuration_rows(structure, request.configurations)
-        )
+        q_index, rows = await self._rooms.turns.run((), lambda: configuration_rows(structure, request.configurations))
         yield collision_pb2.CheckConfigurationsResponse(stamp=stamp(snapshot), progress=0.0 if len(rows) else 1.0)
         starts, done = iter(range(0, len(rows), BLOCK_ROWS)), 0
         waiting: dict[asyncio.Future[NDArray[np.int64]], int] = {}
