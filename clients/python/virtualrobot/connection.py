@@ -188,15 +188,27 @@ class Client:
         return plans.plan(self._services, plans.motion_of(wishes, tracking), sample_seconds=sample_seconds)
 
     def check(
-        self, wishes: Iterable[plans.Wish], *, min_singular_value: float = 0.0, tracking: motion.Tracking | None = None
+        self,
+        wishes: Iterable[plans.Wish],
+        *,
+        min_singular_value: float = 0.0,
+        tracking: motion.Tracking | None = None,
+        collisions: bool = True,
+        resolution_meters: float = 0.0,
     ) -> plans.MotionCheck:
-        """Return whether a motion keeps all limits, and else the first one that it violates. Nothing moves.
+        """Return whether a motion keeps all limits and touches nothing, and else what it violates first.
+
+        Nothing moves. Collisions are looked for everywhere on the way, with all else as it stands now; what touches
+        already and is moved by the motion does so after 0 s.
 
         Args:
             wishes: moves that start and end together, or the steps of a program.
             min_singular_value: the smallest singular value of the Jacobian that is accepted, its linear rows divided by
                 the longest lever arm; 0 means that only lines and arcs keep away from singularities, by 0.01.
-            tracking: what it goes along with, all along its window.
+            tracking: what it goes along with, all along its window; collisions are those while that stands still.
+            collisions: whether collisions are looked for.
+            resolution_meters: what comes nearer than this may be told as a collision, and none is missed; 0 means
+                0.0001.
 
         Raises:
             VirtualRobotError: when it is no motion at all, such as for unknown names.
@@ -206,7 +218,13 @@ class Client:
             the joint 'lbr_iiwa_joint_4' of 'arm' leaves its range, up to -2.14 rad after 1.32 s, ...
         """
         wanted = plans.motion_of(wishes, tracking)
-        return plans.check(self._services, wanted, min_singular_value=min_singular_value)
+        return plans.check(
+            self._services,
+            wanted,
+            min_singular_value=min_singular_value,
+            collisions=collisions,
+            resolution_meters=resolution_meters,
+        )
 
     def program(self) -> Program:
         """Return an empty program: moves of several robots, signals, waits and dwells, one after the other.

@@ -251,14 +251,17 @@ class Mover(MoveMaker):
         """
         return plans.plan(self._services, plans.motion_of([move]), sample_seconds=sample_seconds)
 
-    def check(self, move: motion_pb2.Move, *, min_singular_value: float = 0.0) -> plans.MotionCheck:
-        """Return whether a move keeps all limits, and else the first one that it violates; see `Client.check`.
+    def check(
+        self, move: motion_pb2.Move, *, min_singular_value: float = 0.0, collisions: bool = True
+    ) -> plans.MotionCheck:
+        """Return whether a move keeps all limits and touches nothing, and else what it violates; see `Client.check`.
 
         Example:
             >>> robot.check(robot.ptp("home")).ok
             True
         """
-        return plans.check(self._services, plans.motion_of([move]), min_singular_value=min_singular_value)
+        wanted = plans.motion_of([move])
+        return plans.check(self._services, wanted, min_singular_value=min_singular_value, collisions=collisions)
 
     def stop(self) -> list[motion.Motion]:
         """Cancel every motion of this robot; return them."""

@@ -1,4 +1,4 @@
-"""Motions before they move: planned in samples, and checked against all limits."""
+"""Motions before they move: planned in samples, and checked against all limits and for collisions."""
 
 from __future__ import annotations
 
@@ -122,16 +122,17 @@ class ViolationKind(Enum):
     REACH = motion_pb2.VIOLATION_KIND_REACH  # m
     SINGULARITY = motion_pb2.VIOLATION_KIND_SINGULARITY  # without unit
     OTHER = motion_pb2.VIOLATION_KIND_OTHER
+    COLLISION = motion_pb2.VIOLATION_KIND_COLLISION  # m that they are apart
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Violation:
-    """A limit that a motion violates.
+    """A limit that a motion violates, or a collision on its way.
 
     Attributes:
-        kind: which kind of limit.
+        kind: which kind.
         step: the step of a program, from 0.
-        robot: the robot.
+        robot: the robot; of two nodes that touch, the one that the step moves the first of them with, else the second.
         joint: the joint; empty where it is not a joint's limit.
         time_seconds: when, from the start of the motion; None where it can't be planned so far.
         path_fraction: how much of its step's path is done there, 0 to 1; None where that is not known.
@@ -139,6 +140,9 @@ class Violation:
         value: the value, in the kind's unit.
         limit: the limit that it violates.
         message: all of it in words.
+        first: a node that touches another one; empty for limits.
+        second: the other node.
+        points: (2, 3) the nearest points of both then, in the world's frame; None for limits.
     """
 
     kind: ViolationKind
@@ -151,6 +155,9 @@ class Violation:
     value: float
     limit: float
     message: str
+    first: str
+    second: str
+    points: Floats | None
 
     @staticmethod
     def of(message: motion_pb2.Violation) -> Violation:
@@ -166,6 +173,11 @@ class Violation:
             message.value,
             message.limit,
             message.message,
+            message.first,
+            message.second,
+            np.array([[point.x, point.y, point.z] for point in (message.first_point, message.second_point)])
+            if message.HasField("first_point")
+            else None,
         )
 
     def __str__(self) -> str:
@@ -178,7 +190,7 @@ class MotionCheck:
     """Whether a motion can be done.
 
     Attributes:
-        first_violation: the first limit in time that it violates; None when it keeps all.
+        first_violation: the first limit in time that it violates, or the first collision; None without either.
         duration_seconds: how long it takes at full speed factors; 0 where it can't be planned.
         min_singular_value: the smallest one on the way, of those arms that move; None where there is none.
         notes: what the planner made other than asked.
@@ -191,7 +203,7 @@ class MotionCheck:
 
     @property
     def ok(self) -> bool:
-        """Whether it keeps all limits."""
+        """Whether it keeps all limits and touches nothing."""
         return self.first_violation is None
 
     @staticmethod
@@ -211,9 +223,21 @@ def plan(services: Services, motion: motion_pb2.StartMotionRequest, *, sample_se
     return MotionPlan.of(services.motion.PlanMotion(request, timeout=LONG_TIMEOUT_SECONDS))
 
 
-def check(services: Services, motion: motion_pb2.StartMotionRequest, *, min_singular_value: float = 0.0) -> MotionCheck:
-    """Return whether a motion keeps all limits; see `Client.check`."""
-    request = motion_pb2.CheckMotionRequest(motion=motion, min_singular_value=min_singular_value)
+def check(
+    services: Services,
+    motion: motion_pb2.StartMotionRequest,
+    *,
+    min_singular_value: float = 0.0,
+    collisions: bool = True,
+    resolution_meters: float = 0.0,
+) -> MotionCheck:
+    """Return whether a motion keeps all limits and touches nothing; see `Client.check`."""
+    request = motion_pb2.CheckMotionRequest(
+        motion=motion,
+        min_singular_value=min_singular_value,
+        ignore_collisions=not collisions,
+        resolution_meters=resolution_meters,
+    )
     return MotionCheck.of(services.motion.CheckMotion(request, timeout=LONG_TIMEOUT_SECONDS))
 
 

@@ -83,15 +83,15 @@ class Program:
         """Return what it would do, in samples; see `Client.plan`. Nothing moves."""
         return plans.plan(self._services, self.request, sample_seconds=sample_seconds)
 
-    def check(self, *, min_singular_value: float = 0.0) -> plans.MotionCheck:
-        """Return whether it keeps all limits, and else the first one that it violates; see `Client.check`.
+    def check(self, *, min_singular_value: float = 0.0, collisions: bool = True) -> plans.MotionCheck:
+        """Return whether it keeps all limits and touches nothing, and else what it violates; see `Client.check`.
 
         Example:
             >>> found = program.check()
             >>> if not found.ok:
             ...     print(found.first_violation.step, found.first_violation)
         """
-        return plans.check(self._services, self.request, min_singular_value=min_singular_value)
+        return plans.check(self._services, self.request, min_singular_value=min_singular_value, collisions=collisions)
 
     def __len__(self) -> int:
         """Return the number of steps."""

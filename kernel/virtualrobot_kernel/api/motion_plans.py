@@ -4,16 +4,27 @@ from __future__ import annotations
 
 from virtualrobot.v1 import motion_pb2
 
+from virtualrobot_kernel.api.collision import TURN
 from virtualrobot_kernel.api.convert.plans import check_message, plan_message
 from virtualrobot_kernel.api.convert.values import not_negative, stamp
 from virtualrobot_kernel.api.motion_calls import wished
 from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.collision.along import first_of_program
+from virtualrobot_kernel.collision.scene import CollisionScene
+from virtualrobot_kernel.collision.swept import RESOLUTION
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.planning.check import check_motion
 from virtualrobot_kernel.planning.plan_program import GivenUp, plan_wish
 from virtualrobot_kernel.planning.sampling import check_size, sample_times, sampled
+from virtualrobot_kernel.planning.violations import Contact
+from virtualrobot_kernel.world.change import joint_places
+from virtualrobot_kernel.world.commands import StartMotion
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import check_revision
+from virtualrobot_kernel.world.structure import Kind
+
+FINEST, COARSEST = 1e-6, 0.1
+"""The resolutions (m) that a check for collisions can be asked for."""
 
 
 async def planned_motion(rooms: Rooms, request: motion_pb2.PlanMotionRequest) -> motion_pb2.PlanMotionResponse:
@@ -37,15 +48,52 @@ async def planned_motion(rooms: Rooms, request: motion_pb2.PlanMotionRequest) ->
 async def checked_motion(rooms: Rooms, request: motion_pb2.CheckMotionRequest) -> motion_pb2.CheckMotionResponse:
     """Return what a motion violates first, looked for in a thread on the snapshot of that moment."""
     margin = not_negative(request.min_singular_value, "min_singular_value")
+    resolution = _resolution(request.resolution_meters)
     wish, _, robots = await wished(rooms, request.motion)
+    turns: set[int | str] = {*robots} if request.ignore_collisions else {*robots, TURN}
 
     def work(given_up: GivenUp) -> motion_pb2.CheckMotionResponse:
         snapshot = _snapshot(rooms, request.motion)
-        message = check_message(check_motion(snapshot, wish, rooms.solvers.of, margin, given_up))
+
+        def first_contact(snapshot: Snapshot, command: StartMotion, until: float) -> Contact | None:
+            with rooms.collisions.scene() as scene:
+                return contact_of(scene, snapshot, command, until, resolution, given_up)
+
+        looked_for = None if request.ignore_collisions else first_contact
+        message = check_message(check_motion(snapshot, wish, rooms.solvers.of, margin, given_up, looked_for))
         message.stamp.CopyFrom(stamp(snapshot))
         return message
 
-    return await rooms.turns.run_while_wanted(robots, work)
+    return await rooms.turns.run_while_wanted(turns, work)
+
+
+def contact_of(
+    scene: CollisionScene,
+    snapshot: Snapshot,
+    command: StartMotion,
+    until: float,
+    resolution: float,
+    given_up: GivenUp,
+) -> Contact | None:
+    """Return the first contact of a motion that starts in a snapshot, before a time of it (s); None: there is none."""
+    structure = snapshot.structure
+    joints = tuple((structure.node(robot, Kind.ROBOT).uid, joint) for robot, joint in command.joints)
+    q_index, _ = joint_places(structure, joints)
+    tool_states = [(step, structure.node(tool).uid, state) for step, tool, state in command.tool_states]
+    found = first_of_program(scene, snapshot, command.program, q_index, tool_states, until, resolution, given_up)
+    if found is None:
+        return None
+    return Contact(found.time, found.first, found.second, found.distance, resolution, found.points)
+
+
+def _resolution(meters: float) -> float:
+    """Return the resolution (m) that is asked for; raise KernelError for one that makes no sense."""
+    if meters != 0.0 and not FINEST <= meters <= COARSEST:
+        raise KernelError(
+            f"resolution_meters must be 0, which means {RESOLUTION:g}, or {FINEST:g} to {COARSEST:g}, not {meters:g}",
+            field="resolution_meters",
+        )
+    return meters or RESOLUTION
 
 
 def _snapshot(rooms: Rooms, motion: motion_pb2.StartMotionRequest) -> Snapshot:

@@ -99,6 +99,16 @@ class Program:
         """How long all stages take at full rate, in s; waiting for signals takes no time."""
         return self.begins[-1]
 
+    def done_at(self, step: int) -> float:
+        """Return the nominal time (s) at which a step is done: when a later one begins, or the end."""
+        later = (
+            begin + time
+            for stage, begin in zip(self.stages, self.begins, strict=False)
+            for time, number in stage.steps
+            if number > step
+        )
+        return min(later, default=self.duration)
+
 
 def of_plan(plan: Plan, until: tuple[str, bool] | None = None) -> Program:
     """Return the program that does nothing but follow one plan, as a search where `until` says by what."""

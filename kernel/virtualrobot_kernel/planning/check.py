@@ -1,7 +1,8 @@
-"""Whether a motion keeps all limits: planned as it would be started, looked at, and never started."""
+"""Whether a motion keeps all limits and touches nothing: planned as it would be started, and never started."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,8 +18,9 @@ from virtualrobot_kernel.planning.program import MotionWish
 from virtualrobot_kernel.planning.relaxed import relaxed, solver_in
 from virtualrobot_kernel.planning.robots import SolverOf, arm_of
 from virtualrobot_kernel.planning.sampling import Samples, sample_times, sampled
-from virtualrobot_kernel.planning.violations import Violation, ViolationKind, first_of, moves_arm
+from virtualrobot_kernel.planning.violations import Contact, Violation, ViolationKind, first_of, moves_arm, touching
 from virtualrobot_kernel.planning.wishes import JointTrajectory, Move
+from virtualrobot_kernel.world.commands import StartMotion
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind
@@ -28,6 +30,10 @@ MOST_SAMPLES = 100_000
 
 ANSWERS = (Reason.LIMIT_EXCEEDED, Reason.UNREACHABLE, Reason.SINGULARITY)
 """Why a motion is refused whose wish is understood: for a check these are answers."""
+
+
+FirstContact = Callable[[Snapshot, StartMotion, float], Contact | None]
+"""The first contact of a motion that starts in a world, before a time of it (s); None: there is none."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,9 +50,16 @@ class Checked:
 
 
 def check_motion(
-    snapshot: Snapshot, wish: MotionWish, solver_of: SolverOf, min_singular_value: float, given_up: GivenUp
+    snapshot: Snapshot,
+    wish: MotionWish,
+    solver_of: SolverOf,
+    min_singular_value: float,
+    given_up: GivenUp,
+    first_contact: FirstContact | None = None,
 ) -> Checked:
     """Return whether a motion keeps all limits, and else the first one in time that it violates.
+
+    With `first_contact` it is looked for contacts, too: one that is sooner than any other violation is told.
 
     A motion that meets the ends of joints, or moves faster than they can by times of its own, is planned as if there
     were no ends, to find where it does; one that can't be planned even so is told with the place that its planner
@@ -57,17 +70,27 @@ def check_motion(
     except KernelError as error:
         if error.reason not in ANSWERS:
             raise
-        return _refused(snapshot, wish, solver_of, min_singular_value, given_up, error)
-    return _looked_at(snapshot, snapshot, planned, min_singular_value, given_up)
+        return _refused(snapshot, wish, solver_of, min_singular_value, given_up, first_contact, error)
+    return _looked_at(snapshot, snapshot, planned, min_singular_value, given_up, first_contact)
 
 
 def _looked_at(
-    snapshot: Snapshot, planned_on: Snapshot, planned: PlannedMotion, min_singular_value: float, given_up: GivenUp
+    snapshot: Snapshot,
+    planned_on: Snapshot,
+    planned: PlannedMotion,
+    min_singular_value: float,
+    given_up: GivenUp,
+    first_contact: FirstContact | None,
 ) -> Checked:
     """Return what a planned motion violates of the limits of `snapshot`."""
     program, joints = planned.command.program, planned.command.joints
     samples = sampled(planned_on, program, joints, _times(program, snapshot.tick_seconds), given_up)
     violation = first_of(snapshot, program, joints, samples, min_singular_value)
+    if first_contact is not None:
+        until = program.duration if violation is None or violation.time is None else violation.time
+        contact = first_contact(snapshot, planned.command, until)
+        if contact is not None:
+            violation = touching(snapshot, program, joints, contact)
     return Checked(violation, program.duration, _least_singular_value(snapshot, samples), planned.notes)
 
 
@@ -89,6 +112,7 @@ def _refused(
     solver_of: SolverOf,
     min_singular_value: float,
     given_up: GivenUp,
+    first_contact: FirstContact | None,
     error: KernelError,
 ) -> Checked:
     """Return the first violation of a motion that can't be planned."""
@@ -100,13 +124,13 @@ def _refused(
             if other.reason not in ANSWERS:
                 raise
         else:
-            found = _looked_at(snapshot, loose, planned, min_singular_value, given_up)
+            found = _looked_at(snapshot, loose, planned, min_singular_value, given_up, first_contact)
             if found.first_violation is not None:
                 return Checked(found.first_violation)
     if (step := int(error.metadata.get("step", "0"))) > 0:
         # What the steps before it violate comes first.
         steps = replace(wish, steps=wish.steps[:step])
-        before = check_motion(snapshot, steps, solver_of, min_singular_value, given_up)
+        before = check_motion(snapshot, steps, solver_of, min_singular_value, given_up, first_contact)
         if before.first_violation is not None:
             return Checked(before.first_violation)
     return Checked(_told_by(snapshot, error))

@@ -36,11 +36,15 @@ class ViolationKind(Enum):
     REACH = "REACH"
     SINGULARITY = "SINGULARITY"
     OTHER = "OTHER"
+    COLLISION = "COLLISION"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Violation:
-    """A limit that a motion violates, and where: see the message of this name in the contract."""
+    """What a motion violates, and where: see the message of this name in the contract.
+
+    contact: the nodes (names) that touch, and the nearest point (3,) of each; None where it is another violation.
+    """
 
     kind: ViolationKind
     step: int
@@ -52,6 +56,23 @@ class Violation:
     value: float
     limit: float
     message: str
+    contact: tuple[tuple[str, NDArray[np.float64]], ...] | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Contact:
+    """Two nodes (uids) of a world that touch on the way of a motion.
+
+    time: s from its start. distance: m that they are apart then, less than `resolution`. points (2, 3): the nearest
+    points of both, in the world's frame.
+    """
+
+    time: float
+    first: int
+    second: int
+    distance: float
+    resolution: float
+    points: NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,8 +209,7 @@ def _placed(snapshot: Snapshot, program: Program, joints: Sequence[tuple[str, st
     """Return a violation with its place, in words too."""
     joint = joints[found.column][1] if found.column >= 0 else ""
     pose = tool_pose(snapshot, program, joints, found.robot, found.time)
-    x, y, z = pose[:3, 3].tolist()
-    where = f"after {found.time:.4g} s, with the tool centre point at x {x:.4f}, y {y:.4f}, z {z:.4f} m"
+    where = f"after {found.time:.4g} s, {_at(pose)}"
     if found.kind is ViolationKind.SINGULARITY:
         message = (
             f"{found.robot!r} comes too near to a singularity {where}: the smallest singular value of the Jacobian is "
@@ -207,6 +227,37 @@ def _placed(snapshot: Snapshot, program: Program, joints: Sequence[tuple[str, st
     return Violation(
         found.kind, step, found.robot, joint, found.time, fraction, pose, found.value, found.limit, message
     )
+
+
+def touching(snapshot: Snapshot, program: Program, joints: Sequence[tuple[str, str]], contact: Contact) -> Violation:
+    """Return the violation that a contact on the way of a motion is, with its place, in words too."""
+    structure = snapshot.structure
+    first, second = (structure.nodes[uid] for uid in (contact.first, contact.second))
+    stage = program.stages[_stage_at(program, contact.time)]
+    moved = {joints[column][0] for column in stage.columns} if stage.plan else {robot for robot, _ in joints}
+    above = (node.name for uid in (first.uid, second.uid) for node in structure.ancestors(uid) if node.name in moved)
+    robot = next(above, joints[0][0])
+    found = _Found(contact.time, ViolationKind.COLLISION, robot, -1, contact.distance, contact.resolution)
+    pose = tool_pose(snapshot, program, joints, robot, contact.time)
+    when = f"after {contact.time:.4g} s" if contact.time > 0.0 else "where the motion starts"
+    return Violation(
+        kind=found.kind,
+        step=int(steps_at(program, np.array([contact.time]))[0]),
+        robot=robot,
+        joint="",
+        time=contact.time,
+        path_fraction=_fraction(program, joints, found),
+        world_t_tcp=pose,
+        value=contact.distance,
+        limit=contact.resolution,
+        message=f"{first.name!r} touches {second.name!r} {when}, {_at(pose)}",
+        contact=((first.name, contact.points[0]), (second.name, contact.points[1])),
+    )
+
+
+def _at(world_t_tcp: Pose) -> str:
+    x, y, z = world_t_tcp[:3, 3].tolist()
+    return f"with the tool centre point at x {x:.4f}, y {y:.4f}, z {z:.4f} m"
 
 
 WORDS = {
@@ -228,10 +279,14 @@ def tool_pose(snapshot: Snapshot, program: Program, joints: Sequence[tuple[str, 
     return tool_states(tool_chain(snapshot, node), q, np.zeros_like(q)).world_t_tcp[0]
 
 
+def _stage_at(program: Program, time: float) -> int:
+    return int(np.clip(np.searchsorted(program.begins, time, side="right") - 1, 0, len(program.stages) - 1))
+
+
 def _fraction(program: Program, joints: Sequence[tuple[str, str]], found: _Found) -> float | None:
     """Return how much of its step's path is done, by the path parameter of the track that the violation is on."""
     own = {found.column} if found.column >= 0 else {at for at, (robot, _) in enumerate(joints) if robot == found.robot}
-    place = int(np.clip(np.searchsorted(program.begins, found.time, side="right") - 1, 0, len(program.stages) - 1))
+    place = _stage_at(program, found.time)
     stage, begin = program.stages[place], program.begins[place]
     if stage.plan is None:
         return None

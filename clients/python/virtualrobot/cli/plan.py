@@ -34,6 +34,9 @@ Examples:
 """
 
 
+limits_only = click.option("--limits-only", is_flag=True, help="Don't look for collisions.")
+
+
 @click.command(epilog=_PLAN_EXAMPLES)
 @order_options
 @click.option(
@@ -80,23 +83,28 @@ def plan(target: Target, robot: str, order: Order, every: float | None, file: st
     metavar="VALUE",
     help="The smallest singular value of the Jacobian that is accepted [that of lines and arcs alone].",
 )
+@limits_only
 @target_options
-def check(target: Target, robot: str, order: Order, min_singular_value: float) -> int:
-    """Tell whether a move keeps all limits: exit code 0, or 1 with the first one that it violates. Nothing moves."""
+def check(target: Target, robot: str, order: Order, min_singular_value: float, limits_only: bool) -> int:
+    """Tell whether a move keeps all limits and touches nothing. Nothing moves.
+
+    The exit code is 0, or 1 with what it violates first.
+    """
     with target.connect() as client:
         handle = client.robot(robot)
-        found = handle.check(order.move(handle), min_singular_value=min_singular_value)
-    return verdict(robot, found)
+        found = handle.check(order.move(handle), min_singular_value=min_singular_value, collisions=not limits_only)
+    return verdict(robot, found, limits_only)
 
 
-def verdict(what: str, found: MotionCheck) -> int:
+def verdict(what: str, found: MotionCheck, limits_only: bool) -> int:
     """Print in a line what a check has found; return the exit code."""
     if found.first_violation is not None:
         click.echo(found.first_violation.message)
         return 1
     margin = found.min_singular_value
     near = "" if margin is None else f", and its smallest singular value is {margin:.3g}"
-    click.echo(f"{what} keeps all limits: the motion takes {found.duration_seconds:.3f} s{near}")
+    keeps = "keeps all limits" if limits_only else "keeps all limits and touches nothing"
+    click.echo(f"{what} {keeps}: the motion takes {found.duration_seconds:.3f} s{near}")
     return 0
 
 

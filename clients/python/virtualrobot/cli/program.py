@@ -6,7 +6,7 @@ import click
 
 from virtualrobot.cli.move import follow, show_notes
 from virtualrobot.cli.options import GO_ON, Target, target_options
-from virtualrobot.cli.plan import verdict
+from virtualrobot.cli.plan import limits_only, verdict
 
 _EXAMPLE = """
 \b
@@ -25,20 +25,27 @@ Example of a FILE; names are those of StartMotionRequest in the contract:
 @click.argument("file", type=click.Path(exists=True, dir_okay=False))
 @click.option("--preempt", is_flag=True, help="Stop what the robots do and take over.")
 @click.option("--no-wait", is_flag=True, help="Return at once; the program goes on.")
-@click.option("--check", is_flag=True, help="Tell whether it keeps all limits, with exit code 0 or 1; nothing moves.")
+@click.option(
+    "--check",
+    is_flag=True,
+    help="Tell whether it keeps all limits and touches nothing, with exit code 0 or 1; nothing moves.",
+)
+@limits_only
 @target_options
-def program(target: Target, file: str, preempt: bool, no_wait: bool, check: bool) -> int:
+def program(target: Target, file: str, preempt: bool, no_wait: bool, check: bool, limits_only: bool) -> int:
     """Run the program in FILE (YAML) and show how far it is; Ctrl-C stops it on its path.
 
     All steps are planned before anything moves. What the planner makes other than it was asked to is told.
     """
+    if limits_only and not check:
+        raise click.UsageError("--limits-only goes with --check")
     with target.connect() as client:
         steps = client.read_program(file)
         if check:
-            found = steps.check()
+            found = steps.check(collisions=not limits_only)
             if found.first_violation is not None:
                 click.echo(f"step {found.first_violation.step}: ", nl=False)
-            return verdict(file, found)
+            return verdict(file, found, limits_only)
         if client.clock.mode == "stepped" and not no_wait:
             click.echo(f"time stands still: the program goes on with each 'virtualrobot step'; {GO_ON}", err=True)
         motion = steps.start(

@@ -87,6 +87,7 @@ class ViolationKind(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     VIOLATION_KIND_REACH: _ClassVar[ViolationKind]
     VIOLATION_KIND_SINGULARITY: _ClassVar[ViolationKind]
     VIOLATION_KIND_OTHER: _ClassVar[ViolationKind]
+    VIOLATION_KIND_COLLISION: _ClassVar[ViolationKind]
 
 class SetpointMode(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
@@ -144,6 +145,7 @@ VIOLATION_KIND_EFFORT: ViolationKind
 VIOLATION_KIND_REACH: ViolationKind
 VIOLATION_KIND_SINGULARITY: ViolationKind
 VIOLATION_KIND_OTHER: ViolationKind
+VIOLATION_KIND_COLLISION: ViolationKind
 SETPOINT_MODE_UNSPECIFIED: SetpointMode
 SETPOINT_MODE_POSITION: SetpointMode
 SETPOINT_MODE_VELOCITY: SetpointMode
@@ -528,15 +530,19 @@ class RobotTrajectory(_message.Message):
     def __init__(self, robot: _Optional[str] = ..., joint_names: _Optional[_Iterable[str]] = ..., positions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., velocities: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., accelerations: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., efforts: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., tcp_speeds: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
 
 class CheckMotionRequest(_message.Message):
-    __slots__ = ("motion", "min_singular_value")
+    __slots__ = ("motion", "min_singular_value", "ignore_collisions", "resolution_meters")
     MOTION_FIELD_NUMBER: _ClassVar[int]
     MIN_SINGULAR_VALUE_FIELD_NUMBER: _ClassVar[int]
+    IGNORE_COLLISIONS_FIELD_NUMBER: _ClassVar[int]
+    RESOLUTION_METERS_FIELD_NUMBER: _ClassVar[int]
     motion: StartMotionRequest
     min_singular_value: float
-    def __init__(self, motion: _Optional[_Union[StartMotionRequest, _Mapping]] = ..., min_singular_value: _Optional[float] = ...) -> None: ...
+    ignore_collisions: bool
+    resolution_meters: float
+    def __init__(self, motion: _Optional[_Union[StartMotionRequest, _Mapping]] = ..., min_singular_value: _Optional[float] = ..., ignore_collisions: bool = ..., resolution_meters: _Optional[float] = ...) -> None: ...
 
 class Violation(_message.Message):
-    __slots__ = ("kind", "step", "robot", "joint", "time_seconds", "path_fraction", "world_t_tcp", "value", "limit", "message")
+    __slots__ = ("kind", "step", "robot", "joint", "time_seconds", "path_fraction", "world_t_tcp", "value", "limit", "message", "first", "second", "first_point", "second_point")
     KIND_FIELD_NUMBER: _ClassVar[int]
     STEP_FIELD_NUMBER: _ClassVar[int]
     ROBOT_FIELD_NUMBER: _ClassVar[int]
@@ -547,6 +553,10 @@ class Violation(_message.Message):
     VALUE_FIELD_NUMBER: _ClassVar[int]
     LIMIT_FIELD_NUMBER: _ClassVar[int]
     MESSAGE_FIELD_NUMBER: _ClassVar[int]
+    FIRST_FIELD_NUMBER: _ClassVar[int]
+    SECOND_FIELD_NUMBER: _ClassVar[int]
+    FIRST_POINT_FIELD_NUMBER: _ClassVar[int]
+    SECOND_POINT_FIELD_NUMBER: _ClassVar[int]
     kind: ViolationKind
     step: int
     robot: str
@@ -557,7 +567,11 @@ class Violation(_message.Message):
     value: float
     limit: float
     message: str
-    def __init__(self, kind: _Optional[_Union[ViolationKind, str]] = ..., step: _Optional[int] = ..., robot: _Optional[str] = ..., joint: _Optional[str] = ..., time_seconds: _Optional[float] = ..., path_fraction: _Optional[float] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., value: _Optional[float] = ..., limit: _Optional[float] = ..., message: _Optional[str] = ...) -> None: ...
+    first: str
+    second: str
+    first_point: _geometry_pb2.Vector3
+    second_point: _geometry_pb2.Vector3
+    def __init__(self, kind: _Optional[_Union[ViolationKind, str]] = ..., step: _Optional[int] = ..., robot: _Optional[str] = ..., joint: _Optional[str] = ..., time_seconds: _Optional[float] = ..., path_fraction: _Optional[float] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., value: _Optional[float] = ..., limit: _Optional[float] = ..., message: _Optional[str] = ..., first: _Optional[str] = ..., second: _Optional[str] = ..., first_point: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., second_point: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ...) -> None: ...
 
 class CheckMotionResponse(_message.Message):
     __slots__ = ("stamp", "first_violation", "duration_seconds", "min_singular_value", "notes")

@@ -118,7 +118,9 @@ class MotionServiceServicer(object):
         raise NotImplementedError('Method not implemented!')
 
     def CheckMotion(self, request, context):
-        """Whether a motion keeps all limits, and which one it violates first, with time, place and amount. Nothing moves.
+        """Whether a motion keeps all limits and touches nothing, and else what it violates first, with time, place and amount.
+        Collisions are looked for everywhere on the way, not only at places of it; what touches already, and the motion moves,
+        touches after 0 s. Nothing moves.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')

@@ -8,7 +8,7 @@ import numpy as np
 from virtualrobot.v1 import geometry_pb2, motion_pb2
 
 from virtualrobot_kernel.api.convert.program import note_messages
-from virtualrobot_kernel.api.convert.values import array_message, pose_message, poses_array
+from virtualrobot_kernel.api.convert.values import array_message, pose_message, poses_array, vector_message
 from virtualrobot_kernel.planning.check import Checked
 from virtualrobot_kernel.planning.notes import Note
 from virtualrobot_kernel.planning.sampling import RobotSamples, Samples
@@ -53,7 +53,8 @@ def check_message(checked: Checked) -> motion_pb2.CheckMotionResponse:
 
 
 def violation_message(violation: Violation) -> motion_pb2.Violation:
-    """Return a limit that a motion violates."""
+    """Return a limit that a motion violates, or a collision on its way."""
+    (first, first_point), (second, second_point) = violation.contact or (("", None), ("", None))
     return motion_pb2.Violation(
         kind=VIOLATIONS[violation.kind],
         step=violation.step,
@@ -65,4 +66,8 @@ def violation_message(violation: Violation) -> motion_pb2.Violation:
         value=violation.value,
         limit=violation.limit,
         message=violation.message,
+        first=first,
+        second=second,
+        first_point=None if first_point is None else vector_message(first_point),
+        second_point=None if second_point is None else vector_message(second_point),
     )
