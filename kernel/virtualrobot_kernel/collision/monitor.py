@@ -1,4 +1,7 @@
-"""The collision monitor: tells what touches and may not whenever something has moved, and stops robots for it."""
+"""The collision monitor: tells what touches and may not whenever something has moved, and stops robots for it.
+
+It looks ahead, too, where the settings say so: then it stops robots before they touch (`collision/ahead.py`).
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from virtualrobot_kernel.collision.ahead import LookAhead
 from virtualrobot_kernel.collision.allowed import Pair
 from virtualrobot_kernel.collision.bodies import made_of
 from virtualrobot_kernel.collision.geometry import CollisionShapes
@@ -24,6 +28,9 @@ from virtualrobot_kernel.world.store import World
 
 PERIOD_SECONDS = 0.02
 """The least time from one check to the next where time follows the wall clock."""
+
+AHEAD_SECONDS = 0.02
+"""After how long looking ahead gives way to the next check where time follows the wall clock; then it goes on."""
 
 PATIENCE_SECONDS = 0.1
 """How often the world, while it waits for a check, looks whether the thread is still there."""
@@ -48,6 +55,7 @@ class Monitor:
         self.latest = Report(world.snapshot)
         """How things were at the last check; replaced, never changed."""
         self._scene: CollisionScene | None = None
+        self._ahead = LookAhead()
         self._scope = Scope()
         self._checked: Snapshot | None = None
         self._halts: tuple[Halt, ...] = ()
@@ -199,8 +207,16 @@ class Monitor:
             happened.append(touches[pair])
             halt = None if tolerated else halt_of(pair, names, scope, snapshot.structure)
             halts.extend([halt] if halt else [])
+        if self._scene is not None:
+            halt = self._ahead.look(self._scene, snapshot, found, self._enough())
+            halts.extend([halt] if halt else [])
         self._scope = scope
         return happened, tuple(touches[pair] for pair in sorted(touches)), halts
+
+    def _enough(self) -> Callable[[], bool]:
+        """Return what tells when to look ahead no longer; in STEPPED mode the world waits for all of it."""
+        end = time.monotonic() + AHEAD_SECONDS
+        return lambda: self._world.clock.mode is not Mode.STEPPED and time.monotonic() > end
 
     def _contacts(self, pairs: Collection[Pair], robots: Collection[int]) -> dict[Pair, Collision]:
         """Return where pairs touch."""

@@ -102,7 +102,7 @@ steps:
 def test_a_program_file_is_checked(run: Run, bent: Robot, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "program.yaml"
     file.write_text(PROGRAM.replace("GOAL", "0.5"))
-    assert f"{file} keeps all limits: the motion takes " in run("program", str(file), "--check")
+    assert f"{file} keeps all limits and touches nothing: the motion takes " in run("program", str(file), "--check")
     file.write_text(PROGRAM.replace("GOAL", "5"))
     assert code_of("program", str(file), "--check") == 1
     assert capsys.readouterr().out.startswith("step 1: the joint 'lbr_iiwa_joint_1' of 'iiwa' leaves its range")
@@ -125,7 +125,7 @@ def code_of(*arguments: str) -> object:
 
 def test_check_has_a_verdict_and_an_exit_code(run: Run, bent: Robot, capsys: pytest.CaptureFixture[str]) -> None:
     told = run("check", "iiwa", "lbr_iiwa_joint_1=0.5")
-    assert told.startswith("iiwa keeps all limits: the motion takes ")
+    assert told.startswith("iiwa keeps all limits and touches nothing: the motion takes ")
     assert told.count("\n") == 1
     assert code_of("check", "iiwa", "lbr_iiwa_joint_1=4") == 1
     captured = capsys.readouterr()

@@ -1,0 +1,83 @@
+"""Looking ahead over TCP: what is put in the way of a motion stops it before contact, whatever the clock."""
+
+from __future__ import annotations
+
+import numpy as np
+from virtualrobot.v1 import collision_pb2, motion_pb2, scene_pb2
+
+from tests.api.asking import IIWA, apply, box, create, ended, joints, load, start
+from tests.api.conftest import Stubs
+from tests.api.moving import CANCELLED, RUNNING, SUCCEEDED, motion
+from tests.api.reading import step
+
+STOP = collision_pb2.COLLISION_MODE_STOP
+
+
+def looking(stubs: Stubs, seconds: float) -> None:
+    """Load an arm that is to be stopped, so many seconds ahead."""
+    load(stubs, IIWA, "arm")
+    request = collision_pb2.SetCollisionSettingsRequest(mode=STOP, look_ahead_seconds=seconds)
+    stubs.collision.SetCollisionSettings(request)
+
+
+def touching(stubs: Stubs) -> bool:
+    return bool(stubs.collision.CheckCollision(collision_pb2.CheckCollisionRequest()).pairs)
+
+
+def lean(stubs: Stubs, speed_factor: float) -> str:
+    return start(stubs, joints("arm", speed_factor=speed_factor, lbr_iiwa_joint_2=1.9)).id
+
+
+def test_a_box_in_the_way_stops_the_motion_and_each_tick_is_free(stepped: Stubs, rng: np.random.Generator) -> None:
+    looking(stepped, 1.0)
+    id = lean(stepped, 0.1)
+    step(stepped, int(rng.integers(1, 100)))
+    assert motion(stepped, id).phase == RUNNING
+    apply(stepped, create(box("box", x=0.5, z=0.9)))
+    while motion(stepped, id).phase not in (SUCCEEDED, CANCELLED):
+        step(stepped)
+        assert not touching(stepped)
+    told = motion(stepped, id)
+    assert (told.phase, told.cancel_cause) == (CANCELLED, motion_pb2.CANCEL_CAUSE_COLLISION)
+    assert "'arm.lbr_iiwa_link_" in told.cancel_reason and "would touch 'box' in " in told.cancel_reason
+
+
+def test_nothing_in_the_way_stops_nothing(stepped: Stubs) -> None:
+    """Turned about its first joint, upright, the arm goes nowhere near a box beside it."""
+    looking(stepped, 1.0)
+    apply(stepped, create(box("box", x=0.5, z=0.2)))
+    id = start(stepped, joints("arm", lbr_iiwa_joint_1=1.5)).id
+    step(stepped, 1000)
+    assert motion(stepped, id).phase == SUCCEEDED
+
+
+def test_without_looking_ahead_the_arm_stops_when_it_touches(stepped: Stubs) -> None:
+    looking(stepped, 0.0)
+    id = lean(stepped, 0.1)
+    apply(stepped, create(box("box", x=0.5, z=0.9)))
+    step(stepped, 1500)
+    told = motion(stepped, id)
+    assert told.cancel_cause == motion_pb2.CANCEL_CAUSE_COLLISION and " touches 'box'" in told.cancel_reason
+    assert touching(stepped)
+
+
+def test_a_box_in_the_way_stops_the_motion_while_the_clock_runs(stubs: Stubs) -> None:
+    looking(stubs, 3.0)
+    id = lean(stubs, 0.05)
+    apply(stubs, create(box("box", x=0.5, z=0.9)))
+    told = ended(stubs, id)
+    assert (told.phase, told.cancel_cause) == (CANCELLED, motion_pb2.CANCEL_CAUSE_COLLISION)
+    assert "would touch 'box' in " in told.cancel_reason
+    assert not touching(stubs)
+
+
+def test_a_box_that_is_gone_again_is_no_reason(stepped: Stubs) -> None:
+    """It is beyond the horizon while it is there."""
+    looking(stepped, 0.2)
+    id = lean(stepped, 0.1)
+    apply(stepped, create(box("box", x=0.5, z=0.9)))
+    step(stepped, 100)
+    assert motion(stepped, id).phase == RUNNING
+    apply(stepped, scene_pb2.Command(remove_node=scene_pb2.RemoveNode(name="box")))
+    step(stepped, 3000)
+    assert motion(stepped, id).phase == SUCCEEDED
