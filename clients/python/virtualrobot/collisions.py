@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot.allowed_pairs import AllowedPairs
+from virtualrobot.collision_values import Collision, collision_of, point_of
+from virtualrobot.collision_watch import CollisionReport, watch_collisions
 from virtualrobot.configurations import ConfigurationsCheck, check_message, gathered
 from virtualrobot.dynamics import Samples
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
-from virtualrobot.v1 import collision_pb2, geometry_pb2
+from virtualrobot.v1 import collision_pb2
 from virtualrobot.wire import Stamp, joint_map, stamp_of
 
 Configurations = Mapping[str, Mapping[str, float]]
@@ -31,28 +33,6 @@ MODES = {
     "stop": collision_pb2.COLLISION_MODE_STOP,
     "guard": collision_pb2.COLLISION_MODE_GUARD,
 }
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Collision:
-    """Two nodes that touch and may not.
-
-    Attributes:
-        first: the name of a node, and `second` that of another one.
-        points: (k, 3) where, in the world's frame; none where only pairs were asked for.
-        normals: (k, 3) unit normals there, from the first to the second.
-        depth: how far one must be moved, in the best direction, until they only touch, in meters; None where only pairs
-            were asked for.
-        depth_approximate: whether it is not exact: a mesh that isn't convex counted as its convex hull, or several
-            figures of the nodes touch.
-    """
-
-    first: str
-    second: str
-    points: NDArray[np.float64]
-    normals: NDArray[np.float64]
-    depth: float | None
-    depth_approximate: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +123,7 @@ class Collisions:
             configurations=_messages(configurations), detail=DETAILS[detail], robots=robots
         )
         response = self._services.collision.CheckCollision(request, timeout=LONG_TIMEOUT_SECONDS)
-        return Check(tuple(map(_collision, response.pairs)), response.check_seconds, stamp_of(response.stamp))
+        return Check(tuple(map(collision_of, response.pairs)), response.check_seconds, stamp_of(response.stamp))
 
     def check_configurations(
         self,
@@ -226,10 +206,22 @@ class Collisions:
                 pair.first,
                 pair.second,
                 pair.distance_meters,
-                np.array([_vector(pair.first_point), _vector(pair.second_point)]),
+                np.array([point_of(pair.first_point), point_of(pair.second_point)]),
             )
             for pair in response.pairs
         ]
+
+    def watch(self) -> Iterator[CollisionReport]:
+        """Yield what touches now, of robots whose mode is not off, and then what begins and ends as it happens.
+
+        Whoever reads slowly gets the latest, and the last 1,000 events that he has missed.
+
+        Example:
+            >>> for report in client.collisions.watch():
+            ...     for event in report.events:
+            ...         print(event)
+        """
+        return watch_collisions(self._services)
 
     @property
     def settings(self) -> CollisionSettings:
@@ -283,17 +275,6 @@ def _messages(configurations: Configurations | None) -> Iterator[collision_pb2.R
         yield collision_pb2.RobotConfiguration(robot=robot, joint_positions=joint_map(positions))
 
 
-def _collision(pair: collision_pb2.CollisionPair) -> Collision:
-    return Collision(
-        pair.first,
-        pair.second,
-        np.array([_vector(contact.point) for contact in pair.contacts]).reshape(-1, 3),
-        np.array([_vector(contact.normal) for contact in pair.contacts]).reshape(-1, 3),
-        pair.depth_meters if pair.HasField("depth_meters") else None,
-        pair.depth_approximate,
-    )
-
-
 def _mode(name: str) -> collision_pb2.CollisionMode:
     if name and name not in MODES:
         raise InvalidArgumentError(f"a collision mode is one of {', '.join(MODES)}, not {name!r}")
@@ -302,7 +283,3 @@ def _mode(name: str) -> collision_pb2.CollisionMode:
 
 def _mode_name(mode: collision_pb2.CollisionMode) -> str:
     return next(name for name, number in MODES.items() if number == mode)
-
-
-def _vector(vector: geometry_pb2.Vector3) -> tuple[float, float, float]:
-    return vector.x, vector.y, vector.z

@@ -66,7 +66,7 @@ class Monitor:
         self._wake = threading.Event()
         self._ended = False
         self._overseeing = False
-        self._thread = threading.Thread(target=self._run, name="collisions", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="monitor", daemon=True)
         self._thread.start()
         world.listen(self._published)
 

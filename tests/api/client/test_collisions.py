@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 import pytest
 import virtualrobot
 from virtualrobot import Client, Robot
+from virtualrobot.collision_watch import CollisionEvent
 
 from tests.api.client.conftest import Run
 
@@ -77,6 +79,35 @@ def test_a_search_tells_its_progress_and_may_be_ended(cell: Client) -> None:
         cell.collisions.allowed.find("iiwa", samples=50_000, progress=stop)
 
 
+def test_a_watch_tells_what_touches_stops_and_ends(cell: Client, iiwa: Robot, run: Run) -> None:
+    cell.clock.set_stepped()
+    cell.collisions.set("stop")
+    with closing(cell.collisions.watch()) as watch:  # pyright: ignore[reportArgumentType] a generator
+        report = first = next(watch)
+        assert (first.touching, first.events, first.missed_events, first.fault) == ((), (), 0, "")
+        motion = iiwa.move_joints({"lbr_iiwa_joint_2": 1.9}, speed_factor=0.2, wait=False)
+        cell.clock.step(1000)
+        events: list[CollisionEvent] = []
+        while not any(event.kind == "stopped" for event in events):
+            report = next(watch)
+            events.extend(report.events)
+    begun, stopped = events[0], next(event for event in events if event.kind == "stopped")
+    assert (begun.kind, begun.nodes[1], begun.begun and begun.begun.tolerated) == ("begun", "box", False)
+    assert begun.begun is not None
+    assert begun.begun.collision.points.shape[1] == 3
+    assert begun.simulation_time == begun.begun.simulation_time > 0.0
+    assert (stopped.robots, stopped.tick, stopped.motion_ids) == (("iiwa",), begun.tick, (motion.id,))
+    assert stopped.reason == f"'{begun.nodes[0]}' touches 'box'"
+    assert str(stopped) == f"{stopped.simulation_time:.3f} s  iiwa stopped: {stopped.reason}"
+    assert re.match(rf"\d\.\d{{3}} s  {begun.nodes[0]} and box touch at [-\d., ]+, about [\d.]+ mm deep$", str(begun))
+    assert report.checks > 1 and report.check_seconds > 0.0 and report.stamp.tick >= stopped.tick
+    assert re.match(
+        r"(iiwa\.\w+ touches box at [-\d., ]+, about [\d.]+ mm deep\n)+$", run("collision", "watch", "--count", "0")
+    )
+    cell.collisions.set("off")
+    assert run("collision", "watch", "--count", "0") == "nothing touches that may not\n"
+
+
 def test_nonsense_is_refused_before_or_by_the_kernel(cell: Client) -> None:
     with pytest.raises(virtualrobot.InvalidArgumentError, match="one of first, pairs, contacts, not 'all'"):
         cell.collisions.check(detail="all")
@@ -96,7 +127,7 @@ def test_the_command_line_shows_it(cell: Client, iiwa: Robot, run: Run) -> None:
     assert len(run("collision", "distance", "iiwa", "box", "--range", "9").splitlines()) == 8
     assert run("collision", "distance", "iiwa", "box", "--range", "0.01") == "nothing is so near\n"
     cell.scene.add_part("ball", virtualrobot.sphere(0.05), pose=virtualrobot.pose(x=0.12, z=0.02))
-    assert re.match(r"iiwa\.lbr_iiwa_link_0 touches ball at [-\d., ]+\n$", run("collision"))
+    assert re.match(r"iiwa\.lbr_iiwa_link_0 touches ball at [-\d., ]+, about [\d.]+ mm deep\n$", run("collision"))
     run("collision", "allow", "ball", "iiwa.lbr_iiwa_link_0", "--reason", "lies there")
     assert run("collision", "allowed", "ball").split() == ["iiwa.lbr_iiwa_link_0", "ball", "client", "lies", "there"]
     assert run("collision") == "nothing touches that may not\n"

@@ -11,7 +11,9 @@ from virtualrobot.cli.options import FiniteRange, Target, target_options
 
 if TYPE_CHECKING:
     from virtualrobot.allowed_pairs import AllowedPair, SampledPair
-    from virtualrobot.collisions import Collision, CollisionSettings, Distance
+    from virtualrobot.collision_values import Collision
+    from virtualrobot.collision_watch import CollisionReport
+    from virtualrobot.collisions import CollisionSettings, Distance
 
 MODES = ("off", "monitor", "stop", "guard")
 
@@ -24,6 +26,7 @@ Examples:
   virtualrobot collision allow arm.link_0 table --reason "stands on it"
   virtualrobot collision find arm
   virtualrobot collision mode stop
+  virtualrobot collision watch
 """
 
 
@@ -101,6 +104,21 @@ def mode(target: Target, mode: str | None, robots: tuple[str, ...], look_ahead: 
 
 
 @collision.command()
+@click.option("--count", type=click.IntRange(min=0), metavar="N", help="End after so many events.")
+@target_options
+def watch(target: Target, count: int | None) -> None:
+    """Show what touches now, then what begins and ends and whom it stops, until Ctrl-C."""
+    told: int | None = None
+    with target.connect() as client:
+        for report in client.collisions.watch():
+            for line in report_lines(report, first=told is None):
+                click.echo(line)
+            told = (told or 0) + len(report.events) + report.missed_events
+            if count is not None and told >= count:
+                break
+
+
+@collision.command()
 @click.argument("robot")
 @click.option("--samples", type=click.IntRange(min=1), default=1000, metavar="N", help="Configurations [1000].")
 @click.option("--seed", type=click.IntRange(min=0), default=0, metavar="N", help="What they are drawn from [0].")
@@ -114,14 +132,22 @@ def find(target: Target, robot: str, samples: int, seed: int) -> None:
 
 def collision_lines(found: Sequence[Collision]) -> Iterator[str]:
     """Yield what touches as lines."""
+    from virtualrobot.collision_values import where
+
     if not found:
         yield "nothing touches that may not"
     for pair in found:
-        where = ", ".join(f"{value:z.3f}" for value in pair.points[0])
-        deep = ""
-        if pair.depth is not None:
-            deep = f", {'about ' if pair.depth_approximate else ''}{1e3 * pair.depth:.1f} mm deep"
-        yield f"{pair.first} touches {pair.second} at {where}{deep}"
+        yield f"{pair.first} touches {pair.second}{where(pair)}"
+
+
+def report_lines(report: CollisionReport, first: bool) -> Iterator[str]:
+    """Yield what a watch tells as lines: all that touches first, then what has happened."""
+    if first:
+        yield from collision_lines([one.collision for one in report.touching])
+        yield from [report.fault] * bool(report.fault)
+    if report.missed_events:
+        yield f"{report.missed_events} events were not told: there were more than 1,000"
+    yield from map(str, report.events)
 
 
 def settings_lines(found: CollisionSettings) -> list[str]:

@@ -305,3 +305,75 @@ class SampledPair(_message.Message):
     second: str
     touched: int
     def __init__(self, first: _Optional[str] = ..., second: _Optional[str] = ..., touched: _Optional[int] = ...) -> None: ...
+
+class WatchCollisionsRequest(_message.Message):
+    __slots__ = ()
+    def __init__(self) -> None: ...
+
+class WatchCollisionsResponse(_message.Message):
+    __slots__ = ("stamp", "touching", "events", "missed_events", "fault", "checks", "check_seconds")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    TOUCHING_FIELD_NUMBER: _ClassVar[int]
+    EVENTS_FIELD_NUMBER: _ClassVar[int]
+    MISSED_EVENTS_FIELD_NUMBER: _ClassVar[int]
+    FAULT_FIELD_NUMBER: _ClassVar[int]
+    CHECKS_FIELD_NUMBER: _ClassVar[int]
+    CHECK_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    touching: _containers.RepeatedCompositeFieldContainer[ReportedCollision]
+    events: _containers.RepeatedCompositeFieldContainer[CollisionEvent]
+    missed_events: int
+    fault: str
+    checks: int
+    check_seconds: float
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., touching: _Optional[_Iterable[_Union[ReportedCollision, _Mapping]]] = ..., events: _Optional[_Iterable[_Union[CollisionEvent, _Mapping]]] = ..., missed_events: _Optional[int] = ..., fault: _Optional[str] = ..., checks: _Optional[int] = ..., check_seconds: _Optional[float] = ...) -> None: ...
+
+class ReportedCollision(_message.Message):
+    __slots__ = ("pair", "tolerated", "tick", "simulation_time_seconds")
+    PAIR_FIELD_NUMBER: _ClassVar[int]
+    TOLERATED_FIELD_NUMBER: _ClassVar[int]
+    TICK_FIELD_NUMBER: _ClassVar[int]
+    SIMULATION_TIME_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    pair: CollisionPair
+    tolerated: bool
+    tick: int
+    simulation_time_seconds: float
+    def __init__(self, pair: _Optional[_Union[CollisionPair, _Mapping]] = ..., tolerated: bool = ..., tick: _Optional[int] = ..., simulation_time_seconds: _Optional[float] = ...) -> None: ...
+
+class CollisionEvent(_message.Message):
+    __slots__ = ("number", "tick", "simulation_time_seconds", "begun", "ended", "stopped", "fault")
+    NUMBER_FIELD_NUMBER: _ClassVar[int]
+    TICK_FIELD_NUMBER: _ClassVar[int]
+    SIMULATION_TIME_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    BEGUN_FIELD_NUMBER: _ClassVar[int]
+    ENDED_FIELD_NUMBER: _ClassVar[int]
+    STOPPED_FIELD_NUMBER: _ClassVar[int]
+    FAULT_FIELD_NUMBER: _ClassVar[int]
+    number: int
+    tick: int
+    simulation_time_seconds: float
+    begun: ReportedCollision
+    ended: EndedCollision
+    stopped: StoppedRobots
+    fault: str
+    def __init__(self, number: _Optional[int] = ..., tick: _Optional[int] = ..., simulation_time_seconds: _Optional[float] = ..., begun: _Optional[_Union[ReportedCollision, _Mapping]] = ..., ended: _Optional[_Union[EndedCollision, _Mapping]] = ..., stopped: _Optional[_Union[StoppedRobots, _Mapping]] = ..., fault: _Optional[str] = ...) -> None: ...
+
+class EndedCollision(_message.Message):
+    __slots__ = ("first", "second", "apart")
+    FIRST_FIELD_NUMBER: _ClassVar[int]
+    SECOND_FIELD_NUMBER: _ClassVar[int]
+    APART_FIELD_NUMBER: _ClassVar[int]
+    first: str
+    second: str
+    apart: bool
+    def __init__(self, first: _Optional[str] = ..., second: _Optional[str] = ..., apart: bool = ...) -> None: ...
+
+class StoppedRobots(_message.Message):
+    __slots__ = ("robots", "motion_ids", "reason")
+    ROBOTS_FIELD_NUMBER: _ClassVar[int]
+    MOTION_IDS_FIELD_NUMBER: _ClassVar[int]
+    REASON_FIELD_NUMBER: _ClassVar[int]
+    robots: _containers.RepeatedScalarFieldContainer[str]
+    motion_ids: _containers.RepeatedScalarFieldContainer[str]
+    reason: str
+    def __init__(self, robots: _Optional[_Iterable[str]] = ..., motion_ids: _Optional[_Iterable[str]] = ..., reason: _Optional[str] = ...) -> None: ...

@@ -71,6 +71,11 @@ class CollisionServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_collision__pb2.SetCollisionSettingsRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_collision__pb2.SetCollisionSettingsResponse.FromString,
                 _registered_method=True)
+        self.WatchCollisions = channel.unary_stream(
+                '/virtualrobot.v1.CollisionService/WatchCollisions',
+                request_serializer=virtualrobot_dot_v1_dot_collision__pb2.WatchCollisionsRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_collision__pb2.WatchCollisionsResponse.FromString,
+                _registered_method=True)
         self.FindAllowedPairs = channel.unary_stream(
                 '/virtualrobot.v1.CollisionService/FindAllowedPairs',
                 request_serializer=virtualrobot_dot_v1_dot_collision__pb2.FindAllowedPairsRequest.SerializeToString,
@@ -134,6 +139,14 @@ class CollisionServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
+    def WatchCollisions(self, request, context):
+        """What touches and may not, of robots whose mode is not OFF: all of it at once, then what begins and ends as it
+        happens. Whoever reads slowly is told the latest, and the last 1,000 events that he has missed.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
     def FindAllowedPairs(self, request, context):
         """Tries random configurations of a robot, and tells which of its nodes always or never touch each other.
         """
@@ -178,6 +191,11 @@ def add_CollisionServiceServicer_to_server(servicer, server):
                     servicer.SetCollisionSettings,
                     request_deserializer=virtualrobot_dot_v1_dot_collision__pb2.SetCollisionSettingsRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_collision__pb2.SetCollisionSettingsResponse.SerializeToString,
+            ),
+            'WatchCollisions': grpc.unary_stream_rpc_method_handler(
+                    servicer.WatchCollisions,
+                    request_deserializer=virtualrobot_dot_v1_dot_collision__pb2.WatchCollisionsRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_collision__pb2.WatchCollisionsResponse.SerializeToString,
             ),
             'FindAllowedPairs': grpc.unary_stream_rpc_method_handler(
                     servicer.FindAllowedPairs,
@@ -376,6 +394,33 @@ class CollisionService(object):
             '/virtualrobot.v1.CollisionService/SetCollisionSettings',
             virtualrobot_dot_v1_dot_collision__pb2.SetCollisionSettingsRequest.SerializeToString,
             virtualrobot_dot_v1_dot_collision__pb2.SetCollisionSettingsResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def WatchCollisions(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_stream(
+            request,
+            target,
+            '/virtualrobot.v1.CollisionService/WatchCollisions',
+            virtualrobot_dot_v1_dot_collision__pb2.WatchCollisionsRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_collision__pb2.WatchCollisionsResponse.FromString,
             options,
             channel_credentials,
             insecure,

@@ -64,14 +64,19 @@ def nodes_below(structure: Structure, names: Iterable[str]) -> set[int]:
 
 def collision_message(structure: Structure, found: Collision) -> collision_pb2.CollisionPair:
     """Return two nodes that touch as a message."""
+    return pair_message((structure.nodes[found.first].name, structure.nodes[found.second].name), found)
+
+
+def pair_message(names: tuple[str, str], found: Collision) -> collision_pb2.CollisionPair:
+    """Return two nodes of these names that touch as a message."""
     points = np.concatenate([np.zeros((0, 3)), *(one.points for one in found.contacts)])
     normals = np.concatenate([np.zeros((0, 3)), *(np.tile(one.normal, (len(one.points), 1)) for one in found.contacts)])
     told = np.arange(len(points))
     if len(points) > MOST_POINTS:
         told = np.linspace(0, len(points) - 1, MOST_POINTS).astype(int)
     return collision_pb2.CollisionPair(
-        first=structure.nodes[found.first].name,
-        second=structure.nodes[found.second].name,
+        first=names[0],
+        second=names[1],
         contacts=[
             collision_pb2.CollisionContact(point=vector_message(points[at]), normal=vector_message(normals[at]))
             for at in told.tolist()
