@@ -77,7 +77,12 @@ def touching(first: Placed, second: Placed, one: int, other: int, pieces: Sequen
         if len(kept) and normal is not None:
             return Contacts(kept, normal)
     deepest = max(told, key=lambda one: abs(one[0].penetration_depth))
-    return Contacts(np.array([contact.pos for contact, _ in told]), deepest[1] * np.array(deepest[0].normal))
+    normal = deepest[1] * np.array(deepest[0].normal)
+    if not normal.any():
+        # Triangles without area have no normal: from the middle of one to that of the other will do.
+        normal = second.centre[other] - first.centre[one] + (0.0, 0.0, 1e-12)
+        normal /= np.linalg.norm(normal)
+    return Contacts(np.array([contact.pos for contact, _ in told]), normal)
 
 
 def touches(placed: Placed, one: int, other: int, row: int, to: int) -> bool:
