@@ -20,6 +20,7 @@ from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.api.server import Address, Server
 from virtualrobot_kernel.api.turns import Turns
 from virtualrobot_kernel.collision.geometry import CollisionShapes
+from virtualrobot_kernel.collision.guard import CollisionGuard
 from virtualrobot_kernel.collision.monitor import Monitor
 from virtualrobot_kernel.collision.pool import ScenePool
 from virtualrobot_kernel.collision.processes import Processes
@@ -83,6 +84,7 @@ class Kernel:
         self._collisions = ScenePool(self._sensing.solids)
         self._processes = Processes(self._sensing.shapes)
         self.world = World(world_poses, MemoryJournal(), Clock(settings.mode, 1.0, settings.tick_nanoseconds))
+        self._guard = CollisionGuard(self._sensing.solids, self.world)
         self._sensors = Sensors(self.world, self._sensing)
         self._monitor = Monitor(self.world, self._sensing.solids)
         self._workers = ThreadPoolExecutor(WORKERS, thread_name_prefix="worker")
@@ -159,6 +161,7 @@ class Kernel:
             collisions=self._collisions,
             processes=self._processes,
             monitor=self._monitor,
+            guard=self._guard,
             studio=self._studio,
             importers=self._importers,
             leases=LeaseTable(),

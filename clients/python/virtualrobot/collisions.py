@@ -71,6 +71,20 @@ class Distance:
 
 
 @dataclass(frozen=True, slots=True)
+class GuardCost:
+    """What guarding has cost.
+
+    Attributes:
+        ticks: how many were checked.
+        mean_seconds: the mean time of one, in s of the wall clock, and `worst_seconds` the longest.
+    """
+
+    ticks: int
+    mean_seconds: float
+    worst_seconds: float
+
+
+@dataclass(frozen=True, slots=True)
 class CollisionSettings:
     """What is done about collisions.
 
@@ -233,6 +247,12 @@ class Collisions:
             settings.look_ahead_seconds,
             {node.node: node.padding_meters for node in settings.paddings},
         )
+
+    @property
+    def guard_cost(self) -> GuardCost:
+        """What guarding has cost since the kernel's start."""
+        cost = self._services.collision.GetCollisionSettings(collision_pb2.GetCollisionSettingsRequest()).guard_cost
+        return GuardCost(cost.ticks, cost.mean_seconds, cost.worst_seconds)
 
     def set(
         self,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from virtualrobot.v1 import collision_pb2, collision_pb2_grpc
 
 from virtualrobot_kernel.api.convert.collision_report import report_message
-from virtualrobot_kernel.api.convert.collision_settings import settings_command, settings_message
+from virtualrobot_kernel.api.convert.collision_settings import cost_message, settings_command, settings_message
 from virtualrobot_kernel.api.convert.collisions import (
     allowed_messages,
     collision_message,
@@ -165,7 +165,10 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
     ) -> collision_pb2.GetCollisionSettingsResponse:
         """Tell what is done about collisions."""
         snapshot = self._rooms.world.snapshot
-        return collision_pb2.GetCollisionSettingsResponse(stamp=stamp(snapshot), settings=settings_message(snapshot))
+        cost = cost_message(self._rooms.guard.cost)
+        return collision_pb2.GetCollisionSettingsResponse(
+            stamp=stamp(snapshot), settings=settings_message(snapshot), guard_cost=cost
+        )
 
     async def SetCollisionSettings(
         self, request: collision_pb2.SetCollisionSettingsRequest, context: object

@@ -10,6 +10,7 @@ from virtualrobot_kernel.api.author import author
 from virtualrobot_kernel.api.lease_table import CARRIED, LeaseTable
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.turns import Turns
+from virtualrobot_kernel.collision.guard import CollisionGuard
 from virtualrobot_kernel.collision.monitor import Monitor
 from virtualrobot_kernel.collision.pool import ScenePool
 from virtualrobot_kernel.collision.processes import Processes
@@ -52,6 +53,7 @@ class Rooms:
     collisions: ScenePool
     processes: Processes
     monitor: Monitor
+    guard: CollisionGuard
     studio: Studio
     importers: Importers
     leases: LeaseTable

@@ -89,6 +89,9 @@ class Monitor:
 
         return end
 
+    def admit(self, before: Snapshot, after: Snapshot, batch: Sequence[Command]) -> None:
+        """Let all be."""
+
     def before_tick(self, now: Snapshot, later: Snapshot) -> Sequence[Command]:
         """Want nothing: the monitor looks at what is."""
         return ()

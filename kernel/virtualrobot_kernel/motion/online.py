@@ -101,6 +101,11 @@ class Way(NamedTuple):
     """Which of the legs each joint goes."""
     bounds: Bounds
 
+    @property
+    def duration(self) -> float:
+        """How long the longest of its legs takes (s)."""
+        return max(self.legs[leg].trajectory.duration for leg in set(self.chosen))
+
     def at(self, time: float) -> JointState:
         """Return where the joints are `time` seconds from now."""
         states = [leg.at(time) for leg in self.legs]

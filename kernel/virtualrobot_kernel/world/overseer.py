@@ -18,6 +18,10 @@ class Overseer(Protocol):
     author: str
     """Who the journal says it was."""
 
+    def admit(self, before: Snapshot, after: Snapshot, batch: Sequence[Command]) -> None:
+        """Raise KernelError when commands of others must not make `before` what is `after`; nothing changes then."""
+        ...
+
     def before_tick(self, now: Snapshot, later: Snapshot) -> Sequence[Command]:
         """Return commands to apply to `now` before time goes on to `later`, which is not published yet.
 

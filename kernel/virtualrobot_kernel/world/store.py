@@ -241,16 +241,19 @@ class World:
         check_revision(before.structure, batch.expected_revision)
         if batch.permit is not None:
             batch.permit(before, batch.commands)
-        change = self._applied(batch.commands, batch.author)
+        change = self._applied(batch.commands, batch.author, self._overseers)
         applied = Applied(self.snapshot, change.created, change.picked)
         self._oversee_change()
         return applied
 
-    def _applied(self, commands: tuple[Command, ...], author: str) -> Change:
+    def _applied(self, commands: tuple[Command, ...], author: str, admitting: Sequence[Overseer] = ()) -> Change:
         before = self.snapshot
         change = apply(before.structure, before.state, commands, self._forward)
+        after = self._later(change.structure, change.state)
+        for overseer in admitting:
+            overseer.admit(before, after, commands)
         self._journal.append(Entry(before.state.tick, author, commands))
-        self._publish(self._later(change.structure, change.state))
+        self._publish(after)
         return change
 
     def _step(self, ticks: int) -> Snapshot:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 import pytest
+from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.commands import Command, CreateSignal, HaltRobots, SetSignal
@@ -29,7 +30,12 @@ class Told:
     def __init__(self, before: Wanted | None = None, after: Wanted | None = None) -> None:
         """Answer by these functions; None wants nothing."""
         self.before, self.after = before, after
+        self.refuse: KernelError | None = None
         self.asked: list[tuple[str, int]] = []
+
+    def admit(self, before: Snapshot, after: Snapshot, batch: Sequence[Command]) -> None:
+        if self.refuse:
+            raise self.refuse
 
     def before_tick(self, now: Snapshot, later: Snapshot) -> Sequence[Command]:
         assert later.state.tick == now.state.tick + 1
@@ -62,6 +68,17 @@ def test_each_tick_and_each_batch_is_asked_about(world: World) -> None:
     world.unoversee(overseer)
     world.step(2).result(GUARD)
     assert len(overseer.asked) == 5
+
+
+def test_commands_that_are_not_admitted_change_nothing(world: World) -> None:
+    overseer = Told()
+    world.oversee(overseer)
+    overseer.refuse = KernelError("not that", reason=Reason.COLLISION)
+    before = world.snapshot
+    with pytest.raises(KernelError, match="not that"):
+        world.submit([arm()]).result(GUARD)
+    assert world.snapshot is before and not world.journal.entries()
+    assert not overseer.asked
 
 
 def test_what_is_wanted_after_a_tick_is_done_in_it_and_replayed(world: World, rng: np.random.Generator) -> None:

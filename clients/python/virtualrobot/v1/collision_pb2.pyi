@@ -271,12 +271,24 @@ class GetCollisionSettingsRequest(_message.Message):
     def __init__(self) -> None: ...
 
 class GetCollisionSettingsResponse(_message.Message):
-    __slots__ = ("stamp", "settings")
+    __slots__ = ("stamp", "settings", "guard_cost")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     SETTINGS_FIELD_NUMBER: _ClassVar[int]
+    GUARD_COST_FIELD_NUMBER: _ClassVar[int]
     stamp: _geometry_pb2.Stamp
     settings: CollisionSettings
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., settings: _Optional[_Union[CollisionSettings, _Mapping]] = ...) -> None: ...
+    guard_cost: GuardCost
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., settings: _Optional[_Union[CollisionSettings, _Mapping]] = ..., guard_cost: _Optional[_Union[GuardCost, _Mapping]] = ...) -> None: ...
+
+class GuardCost(_message.Message):
+    __slots__ = ("ticks", "mean_seconds", "worst_seconds")
+    TICKS_FIELD_NUMBER: _ClassVar[int]
+    MEAN_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    WORST_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    ticks: int
+    mean_seconds: float
+    worst_seconds: float
+    def __init__(self, ticks: _Optional[int] = ..., mean_seconds: _Optional[float] = ..., worst_seconds: _Optional[float] = ...) -> None: ...
 
 class SetCollisionSettingsRequest(_message.Message):
     __slots__ = ("mode", "robots", "look_ahead_seconds", "paddings")

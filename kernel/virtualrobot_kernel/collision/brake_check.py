@@ -1,0 +1,135 @@
+"""The swept check of a way that is told tick by tick, such as a brake, and which pairs it leaves out."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from virtualrobot_kernel.collision.allowed import Pair
+from virtualrobot_kernel.collision.joint_path import JointPath
+from virtualrobot_kernel.collision.scene import CollisionScene
+from virtualrobot_kernel.collision.swept import RESOLUTION, SweptContact, first_contact
+from virtualrobot_kernel.planning.robots import world_poses
+from virtualrobot_kernel.world.braking import Way
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import Kind, Structure
+
+Floats = NDArray[np.float64]
+
+APART = 5.0 * RESOLUTION
+"""Two nodes that touched are looked at again when they are this far apart (m)."""
+
+LEVER = 4.0
+"""How far (m) a joint's axis is from what it moves, at the most, where the resolution follows from joints."""
+
+ROUNDING = 1e-9
+
+
+def contact_on(
+    scene: CollisionScene,
+    snapshot: Snapshot,
+    way: Way,
+    robots: Collection[int],
+    tolerated: Collection[Pair],
+) -> SweptContact | None:
+    """Return the first contact on a way; None: there is none. It goes in stretches on which tools look the same.
+
+    Args:
+        scene: is used for it.
+        snapshot: a world of the same structure, and of the same ticks.
+        way: where all joints go.
+        robots: pairs with one of these (uids) are asked.
+        tolerated: pairs of nodes (uids) that are not asked.
+    """
+    dt = snapshot.tick_seconds
+    ends = [*(row for row, _ in way.tools[1:]), len(way.positions) - 1]
+    for (begin, tools), end in zip(way.tools, ends, strict=True):
+        if end <= begin:
+            continue
+        base = snapshot if tools is snapshot.state.tool_states else pictured(snapshot, way, begin)
+        positions = way.positions[begin : end + 1]
+        path = _curve(positions, (way.tick + begin) * dt, dt, jerk_limits(snapshot.structure))
+        assert path.wobble is not None
+        resolution = RESOLUTION + LEVER * float(path.wobble.sum())
+        contact = first_contact(scene, base, path, robots=robots, tolerated=tolerated, resolution=resolution)
+        if contact is not None:
+            return contact
+    return None
+
+
+def pictured(snapshot: Snapshot, way: Way, row: int) -> Snapshot:
+    """Return the snapshot of a place of a way (a row, or -1 for the last one)."""
+    row %= len(way.positions)
+    tools = next(held for begin, held in reversed(way.tools) if begin <= row)
+    state = replace(snapshot.state, q=way.positions[row], tool_states=tools)
+    return replace(snapshot, state=state, world_t_node=world_poses(snapshot.structure, state))
+
+
+def distance(scene: CollisionScene, snapshot: Snapshot, pair: Pair) -> float:
+    """Return how far two nodes (uids) are apart (m); inf beyond `2 * APART`, and where they may touch."""
+    scene.place(snapshot)
+    found = scene.distances([pair[0]], [pair[1]], 2.0 * APART)
+    return found[0].distance if found else np.inf
+
+
+def carriers(structure: Structure, uid: int) -> Iterator[int]:
+    """Yield the robots (uids) whose joints can move a node."""
+    for one in structure.ancestors(uid):
+        if one.kind is Kind.ROBOT:
+            yield one.uid
+
+
+def moves(before: Snapshot, after: Snapshot, pair: Pair) -> bool:
+    """Return whether two nodes (uids) are elsewhere, seen from each other, than they were."""
+    was, now = (np.linalg.solve(world.world_t(pair[0]), world.world_t(pair[1])) for world in (before, after))
+    return bool(np.abs(was - now).max() > ROUNDING)
+
+
+@lru_cache(maxsize=4)
+def jerk_limits(structure: Structure) -> Floats:
+    """Return the jerk limit of each coordinate (nq,), rad/s³ or m/s³; 0 for those without."""
+    jerks = np.zeros(structure.q_count)
+    for index in structure.robots.values():
+        for joint, start in zip(index.joints, index.q_start, strict=True):
+            if np.isfinite(joint.limits.jerk):
+                jerks[start] = joint.limits.jerk
+    return jerks
+
+
+def _curve(positions: Floats, begin: float, dt: float, jerks: Floats) -> JointPath:
+    """Return the way through positions (m, nq), a tick apart, as it is when no jerk is above its limit (nq,).
+
+    Between two ticks it goes with an acceleration that changes evenly, from the second difference at the one to that at
+    the other. A second difference is a mean of the acceleration around its tick; by the limit j of the jerk this is
+    within 2 j dt of the true one, so the place is within 2 j dt · dt²/8 of the true one, and the speed is at most its
+    mean between the ticks and half a tick of the greatest acceleration there more.
+    """
+    steps = np.diff(positions, axis=0)
+    bends = np.empty_like(positions)
+    bends[1:-1] = np.diff(steps, axis=0) / dt**2
+    bends[0] = bends[min(1, len(steps) - 1)] if len(steps) > 1 else 0.0
+    bends[-1] = bends[-2] if len(steps) > 1 else 0.0
+    moved = (steps != 0.0).any(axis=0)
+    slack = np.where(moved, 2.0 * jerks * dt, 0.0)
+    speeds = np.abs(steps) / dt + (np.maximum(np.abs(bends[1:]), np.abs(bends[:-1])) + slack) * (0.5 * dt)
+    gone = np.concatenate([np.zeros((1, positions.shape[1])), np.cumsum(speeds * dt, axis=0)])
+
+    def piece(time: float) -> tuple[int, float]:
+        row = min(max(int((time - begin) / dt), 0), len(steps) - 1)
+        return row, min(max((time - begin) / dt - row, 0.0), 1.0)
+
+    def at(time: float) -> Floats:
+        row, share = piece(time)
+        bend = bends[row] * (2.0 - share) + bends[row + 1] * (1.0 + share)
+        return positions[row] + share * steps[row] - bend * (share * (1.0 - share) * dt**2 / 6.0)
+
+    def until(time: float) -> Floats:
+        row, share = piece(time)
+        return gone[row] + share * (gone[row + 1] - gone[row])
+
+    end = begin + dt * len(steps)
+    return JointPath(begin, end, at, lambda first, last: until(last) - until(first), slack * (dt**2 / 8.0))

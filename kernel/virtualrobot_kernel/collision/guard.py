@@ -1,0 +1,221 @@
+"""The guard: no tick is made from which what moves could not brake before it touches anything.
+
+Of every published state it is known that all that moves could brake now and touch nothing that a guarded robot is of. A
+tick is admitted only if that holds of the state after it, too; otherwise motions begin to brake before it, by a command
+like any other: first those of the robots that would touch, at last all, and what that leads to is known to be free.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from virtualrobot_kernel.collision.allowed import Pair
+from virtualrobot_kernel.collision.brake_check import (
+    APART,
+    ROUNDING,
+    carriers,
+    contact_on,
+    distance,
+    moves,
+    pictured,
+)
+from virtualrobot_kernel.collision.geometry import CollisionShapes
+from virtualrobot_kernel.collision.guard_commands import check
+from virtualrobot_kernel.collision.scene import CollisionScene, Detail
+from virtualrobot_kernel.collision.swept import RESOLUTION, SweptContact
+from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.planning.robots import world_poses
+from virtualrobot_kernel.world.braking import HARMLESS, RATES, Way, braking, going
+from virtualrobot_kernel.world.collisions import CollisionMode
+from virtualrobot_kernel.world.commands import Command, HaltRobots
+from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot, State
+from virtualrobot_kernel.world.store import World
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class GuardCost:
+    """What the guard has cost: how many ticks it has looked at, the seconds of all of them, and the most of one."""
+
+    ticks: int = 0
+    seconds: float = 0.0
+    worst_seconds: float = 0.0
+
+    def and_tick(self, seconds: float) -> GuardCost:
+        """Return the cost with one more tick."""
+        return GuardCost(self.ticks + 1, self.seconds + seconds, max(self.worst_seconds, seconds))
+
+
+@dataclass(frozen=True, slots=True)
+class _Threat:
+    """What would touch: the robots (uids) that move one of the two or carry it, and the words for people."""
+
+    robots: frozenset[int]
+    reason: str
+
+
+class CollisionGuard:
+    """An overseer of a world (`world/overseer.py`); asked by the world thread alone, but for `cost`.
+
+    What touches already when a robot becomes guarded, or is picked, let go or grasped, is tolerated until it is apart:
+    such pairs are left out of the swept check, but may not touch anew once they don't.
+    """
+
+    author = "collision guard"
+
+    def __init__(self, shapes: CollisionShapes, world: World) -> None:
+        """Guard from now on what the world says is to be guarded."""
+        self._scene = CollisionScene(shapes)
+        self._world = world
+        self._oversees = False
+        self._robots: frozenset[int] = frozenset()
+        self._settings: tuple[object, ...] = ()
+        self._seen: tuple[object, ...] = ()
+        self._tolerated: frozenset[Pair] = frozenset()
+        self._touching: tuple[Snapshot, frozenset[Pair]] | None = None
+        self.cost = GuardCost()
+        world.listen(self._published)
+
+    @property
+    def tolerated(self) -> frozenset[Pair]:
+        """Return the pairs (uids) that touched before anybody could keep them from it."""
+        return self._tolerated
+
+    def admit(self, before: Snapshot, after: Snapshot, batch: Sequence[Command]) -> None:
+        """Raise KernelError (COLLISION) when commands bring a guarded robot into touch with something.
+
+        Also when a motion that they pause, resume, slow down or speed up could not brake in time then.
+        """
+        kinds = {type(command) for command in batch}
+        if kinds <= HARMLESS:
+            return
+        if kinds <= RATES:
+            threat = self._threat(after, None)
+            if threat is not None:
+                raise KernelError(f"{threat.reason}; the motion goes on as it does", reason=Reason.COLLISION)
+            return
+        touching = self._all_touching(after, _guarded(after))
+        self._touching = after, touching
+        groups = self._scene.bodies.allowed.groups
+        new = [pair for pair in touching - self._tolerated if self._robots & {groups[uid] for uid in pair}]
+        check(before, after, batch, new)
+
+    def before_tick(self, now: Snapshot, later: Snapshot) -> Sequence[Command]:
+        """Return the halt without which the tick must not be made; nothing when it may be."""
+        robots = going(now.state)
+        if not robots:
+            return ()  # what brakes already was known to be free when it began to
+        begin = time.perf_counter()
+        try:
+            threat = self._threat(now, later.state)
+        except Exception as error:
+            log.exception("the guard failed inside the kernel; what moves brakes")
+            threat = _Threat(robots, f"the guard failed inside the kernel: {type(error).__name__}")
+        self.cost = self.cost.and_tick(time.perf_counter() - begin)
+        return [_halt(threat.robots & robots or robots, threat)] if threat else ()
+
+    def after_change(self, now: Snapshot) -> Sequence[Command]:
+        """Return the halt that a change of the world asks for: something was put where motions would brake."""
+        if not self._changed(now):
+            return ()
+        touching = self._touching
+        self._touching = None
+        found = touching[1] if touching and touching[0] is now else self._all_touching(now, self._robots)
+        alive = {pair for pair in self._tolerated if all(uid in now.structure.nodes for uid in pair)}
+        self._tolerated = frozenset(alive | found)
+        robots = going(now.state)
+        threat = self._threat(now, None) if robots else None
+        return [_halt(robots, threat)] if threat else ()
+
+    def _published(self) -> None:
+        """Oversee the world while a robot is guarded; told in the world thread of all that is published."""
+        now = self._world.snapshot
+        settings = now.structure, now.state.collisions
+        if _same(settings, self._settings):
+            return
+        self._settings = settings
+        robots = self._robots = _guarded(now)
+        if bool(robots) != self._oversees:
+            self._oversees = bool(robots)
+            self._tolerated, self._seen = frozenset(), ()
+            (self._world.oversee if robots else self._world.unoversee)(self)
+
+    def _changed(self, now: Snapshot) -> bool:
+        """Return whether there is more in the world than time that goes on since this was asked last."""
+        state = now.state
+        seen = (now.structure, state.collisions, state.parent_t_node, state.allowed_pairs)
+        changed = not _same(seen, self._seen)
+        self._seen = seen
+        return changed or (self._touching is not None and self._touching[0] is now)
+
+    def _all_touching(self, snapshot: Snapshot, robots: frozenset[int]) -> frozenset[Pair]:
+        self._scene.place(snapshot)
+        return frozenset((one.first, one.second) for one in self._scene.collisions(Detail.PAIRS, robots))
+
+    def _threat(self, now: Snapshot, later: State | None) -> _Threat | None:
+        """Return what would touch on the way to `later`, if it is not None, and on the brake from there; or None."""
+        begin = now.state if later is None else later
+        way = braking(now.structure, begin, now.tick_seconds, world_poses)
+        if not way.ends:
+            robots = frozenset(uid for motion in begin.motions for uid in motion.robots)
+            return _Threat(robots, "it takes too long to brake for it to be known whether it touches anything")
+        if later is not None:
+            way = way.after(now.state)
+        held = self._tolerated
+        if held:
+            parted, anew = self._parted(now, way)
+            if anew is not None:
+                return self._told(now, anew, now.tick_seconds)
+            held -= parted
+        while (contact := contact_on(self._scene, now, way, self._robots, held)) is not None:
+            pair = contact.first, contact.second
+            if pair not in self._tolerated and not self._recedes(now, way, contact):
+                return self._told(now, pair, contact.time - now.simulation_time)
+            held |= {pair}
+        self._tolerated = held
+        return None
+
+    def _parted(self, now: Snapshot, way: Way) -> tuple[frozenset[Pair], Pair | None]:
+        """Return which tolerated pairs are apart after a tick, and one that touches anew by then or in the end."""
+        after, end = pictured(now, way, min(1, len(way.positions) - 1)), pictured(now, way, -1)
+        parted: set[Pair] = set()
+        for pair in sorted(self._tolerated):
+            if not moves(now, after, pair) and not moves(now, end, pair):
+                continue
+            if distance(self._scene, after, pair) > APART:
+                parted.add(pair)
+            elif distance(self._scene, now, pair) > 0.0:
+                if not (distance(self._scene, after, pair) > 0.0 and distance(self._scene, end, pair) > 0.0):
+                    return frozenset(parted), pair
+        return frozenset(parted), None
+
+    def _recedes(self, now: Snapshot, way: Way, contact: SweptContact) -> bool:
+        """Return whether a contact is of two nodes that stood nearer than can be told apart, and that go apart now."""
+        if contact.time > now.simulation_time + ROUNDING or contact.distance > 2.0 * RESOLUTION:
+            return False
+        pair = contact.first, contact.second
+        at = [distance(self._scene, pictured(now, way, row), pair) for row in (1, -1)]
+        return min(at) > 0.0 and min(at) >= contact.distance - ROUNDING
+
+    def _told(self, now: Snapshot, pair: Pair, seconds: float) -> _Threat:
+        first, second = (now.structure.nodes[uid].name for uid in pair)
+        robots = frozenset(uid for one in pair for uid in carriers(now.structure, one))
+        return _Threat(robots, f"{first!r} would touch {second!r} in {max(seconds, 0.0):.3f} s if it went on")
+
+
+def _same(one: Sequence[object], other: Sequence[object]) -> bool:
+    return len(one) == len(other) and all(a is b for a, b in zip(one, other, strict=True))
+
+
+def _guarded(snapshot: Snapshot) -> frozenset[int]:
+    """Return the guarded robots (uids)."""
+    mode_of = snapshot.state.collisions.mode_of
+    return frozenset(uid for uid in snapshot.structure.robots if mode_of(uid) is CollisionMode.GUARD)
+
+
+def _halt(robots: frozenset[int], threat: _Threat) -> HaltRobots:
+    return HaltRobots(tuple(sorted(robots)), Cancellation(CancelCause.COLLISION, threat.reason))

@@ -1,0 +1,60 @@
+"""Which commands a guarded world refuses: those that put something into touch with a guarded robot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from virtualrobot_kernel.collision.allowed import Pair
+from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.world.commands import Command, SetToolState
+from virtualrobot_kernel.world.state import Snapshot
+
+_ROUNDING = 1e-9
+
+
+def stands_as_before(before: Snapshot, after: Snapshot) -> bool:
+    """Return whether commands have changed nothing that can touch, nor what may touch or is guarded."""
+    return (
+        before.structure is after.structure
+        and before.state.q is after.state.q
+        and before.state.parent_t_node is after.state.parent_t_node
+        and before.state.tool_states is after.state.tool_states
+        and before.state.allowed_pairs is after.state.allowed_pairs
+        and before.state.collisions is after.state.collisions
+    )
+
+
+def check(before: Snapshot, after: Snapshot, batch: Sequence[Command], touching: Iterable[Pair]) -> None:
+    """Raise KernelError (COLLISION) when commands have brought one of these pairs (uids) into touch.
+
+    Two nodes that stand to each other as they did, with the same figures, touched before: that is asked only now, as of
+    a part that was picked from a table, or is let go. What a tool closes on, it may touch.
+    """
+    tools = {after.structure.node(one.tool).uid for one in batch if isinstance(one, SetToolState)}
+    hands = {robot.uid for tool in tools if (robot := after.structure.robot_of(tool))}
+    for pair in sorted(touching):
+        if not _stood_so(before, after, pair) and not any(_of_robots(after, uid, hands) for uid in pair):
+            first, second = (after.structure.nodes[uid].name for uid in pair)
+            raise KernelError(
+                f"{first!r} would touch {second!r}, and a guarded robot may not; put it elsewhere, let the two "
+                "touch, or end the guard",
+                reason=Reason.COLLISION,
+                first=first,
+                second=second,
+            )
+
+
+def _stood_so(before: Snapshot, after: Snapshot, pair: Pair) -> bool:
+    """Return whether two nodes were there before, with the same figures, and as they are seen from each other."""
+    for uid in pair:
+        node = before.structure.nodes.get(uid)
+        if node is None or node.figures is not after.structure.nodes[uid].figures:
+            return False
+    was, now = (np.linalg.solve(world.world_t(pair[0]), world.world_t(pair[1])) for world in (before, after))
+    return bool(np.abs(was - now).max() <= _ROUNDING)
+
+
+def _of_robots(snapshot: Snapshot, uid: int, robots: set[int]) -> bool:
+    return any(node.uid in robots for node in snapshot.structure.ancestors(uid))

@@ -1,0 +1,136 @@
+"""What would come of the world if all that moves braked now."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from virtualrobot_kernel.motion import online
+from virtualrobot_kernel.motion.follow import Following
+from virtualrobot_kernel.motion.moving import ENDED, Moving, Phase
+from virtualrobot_kernel.motion.program_run import ProgramRun
+from virtualrobot_kernel.world import commands
+from virtualrobot_kernel.world.apply import apply
+from virtualrobot_kernel.world.apply_motions import override
+from virtualrobot_kernel.world.change import Forward
+from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion, State
+from virtualrobot_kernel.world.structure import Structure
+from virtualrobot_kernel.world.tick import advance
+
+LONGEST_BRAKE_TICKS = 15_000
+"""What takes longer to brake (a minute, at ticks of 4 ms) counts as if it could not."""
+
+HARMLESS: frozenset[type] = frozenset(
+    {
+        *(commands.StartMotion, commands.StartFollowing, commands.SetSetpoint, commands.EndSetpoints),
+        *(commands.CancelMotion, commands.StopMotions, commands.HaltRobots),
+        *(commands.CreateSignal, commands.RemoveSignal, commands.SetSignal),
+        *(commands.RunSensors, commands.SetRangeComponents, commands.SetKinematics, commands.SelectTool),
+    }
+)
+"""Commands that put nothing elsewhere and change no way of braking: a motion starts at rest, and goes by ticks."""
+
+RATES: frozenset[type] = frozenset({commands.PauseMotion, commands.ResumeMotion, commands.SetSpeedFactor})
+"""Commands that change nothing but how motions go on, and with it how they would brake."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Way:
+    """Where the world goes, tick by tick.
+
+    Attributes:
+        tick: the first one.
+        positions: (m, nq) the coordinates of the world at that tick and those after it.
+        tools: the states of tools, and from which row on they hold; in order, the first from row 0 on.
+        ends: whether all stands in the end.
+    """
+
+    tick: int
+    positions: NDArray[np.float64]
+    tools: tuple[tuple[int, Mapping[int, str]], ...]
+    ends: bool
+
+    def after(self, state: State) -> Way:
+        """Return the way that begins one tick earlier, in a state."""
+        tools = tuple((row + 1, held) for row, held in self.tools)
+        first = () if tools[0][1] is state.tool_states else ((0, state.tool_states),)
+        if not first:
+            tools = ((0, tools[0][1]), *tools[1:])
+        return Way(state.tick, np.concatenate([state.q[None], self.positions]), (*first, *tools), self.ends)
+
+
+def braking(structure: Structure, state: State, tick_seconds: float, forward: Forward) -> Way:
+    """Return where the world goes when all that moves begins to brake now, from the present tick on.
+
+    Motions on plans and by setpoints are asked for their brakes, which is quicker, and to rounding the same, as making
+    the ticks; the ticks are made where a motion goes along with a joint, or tools change their states on the way. It
+    ends where all stands, or after `LONGEST_BRAKE_TICKS`.
+    """
+    if state.motions and all(map(_alone, state.motions)):
+        ways = [_way(motion, override(state, motion), tick_seconds) for motion in state.motions]
+        count = max(map(len, ways))
+        positions = np.repeat(state.q[None], count, axis=0)
+        for motion, way in zip(state.motions, ways, strict=True):
+            positions[: len(way), motion.q_index] = way
+            positions[len(way) :, motion.q_index] = way[-1]
+        return Way(state.tick, positions, ((0, state.tool_states),), count <= LONGEST_BRAKE_TICKS)
+    robots = tuple({uid for motion in state.motions for uid in motion.robots})
+    halt = commands.HaltRobots(robots, Cancellation(CancelCause.COLLISION, ""))
+    now = apply(structure, state, [halt], forward).state
+    rows, tools = [now.q], [(0, now.tool_states)]
+    while now.motions and len(rows) <= LONGEST_BRAKE_TICKS:
+        now = advance(structure, now, tick_seconds, forward)
+        if now.tool_states is not tools[-1][1]:
+            tools.append((len(rows), now.tool_states))
+        rows.append(now.q)
+    return Way(state.tick, np.array(rows), tuple(tools), not now.motions)
+
+
+def _alone(motion: Motion) -> bool:
+    """Return whether a motion brakes by itself, and puts no tool into another state while it does."""
+    return motion.followed is None and not motion.tool_states
+
+
+def _way(motion: Motion, override: float, dt: float) -> NDArray[np.float64]:
+    """Return where the joints of a motion (n,) go while it brakes from now on, (m, n), a tick apart."""
+    now = motion.running.cancel()
+    rows = [now.sample()[0]]
+    while not now.ended and len(rows) <= LONGEST_BRAKE_TICKS:
+        if (rest := _rest(now, dt)) is not None:
+            return np.concatenate([np.array(rows), rest])
+        now = now.advance(dt, override)
+        rows.append(now.sample()[0])
+    return np.array(rows)
+
+
+def _rest(now: Moving, dt: float) -> NDArray[np.float64] | None:
+    """Return where the joints of a motion (n,) that brakes go from the next tick on, (m, n), at once; or None."""
+    if isinstance(now, Following) and now.phase is Phase.STOPPING:
+        way, _ = online.brake(now.now, now.bounds, dt)
+        count = math.ceil(way.duration / dt)
+        return np.array([way.at((row + 1) * dt).q for row in range(count)]) if count else None
+    if not isinstance(now, ProgramRun) or now.running is None or not now.running.brakes:
+        return None
+    moving, columns = now.running, now.program.places[now.at]
+    times = np.arange(1, math.ceil((max(brake.end for brake in moving.brakes) - moving.elapsed) / dt) + 1) * dt
+    if not len(times):
+        return None
+    laws = [brake.states(np.minimum(moving.elapsed + times, brake.end), 0)[0, :, 0] for brake in moving.brakes]
+    paths = [track.path.states(u, 0)[0] for track, u in zip(moving.plan.tracks, laws, strict=True)]
+    rows = np.concatenate(paths, axis=1)
+    if columns is None:
+        return rows
+    held = np.repeat(now.held[None], len(rows), axis=0)
+    held[:, columns] = rows
+    return held
+
+
+def going(state: State) -> frozenset[int]:
+    """Return the robots (uids) of motions that do not brake yet."""
+    return frozenset(
+        uid for motion in state.motions if motion.running.phase not in (Phase.STOPPING, *ENDED) for uid in motion.robots
+    )

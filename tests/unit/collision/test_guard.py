@@ -1,0 +1,249 @@
+"""The guard: brakes in time and not sooner, refuses what would touch, tolerates what touched; replays need no guard."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from virtualrobot_kernel.collision.guard import CollisionGuard
+from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.motion.follow import SetpointMode
+from virtualrobot_kernel.planning.robots import world_poses
+from virtualrobot_kernel.world.clock import Clock, Mode
+from virtualrobot_kernel.world.commands import (
+    AttachNode,
+    Command,
+    PauseMotion,
+    RemoveNode,
+    SetAllowedPairs,
+    SetJointPositions,
+    SetSetpoint,
+    SetSpeedFactor,
+    StartFollowing,
+    UpdateNode,
+)
+from virtualrobot_kernel.world.journal import MemoryJournal
+from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot
+from virtualrobot_kernel.world.store import World
+from virtualrobot_kernel.world.structure import Kind
+
+from tests.unit.collision.carts import RADIUS, WAIT, block, cart, drive, mode, place, replayed
+from tests.unit.collision.worlds import SHAPES
+from tests.unit.world.builders import shifted
+
+NEAR = 0.001
+"""How near (m) a cart comes at the least to what it may not touch: it goes at most 4 mm in a tick, and starts to brake
+in the last one in which that is in time."""
+
+
+@pytest.fixture
+def world() -> Iterator[World]:
+    made = World(world_poses, MemoryJournal(), Clock(Mode.STEPPED, 1.0, 4_000_000))
+    made.start()
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def guard(world: World) -> CollisionGuard:
+    return CollisionGuard(SHAPES, world)
+
+
+def do(world: World, *commands: Command) -> Snapshot:
+    return world.submit(commands).result(WAIT).snapshot
+
+
+def step(world: World, ticks: int = 1) -> Snapshot:
+    return world.step(ticks).result(WAIT)
+
+
+def refused(world: World, *commands: Command) -> str:
+    before = world.snapshot
+    with pytest.raises(KernelError) as error:
+        do(world, *commands)
+    assert error.value.reason is Reason.COLLISION
+    assert world.snapshot is before, "nothing has changed"
+    return str(error.value)
+
+
+def last(world: World) -> Cancellation:
+    """Return why the last motion was cancelled."""
+    found = world.snapshot.state.ended[-1].cancellation
+    assert found is not None
+    return found
+
+
+def test_a_cart_stops_before_a_block_in_the_last_tick_in_which_it_can(world: World, guard: CollisionGuard) -> None:
+    do(world, cart("cart"), block("block", 1.0), mode("guard"))
+    do(world, drive(0.0, 1.9))
+    farthest = max(place(step(world)) for _ in range(700))
+    gap = 0.8 - farthest  # the box begins at 0.9, the ball has a radius of 0.1
+    assert 0.0 < gap < 0.005
+    assert last(world).cause is CancelCause.COLLISION
+    assert last(world).reason.startswith("'cart.ball' would touch 'block' in 0.")
+    assert world.snapshot.state.v[0] == 0.0
+    assert guard.cost.ticks > 100 and guard.cost.worst_seconds >= guard.cost.seconds / guard.cost.ticks
+    assert world.journal.entries()[-1].author == "collision guard"
+    assert replayed(world).q.tobytes() == world.snapshot.state.q.tobytes()
+    do(world, drive(float(world.snapshot.state.q[0]), 0.0))
+    assert place(step(world, 700)) == 0.0, "back it may go"
+
+
+def test_a_motion_that_touches_nothing_is_what_it_is_without_a_guard(world: World, guard: CollisionGuard) -> None:
+    do(world, cart("cart"), block("block", 1.0, y=RADIUS + 0.1 + NEAR), mode("guard"))
+    do(world, drive(0.0, 1.9))
+    step(world, 700)
+    assert world.snapshot.state.ended[-1].cancellation is None
+    assert [entry.author for entry in world.journal.entries()] == ["", ""]
+    assert place(world.snapshot) == 1.9
+
+
+def test_where_only_others_are_guarded_nothing_is_done(world: World, guard: CollisionGuard) -> None:
+    do(world, cart("cart"), cart("other", y=5.0), block("block", 1.0), mode("off", other="guard"))
+    do(world, drive(0.0, 1.9))
+    assert place(step(world, 700)) == 1.9
+
+
+def test_whoever_would_run_into_a_guarded_robot_brakes_too(world: World, guard: CollisionGuard) -> None:
+    do(world, cart("cart"), cart("other"), mode("off", other="guard"))
+    do(world, SetJointPositions("other", {"x": 1.0}))
+    do(world, drive(0.0, 1.9))
+    gap = 1.0 - 2.0 * RADIUS - place(step(world, 700))
+    assert 0.0 < gap < 0.005
+    assert last(world).cause is CancelCause.COLLISION
+
+
+def test_two_carts_that_meet_both_brake_and_a_third_goes_on(world: World, guard: CollisionGuard) -> None:
+    do(world, cart("cart"), cart("other"), cart("third", y=1.0), mode("guard"))
+    do(world, SetJointPositions("other", {"x": 1.5}))
+    do(world, drive(0.0, 1.5), drive(1.5, 0.0, "other"), drive(0.0, 1.0, "third"))
+    for _ in range(700):
+        now = step(world)
+        assert place(now, "other") - place(now) > 2.0 * RADIUS
+    assert place(now, "other") - place(now) < 2.0 * RADIUS + 0.01
+    assert place(now, "third") == 1.0
+
+
+def test_at_what_it_stands_it_does_not_start(world: World, guard: CollisionGuard) -> None:
+    do(world, cart("cart"), block("block", 0.2 + 0.0003), mode("guard"))
+    do(world, drive(0.0, 1.0))
+    assert abs(place(step(world, 50))) < 2e-4
+    assert last(world).cause is CancelCause.COLLISION
+
+
+@pytest.mark.parametrize("speed", [1.0, 0.3])
+def test_setpoints_lead_no_farther_than_to_what_is_in_the_way(
+    world: World, guard: CollisionGuard, speed: float
+) -> None:
+    do(world, cart("cart"), block("block", 1.0), mode("guard"))
+    (id,) = world.submit([StartFollowing("cart", ("x",), SetpointMode.VELOCITY, 0.1)]).result(WAIT).created
+    for _ in range(1200):
+        if not world.snapshot.state.motions:
+            break
+        do(world, SetSetpoint(str(id), (speed,)))
+        assert place(step(world)) < 0.8
+    assert place(world.snapshot) > 0.795
+    assert last(world).cause is CancelCause.COLLISION
+
+
+def test_what_is_put_into_touch_is_refused(world: World, guard: CollisionGuard) -> None:
+    do(world, cart("cart"), cart("free", y=3.0), block("block", 1.0), mode("off", cart="guard"))
+    assert "'cart.ball' would touch 'block'" in refused(world, SetJointPositions("cart", {"x": 0.9}))
+    refused(world, UpdateNode("block", parent_t_node=shifted(x=0.1)))
+    refused(world, block("new", 0.1))
+    refused(world, AttachNode("block", "world", shifted(x=0.1)))
+    refused(world, AttachNode("free", "world", shifted(x=0.1)))
+    do(world, SetJointPositions("cart", {"x": 0.5}), UpdateNode("block", parent_t_node=shifted(x=1.5)))
+    do(world, SetJointPositions("free", {"x": 0.5}))
+    do(world, block("far", -0.5))
+
+
+def test_what_touches_when_it_becomes_guarded_may_go_apart_and_then_no_more_touch(
+    world: World, guard: CollisionGuard
+) -> None:
+    do(world, cart("cart"), block("block", 0.15), mode("guard"))
+    assert len(guard.tolerated) == 1
+    do(world, drive(0.0, -1.0))
+    step(world, 700)
+    assert place(world.snapshot) == -1.0
+    assert not guard.tolerated
+    do(world, drive(-1.0, 0.0))
+    gap = -0.05 - place(step(world, 700))
+    assert 0.0 < gap < 0.005
+
+
+def test_what_is_let_go_may_touch_what_it_touched(world: World, guard: CollisionGuard) -> None:
+    """A part that lies on a table is attached to the cart where it lies: its touch of the table is no new one."""
+    do(world, cart("cart"), block("table", 1.0), block("part", 1.0, y=0.2, kind=Kind.PART), mode("guard"))
+    do(world, AttachNode("part", "cart.ball"))
+    assert len(guard.tolerated) == 1
+    do(world, drive(0.0, -1.0))
+    assert place(step(world, 700)) == -1.0
+    assert not guard.tolerated
+
+
+def test_an_obstacle_that_is_put_where_it_would_brake_makes_it_brake_at_once(
+    world: World, guard: CollisionGuard
+) -> None:
+    do(world, cart("cart"), block("block", 1.8, y=3.0), mode("guard"))
+    do(world, drive(0.0, 1.9))
+    now = step(world, 200)
+    speed = float(now.state.v[0])
+    assert speed == pytest.approx(1.0)
+    do(world, UpdateNode("block", parent_t_node=shifted(x=place(now) + 0.25)))
+    assert world.snapshot.state.motions[0].cancellation is not None
+    assert world.journal.entries()[-1].tick == now.state.tick
+
+
+def test_a_pause_or_another_speed_comes_through_where_it_does_no_harm(world: World, guard: CollisionGuard) -> None:
+    do(world, cart("cart"), block("block", 1.0), mode("guard"))
+    (id,) = world.submit([drive(0.0, 1.9)]).result(WAIT).created
+    step(world, 60)
+    do(world, SetSpeedFactor("", 0.5))
+    step(world, 60)
+    do(world, PauseMotion(str(id)))
+    for _ in range(1500):
+        assert place(step(world)) < 0.8
+        do(world, SetSpeedFactor("", float(np.random.default_rng(world.snapshot.state.tick).uniform(0.2, 1.0))))
+
+
+def test_allowed_pairs_are_not_guarded(world: World, guard: CollisionGuard) -> None:
+    do(world, cart("cart"), block("block", 1.0), mode("guard"))
+    do(world, SetAllowedPairs((("cart.ball", "block", ""),)))
+    do(world, drive(0.0, 1.9))
+    assert place(step(world, 700)) == 1.9
+    assert not guard.tolerated
+    do(world, drive(1.9, 1.0))
+    step(world, 400)
+    do(world, SetAllowedPairs(forbid=(("cart.ball", "block"),)))
+    assert len(guard.tolerated) == 1
+    do(world, RemoveNode("block"))
+    assert not guard.tolerated
+
+
+def test_a_guard_that_fails_stops_what_moves(
+    world: World, guard: CollisionGuard, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    do(world, cart("cart"), mode("guard"), drive(0.0, 1.9))
+    step(world, 100)
+
+    def fail(*_: object) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(guard, "_threat", fail)
+    step(world, 100)
+    assert "failed inside the kernel: ZeroDivisionError" in last(world).reason
+    assert "ZeroDivisionError" in caplog.text
+
+
+def test_without_a_guarded_robot_it_costs_nothing(world: World, guard: CollisionGuard) -> None:
+    do(world, cart("cart"), block("block", 1.0), mode("stop"), drive(0.0, 1.0))
+    step(world, 50)
+    assert guard.cost.ticks == 0
+    do(world, mode("guard"))
+    step(world, 10)
+    assert guard.cost.ticks == 10
+    do(world, mode("off"))
+    step(world, 10)
+    assert guard.cost.ticks == 10

@@ -1,0 +1,107 @@
+"""Under a guard nothing that is published touches, by coal, at ten points between ticks too; and it stops no sooner.
+
+Each test draws arms, thin walls and motions anew. Coal looks at all that happens around the halts, and at every tenth
+tick elsewhere.
+"""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from virtualrobot_kernel.planning.robots import world_poses
+from virtualrobot_kernel.world import index
+from virtualrobot_kernel.world.journal import replay
+from virtualrobot_kernel.world.state import CancelCause, State
+
+from tests.unit.collision.guarded import Cell, cell_of, nearest_later, run, started, stream, touching
+
+CAUTION = 0.0005
+"""How near (m) at the most a halted motion would have come, had it begun to brake one tick later."""
+AROUND = 12
+"""How many ticks around a halt, and before the end, are looked at closely."""
+
+
+@pytest.fixture(params=["iiwa", "panda"])
+def kind(request: pytest.FixtureRequest) -> str:
+    return request.param
+
+
+def look(cell: Cell) -> int:
+    """Fail where anything touches, or where a halt came too soon; return how many halts there were."""
+    pictures = cell.pictures
+    halts = [entry for entry in cell.world.journal.entries() if entry.author == "collision guard"]
+    near = {tick + row for tick in (*(entry.tick for entry in halts), max(pictures) - AROUND) for row in range(AROUND)}
+    ends = {motion.end_tick - row for motion in cell.world.snapshot.state.ended for row in range(AROUND)}
+    chosen = [pictures[tick] for tick in sorted(pictures) if tick % 10 == 0 or tick in near | ends]
+    assert touching(chosen) == set()
+    for entry in halts:
+        before = cell.befores[entry.tick]
+        why = entry.commands[0].cancellation.reason
+        names = re.match(r"'(.*)' would touch '(.*)' in", why)
+        assert names, why
+        pair = sorted(before.structure.node(name).uid for name in names.groups())
+        assert nearest_later(before, pair) < CAUTION
+    return len(halts)
+
+
+def replayed_alike(cell: Cell) -> None:
+    """Fail unless a replay of the journal, without a guard, gives the same bits."""
+    now = cell.world.snapshot
+    begin = State(0, np.zeros(0), np.zeros(0), np.eye(4)[None])
+    entries = cell.world.journal.entries()
+    again = replay(index.empty(), begin, entries, now.state.tick, now.tick_seconds, world_poses)
+    assert again.state.q.tobytes() == now.state.q.tobytes()
+    assert [motion.end_tick for motion in again.state.ended] == [motion.end_tick for motion in now.state.ended]
+
+
+def test_random_motions_of_an_arm_among_thin_walls(kind: str, rng: np.random.Generator) -> None:
+    cell = cell_of(kind, rng, arms=1, walls=8)
+    try:
+        for _ in range(3):
+            cell.do(started(cell, "arm0", rng))
+            run(cell)
+        look(cell)
+        replayed_alike(cell)
+    finally:
+        cell.world.close()
+
+
+def test_setpoints_of_an_arm_among_thin_walls(kind: str, rng: np.random.Generator) -> None:
+    cell = cell_of(kind, rng, arms=1, walls=8)
+    try:
+        stream(cell, "arm0", rng, 250)
+        run(cell)
+        look(cell)
+        replayed_alike(cell)
+    finally:
+        cell.world.close()
+
+
+def test_two_arms_that_reach_into_each_other(rng: np.random.Generator) -> None:
+    cell = cell_of("iiwa", rng, arms=2, walls=4)
+    try:
+        for _ in range(2):
+            cell.do(started(cell, "arm0", rng), started(cell, "arm1", rng))
+            run(cell)
+        look(cell)
+        replayed_alike(cell)
+    finally:
+        cell.world.close()
+
+
+def test_free_motions_go_on_as_without_a_guard(kind: str, rng: np.random.Generator) -> None:
+    """Those that end by themselves have kept away from all, and are the motions that they are without a guard."""
+    cell = cell_of(kind, rng, arms=1, walls=0)
+    try:
+        for _ in range(3):
+            cell.do(started(cell, "arm0", rng))
+            run(cell)
+        for motion in cell.world.snapshot.state.ended:
+            if motion.cancellation is not None:  # the arm's own links, as coal says too
+                assert motion.cancellation.cause is CancelCause.COLLISION
+        look(cell)
+        replayed_alike(cell)
+    finally:
+        cell.world.close()
