@@ -15,7 +15,7 @@ KEPT = 12
 """How many distances of a pair are kept; the oldest makes room."""
 
 MOST = 2048
-"""Of how many pairs some are kept; one more, and all are forgotten."""
+"""Of how many pairs some are kept; when there are more, all are forgotten before the next way."""
 
 
 class Remembered:
@@ -31,27 +31,30 @@ class Remembered:
         self._slots: dict[tuple[int, int], int] = {}
         self._forget(16)
 
+    @property
+    def kept(self) -> tuple[Floats, Floats]:
+        """Return where the second was seen from the first, (s, KEPT, 3, 4), and distances (s, KEPT); -1: none."""
+        return self._first_t_second, self._distances
+
     def slots(self, pairs: Integers) -> Integers:
-        """Return where what is known of pairs (k, 2) is kept, (k,); -1 for those of which nothing is."""
+        """Return where what is known of pairs (k, 2) is kept, (k,), until `slots` is called again; -1 for nothing."""
+        if len(self._slots) > MOST:
+            self._forget(16)
         if not self._slots:
             return np.full(len(pairs), -1)
         return np.array([self._slots.get((one, other), -1) for one, other in pairs.tolist()], np.int64)
 
-    def bounds(self, pairs: Integers, world_t_element: Floats) -> Floats:
-        """Return lower bounds (k,) of the distances of pairs (k, 2) of elements that are at poses (e, 4, 4)."""
-        found, slots = np.zeros(len(pairs)), self.slots(pairs)
-        if (slots >= 0).any():
-            remembered_distances(
-                pairs, slots, world_t_element, *self._core, self._first_t_second, self._distances, found
-            )
-        return found
+    def bound(self, one: int, other: int, slot: int, world_t_element: Floats) -> float:
+        """Return a lower bound of the distance of two elements that are at poses (e, 4, 4)."""
+        found = np.zeros(1)
+        pair = np.array([[one, other]])
+        remembered_distances(pair, np.array([slot]), world_t_element, *self._core, *self.kept, found)
+        return float(found[0])
 
-    def add(self, one: int, other: int, world_t_element: Floats, distance: float) -> None:
-        """Keep the distance (m) of two elements that are at these poses (e, 4, 4)."""
+    def add(self, one: int, other: int, world_t_element: Floats, distance: float) -> int:
+        """Keep the distance (m) of two elements that are at these poses (e, 4, 4); return where."""
         slot = self._slots.get((one, other))
         if slot is None:
-            if len(self._slots) == MOST:
-                self._forget(16)
             if len(self._slots) == len(self._distances):
                 self._first_t_second = np.concatenate([self._first_t_second, np.zeros_like(self._first_t_second)])
                 self._distances = np.concatenate([self._distances, np.full_like(self._distances, -1.0)])
@@ -63,6 +66,7 @@ class Remembered:
         self._first_t_second[slot, place, :, :3] = turn @ there[:, :3]
         self._first_t_second[slot, place, :, 3] = turn @ (there[:, 3] - world_t_element[one, :3, 3])
         self._distances[slot, place] = distance
+        return slot
 
     def _forget(self, room: int) -> None:
         self._slots.clear()

@@ -21,13 +21,8 @@ from virtualrobot_kernel.collision.pairs import least_distance, pair_of
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.numeric.boxes import follow_nodes
-from virtualrobot_kernel.numeric.gaps import SLACK, block_distances
-from virtualrobot_kernel.numeric.sweeping import (
-    boxes_in_reach,
-    element_travels,
-    joint_travels,
-    pair_travels,
-)
+from virtualrobot_kernel.numeric.sweeping import boxes_in_reach, pairs_in_reach
+from virtualrobot_kernel.numeric.travel import element_travels, joint_travels
 from virtualrobot_kernel.planning.robots import poses_of_rows
 from virtualrobot_kernel.world.state import Snapshot
 
@@ -53,7 +48,8 @@ class SweptContact:
     """The first contact on a way.
 
     Attributes:
-        time: up to it no pair that is asked touches, and there, or by the resolution farther on, this pair does.
+        time: up to it no pair that is asked touches, and there, or by the resolution farther on, this pair does. Where
+            any contact was asked for, only the latter.
         first: a node (uid), and `second` another one, with a greater uid.
         distance: in m at that time; 0 where they touch.
         points: (2, 3) the nearest points of both at that time, in the world's frame.
@@ -76,6 +72,7 @@ def first_contact(
     robots: Collection[int] | None = None,
     tolerated: Collection[Pair] = (),
     resolution: float = RESOLUTION,
+    any_contact: bool = False,
     given_up: Callable[[], bool] | None = None,
 ) -> SweptContact | None:
     """Return the first contact on a way; None: there is none, at any time of it.
@@ -90,10 +87,11 @@ def first_contact(
         robots: only pairs with one of these robots (uids) are asked; None means all.
         tolerated: pairs of nodes (uids, the smaller first) that are not asked, such as those that touch already.
         resolution: what comes nearer than this (m) may be told as a contact.
+        any_contact: the contact that is found soonest is told, at a time where it is; there may be others before it.
         given_up: whether nobody waits for it any more; KernelError (WRONG_STATE) is raised then.
     """
     scene.place(snapshot)
-    sweep = _Sweep(scene, snapshot, path, resolution, given_up)
+    sweep = _Sweep(scene, snapshot, path, resolution, any_contact, given_up)
     try:
         return sweep.first(robots, frozenset(tolerated))
     finally:
@@ -128,16 +126,18 @@ class _Sweep:
         snapshot: Snapshot,
         path: JointPath,
         resolution: float,
+        any_contact: bool,
         given_up: Callable[[], bool] | None,
     ) -> None:
         self._scene, self._placed, self._bodies = scene, scene.placed, scene.bodies
-        self._snapshot, self._path, self._resolution, self._given_up = snapshot, path, resolution, given_up
+        self._snapshot, self._path, self._given_up = snapshot, path, given_up
+        self._resolution, self._any_contact = resolution, any_contact
         rows = len(snapshot.world_t_node)
         self._joint, self._moving = np.zeros((rows, 2)), np.zeros(rows, np.bool_)
         self._depth, self._moved_rows = np.zeros(rows, np.int32), np.zeros(rows, np.int32)
         self._moved = np.empty(len(self._bodies.rows), np.int64)
         self._wobble = 0.0 if path.wobble is None else path.wobble
-        self._pairs = np.zeros((0, 2), np.int64)
+        self._pairs, self._slots = np.zeros((0, 2), np.int64), np.zeros(0, np.int64)
         self._elsewhere: set[int] = set()
         placed = scene.placed
         self._stood, self._boxes = placed.world_t_element.copy(), (placed.centre.copy(), placed.half.copy())
@@ -149,17 +149,13 @@ class _Sweep:
         half_way = np.maximum(path.travel(path.begin, middle.time), path.travel(middle.time, path.end))
         if not self._go(middle, middle, half_way + self._wobble):
             return None
-        pairs = self._in_reach(middle, robots, tolerated)
+        pairs = self._asked(middle, robots, tolerated)
         if not len(pairs):
             return None
-        self._pairs = pairs
+        self._pairs, self._slots = pairs, self._scene.remembered.slots(pairs)
         middle.begin(len(pairs))
-        every = np.arange(len(pairs))
-        travel = self._travels(middle, every)
-        every, travel = every[travel > 0.0], travel[travel > 0.0]
-        near = travel <= BLOCKS_WITHIN
-        self._bound(middle, every[near])
-        every = every[middle.bounds[every] <= travel]
+        # From the middle each end is on its own: twice its distance stands for the sum.
+        every, _ = self._in_reach(middle, middle, np.arange(len(pairs)), 2.0)
         if not len(every):
             return None
         begin, end = self._instant(path.begin), self._instant(path.end)
@@ -170,9 +166,9 @@ class _Sweep:
             begin, end, pairs = waiting.pop()
             if self._given_up is not None and self._given_up():
                 raise KernelError("nobody waits for this check any more", reason=Reason.WRONG_STATE)
-            left, meets = self._left(begin, end, pairs)
-            if meets is not None:
-                return self._contact(begin, *self._pairs[meets].tolist())
+            left, contact = self._left(begin, end, pairs)
+            if contact is not None:
+                return contact
             if len(left):
                 between = self._instant(0.5 * (begin.time + end.time))
                 between.begin(len(self._pairs))
@@ -202,7 +198,7 @@ class _Sweep:
         found = self._joint, self._moving, self._depth, self._moved_rows
         return joint_travels(*tree, np.ascontiguousarray(travel), begin.q, end.q, *found) > 0
 
-    def _in_reach(self, instant: _Instant, robots: Collection[int] | None, tolerated: Collection[Pair]) -> Integers:
+    def _asked(self, instant: _Instant, robots: Collection[int] | None, tolerated: Collection[Pair]) -> Integers:
         """Return the pairs (k, 2) of elements that are asked and may meet by how far their boxes are apart there."""
         bodies, forest = self._bodies, self._snapshot.structure.forest
         travel = np.empty(len(bodies.rows))
@@ -227,18 +223,11 @@ class _Sweep:
             found = found[np.array(kept, np.bool_)]
         return np.ascontiguousarray(found)
 
-    def _left(self, begin: _Instant, end: _Instant, pairs: Integers) -> tuple[Integers, int | None]:
-        """Return which pairs (k,) are not proven apart on a stretch, and one that touches at its begin, if one does."""
+    def _left(self, begin: _Instant, end: _Instant, pairs: Integers) -> tuple[Integers, SweptContact | None]:
+        """Return which pairs (k,) are not proven apart on a stretch, and the contact that is told, if one is."""
         resolution = self._resolution
         self._go(begin, end, self._path.travel(begin.time, end.time) + 2.0 * self._wobble)
-        travel = self._travels(begin, pairs)
-        for instant in (begin, end):
-            self._bound_by_boxes(instant, pairs)
-        pairs, travel = self._open(begin, end, pairs, travel)
-        near = travel <= BLOCKS_WITHIN
-        for instant in (begin, end):
-            self._bound(instant, pairs[near])
-        pairs, travel = self._open(begin, end, pairs, travel)
+        pairs, travel = self._in_reach(begin, end, pairs, 1.0)
         last = not begin.time < 0.5 * (begin.time + end.time) < end.time
         left = []
         for pair, way in zip(pairs.tolist(), travel.tolist(), strict=True):
@@ -247,7 +236,9 @@ class _Sweep:
                 if self._apart(begin, end, pair, way):
                     continue
                 if small or begin.bounds[pair] <= 0.5 * resolution:
-                    return pairs, pair
+                    return pairs, self._contact(begin, pair)
+                if self._any_contact and end.bounds[pair] <= 0.5 * resolution:
+                    return pairs, self._contact(end, pair)
             left.append(pair)
         return np.array(left, np.int64), None
 
@@ -260,47 +251,31 @@ class _Sweep:
                     return True
         return False
 
-    def _open(self, begin: _Instant, end: _Instant, pairs: Integers, travel: Floats) -> tuple[Integers, Floats]:
-        left = (begin.bounds[pairs] + end.bounds[pairs] <= travel) & (travel > 0.0)
-        return pairs[left], travel[left]
+    def _in_reach(self, begin: _Instant, end: _Instant, pairs: Integers, far: float) -> tuple[Integers, Floats]:
+        """Return which pairs (k,) may meet on a stretch by what is known of them, and how far each travels there (k,).
 
-    def _travels(self, instant: _Instant, pairs: Integers) -> Floats:
-        """Return how far pairs (k,) go against each other at the most, in m."""
-        bodies, forest, found = self._bodies, self._snapshot.structure.forest, np.empty(len(pairs))
-        pair_travels(
-            self._pairs[pairs],
-            instant.world_t_node,
-            *(forest.parent, forest.joint_type, forest.axis),
-            *(self._joint, self._moving, self._depth),
-            *(bodies.rows, instant.world_t_element, *self._placed.core, found),
+        They may when so many times their travel is no less than their distances at both ends together.
+        """
+        forest, bodies, placed = self._snapshot.structure.forest, self._bodies, self._placed
+        left, travel = np.empty(len(pairs), np.int64), np.empty(len(pairs))
+        count = pairs_in_reach(
+            *(pairs, self._pairs, self._slots),
+            *(begin.world_t_node, forest.parent, forest.joint_type, forest.axis),
+            *(self._joint, self._moving, self._depth, bodies.rows),
+            *(*placed.core, *placed.blocks, *self._scene.remembered.kept),
+            *(begin.world_t_element, begin.centre, begin.half, begin.bounds, begin.known),
+            *(end.world_t_element, end.centre, end.half, end.bounds, end.known),
+            *(BLOCKS_WITHIN, far, left, travel),
         )
-        return found
-
-    def _bound_by_boxes(self, instant: _Instant, pairs: Integers) -> None:
-        """Know the distances of the boxes of pairs (k,) along the world's axes, where nothing better is known."""
-        pairs = pairs[instant.known[pairs] < 1]
-        if len(pairs):
-            one, other = self._pairs[pairs].T
-            gap = np.abs(instant.centre[one] - instant.centre[other]) - instant.half[one] - instant.half[other]
-            instant.bounds[pairs] = np.maximum(np.linalg.norm(np.maximum(gap, 0.0), axis=1) - SLACK, 0.0)
-            instant.known[pairs] = 1
-
-    def _bound(self, instant: _Instant, pairs: Integers) -> None:
-        """Know the distances of pairs (k,) by turned boxes, and by what was measured before."""
-        pairs = pairs[instant.known[pairs] < 2]
-        if len(pairs):
-            elements, bounds = self._pairs[pairs], np.empty(len(pairs))
-            block_distances(elements, instant.world_t_element, *self._placed.blocks, bounds)
-            known = self._scene.remembered.bounds(elements, instant.world_t_element)
-            instant.bounds[pairs] = np.maximum(instant.bounds[pairs], np.maximum(bounds, known))
-            instant.known[pairs] = 2
+        return left[:count], travel[:count]
 
     def _recall(self, instant: _Instant, pair: int, travel: float) -> None:
         """Know the distance of a pair by what was measured since it was bounded."""
         del travel
         if instant.known[pair] < 3:
-            known = self._scene.remembered.bounds(self._pairs[pair : pair + 1], instant.world_t_element)
-            instant.bounds[pair] = max(instant.bounds[pair], known[0])
+            one, other = self._pairs[pair].tolist()
+            known = self._scene.remembered.bound(one, other, self._slots[pair], instant.world_t_element)
+            instant.bounds[pair] = max(instant.bounds[pair], known)
 
     def _measure(self, instant: _Instant, pair: int, travel: float) -> None:
         """Know the distance of a pair, measured as far as it matters for so much travel (m)."""
@@ -308,7 +283,7 @@ class _Sweep:
             one, other = self._pairs[pair].tolist()
             self._put(instant, one, other)
             distance = least_distance(self._placed, one, other, travel + MEASURED_BEYOND)
-            self._scene.remembered.add(one, other, instant.world_t_element, distance)
+            self._slots[pair] = self._scene.remembered.add(one, other, instant.world_t_element, distance)
             instant.bounds[pair] = max(instant.bounds[pair], distance)
             instant.known[pair] = 3
 
@@ -317,7 +292,8 @@ class _Sweep:
         self._elsewhere.update((one, other))
         self._placed.move_some(elements, instant.world_t_element[elements])
 
-    def _contact(self, instant: _Instant, one: int, other: int) -> SweptContact:
+    def _contact(self, instant: _Instant, pair: int) -> SweptContact:
+        one, other = self._pairs[pair].tolist()
         self._put(instant, one, other)
         near = pair_of(self._placed, self._placed, one, other)
         assert near is not None, "an element that has nothing is near to nothing"

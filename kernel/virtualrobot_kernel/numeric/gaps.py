@@ -121,62 +121,128 @@ def box_gaps(
             found[a, b] = max(gap - SLACK, 0.0)
 
 
-@compiled(
-    array_of(int64, 2),
-    array_of(float64, 3),
-    array_of(int64, 1),
-    array_of(float64, 2),
-    array_of(float64, 2),
-    output_of(float64, 1),
-)
-def block_distances(
-    pairs: Integers,
+@inlined
+def block_distance(
+    one: int,
+    other: int,
     world_t_element: Floats,
     first_block: Integers,
     block_centre: Floats,
     block_half: Floats,
-    found: Floats,
-) -> None:
-    """Write a lower bound of the distance of each pair of elements, by the turned boxes around their blocks.
+    work: Floats,
+    place: Floats,
+) -> float:
+    """Return a lower bound of the distance of two elements, by the turned boxes around their blocks.
 
     Args:
-        pairs: (k, 2) elements.
+        one: an element.
+        other: another one.
         world_t_element: (e, 4, 4) where the elements are.
         first_block: (e + 1,) the blocks of element i are first_block[i] to first_block[i + 1].
         block_centre: (b, 3) of each block's box, in its element's frame.
         block_half: (b, 3) half of its edges.
-        found: (k,) the result in m, at least 0; inf where one has no blocks.
+        work: (7, 3) room.
+        place: (3,) room.
     """
-    work = np.empty((7, 3))
-    place = np.empty(3)
-    for k in range(pairs.shape[0]):
-        one = pairs[k, 0]
-        other = pairs[k, 1]
-        best = np.inf
-        for a in range(first_block[one], first_block[one + 1]):
-            size = 0.0
+    best = np.inf
+    for a in range(first_block[one], first_block[one + 1]):
+        size = 0.0
+        for i in range(3):
+            place[i] = world_t_element[one, i, 3]
+            for j in range(3):
+                place[i] += world_t_element[one, i, j] * block_centre[a, j]
+            size += block_half[a, i] ** 2
+        size = math.sqrt(size)
+        for b in range(first_block[other], first_block[other + 1]):
+            apart = 0.0
+            extent = 0.0
             for i in range(3):
-                place[i] = world_t_element[one, i, 3]
+                at = world_t_element[other, i, 3]
                 for j in range(3):
-                    place[i] += world_t_element[one, i, j] * block_centre[a, j]
-                size += block_half[a, i] ** 2
-            size = math.sqrt(size)
-            for b in range(first_block[other], first_block[other + 1]):
-                apart = 0.0
-                extent = 0.0
-                for i in range(3):
-                    at = world_t_element[other, i, 3]
-                    for j in range(3):
-                        at += world_t_element[other, i, j] * block_centre[b, j]
-                    apart += (at - place[i]) ** 2
-                    extent += block_half[b, i] ** 2
-                apart = math.sqrt(apart) - size - math.sqrt(extent)
-                if apart < best:
-                    gap = _gap(
-                        world_t_element, one, other, block_centre, block_half, a, block_centre, block_half, b, work
-                    )
-                    best = min(best, max(gap, apart))
-        found[k] = max(best - SLACK, 0.0)
+                    at += world_t_element[other, i, j] * block_centre[b, j]
+                apart += (at - place[i]) ** 2
+                extent += block_half[b, i] ** 2
+            apart = math.sqrt(apart) - size - math.sqrt(extent)
+            if apart < best:
+                boxes = block_centre, block_half
+                gap = _gap(world_t_element, one, other, boxes[0], boxes[1], a, boxes[0], boxes[1], b, work)
+                best = min(best, max(gap, apart))
+    return max(best - SLACK, 0.0)
+
+
+@inlined
+def remembered_distance(
+    one: int,
+    other: int,
+    slot: int,
+    world_t_element: Floats,
+    centre: Floats,
+    half: Floats,
+    first_t_second: Floats,
+    distances: Floats,
+    now: Floats,
+    change: Floats,
+) -> float:
+    """Return a lower bound of the distance of two elements, by distances that were measured at other places.
+
+    A distance changes by no more than any point of one goes, seen from the other; of a box no point goes farther than
+    its farthest corner, whichever of both is held.
+
+    Args:
+        one: an element.
+        other: another one.
+        slot: where what is known of the two is kept; below 0 for nothing.
+        world_t_element: (e, 4, 4) where the elements are.
+        centre: (e, 3) the box around each element's core in its own frame.
+        half: (e, 3) half of its edges.
+        first_t_second: (s, c, 3, 4) where the second was, seen from the first, when the distance was measured.
+        distances: (s, c) it, in m; negative where none is kept.
+        now: (3, 4) room.
+        change: (3, 4) room.
+    """
+    best = 0.0
+    if slot < 0:
+        return best
+    for i in range(3):
+        for j in range(4):
+            value = 0.0
+            for m in range(3):
+                shift = world_t_element[one, m, 3] if j == 3 else 0.0
+                value += world_t_element[one, m, i] * (world_t_element[other, m, j] - shift)
+            now[i, j] = value
+    for kept in range(distances.shape[1]):
+        if distances[slot, kept] <= best:
+            continue
+        then = first_t_second[slot, kept]
+        held = 0.0
+        for corner in range(8):
+            apart = 0.0
+            for i in range(3):
+                away = now[i, 3] - then[i, 3]
+                for j in range(3):
+                    side = half[other, j] if (corner >> j) & 1 else -half[other, j]
+                    away += (now[i, j] - then[i, j]) * (centre[other, j] + side)
+                apart += away * away
+            held = max(held, apart)
+        # Where a point of the first is, seen from the second: R^T (p - x), with R and x of now and of then.
+        for i in range(3):
+            shift = 0.0
+            for j in range(3):
+                change[i, j] = now[j, i] - then[j, i]
+                shift -= now[j, i] * now[j, 3] - then[j, i] * then[j, 3]
+            change[i, 3] = shift
+        turned = 0.0
+        for corner in range(8):
+            apart = 0.0
+            for i in range(3):
+                away = change[i, 3]
+                for j in range(3):
+                    side = half[one, j] if (corner >> j) & 1 else -half[one, j]
+                    away += change[i, j] * (centre[one, j] + side)
+                apart += away * away
+            turned = max(turned, apart)
+        best = max(best, distances[slot, kept] - math.sqrt(min(held, turned)) - SLACK)
+    return best
 
 
 @compiled(
@@ -199,67 +265,11 @@ def remembered_distances(
     distances: Floats,
     found: Floats,
 ) -> None:
-    """Write a lower bound of the distance of each pair of elements, by distances that were measured at other places.
-
-    A distance changes by no more than any point of one goes, seen from the other; of a box no point goes farther than
-    its farthest corner, whichever of both is held.
-
-    Args:
-        pairs: (k, 2) elements.
-        slots: (k,) where what is known of each pair is kept; below 0 for nothing.
-        world_t_element: (e, 4, 4) where the elements are.
-        centre: (e, 3) the box around each element's core in its own frame.
-        half: (e, 3) half of its edges.
-        first_t_second: (s, c, 3, 4) where the second was, seen from the first, when the distance was measured.
-        distances: (s, c) it, in m; negative where none is kept.
-        found: (k,) the result in m, at least 0.
-    """
-    now = np.empty((3, 4))
-    change = np.empty((3, 4))
+    """Write what `remembered_distance` tells of pairs (k, 2), whose slots are (k,), to `found` (k,)."""
+    now, change = np.empty((3, 4)), np.empty((3, 4))
+    kept = first_t_second, distances
     for k in range(pairs.shape[0]):
-        found[k] = 0.0
-        slot = slots[k]
-        if slot < 0:
-            continue
-        one = pairs[k, 0]
-        other = pairs[k, 1]
-        for i in range(3):
-            for j in range(4):
-                value = 0.0
-                for m in range(3):
-                    shift = world_t_element[one, m, 3] if j == 3 else 0.0
-                    value += world_t_element[one, m, i] * (world_t_element[other, m, j] - shift)
-                now[i, j] = value
-        for kept in range(distances.shape[1]):
-            if distances[slot, kept] <= found[k]:
-                continue
-            then = first_t_second[slot, kept]
-            held = 0.0
-            for corner in range(8):
-                apart = 0.0
-                for i in range(3):
-                    away = now[i, 3] - then[i, 3]
-                    for j in range(3):
-                        side = half[other, j] if (corner >> j) & 1 else -half[other, j]
-                        away += (now[i, j] - then[i, j]) * (centre[other, j] + side)
-                    apart += away * away
-                held = max(held, apart)
-            # Where a point of the first is, seen from the second: R^T (p - x), with R and x of now and of then.
-            for i in range(3):
-                shift = 0.0
-                for j in range(3):
-                    change[i, j] = now[j, i] - then[j, i]
-                    shift -= now[j, i] * now[j, 3] - then[j, i] * then[j, 3]
-                change[i, 3] = shift
-            turned = 0.0
-            for corner in range(8):
-                apart = 0.0
-                for i in range(3):
-                    away = change[i, 3]
-                    for j in range(3):
-                        side = half[one, j] if (corner >> j) & 1 else -half[one, j]
-                        away += change[i, j] * (centre[one, j] + side)
-                    apart += away * away
-                turned = max(turned, apart)
-            least = distances[slot, kept] - math.sqrt(min(held, turned)) - SLACK
-            found[k] = max(found[k], least)
+        one, other = pairs[k, 0], pairs[k, 1]
+        found[k] = remembered_distance(
+            one, other, slots[k], world_t_element, centre, half, kept[0], kept[1], now, change
+        )

@@ -16,8 +16,9 @@ from virtualrobot_kernel.numeric.forest import (
     forward_forest,
     topological_order,
 )
-from virtualrobot_kernel.numeric.gaps import block_distances, box_gaps, remembered_distances
-from virtualrobot_kernel.numeric.sweeping import boxes_in_reach, element_travels, joint_travels, pair_travels
+from virtualrobot_kernel.numeric.gaps import box_gaps, remembered_distances
+from virtualrobot_kernel.numeric.sweeping import boxes_in_reach, pairs_in_reach
+from virtualrobot_kernel.numeric.travel import element_travels, joint_travels
 
 from .test_forest import random_pose, unit
 
@@ -84,6 +85,22 @@ class Swept(NamedTuple):
     against: np.ndarray
 
 
+NOTHING_KEPT = np.zeros((1, 1, 3, 4)), np.full((1, 1), -1.0)
+
+
+def travels_of(pairs: np.ndarray, at: Any, depth: np.ndarray, boxes: Any) -> np.ndarray:  # noqa: ANN401 tuples of arrays
+    """Return how far pairs (k, 2) go together, where nothing is known that would leave any out; 0 for none."""
+    rows, poses, centre, half = boxes
+    blocks = np.arange(len(rows) + 1), centre, half
+    ends = (poses, centre, half, np.full(len(pairs), -1.0), np.full(len(pairs), 3, np.int8))
+    left, travels, found = np.empty(len(pairs), np.int64), np.empty(len(pairs)), np.zeros(len(pairs))
+    every, slots = np.arange(len(pairs)), np.full(len(pairs), -1)
+    tree = (*at, depth, rows, centre, half)
+    count = pairs_in_reach(every, pairs, slots, *tree, *blocks, *NOTHING_KEPT, *ends, *ends, np.inf, 1.0, left, travels)
+    found[left[:count]] = travels[:count]
+    return found
+
+
 def swept(rng: np.random.Generator, kinds: list[int]) -> Swept:
     """Return a random tree with a box on each row, and the bounds told at a random place of a random way."""
     tree, start = random_tree(rng, kinds)
@@ -108,8 +125,7 @@ def swept(rng: np.random.Generator, kinds: list[int]) -> Swept:
     travels = np.empty(rows)
     element_travels(*at, *boxes, travels)
     pairs = np.array([(one, other) for one in range(rows) for other in range(one)])
-    against = np.empty(len(pairs))
-    pair_travels(pairs, *at, depth, *boxes, against)
+    against = travels_of(pairs, at, depth, boxes)
     return Swept(ways, nodes, tree.parent, travels, pairs, against)
 
 
@@ -175,11 +191,10 @@ def test_one_joint_is_told_exactly() -> None:
         elements[:, 0, 3] = 2.0
         at: Any = (tree.poses(np.zeros(1)), tree.parent, tree.joint_type, tree.axis, joint, moving)
         boxes = np.arange(2), elements, np.zeros((2, 3)), np.zeros((2, 3))
-        travels, against = np.empty(2), np.empty(1)
+        travels = np.empty(2)
         element_travels(*at, *boxes, travels)
-        pair_travels(np.array([[0, 1]]), *at, depth, *boxes, against)
         np.testing.assert_allclose(travels, expected)
-        assert against[0] == 0.0
+        assert travels_of(np.array([[0, 1]]), at, depth, boxes)[0] == 0.0
 
 
 def test_boxes_in_reach_are_those_that_both_ways_bridge(rng: np.random.Generator) -> None:
@@ -205,8 +220,25 @@ def cloud(rng: np.random.Generator, centre: np.ndarray, half: np.ndarray, pose: 
     return (centre + share * half) @ pose[:3, :3].T + pose[:3, 3]
 
 
+def bound_by_blocks(poses: np.ndarray, first_block: np.ndarray, centre: np.ndarray, half: np.ndarray) -> float:
+    """Return what is found out of two elements' distance when one of them goes far."""
+    tree = np.full(2, -1, np.int32), np.zeros(2, np.int8), np.zeros((2, 3))
+    going = np.array([[0.0, 100.0], [0.0, 0.0]]), np.array([True, False]), np.zeros(2, np.int32)
+    boxes = np.zeros((2, 3)), np.full((2, 3), 100.0)
+    ends = [(poses, *boxes, np.zeros(1), np.zeros(1, np.int8)) for _ in (0, 1)]
+    one, left, travels = np.zeros(1, np.int64), np.empty(1, np.int64), np.empty(1)
+    rest = np.arange(2), *boxes, first_block, centre, half, *NOTHING_KEPT
+    count = pairs_in_reach(
+        one, np.array([[0, 1]]), one - 1, poses, *tree, *going, *rest, *ends[0], *ends[1], np.inf, 1.0, left, travels
+    )
+    assert (count, travels[0]) == (1, 100.0)
+    assert ends[0][4].tolist() == [2]
+    assert ends[0][3] == ends[1][3]
+    return float(ends[0][3][0])
+
+
 def test_boxes_are_never_nearer_than_told(rng: np.random.Generator) -> None:
-    """Against the nearest of many points, for single boxes and for elements of several; parallel ones exactly."""
+    """Against the nearest of many points, single boxes and blocks of elements that move; parallel ones exactly."""
     for _ in range(30):
         poses = np.array([random_pose(rng), random_pose(rng)])
         centre, half = rng.normal(size=(5, 3)) * 0.3, rng.uniform(0.01, 0.4, (5, 3))
@@ -215,9 +247,7 @@ def test_boxes_are_never_nearer_than_told(rng: np.random.Generator) -> None:
         box_gaps(0, 1, poses, centre[:2], half[:2], centre[2:], half[2:], gaps)
         near = [[np.linalg.norm(a[:, None] - b[None], axis=2).min() for b in points[2:]] for a in points[:2]]
         assert (gaps <= np.array(near)).all()
-        found = np.empty(1)
-        block_distances(np.array([[0, 1]]), poses, np.array([0, 2, 5]), centre, half, found)
-        assert gaps.min() - 1e-9 <= found[0] <= np.min(near)
+        assert gaps.min() - 1e-9 <= bound_by_blocks(poses, np.array([0, 2, 5]), centre, half) <= np.min(near)
     turn = np.tile(random_pose(rng), (2, 1, 1))
     turn[1, :3, 3] = turn[0, :3, 3] + turn[0, :3, :3] @ [3.0, 4.0, 0.0]
     gap, small = np.empty((1, 1)), np.full((1, 3), 0.5)
