@@ -23,7 +23,7 @@ from virtualrobot_kernel.collision.scene import Collision, CollisionScene, Detai
 from virtualrobot_kernel.collision.transitions import STOPPING, Halt, Scope, halt_of, transitions, watched
 from virtualrobot_kernel.world.clock import Mode
 from virtualrobot_kernel.world.commands import Command, HaltRobots
-from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot
+from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion, Snapshot
 from virtualrobot_kernel.world.store import World
 
 PERIOD_SECONDS = 0.02
@@ -66,6 +66,8 @@ class Monitor:
         self._wake = threading.Event()
         self._ended = False
         self._overseeing = False
+        self._stopped: frozenset[str] = frozenset()
+        self._past: Sequence[Motion] = world.snapshot.state.ended
         self._thread = threading.Thread(target=self._run, name="monitor", daemon=True)
         self._thread.start()
         world.listen(self._published)
@@ -111,6 +113,7 @@ class Monitor:
             self._overseeing = False
             self._world.unoversee(self)
             return ()
+        self._tell_stopped(now)
         return self._stops(halts, now)
 
     def _published(self) -> None:
@@ -134,18 +137,35 @@ class Monitor:
         stopped: list[What] = []
         modes = watched(now) if halts else {}
         going = [motion for motion in now.state.motions if not motion.running.ended and motion.cancellation is None]
-        nodes = now.structure.nodes
         for halt in halts:
             own = [motion for motion in going if not set(halt.robots).isdisjoint(motion.robots)]
             if not own or not any(modes.get(uid) in STOPPING for uid in halt.by):
                 continue
             going = [motion for motion in going if motion not in own]
             commands.append(HaltRobots(halt.robots, Cancellation(CancelCause.COLLISION, halt.reason)))
-            robots = dict.fromkeys(nodes[uid].name for motion in own for uid in motion.robots if uid in nodes)
-            stopped.append(Stopped(tuple(robots), tuple(motion.id for motion in own), halt.reason))
+            stopped.append(_stopped(own, now, halt.reason))
+            self._remember(now, {motion.id for motion in own})
         if stopped:
             self._tell(now, stopped)
         return commands
+
+    def _tell_stopped(self, now: Snapshot) -> None:
+        """Tell of motions that somebody else has stopped because of collisions: the guard."""
+        before, self._past = self._past, now.state.ended
+        there = now.state.motions if now.state.ended is before else (*now.state.motions, *now.state.ended)
+        reasons: dict[str, list[Motion]] = {}
+        for motion in there:
+            why = motion.cancellation
+            if why is not None and why.cause is CancelCause.COLLISION and motion.id not in self._stopped:
+                reasons.setdefault(why.reason, []).append(motion)
+        if reasons:
+            self._remember(now, {motion.id for motions in reasons.values() for motion in motions})
+            self._tell(now, [_stopped(motions, now, reason) for reason, motions in reasons.items()])
+
+    def _remember(self, now: Snapshot, stopped: Collection[str]) -> None:
+        """Remember whose stop was told, as long as the world remembers the motions (ids)."""
+        there = {motion.id for motion in (*now.state.motions, *now.state.ended)}
+        self._stopped = self._stopped & there | frozenset(stopped)
 
     def _run(self) -> None:
         due = 0.0
@@ -255,6 +275,12 @@ def _differ(before: Snapshot, now: Snapshot, closely: bool = False) -> bool:
         or any(one is not other for one, other in zip(made_of(before), made_of(now), strict=True))
         or not (old is new or (closely and np.array_equal(old, new)))
     )
+
+
+def _stopped(motions: Sequence[Motion], now: Snapshot, reason: str) -> Stopped:
+    nodes = now.structure.nodes
+    robots = dict.fromkeys(nodes[uid].name for motion in motions for uid in motion.robots if uid in nodes)
+    return Stopped(tuple(robots), tuple(motion.id for motion in motions), reason)
 
 
 def _all_halted(snapshot: Snapshot, reason: str) -> list[Halt]:

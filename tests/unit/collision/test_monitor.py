@@ -16,6 +16,7 @@ from virtualrobot_kernel.world.commands import (
     AttachNode,
     ClearWorld,
     Command,
+    HaltRobots,
     RemoveNode,
     SetAllowedPairs,
     SetJointPositions,
@@ -252,6 +253,18 @@ def test_a_part_counts_from_when_it_is_held(cell: Cell) -> None:
         "table/part begun",
         "stopped cart: 'table' touches 'part'",
     ]
+
+
+def test_stops_by_others_are_told_too(cell: Cell) -> None:
+    """The guard, or whoever else stops robots for collisions, is told of in the tick in which it does."""
+    cell.do(cart("cart"), cart("other", y=1.0), mode("monitor"))
+    cell.do(drive(0.0, 1.5), drive(0.0, 1.5, "other"))
+    cell.step(100)
+    node = cell.world.snapshot.structure.node
+    cell.do(HaltRobots((node("cart").uid,), Cancellation(CancelCause.COLLISION, "it would touch")))
+    cell.do(HaltRobots((node("other").uid,), Cancellation(CancelCause.STOP, "enough")))
+    cell.step(500)
+    assert cell.told == [(100, "stopped cart: it would touch")]
 
 
 def test_jumps_are_seen(cell: Cell) -> None:
