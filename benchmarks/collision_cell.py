@@ -41,6 +41,7 @@ class CollisionCell:
     """A scene of ours, what it may be asked at, and the same as arrays for others.
 
     Attributes:
+        shapes: the geometry of the scene.
         scene: ours.
         snapshots: worlds with the arms at random configurations.
         poses: (n, e, 4, 4) where the elements are in each of them.
@@ -49,6 +50,7 @@ class CollisionCell:
         pairs: elements of one arm that are asked against each other.
     """
 
+    shapes: CollisionShapes
     scene: CollisionScene
     snapshots: tuple[Snapshot, ...]
     poses: Floats
@@ -77,7 +79,8 @@ def collision_cell(arms: int, meshes: int, configurations: int, seed: int = 1) -
     commands.append(CreateNodes(tuple(_part(row, arms, around, rng) for row in range(meshes))))
     change = apply(index.empty(), State(0, np.zeros(0), np.zeros(0), np.eye(4)[None]), commands, world_poses)
     snapshots = tuple(_somewhere(change, rng) for _ in range(configurations))
-    scene = CollisionScene(CollisionShapes(load))
+    shapes = CollisionShapes(load)
+    scene = CollisionScene(shapes)
     poses = []
     for snapshot in snapshots:
         scene.place(snapshot)
@@ -96,6 +99,7 @@ def collision_cell(arms: int, meshes: int, configurations: int, seed: int = 1) -
         for row, other in np.argwhere(asked & (groups == robot)).tolist()
     ]
     return CollisionCell(
+        shapes,
         scene,
         snapshots,
         np.array(poses),

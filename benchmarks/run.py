@@ -19,7 +19,8 @@ from benchmarks.rows import Row
 RESULTS = Path(__file__).resolve().parent / "RESULTS.md"
 SUITES = (
     *("rpc", "tick", "setpoints", "kinematics", "closed_form", "arm_angle", "dynamics", "planning"),
-    *("components", "loading", "rays", "scans", "cameras", "collision", "collision_batch", "viewer", "startup"),
+    *("components", "loading", "rays", "scans", "cameras", "collision"),
+    *("collision_batch", "collision_motions", "viewer", "startup"),
 )
 PACKAGES = (
     *("numpy", "numba", "grpcio", "protobuf", "viser", "ruckig", "toppra", "pin", "pytracik"),

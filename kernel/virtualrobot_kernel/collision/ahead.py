@@ -102,15 +102,16 @@ class _Proof:
         until: float,
         enough: Callable[[], bool],
     ) -> None:
-        """Look at what is not known yet, up to a time; what is as near as can be from the beginning is left out."""
-        path = self.coming.path
+        """Look at what is not known yet, up to a time; what is as near as can be already is left out."""
+        path, now = self.coming.path, snapshot.simulation_time
+        self.until = max(self.until, now)  # it may have been late
         end = min(until, path.end)
         while self.contact is None and self.until < end:
             chunk = replace(path, begin=self.until, end=min(self.until + CHUNK_SECONDS, end))
             contact = first_along(scene, snapshot, chunk, self.coming.switches, robots=robots, tolerated=self.left_out)
-            if contact is not None and contact.time <= path.begin:
+            if contact is not None and contact.time <= now:
                 self.left_out.add((contact.first, contact.second))
-                self._expires = min(self._expires, path.begin + NEAR_SECONDS)
+                self._expires = min(self._expires, now + NEAR_SECONDS)
                 continue
             self.contact, self.until = contact, chunk.end if contact is None else contact.time
             if enough():

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from virtualrobot_kernel.api.motion_plans import contact_of
-from virtualrobot_kernel.collision.scene import CollisionScene
+from virtualrobot_kernel.collision.scene import CollisionScene, Detail
 from virtualrobot_kernel.collision.swept import RESOLUTION
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.planning.check import Checked, check_motion
 from virtualrobot_kernel.planning.plan_program import plan_wish
 from virtualrobot_kernel.planning.program import DwellWish, MotionWish, MoveStepWish, Zone
+from virtualrobot_kernel.planning.robots import standing_at
 from virtualrobot_kernel.planning.sampling import joint_states
 from virtualrobot_kernel.planning.violations import Contact, Violation, ViolationKind
 from virtualrobot_kernel.planning.wishes import JointTrajectory, Move, PointToPoint, ToolStateMove
@@ -35,7 +36,7 @@ from tests.unit.collision.sweepers import (
     sweeper,
     turning,
 )
-from tests.unit.collision.worlds import SHAPES, after, world
+from tests.unit.collision.worlds import SHAPES, after, somewhere, with_robots, world
 from tests.unit.planning.cell import chain
 from tests.unit.world.builders import part, shifted
 
@@ -237,6 +238,45 @@ def test_a_caller_who_gives_up_ends_the_check() -> None:
     command = plan_wish(snapshot, MotionWish((PointToPoint("slider", {"slide": 2.0}),)), chain, waiting).command
     with pytest.raises(KernelError, match="nobody waits"):
         contact_of(CollisionScene(SHAPES), snapshot, command, np.inf, RESOLUTION, lambda: True)
+
+
+@pytest.mark.parametrize("kind", ["iiwa", "panda"])
+def test_real_arms_among_boxes_touch_when_it_was_told_and_not_before(kind: str, rng: np.random.Generator) -> None:
+    """Random programs with zones: each 2 ms of what was told to be free is asked of the collision scene."""
+    seconds = 0.002
+    arm = with_robots(kind)
+    boxes = [
+        body(f"box {row}", Box(tuple(rng.uniform(0.05, 0.2, 3).tolist())), shifted(*rng.uniform(-0.8, 0.8, 3)))
+        for row in range(8)
+    ]
+    index = next(iter(arm.structure.robots.values()))
+    scene = CollisionScene(SHAPES)
+    for _ in range(6):
+        snapshot = somewhere(after(arm, CreateNodes(tuple(boxes))), rng)
+        here = snapshot.state.q[list(index.q_start)]
+        lower = np.array([joint.limits.lower for joint in index.joints])
+        upper = np.array([joint.limits.upper for joint in index.joints])
+        steps = []
+        for _ in range(2):
+            goal = np.clip(here + rng.uniform(-0.5, 0.5, len(here)), lower, upper)
+            move = PointToPoint(kind, dict(zip(index.joint_names, goal.tolist(), strict=True)))
+            steps.append(MoveStepWish((move,), Zone(percent=30.0)))
+        program = plan_wish(snapshot, MotionWish(steps=tuple(steps)), chain).command.program
+        told = checked(snapshot, *steps).first_violation
+        if told is not None and told.kind is not ViolationKind.COLLISION:
+            continue
+        until = program.duration if told is None or told.time is None else told.time - 1e-9
+        times = np.arange(0.0, until, seconds)
+        moving = np.array(index.q_start, np.int32)
+        for q in joint_states(program, times)[0]:
+            scene.place(standing_at(snapshot, moving, q))
+            assert not scene.collisions(Detail.FIRST)
+        if told is not None and told.contact is not None:
+            scene.place(standing_at(snapshot, moving, joint_states(program, np.array([told.time]))[0][0]))
+            nodes = [snapshot.structure.node(name).uid for name, _ in told.contact]
+            (near,) = scene.distances(nodes[:1], nodes[1:], 0.0)
+            assert near.distance == pytest.approx(told.value, abs=1e-9)
+            assert near.distance <= RESOLUTION
 
 
 def test_steps_are_done_when_the_next_ones_begin() -> None:
