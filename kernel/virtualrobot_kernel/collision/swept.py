@@ -86,7 +86,8 @@ def first_contact(
         path: the way of all joints.
         robots: only pairs with one of these robots (uids) are asked; None means all.
         tolerated: pairs of nodes (uids, the smaller first) that are not asked, such as those that touch already.
-        resolution: what comes nearer than this (m) may be told as a contact.
+        resolution: what comes nearer than this (m), and than four times as far as the way's wobble carries it, may be
+            told as a contact.
         any_contact: the contact that is found soonest is told, at a time where it is; there may be others before it.
         given_up: whether nobody waits for it any more; KernelError (WRONG_STATE) is raised then.
     """
@@ -138,6 +139,7 @@ class _Sweep:
         self._moved = np.empty(len(self._bodies.rows), np.int64)
         self._wobble = 0.0 if path.wobble is None else path.wobble
         self._pairs, self._slots = np.zeros((0, 2), np.int64), np.zeros(0, np.int64)
+        self._unsure = np.zeros(0)
         self._elsewhere: set[int] = set()
         placed = scene.placed
         self._stood, self._boxes = placed.world_t_element.copy(), (placed.centre.copy(), placed.half.copy())
@@ -154,6 +156,12 @@ class _Sweep:
             return None
         self._pairs, self._slots = pairs, self._scene.remembered.slots(pairs)
         middle.begin(len(pairs))
+        self._unsure = np.zeros(len(pairs))
+        if path.wobble is not None:
+            self._go(middle, middle, 2.0 * path.wobble)
+            wobbling, travel = self._in_reach(middle, middle, np.arange(len(pairs)), np.inf)
+            self._unsure[wobbling] = 2.0 * travel
+            self._go(middle, middle, half_way + self._wobble)
         # From the middle each end is on its own: twice its distance stands for the sum.
         every, _ = self._in_reach(middle, middle, np.arange(len(pairs)), 2.0)
         if not len(every):
@@ -231,7 +239,7 @@ class _Sweep:
         last = not begin.time < 0.5 * (begin.time + end.time) < end.time
         left = []
         for pair, way in zip(pairs.tolist(), travel.tolist(), strict=True):
-            small = way <= resolution or last
+            small = way <= resolution + self._unsure[pair] or last
             if small or (way <= MEASURED_WITHIN and begin.bounds[pair] + end.bounds[pair] <= WORTH * way):
                 if self._apart(begin, end, pair, way):
                     continue
