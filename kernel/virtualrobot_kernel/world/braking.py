@@ -72,12 +72,16 @@ def braking(structure: Structure, state: State, tick_seconds: float, forward: Fo
     """
     if state.motions and all(map(_alone, state.motions)):
         ways = [_way(motion, override(state, motion), tick_seconds) for motion in state.motions]
-        count = max(map(len, ways))
+        count = max(len(way) for way, _ in ways)
         positions = np.repeat(state.q[None], count, axis=0)
-        for motion, way in zip(state.motions, ways, strict=True):
+        tools = [(0, state.tool_states)]
+        for motion, (way, end) in sorted(zip(state.motions, ways, strict=True), key=lambda one: len(one[1][0])):
             positions[: len(way), motion.q_index] = way
             positions[len(way) :, motion.q_index] = way[-1]
-        return Way(state.tick, positions, ((0, state.tool_states),), count <= LONGEST_BRAKE_TICKS)
+            done = range(motion.running.steps_done if state.tick > motion.start_tick else 0, end.steps_done)
+            if reached := {tool: name for step, tool, name in motion.tool_states if step in done}:
+                tools.append((len(way) - 1, {**tools[-1][1], **reached}))
+        return Way(state.tick, positions, tuple(tools), count <= LONGEST_BRAKE_TICKS)
     robots = tuple({uid for motion in state.motions for uid in motion.robots})
     halt = commands.HaltRobots(robots, Cancellation(CancelCause.COLLISION, ""))
     now = apply(structure, state, [halt], forward).state
@@ -91,20 +95,28 @@ def braking(structure: Structure, state: State, tick_seconds: float, forward: Fo
 
 
 def _alone(motion: Motion) -> bool:
-    """Return whether a motion brakes by itself, and puts no tool into another state while it does."""
-    return motion.followed is None and not motion.tool_states
+    """Return whether a motion brakes by itself, and puts no tool into another state before it stands."""
+    if motion.followed is not None:
+        return False
+    run = motion.running
+    if not motion.tool_states or not isinstance(run, ProgramRun) or run.at == len(run.program.stages):
+        return not motion.tool_states
+    return len(run.program.stages[run.at].steps) == 1
 
 
-def _way(motion: Motion, override: float, dt: float) -> NDArray[np.float64]:
-    """Return where the joints of a motion (n,) go while it brakes from now on, (m, n), a tick apart."""
+def _way(motion: Motion, override: float, dt: float) -> tuple[NDArray[np.float64], Moving]:
+    """Return where the joints of a motion (n,) go while it brakes from now on, (m, n), a tick apart.
+
+    With it comes the motion as it is in the end; where that is told by its brakes at once, as it is before.
+    """
     now = motion.running.cancel()
     rows = [now.sample()[0]]
     while not now.ended and len(rows) <= LONGEST_BRAKE_TICKS:
         if (rest := _rest(now, dt)) is not None:
-            return np.concatenate([np.array(rows), rest])
+            return np.concatenate([np.array(rows), rest]), now
         now = now.advance(dt, override)
         rows.append(now.sample()[0])
-    return np.array(rows)
+    return np.array(rows), now
 
 
 def _rest(now: Moving, dt: float) -> NDArray[np.float64] | None:

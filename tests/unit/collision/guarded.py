@@ -202,8 +202,11 @@ def touching(pictures: Collection[Snapshot], left_out: Collection[tuple[int, int
     return found
 
 
-def nearest_later(before: Snapshot, pair: Sequence[int]) -> float:
-    """Return how near two nodes (uids) come, by coal, if all goes on for one more tick and only then brakes (m)."""
+def nearest_later(before: Snapshot, pair: Sequence[int], seconds: float) -> float:
+    """Return how near two nodes (uids) come, by coal, if all goes on for one more tick and only then brakes (m).
+
+    It is looked at around so many seconds from now, when they are said to touch.
+    """
     structure = before.structure
     state = advance(structure, before.state, TICK, world_poses)
     robots = tuple({uid for motion in state.motions for uid in motion.robots})
@@ -212,12 +215,12 @@ def nearest_later(before: Snapshot, pair: Sequence[int]) -> float:
     now = halted.submit([HaltRobots(robots, Cancellation(CancelCause.CALL, ""))]).result(WAIT).snapshot
     scene, least = CollisionScene(SHAPES), np.inf
     try:
-        while True:
-            for one in (now, *between(now)):
+        last = before.state.tick + int(seconds / TICK) + 2
+        while now.state.tick <= last:
+            for one in (now, *between(now)) if now.state.tick >= last - 4 else ():
                 scene.place(one)
                 least = min(least, *coal_distances(scene, [(pair[0], pair[1])]))
-            if not now.state.motions:
-                return float(least)
             now = halted.step(1).result(WAIT)
+        return float(least)
     finally:
         halted.close()

@@ -1,0 +1,128 @@
+"""Where all goes when it brakes now: the same as when the ticks are made, of all kinds of motion, at any moment."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from virtualrobot_kernel.motion.follow import SetpointMode
+from virtualrobot_kernel.planning.plan_program import plan_wish
+from virtualrobot_kernel.planning.planned_move import PoseGoal
+from virtualrobot_kernel.planning.program import DwellWish, MotionWish, MoveStepWish, SetSignalWish, Zone
+from virtualrobot_kernel.planning.robots import world_poses
+from virtualrobot_kernel.planning.wishes import Linear, PointToPoint, ToolStateMove
+from virtualrobot_kernel.world.braking import braking, going
+from virtualrobot_kernel.world.change import Change
+from virtualrobot_kernel.world.commands import (
+    Command,
+    CreateSignal,
+    PauseMotion,
+    SetSetpoint,
+    SetSpeedFactor,
+    StartFollowing,
+    StopMotions,
+)
+from virtualrobot_kernel.world.state import Signal
+
+from tests.unit.planning.cell import JOINTS, TICK, cell, chain, pictured, tcp
+from tests.unit.world.builders import after, ticked
+
+
+def line(change: Change, rng: np.random.Generator) -> Linear:
+    goal = tcp(change)
+    goal[:3, 3] += rng.uniform(-0.15, 0.15, 3)
+    return Linear("arm", PoseGoal(goal), max_velocity=0.8, max_acceleration=4.0)
+
+
+def belt(rng: np.random.Generator) -> PointToPoint:
+    return PointToPoint("belt", {"slide": float(rng.uniform(0.3, 1.0))})
+
+
+def planned(change: Change, wish: MotionWish) -> Command:
+    return plan_wish(pictured(change), wish, chain).command
+
+
+def point_to_point(change: Change, rng: np.random.Generator) -> list[Command]:
+    goal = dict(zip(JOINTS, rng.uniform(-1.5, 1.5, 7).tolist(), strict=True))
+    return [planned(change, MotionWish((PointToPoint("arm", goal),))), planned(change, MotionWish((belt(rng),)))]
+
+
+def group(change: Change, rng: np.random.Generator) -> list[Command]:
+    return [planned(change, MotionWish((line(change, rng), belt(rng))))]
+
+
+def program(change: Change, rng: np.random.Generator) -> list[Command]:
+    steps = (
+        *(MoveStepWish((line(change, rng),), Zone(0.03)) for _ in range(2)),
+        MoveStepWish((line(change, rng),)),
+        SetSignalWish("lamp", True),
+        MoveStepWish((ToolStateMove("arm", "hand", "off"),)),
+        DwellWish(0.1),
+        MoveStepWish((belt(rng),)),
+        MoveStepWish((ToolStateMove("arm", "hand", "on"), line(change, rng))),
+    )
+    return [planned(change, MotionWish(steps=steps))]
+
+
+def setpoints(change: Change, rng: np.random.Generator) -> list[Command]:
+    return [StartFollowing("arm", JOINTS, SetpointMode(str(rng.choice(["POSITION", "VELOCITY"]))), 10.0)]
+
+
+@pytest.mark.parametrize("made", [point_to_point, group, program, setpoints])
+def test_it_is_what_the_ticks_are(
+    made: Callable[[Change, np.random.Generator], list[Command]], rng: np.random.Generator
+) -> None:
+    change = after(cell(), CreateSignal(Signal("lamp", False)))
+    change = after(change, *made(change, rng))
+    looked = 0
+    for _ in range(400):
+        if not change.state.motions:
+            break
+        chance = rng.random()
+        motion = change.state.motions[0]
+        if made is setpoints:
+            wanted = change.state.q[motion.q_index] + rng.uniform(-0.01, 0.01, 7)
+            wanted = wanted if motion.running.mode is SetpointMode.POSITION else rng.uniform(-1.0, 1.0, 7)
+            change = after(change, SetSetpoint(motion.id, tuple(wanted.tolist())))
+        elif chance < 0.01:
+            change = after(change, SetSpeedFactor("", float(rng.uniform(0.1, 1.0))))
+        elif chance < 0.012:
+            change = after(change, PauseMotion(motion.id))
+        if chance > 0.9:
+            looked += 1
+            way = braking(change.structure, change.state, TICK, world_poses)
+            assert way.ends
+            now = after(change, StopMotions())
+            for row, at in enumerate(way.positions):
+                np.testing.assert_allclose(at, now.state.q, atol=1e-9, err_msg=f"row {row} of {len(way.positions)}")
+                tools = [held for begin, held in way.tools if begin <= row][-1]
+                if row + 1 < len(way.positions):
+                    assert tools == now.state.tool_states
+                    now = ticked(now)
+            assert not now.state.motions or not ticked(now).state.motions
+            np.testing.assert_allclose(way.positions[-1], ticked(now).state.q, atol=1e-9)
+        change = ticked(change)
+    assert looked > 5
+
+
+def test_the_way_with_the_tick_before() -> None:
+    change = ticked(after(cell(), *point_to_point(cell(), np.random.default_rng(1))), 40)
+    later = ticked(change)
+    way = braking(later.structure, later.state, TICK, world_poses)
+    whole = way.after(change.state)
+    assert whole.tick == change.state.tick
+    assert (whole.positions[0] == change.state.q).all() and (whole.positions[1:] == way.positions).all()
+    assert whole.tools == way.tools
+    other = way.after(replace(change.state, tool_states={**change.state.tool_states}))
+    assert [row for row, _ in other.tools] == [0, 1]
+
+
+def test_who_goes_and_who_brakes_already() -> None:
+    change = ticked(after(cell(), *point_to_point(cell(), np.random.default_rng(2))), 40)
+    robots = {uid for motion in change.state.motions for uid in motion.robots}
+    assert going(change.state) == robots
+    belt_alone = after(change, StopMotions(("arm",)))
+    assert going(belt_alone.state) == {change.structure.node("belt").uid}
+    assert not going(after(change, StopMotions()).state)
