@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator
+from threading import Event, Thread
 
 import numpy as np
 import pytest
 from virtualrobot_kernel.collision.monitor import Monitor
-from virtualrobot_kernel.collision.report import Ended, Event, Failed, Stopped, Touch
+from virtualrobot_kernel.collision.report import Ended, Failed, Stopped, Touch
+from virtualrobot_kernel.collision.report import Event as Told
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.clock import Clock, Mode
@@ -35,11 +37,11 @@ Happened = list[tuple[int, str]]
 
 
 class Cell:
-    """A stepped world with a monitor."""
+    """A world with a monitor."""
 
-    def __init__(self) -> None:
+    def __init__(self, mode: Mode = Mode.STEPPED) -> None:
         """Begin empty."""
-        self.world = World(world_poses, MemoryJournal(), Clock(Mode.STEPPED, 1.0, 4_000_000))
+        self.world = World(world_poses, MemoryJournal(), Clock(mode, 1.0, 4_000_000))
         self.monitor = Monitor(self.world, SHAPES)
         self.world.start()
 
@@ -67,7 +69,7 @@ class Cell:
         self.world.close()
 
 
-def words(event: Event) -> str:
+def words(event: Told) -> str:
     """Return an event in words."""
     what = event.what
     if isinstance(what, Touch):
@@ -315,3 +317,56 @@ def test_a_listener_that_fails_harms_nobody(cell: Cell, caplog: pytest.LogCaptur
         cell.do(mode("off"))
     assert heard == [1]
     assert cell.monitor.latest.event_count == 2
+
+
+def test_it_ends_while_the_world_waits_for_it(cell: Cell, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A kernel that ends in the middle of a step: the check in hand is the last one, and the world goes on."""
+    cell.do(cart("cart"), block("box", 0.9), mode("stop"))
+    cell.do(drive(0.0, 0.5))
+    begun, go_on = Event(), Event()
+    place = CollisionScene.place
+
+    def held(scene: CollisionScene, snapshot: Snapshot) -> None:
+        begun.set()
+        go_on.wait(WAIT)
+        place(scene, snapshot)
+
+    monkeypatch.setattr(CollisionScene, "place", held)
+    step = cell.world.step(500)
+    assert begun.wait(WAIT)
+    ending = Thread(target=cell.monitor.close)
+    ending.start()
+    go_on.set()
+    ending.join(WAIT)
+    assert not ending.is_alive()
+    assert step.result(WAIT).state.tick == 500
+    assert cell.monitor.latest.checks < 500
+
+
+def test_in_real_time_the_world_waits_for_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """While one check takes its time, a robot goes all its way; then the newest state is checked."""
+    cell = Cell(Mode.REALTIME)
+    try:
+        cell.do(cart("cart"), block("box", 0.3), mode("stop"))
+        begun, go_on, told = Event(), Event(), Event()
+        place = CollisionScene.place
+
+        def held(scene: CollisionScene, snapshot: Snapshot) -> None:
+            begun.set()
+            go_on.wait(WAIT)
+            place(scene, snapshot)
+
+        monkeypatch.setattr(CollisionScene, "place", held)
+        cell.do(drive(0.0, 0.3))
+        assert begun.wait(WAIT)
+        while cell.world.snapshot.state.motions:
+            told.wait(0.01)
+        now = cell.world.snapshot
+        assert now.state.ended[-1].cancellation is None
+        cell.monitor.subscribe(lambda _: told.set())
+        go_on.set()
+        assert told.wait(WAIT)
+        assert cell.now == {("cart.ball", "box")}
+        assert cell.monitor.latest.touching[0].tick >= now.state.ended[-1].end_tick - 1
+    finally:
+        cell.close()
