@@ -29,7 +29,7 @@ from virtualrobot_kernel.world.store import World
 PERIOD_SECONDS = 0.02
 """The least time from one check to the next where time follows the wall clock."""
 
-AHEAD_SECONDS = 0.02
+AHEAD_SECONDS = 0.01
 """After how long looking ahead gives way to the next check where time follows the wall clock; then it goes on."""
 
 PATIENCE_SECONDS = 0.1

@@ -59,10 +59,12 @@ Step = MoveStepWish | DwellWish | SetSignalWish | WaitSignalWish
 class Cell:
     """A stepped world with a monitor that looks ahead."""
 
-    def __init__(self) -> None:
+    def __init__(self, monitored: bool = True) -> None:
         """Begin with nothing but the settings."""
         self.world = World(world_poses, MemoryJournal(), Clock(Mode.STEPPED, 1.0, 4_000_000))
         self.monitor = Monitor(self.world, SHAPES)
+        if not monitored:
+            self.monitor.close()
         self.world.start()
         self.set(look_ahead=AHEAD, mode=CollisionMode.STOP)
 
@@ -388,6 +390,30 @@ def test_random_cells_are_stopped_before_anything_touches(rng: np.random.Generat
                     cell.do(ResumeMotion(motion.id) if paused else PauseMotion(motion.id))
             cell.step(int(rng.integers(20, 150)))
         assert not cell.touched
+    finally:
+        cell.close()
+
+
+def test_a_look_without_time_goes_on_with_the_next_one_the_next_moments_first() -> None:
+    """Each look has time for one piece, 0.25 s; what is over meanwhile is not looked at any more."""
+    cell = Cell(monitored=False)
+    try:
+        cell.set(look_ahead=2.5, mode=CollisionMode.STOP)
+        cell.do(CreateNodes(slider()), wall(2.0))
+        contact = contact_time(cell, slide(2.5))
+        cell.start(slide(2.5))
+        look, scene = LookAhead(), CollisionScene(SHAPES)
+        assert 2.0 < contact < 2.5
+        looks = 1
+        while (halt := look.look(scene, cell.step(), enough=lambda: True)) is None:
+            looks += 1
+        assert looks == int(np.ceil((contact - TICK) / 0.25))
+        late = LookAhead()
+        assert late.look(scene, cell.step(), enough=lambda: True) is None
+        cell.step(int((contact - cell.world.snapshot.simulation_time - 0.2) / TICK))
+        found = late.look(scene, cell.world.snapshot, enough=lambda: True)
+        assert found is not None and found.robots == halt.robots
+        assert found.reason.endswith(f"in {contact - cell.world.snapshot.simulation_time:.3g} s")
     finally:
         cell.close()
 
