@@ -8,7 +8,7 @@ import time
 
 import numpy as np
 import pytest
-from virtualrobot.v1 import collision_pb2, kernel_pb2, nodes_pb2
+from virtualrobot.v1 import collision_pb2, kernel_pb2, nodes_pb2, scene_pb2
 
 from tests.api.asking import apply, box, create, refusal
 from tests.api.conftest import Stubs
@@ -132,3 +132,55 @@ def test_a_mesh_of_a_million_triangles_keeps_no_others_waiting(cell: Stubs) -> N
     apply(cell, create(touching))
     (pair,) = cell.collision.CheckCollision(Check(detail=CONTACTS)).pairs
     assert pair.depth_approximate and pair.depth_meters == pytest.approx(1.0 - 0.93, abs=0.005)
+
+
+def listed(stubs: Stubs, *nodes: str) -> list[collision_pb2.CollisionMesh]:
+    request = collision_pb2.ListCollisionMeshesRequest(nodes=nodes)
+    return list(stubs.collision.ListCollisionMeshes(request).meshes)
+
+
+def hulled(node: nodes_pb2.Node, vertices: int) -> scene_pb2.Command:
+    node.figures[0].mesh.collision_hull_vertices = vertices
+    mask = {"paths": ["figures"]}
+    return scene_pb2.Command(update_node=scene_pb2.UpdateNode(name=node.name, node=node, mask=mask))
+
+
+def test_a_mesh_collides_as_a_hull_when_it_shall(cell: Stubs) -> None:
+    """The robot is inside of a ball, which is a surface, and a solid as a hull; the report tells what became of it."""
+    planet = meshed(cell, "planet", stl(ball(1.0, 30)))
+    apply(cell, create(planet))
+    (mesh,) = listed(cell)
+    assert (mesh.node, mesh.figure, mesh.uri) == ("planet", 0, "some.stl")
+    assert (mesh.mesh_triangles, mesh.triangles, mesh.hull) == (1800, 1800, False)
+    assert "60 of the 1800 triangles of some.stl have no area" in mesh.warning
+    assert not cell.collision.CheckCollision(Check()).pairs
+    apply(cell, hulled(planet, 32))
+    (mesh,) = listed(cell, "planet")
+    assert (mesh.mesh_triangles, mesh.triangles, mesh.hull, mesh.warning) == (1800, 60, True, "")
+    assert 0.01 < mesh.deviation_meters < 0.3 and mesh.seconds > 0.0 and not mesh.convex
+    (pair,) = cell.collision.CheckCollision(Check(detail=CONTACTS)).pairs
+    assert pair.depth_approximate and pair.depth_meters > 1.0
+    apply(cell, hulled(planet, 1024))
+    (mesh,) = listed(cell)
+    assert mesh.deviation_meters == 0.0 and mesh.convex
+    (pair,) = cell.collision.CheckCollision(Check(detail=CONTACTS)).pairs
+    assert not pair.depth_approximate and pair.depth_meters == pytest.approx(1.05, abs=0.01)
+    saved = cell.scene.SaveScene(scene_pb2.SaveSceneRequest()).text
+    assert "collision_hull_vertices: 1024" in saved
+    apply(cell, hulled(planet, 0))
+    assert not listed(cell)[0].hull and not cell.collision.CheckCollision(Check()).pairs
+    for wrong in (3, 1025):
+        refused = refusal(lambda wrong=wrong: apply(cell, hulled(planet, wrong)))
+        assert refused.reason == "LIMIT_EXCEEDED" and "collision_hull_vertices" in refused.message
+    assert refusal(lambda: listed(cell, "nobody")).reason == "UNKNOWN_NAME"
+
+
+def test_the_hull_of_a_million_triangles_is_small(cell: Stubs) -> None:
+    """Decimated: told is how far it is off, which is what a ball leaves out of a body of 64 corners."""
+    planet = meshed(cell, "planet", stl(ball(1.0, 708)))
+    planet.figures[0].mesh.collision_hull_vertices = 64
+    apply(cell, create(planet))
+    (mesh,) = listed(cell)
+    assert (mesh.mesh_triangles, mesh.triangles) == (2 * 708**2, 124)
+    assert 0.03 < mesh.deviation_meters < 0.15
+    assert len(cell.collision.CheckCollision(Check()).pairs) == 1

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot.allowed_pairs import AllowedPairs
+from virtualrobot.collision_meshes import CollisionMesh, list_meshes, use_hulls
 from virtualrobot.collision_values import Collision, collision_of, point_of
 from virtualrobot.collision_watch import CollisionReport, watch_collisions
 from virtualrobot.configurations import ConfigurationsCheck, check_message, gathered
@@ -224,6 +225,32 @@ class Collisions:
             )
             for pair in response.pairs
         ]
+
+    def meshes(self, *nodes: str) -> list[CollisionMesh]:
+        """Return what the meshes of nodes and all below them collide as, and what is wrong with them; none means all.
+
+        Raises UnknownNameError when there is no such node.
+        """
+        return list_meshes(self._services, nodes)
+
+    def use_hulls(self, *nodes: str, vertices: int = 64) -> list[CollisionMesh]:
+        """Have the meshes of nodes and of all below them collide as their convex hulls; return what they do then.
+
+        A hull is a solid, quicker than a mesh of many triangles, and closes holes and hollows. One with few corners
+        counts as thicker by as much as the mesh reaches out of it, so that nothing is missed. Saved with the scene.
+
+        Args:
+            nodes: at least one.
+            vertices: the most corners of a hull, 4 to 1,024; 0 has the meshes collide as their triangles again.
+
+        Raises:
+            UnknownNameError: when there is no such node.
+            LimitError: for another number of vertices.
+        """
+        if not nodes:
+            raise InvalidArgumentError("name the nodes whose meshes shall collide as hulls")
+        use_hulls(self._services, nodes, vertices)
+        return self.meshes(*nodes)
 
     def watch(self) -> Iterator[CollisionReport]:
         """Yield what touches now, of robots whose mode is not off, and then what begins and ends as it happens.

@@ -19,6 +19,7 @@ from virtualrobot_kernel.api.convert.collisions import (
     configured,
     detail_of,
     distance_message,
+    mesh_messages,
     nodes_below,
     set_command,
 )
@@ -150,6 +151,20 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
                 scene.place(snapshot)
                 pairs = list(allowed_messages(structure, scene.bodies, among))
             return collision_pb2.ListAllowedPairsResponse(stamp=stamp(snapshot), pairs=pairs)
+
+        return await self._rooms.turns.run([TURN], work)
+
+    async def ListCollisionMeshes(
+        self, request: collision_pb2.ListCollisionMeshesRequest, context: object
+    ) -> collision_pb2.ListCollisionMeshesResponse:
+        """Tell what meshes collide as, in a worker thread."""
+        snapshot = self._rooms.world.snapshot
+        structure = snapshot.structure
+        among = nodes_below(structure, request.nodes) if request.nodes else set(structure.nodes)
+
+        def work() -> collision_pb2.ListCollisionMeshesResponse:
+            meshes = list(mesh_messages(structure, self._rooms.collisions.shapes, among))
+            return collision_pb2.ListCollisionMeshesResponse(stamp=stamp(snapshot), meshes=meshes)
 
         return await self._rooms.turns.run([TURN], work)
 

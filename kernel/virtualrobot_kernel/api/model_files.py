@@ -94,7 +94,8 @@ def _found(meshes: MeshLibrary, figure: Figure, files: Files, referrer: str) -> 
         return figure
     held = mesh.sha256 and meshes.store.has(mesh.sha256) and all(meshes.store.has(sha) for _, sha in mesh.files)
     if not held:
-        mesh, _ = meshes.find(files, mesh.uri, referrer, mesh.scale, mesh.sha256)
+        found, _ = meshes.find(files, mesh.uri, referrer, mesh.scale, mesh.sha256)
+        mesh = replace(found, collision_hull_vertices=mesh.collision_hull_vertices)
     meshes.load(mesh)
     return replace(figure, geometry=mesh)
 

@@ -38,7 +38,8 @@ class Bodies:
         uids: (e,) the node of each element.
         rows: (e,) the row of that node in the arrays of poses.
         node_t_element: (e, 4, 4) where each element is in its node's frame.
-        padding: (e,) by how much each element counts as thicker, in meters.
+        padding: (e,) by how much each element counts as thicker, in meters: the padding of its node, and the margin of
+            its solid.
         robots: (e,) the robot (uid) that each element belongs to; 0: none.
         elements: of each node that has some (uid), its elements.
         groups: of each robot that has elements, (its uid, its elements (k,), whether a pair of one of these and any
@@ -95,7 +96,7 @@ def bodies_of(snapshot: Snapshot, shapes: CollisionShapes) -> Bodies:
         uids=np.array(uids, np.int64),
         rows=np.array([structure.rows[uid] for uid in uids], np.int64),
         node_t_element=np.array([figure.node_t_figure for figure in figures], np.float64).reshape(-1, 4, 4),
-        padding=np.array([paddings.get(uid, 0.0) for uid in uids], np.float64),
+        padding=np.array([paddings.get(uid, 0.0) + one.margin for uid, one in zip(uids, solids, strict=True)]),
         robots=robots,
         elements=elements,
         groups=_groups(uids, robots, elements, allowed),

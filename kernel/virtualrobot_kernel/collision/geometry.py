@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import logging
 import threading
-from dataclasses import dataclass
+import time
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -18,12 +19,20 @@ import numpy as np
 
 from virtualrobot_kernel.collision import nearest
 from virtualrobot_kernel.collision.nearest import Floats, Nearest
-from virtualrobot_kernel.collision.outline import Outline, outline_of
+from virtualrobot_kernel.collision.outline import Outline, hull_of, outline_of
 from virtualrobot_kernel.collision.tessellation import Integers, box_triangles, pieces, turned_triangles
 from virtualrobot_kernel.formats.submesh import Meshes, stacked
 from virtualrobot_kernel.world.figures import Box, Capsule, Cone, Cylinder, Geometry, Mesh, Sphere
 
 log = logging.getLogger(__name__)
+
+SMALL = 1e-6
+"""A hull out of which a mesh reaches less than this part of its size is the hull: that is rounding."""
+
+SLIVER = 1e-9
+"""A triangle that is lower than this part of its length has no area."""
+
+STEP = 1 << 16
 
 NOTHING = -1e30
 """Half the extent of what has no triangles, in meters: it is near to nothing."""
@@ -39,6 +48,21 @@ class Piece:
     half: Floats
 
 
+@dataclass(frozen=True, slots=True)
+class MadeOfMesh:
+    """What became of a mesh.
+
+    Attributes:
+        triangles: how many it has.
+        warning: what is wrong with it, in words; empty when nothing is.
+        seconds: how long it took to make what collides.
+    """
+
+    triangles: int
+    warning: str
+    seconds: float
+
+
 @dataclass(frozen=True, eq=False)
 class Solid:
     """A figure: what is nearer than `radius` to its core.
@@ -51,6 +75,8 @@ class Solid:
         piece_centre: (k, 3) and `piece_half` (k, 3): the box around each piece in the figure's frame.
         centre: (3,) and `half` (3,): the box around the core; a half far below 0 where there are no triangles.
         circles: of cylinders and cones half the length, the radius below and above; None of others.
+        margin: by how much it counts as thicker, in meters: so far a mesh reaches out of the hull that it collides as.
+        mesh: what is to be told of a mesh; None for others.
     """
 
     solid: Any
@@ -62,6 +88,8 @@ class Solid:
     centre: Floats
     half: Floats
     circles: tuple[float, float, float] | None = None
+    margin: float = 0.0
+    mesh: MadeOfMesh | None = None
 
     @cached_property
     def outline(self) -> Outline:
@@ -70,7 +98,7 @@ class Solid:
             return Outline(np.zeros((0, 3)), self.circles, True)
         triangles = np.concatenate([piece.triangles for piece in self.pieces])
         if self.solid is not None:
-            return Outline(np.unique(triangles.reshape(-1, 3), axis=0), None, True)
+            return Outline(np.unique(triangles.reshape(-1, 3), axis=0), None, self.margin == 0.0)
         return outline_of(triangles)
 
     @property
@@ -131,17 +159,54 @@ class CollisionShapes:
                 near, circles = nearest.of_cone(radius, length), (0.5 * length, radius, 0.0)
                 return _solid(fcl.Cone(radius, length), surface, 0.0, near, circles)
             case Mesh():
-                return _solid(None, self._triangles(geometry), 0.0, None)
+                return self._of_mesh(geometry)
         return None
 
-    def _triangles(self, mesh: Mesh) -> tuple[Floats, Integers]:
+    def _of_mesh(self, mesh: Mesh) -> Solid:
+        """Return what a mesh collides as: its triangles, or the hull that it names."""
+        started = time.perf_counter()
+        warning = ""
         try:
-            parts = self._meshes(mesh)
-        except Exception:  # a mesh that cannot be read must not end all sensors
+            vertices, faces = self._triangles(mesh)
+        except Exception as error:  # a mesh that cannot be read must not end all sensors
             log.exception("mesh %s touches nothing", mesh.uri)
-            parts = ()
-        vertices, faces = stacked(parts)
+            vertices, faces = np.zeros((0, 3)), np.zeros((0, 3), np.int32)
+            warning = f"{mesh.uri} cannot be read and touches nothing: {error}"
+        solid, margin = None, 0.0
+        count = len(faces)
+        core = vertices, faces
+        if count and mesh.collision_hull_vertices:
+            corners, hull, exceeded = hull_of(_used(vertices, faces), mesh.collision_hull_vertices)
+            if len(hull):
+                core = corners, hull
+                solid = fcl.Convex(corners, len(hull), np.insert(hull, 0, 3, axis=1).ravel())
+                margin = exceeded if exceeded > SMALL * float(np.ptp(corners, axis=0).max()) else 0.0
+            else:
+                warning = f"the corners of {mesh.uri} are in a plane: it has no hull and collides as its triangles"
+        made = _solid(solid, core, 0.0, None)
+        flat = sum(_flat(piece.triangles) for piece in made.pieces) if solid is None else 0
+        if flat and not warning:
+            warning = f"{flat} of the {count} triangles of {mesh.uri} have no area; they touch as points and lines"
+        return replace(made, margin=margin, mesh=MadeOfMesh(count, warning, time.perf_counter() - started))
+
+    def _triangles(self, mesh: Mesh) -> tuple[Floats, Integers]:
+        vertices, faces = stacked(self._meshes(mesh))
         return vertices.astype(np.float64), faces
+
+
+def _used(vertices: Floats, faces: Integers) -> Floats:
+    """Return the vertices that are corners of triangles; in steps, since each holds the interpreter's lock."""
+    used = np.zeros(len(vertices), np.bool_)
+    for start in range(0, len(faces), STEP):
+        used[faces[start : start + STEP]] = True
+    return vertices[used]
+
+
+def _flat(triangles: Floats) -> int:
+    """Return how many triangles (m, 3, 3) have no area, but for rounding."""
+    edges = triangles[:, 1:] - triangles[:, :1]
+    areas = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+    return int((areas <= SLIVER * (edges**2).sum(axis=2).max(axis=1)).sum())
 
 
 def _segment(length: float) -> tuple[Floats, Integers]:

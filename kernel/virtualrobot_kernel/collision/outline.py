@@ -43,16 +43,16 @@ class Outline:
         return np.zeros((0, 3)), np.concatenate([place, pose[:3, 2], self.circles])
 
 
-def hull_of(triangles: Floats, most: int) -> tuple[Floats, NDArray[np.int32], float]:
-    """Return the hull of triangles (m, 3, 3): corners (n, 3), faces (k, 3), and how far it is exceeded, in meters.
+def hull_of(points: Floats, most: int) -> tuple[Floats, NDArray[np.int32], float]:
+    """Return the hull of points (m, 3): corners (n, 3), faces (k, 3), and how far it is exceeded, in meters.
 
-    Where all are in a plane there are no faces, and the corners are all of theirs.
+    Where all are in a plane there are no faces, and the corners are all of them.
 
     Args:
-        triangles: m at least 1.
+        points: m at least 1.
         most: how many corners the hull has at most, 4 or more.
     """
-    points = np.ascontiguousarray(triangles.reshape(-1, 3))
+    points = np.ascontiguousarray(points)
     faces, exceeded = np.empty((2 * most, 3), np.int32), np.zeros(1)
     count = convex_hull(points, most, faces, exceeded)
     used, places = np.unique(faces[:count], return_inverse=True)
@@ -66,7 +66,7 @@ def outline_of(triangles: Floats) -> Outline:
 
     It is exact when the triangles are a closed convex surface: then both surface and volume are those of the hull.
     """
-    corners, faces, exceeded = hull_of(triangles, CORNERS)
+    corners, faces, exceeded = hull_of(triangles.reshape(-1, 3), CORNERS)
     size = float(np.ptp(corners, axis=0).max())
     if not len(faces):
         return Outline(_spread(corners), None, len(triangles) == 1)

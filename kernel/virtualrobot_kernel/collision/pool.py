@@ -14,11 +14,15 @@ KEPT = 4
 
 
 class ScenePool:
-    """Scenes that are free; any thread may take one."""
+    """Scenes that are free; any thread may take one.
+
+    Attributes:
+        shapes: what they are made of.
+    """
 
     def __init__(self, shapes: CollisionShapes) -> None:
         """Make scenes of these shapes, each when it is needed."""
-        self._shapes = shapes
+        self.shapes = shapes
         self._free: deque[CollisionScene] = deque(maxlen=KEPT)
 
     @contextmanager
@@ -27,6 +31,6 @@ class ScenePool:
         try:
             scene = self._free.pop()  # the last used: most of it stands where it must
         except IndexError:
-            scene = CollisionScene(self._shapes)
+            scene = CollisionScene(self.shapes)
         yield scene
         self._free.append(scene)

@@ -60,17 +60,24 @@ class Capsule:
     length: float
 
 
+FEWEST_HULL_VERTICES = 4
+MOST_HULL_VERTICES = 1024
+
+
 @dataclass(frozen=True, slots=True)
 class Mesh:
     """Triangles from a file that the asset store holds.
 
     `uri` says where the file came from and its ending the format; `files` are (uri, sha256) of the files it names.
+    `collision_hull_vertices` says as what it collides: 0 as its triangles, else as its convex hull with at most so many
+    corners.
     """
 
     uri: str
     sha256: str
     scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
     files: tuple[tuple[str, str], ...] = ()
+    collision_hull_vertices: int = 0
 
 
 @dataclass(frozen=True, slots=True)

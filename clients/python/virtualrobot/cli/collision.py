@@ -11,6 +11,7 @@ from virtualrobot.cli.options import FiniteRange, Target, target_options
 
 if TYPE_CHECKING:
     from virtualrobot.allowed_pairs import AllowedPair, SampledPair
+    from virtualrobot.collision_meshes import CollisionMesh
     from virtualrobot.collision_values import Collision
     from virtualrobot.collision_watch import CollisionReport
     from virtualrobot.collisions import CollisionSettings, Distance
@@ -27,6 +28,7 @@ Examples:
   virtualrobot collision find arm
   virtualrobot collision mode stop
   virtualrobot collision watch
+  virtualrobot collision meshes arm --hull-vertices 64
 """
 
 
@@ -104,6 +106,22 @@ def mode(target: Target, mode: str | None, robots: tuple[str, ...], look_ahead: 
 
 
 @collision.command()
+@click.argument("nodes", nargs=-1)
+@click.option("--hull-vertices", type=click.IntRange(0, 1024), metavar="N", help="Have them collide as hulls; 0: not.")
+@target_options
+def meshes(target: Target, nodes: tuple[str, ...], hull_vertices: int | None) -> None:
+    """Show what the meshes of NODES and of all below them collide as, or have them collide as convex hulls."""
+    if hull_vertices is not None and not nodes:
+        raise click.UsageError("name the nodes whose meshes shall collide as hulls")
+    with target.connect() as client:
+        if hull_vertices is None:
+            found = client.collisions.meshes(*nodes)
+        else:
+            found = client.collisions.use_hulls(*nodes, vertices=hull_vertices)
+    click.echo("\n".join(mesh_lines(found)))
+
+
+@collision.command()
 @click.option("--count", type=click.IntRange(min=0), metavar="N", help="End after so many events.")
 @target_options
 def watch(target: Target, count: int | None) -> None:
@@ -176,6 +194,22 @@ def distance_lines(found: Sequence[Distance]) -> list[str]:
     if not found:
         return ["nothing is so near"]
     return aligned([[pair.first, pair.second, f"{pair.distance:.6f} m"] for pair in found], left=2)
+
+
+def mesh_lines(found: Sequence[CollisionMesh]) -> list[str]:
+    """Return what meshes collide as, as the lines of a table, and below it what is wrong with them."""
+    from virtualrobot.tables import aligned
+
+    if not found:
+        return ["no meshes"]
+    rows = [["node", "mesh", "triangles", "collides as", "with", "out of it", "made in"]]
+    for mesh in found:
+        kind = ("hull" if mesh.hull else "triangles") + (", convex" if mesh.convex and not mesh.hull else "")
+        out = f"{1e3 * mesh.deviation:.3f} mm" if mesh.hull else ""
+        file = mesh.uri.rpartition("/")[2]
+        made = f"{1e3 * mesh.seconds:.1f} ms"
+        rows.append([mesh.node, file, str(mesh.mesh_triangles), kind, str(mesh.triangles), out, made])
+    return [*aligned(rows, left=2), *dict.fromkeys(mesh.warning for mesh in found if mesh.warning)]
 
 
 def sampled_lines(found: Sequence[SampledPair]) -> list[str]:

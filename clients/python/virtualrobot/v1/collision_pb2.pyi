@@ -389,3 +389,41 @@ class StoppedRobots(_message.Message):
     motion_ids: _containers.RepeatedScalarFieldContainer[str]
     reason: str
     def __init__(self, robots: _Optional[_Iterable[str]] = ..., motion_ids: _Optional[_Iterable[str]] = ..., reason: _Optional[str] = ...) -> None: ...
+
+class ListCollisionMeshesRequest(_message.Message):
+    __slots__ = ("nodes",)
+    NODES_FIELD_NUMBER: _ClassVar[int]
+    nodes: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, nodes: _Optional[_Iterable[str]] = ...) -> None: ...
+
+class ListCollisionMeshesResponse(_message.Message):
+    __slots__ = ("stamp", "meshes")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    MESHES_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    meshes: _containers.RepeatedCompositeFieldContainer[CollisionMesh]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., meshes: _Optional[_Iterable[_Union[CollisionMesh, _Mapping]]] = ...) -> None: ...
+
+class CollisionMesh(_message.Message):
+    __slots__ = ("node", "figure", "uri", "mesh_triangles", "triangles", "hull", "deviation_meters", "convex", "seconds", "warning")
+    NODE_FIELD_NUMBER: _ClassVar[int]
+    FIGURE_FIELD_NUMBER: _ClassVar[int]
+    URI_FIELD_NUMBER: _ClassVar[int]
+    MESH_TRIANGLES_FIELD_NUMBER: _ClassVar[int]
+    TRIANGLES_FIELD_NUMBER: _ClassVar[int]
+    HULL_FIELD_NUMBER: _ClassVar[int]
+    DEVIATION_METERS_FIELD_NUMBER: _ClassVar[int]
+    CONVEX_FIELD_NUMBER: _ClassVar[int]
+    SECONDS_FIELD_NUMBER: _ClassVar[int]
+    WARNING_FIELD_NUMBER: _ClassVar[int]
+    node: str
+    figure: int
+    uri: str
+    mesh_triangles: int
+    triangles: int
+    hull: bool
+    deviation_meters: float
+    convex: bool
+    seconds: float
+    warning: str
+    def __init__(self, node: _Optional[str] = ..., figure: _Optional[int] = ..., uri: _Optional[str] = ..., mesh_triangles: _Optional[int] = ..., triangles: _Optional[int] = ..., hull: bool = ..., deviation_meters: _Optional[float] = ..., convex: bool = ..., seconds: _Optional[float] = ..., warning: _Optional[str] = ...) -> None: ...

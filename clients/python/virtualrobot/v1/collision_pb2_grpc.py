@@ -61,6 +61,11 @@ class CollisionServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_collision__pb2.SetAllowedPairsRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_collision__pb2.SetAllowedPairsResponse.FromString,
                 _registered_method=True)
+        self.ListCollisionMeshes = channel.unary_unary(
+                '/virtualrobot.v1.CollisionService/ListCollisionMeshes',
+                request_serializer=virtualrobot_dot_v1_dot_collision__pb2.ListCollisionMeshesRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_collision__pb2.ListCollisionMeshesResponse.FromString,
+                _registered_method=True)
         self.GetCollisionSettings = channel.unary_unary(
                 '/virtualrobot.v1.CollisionService/GetCollisionSettings',
                 request_serializer=virtualrobot_dot_v1_dot_collision__pb2.GetCollisionSettingsRequest.SerializeToString,
@@ -124,6 +129,13 @@ class CollisionServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
+    def ListCollisionMeshes(self, request, context):
+        """What meshes collide as, and what is wrong with them. Makes it where that was not needed yet.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
     def GetCollisionSettings(self, request, context):
         """What is done about collisions.
         """
@@ -181,6 +193,11 @@ def add_CollisionServiceServicer_to_server(servicer, server):
                     servicer.SetAllowedPairs,
                     request_deserializer=virtualrobot_dot_v1_dot_collision__pb2.SetAllowedPairsRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_collision__pb2.SetAllowedPairsResponse.SerializeToString,
+            ),
+            'ListCollisionMeshes': grpc.unary_unary_rpc_method_handler(
+                    servicer.ListCollisionMeshes,
+                    request_deserializer=virtualrobot_dot_v1_dot_collision__pb2.ListCollisionMeshesRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_collision__pb2.ListCollisionMeshesResponse.SerializeToString,
             ),
             'GetCollisionSettings': grpc.unary_unary_rpc_method_handler(
                     servicer.GetCollisionSettings,
@@ -340,6 +357,33 @@ class CollisionService(object):
             '/virtualrobot.v1.CollisionService/SetAllowedPairs',
             virtualrobot_dot_v1_dot_collision__pb2.SetAllowedPairsRequest.SerializeToString,
             virtualrobot_dot_v1_dot_collision__pb2.SetAllowedPairsResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def ListCollisionMeshes(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/virtualrobot.v1.CollisionService/ListCollisionMeshes',
+            virtualrobot_dot_v1_dot_collision__pb2.ListCollisionMeshesRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_collision__pb2.ListCollisionMeshesResponse.FromString,
             options,
             channel_credentials,
             insecure,

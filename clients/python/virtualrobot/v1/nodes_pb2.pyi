@@ -365,16 +365,18 @@ class Capsule(_message.Message):
     def __init__(self, radius_meters: _Optional[float] = ..., length_meters: _Optional[float] = ...) -> None: ...
 
 class Mesh(_message.Message):
-    __slots__ = ("uri", "sha256", "scale", "files")
+    __slots__ = ("uri", "sha256", "scale", "files", "collision_hull_vertices")
     URI_FIELD_NUMBER: _ClassVar[int]
     SHA256_FIELD_NUMBER: _ClassVar[int]
     SCALE_FIELD_NUMBER: _ClassVar[int]
     FILES_FIELD_NUMBER: _ClassVar[int]
+    COLLISION_HULL_VERTICES_FIELD_NUMBER: _ClassVar[int]
     uri: str
     sha256: str
     scale: _geometry_pb2.Vector3
     files: _containers.RepeatedCompositeFieldContainer[AssetFile]
-    def __init__(self, uri: _Optional[str] = ..., sha256: _Optional[str] = ..., scale: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., files: _Optional[_Iterable[_Union[AssetFile, _Mapping]]] = ...) -> None: ...
+    collision_hull_vertices: int
+    def __init__(self, uri: _Optional[str] = ..., sha256: _Optional[str] = ..., scale: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., files: _Optional[_Iterable[_Union[AssetFile, _Mapping]]] = ..., collision_hull_vertices: _Optional[int] = ...) -> None: ...
 
 class AssetFile(_message.Message):
     __slots__ = ("uri", "sha256")

@@ -9,12 +9,14 @@ from virtualrobot.v1 import collision_pb2, nodes_pb2
 
 from virtualrobot_kernel.api.convert.values import by_name, check_enum, vector_message
 from virtualrobot_kernel.collision.allowed import Cause
-from virtualrobot_kernel.collision.bodies import Bodies
+from virtualrobot_kernel.collision.bodies import BODILESS, Bodies
+from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.scene import Collision, Detail, Nearest
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.planning.robots import standing_at
 from virtualrobot_kernel.world.change import check_joint_value, single_joint
 from virtualrobot_kernel.world.commands import SetAllowedPairs
+from virtualrobot_kernel.world.figures import Mesh
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind, Structure
 
@@ -118,6 +120,32 @@ def allowed_messages(structure: Structure, bodies: Bodies, among: set[int]) -> I
                 second=structure.nodes[other].name,
                 cause=CAUSES[why[0]],
                 reason=why[1],
+            )
+
+
+def mesh_messages(
+    structure: Structure, shapes: CollisionShapes, among: set[int]
+) -> Iterator[collision_pb2.CollisionMesh]:
+    """Yield what the meshes of nodes `among` these collide as, in the order of the nodes; makes what isn't made yet."""
+    for uid, node in structure.nodes.items():
+        if uid not in among or node.kind in BODILESS:
+            continue
+        for place, figure in enumerate(node.figures):
+            solid = shapes.get(figure.geometry) if figure.collision and isinstance(figure.geometry, Mesh) else None
+            if solid is None or solid.mesh is None:
+                continue
+            assert isinstance(figure.geometry, Mesh)
+            yield collision_pb2.CollisionMesh(
+                node=node.name,
+                figure=place,
+                uri=figure.geometry.uri,
+                mesh_triangles=solid.mesh.triangles,
+                triangles=sum(len(piece.triangles) for piece in solid.pieces),
+                hull=solid.solid is not None,
+                deviation_meters=solid.margin,
+                convex=bool(solid.pieces) and solid.outline.exact and not solid.margin,
+                seconds=solid.mesh.seconds,
+                warning=solid.mesh.warning,
             )
 
 

@@ -19,8 +19,10 @@ from virtualrobot_kernel.api.convert.values import (
     vector,
     vector_message,
 )
-from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.errors import KernelError, LimitError
 from virtualrobot_kernel.world.figures import (
+    FEWEST_HULL_VERTICES,
+    MOST_HULL_VERTICES,
     Box,
     Capsule,
     Cone,
@@ -108,7 +110,16 @@ def _mesh(message: nodes_pb2.Mesh, what: str) -> Mesh:
     scale = vector(message.scale, f"{what}.scale") if message.HasField("scale") else (1.0, 1.0, 1.0)
     if 0.0 in scale:
         raise KernelError(f"{what}.scale may not be 0 along any axis, it is {scale}", field=what)
-    return Mesh(message.uri, message.sha256, scale, tuple((file.uri, file.sha256) for file in message.files))
+    most = message.collision_hull_vertices
+    if most and not FEWEST_HULL_VERTICES <= most <= MOST_HULL_VERTICES:
+        raise LimitError(
+            f"{what}.collision_hull_vertices must be {FEWEST_HULL_VERTICES} to {MOST_HULL_VERTICES}, or 0, not {most}",
+            field=f"{what}.collision_hull_vertices",
+            value=most,
+            lower=FEWEST_HULL_VERTICES,
+            upper=MOST_HULL_VERTICES,
+        )
+    return Mesh(message.uri, message.sha256, scale, tuple((file.uri, file.sha256) for file in message.files), most)
 
 
 def _material(message: nodes_pb2.Material, what: str) -> Material:
@@ -157,6 +168,7 @@ def _set_mesh(message: nodes_pb2.Figure, mesh: Mesh) -> None:
         message.mesh.scale.CopyFrom(vector_message(mesh.scale))
     for uri, sha256 in mesh.files:
         message.mesh.files.add(uri=uri, sha256=sha256)
+    message.mesh.collision_hull_vertices = mesh.collision_hull_vertices
 
 
 def _set_points(message: nodes_pb2.Figure, points: Points) -> None:

@@ -1,0 +1,101 @@
+"""What meshes collide as: their triangles, or convex hulls of few corners."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from google.protobuf.field_mask_pb2 import FieldMask
+
+from virtualrobot.errors import UnknownNameError
+from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
+from virtualrobot.v1 import collision_pb2, nodes_pb2, scene_pb2
+
+
+@dataclass(frozen=True, slots=True)
+class CollisionMesh:
+    """What the mesh of a figure collides as.
+
+    Attributes:
+        node: the node's name.
+        figure: the figure's place among those of the node, from 0.
+        uri: the mesh's file.
+        mesh_triangles: how many triangles the file has.
+        triangles: how many it collides with.
+        hull: whether it collides as a hull, which is a solid.
+        deviation: so far the mesh reaches out of its hull at most, in meters; the hull counts as thicker by as much.
+        convex: whether what it collides as is closed and convex: then depths are exact.
+        seconds: how long making it took.
+        warning: what is wrong with the mesh, in words; empty when nothing is.
+    """
+
+    node: str
+    figure: int
+    uri: str
+    mesh_triangles: int
+    triangles: int
+    hull: bool
+    deviation: float
+    convex: bool
+    seconds: float
+    warning: str
+
+
+def list_meshes(services: Services, nodes: Iterable[str]) -> list[CollisionMesh]:
+    """Return what the meshes of nodes and of all below them collide as; no node means all."""
+    request = collision_pb2.ListCollisionMeshesRequest(nodes=nodes)
+    return [
+        CollisionMesh(
+            mesh.node,
+            mesh.figure,
+            mesh.uri,
+            mesh.mesh_triangles,
+            mesh.triangles,
+            mesh.hull,
+            mesh.deviation_meters,
+            mesh.convex,
+            mesh.seconds,
+            mesh.warning,
+        )
+        for mesh in services.collision.ListCollisionMeshes(request, timeout=LONG_TIMEOUT_SECONDS).meshes
+    ]
+
+
+def use_hulls(services: Services, nodes: Iterable[str], vertices: int) -> None:
+    """Have meshes of nodes and of all below them collide as hulls, or with 0 vertices as triangles, in one change."""
+    mask = FieldMask(paths=["name", "parent", "figures"])
+    every = services.scene.GetScene(scene_pb2.GetSceneRequest(node_mask=mask)).nodes
+    commands = [_changed(node) for node in _below(every, set(nodes)) if _set_vertices(node, vertices)]
+    if commands:
+        services.apply(commands)
+
+
+def _below(every: Iterable[nodes_pb2.Node], tops: set[str]) -> Iterator[nodes_pb2.Node]:
+    """Yield the nodes among these or below them; parents come before children."""
+    known, found = set(), set(tops)
+    for node in every:
+        known.add(node.name)
+        if node.name in found or node.parent in found:
+            found.add(node.name)
+            yield node
+    for name in tops - known:
+        raise UnknownNameError(f"there is no node {name!r}")
+
+
+def _set_vertices(node: nodes_pb2.Node, vertices: int) -> bool:
+    """Set what the node's meshes collide as, and return whether that is something else than before."""
+    changed = False
+    for figure in node.figures:
+        roles = figure.roles
+        collides = not roles or nodes_pb2.FIGURE_ROLE_COLLISION in roles
+        if collides and figure.HasField("mesh") and figure.mesh.collision_hull_vertices != vertices:
+            figure.mesh.collision_hull_vertices = vertices
+            changed = True
+    return changed
+
+
+def _changed(node: nodes_pb2.Node) -> scene_pb2.Command:
+    update = scene_pb2.UpdateNode(
+        name=node.name, node=nodes_pb2.Node(figures=node.figures), mask=FieldMask(paths=["figures"])
+    )
+    return scene_pb2.Command(update_node=update)
