@@ -11,11 +11,15 @@ from virtualrobot_kernel.numeric.gaps import remembered_distances
 
 Integers = NDArray[np.int64]
 
-KEPT = 12
+KEPT = 32
 """How many distances of a pair are kept; the oldest makes room."""
 
 MOST = 2048
 """Of how many pairs some are kept; when there are more, all are forgotten before the next way."""
+
+
+LEAST = 1e-4
+"""Distances below this (m) are not kept: they would hold for hardly any other place."""
 
 
 class Remembered:
@@ -52,9 +56,11 @@ class Remembered:
         return float(found[0])
 
     def add(self, one: int, other: int, world_t_element: Floats, distance: float) -> int:
-        """Keep the distance (m) of two elements that are at these poses (e, 4, 4); return where."""
-        slot = self._slots.get((one, other))
-        if slot is None:
+        """Keep the distance (m) of two elements that are at these poses (e, 4, 4); return where, as `slots` does."""
+        slot = self._slots.get((one, other), -1)
+        if distance < LEAST:
+            return slot
+        if slot < 0:
             if len(self._slots) == len(self._distances):
                 self._first_t_second = np.concatenate([self._first_t_second, np.zeros_like(self._first_t_second)])
                 self._distances = np.concatenate([self._distances, np.full_like(self._distances, -1.0)])

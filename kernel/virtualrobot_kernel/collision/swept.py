@@ -257,6 +257,8 @@ class _Sweep:
                 learn(instant, pair, travel)
                 if begin.bounds[pair] + end.bounds[pair] > travel:
                     return True
+                if begin.known[pair] == 3 and begin.bounds[pair] <= 0.5 * self._resolution:
+                    return False
         return False
 
     def _in_reach(self, begin: _Instant, end: _Instant, pairs: Integers, far: float) -> tuple[Integers, Floats]:
