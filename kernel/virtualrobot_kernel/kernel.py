@@ -105,7 +105,12 @@ class Kernel:
 
         port = self._settings.viewer_port
         viewer = Viewer(
-            lambda: self.world.snapshot, self._view, self._meshes.load, port=port, readings=lambda: self._sensors.latest
+            lambda: self.world.snapshot,
+            self._view,
+            self._meshes.load,
+            port=port,
+            readings=lambda: self._sensors.latest,
+            touching=lambda: self._monitor.latest.touching,
         )
         viewer.start()
         self._viewer = viewer

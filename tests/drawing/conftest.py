@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image
 from playwright.sync_api import Page
+from virtualrobot_kernel.collision.report import Touch
 from virtualrobot_kernel.drawing.view import Camera, ViewSettings, ViewStore
 from virtualrobot_kernel.drawing.viewer import Viewer
 from virtualrobot_kernel.sensing.reading import Reading
@@ -29,9 +30,11 @@ FRONT = Camera((0.0, -4.0, 0.0), (0.0, 0.0, 0.0), 0.9)
 class Stage:
     """A cell, its view settings, and the browser that shows it."""
 
-    def __init__(self, cell: Cell, view: ViewStore, viewer: Viewer, page: Page, readings: dict[int, Reading]) -> None:
+    def __init__(self, cell: Cell, view: ViewStore, viewer: Viewer, page: Page) -> None:
         """Keep what belongs together."""
-        self.cell, self.view, self.viewer, self.page, self.readings = cell, view, viewer, page, readings
+        self.cell, self.view, self.viewer, self.page = cell, view, viewer, page
+        self.readings: dict[int, Reading] = {}
+        self.touching: tuple[Touch, ...] = ()
 
     def pixels(self) -> np.ndarray:
         """Return the picture as (HEIGHT, WIDTH, 3) 8-bit numbers."""
@@ -62,12 +65,19 @@ def on_stage(view: ViewStore) -> Iterator[Stage]:
     if find_chromium() is None:
         pytest.skip("no Chromium: install the package chromium to test what the viewer shows")
     cell = Cell()
-    readings: dict[int, Reading] = {}
-    viewer = Viewer(lambda: cell.snapshot, view, cell.meshes, readings=lambda: dict(readings))
+    shown: list[Stage] = []
+    viewer = Viewer(
+        lambda: cell.snapshot,
+        view,
+        cell.meshes,
+        readings=lambda: dict(shown[0].readings) if shown else {},
+        touching=lambda: shown[0].touching if shown else (),
+    )
     viewer.start()
     try:
         with opened(viewer.url, WIDTH, HEIGHT) as page:
-            yield Stage(cell, view, viewer, page, readings)
+            shown.append(Stage(cell, view, viewer, page))
+            yield shown[0]
     finally:
         viewer.close()
 
@@ -84,10 +94,12 @@ def stage(open_stage: Stage) -> Stage:
     """Give an empty cell, seen by FRONT before a background of its own colour, without a grid."""
     open_stage.cell.do(ClearWorld())
     open_stage.readings.clear()
+    open_stage.touching = ()
     settings = ViewSettings()
     open_stage.view.update(
         background=(0.2, 0.4, 0.6),
         grid_hidden=True,
+        collisions_hidden=False,
         joint_axes=settings.joint_axes,
         bounding_boxes=settings.bounding_boxes,
         sensors=settings.sensors,

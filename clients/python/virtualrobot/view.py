@@ -71,6 +71,15 @@ class View:
         self._update(view_pb2.View(grid_hidden=not shown), "grid_hidden")
 
     @property
+    def collisions(self) -> bool:
+        """Whether what the collision monitor finds to touch is red, and the background rose while it does."""
+        return not self.read().collisions_hidden
+
+    @collisions.setter
+    def collisions(self, shown: bool) -> None:
+        self._update(view_pb2.View(collisions_hidden=not shown), "collisions_hidden")
+
+    @property
     def joint_axes(self) -> list[str]:
         """The robots whose joint axes are shown."""
         return list(self.read().joint_axes)
@@ -183,7 +192,8 @@ class View:
                 until it is set.
             size: width and height in pixels, at most 4096 each; 0 means 1280 and 720, or the camera's own.
             format: `png`, `jpeg`, or `raw` for `pixels`.
-            plain: leaves out annotations, bounding boxes, joint axes, measurements and what is shown of sensors.
+            plain: leaves out annotations, bounding boxes, joint axes, measurements, what is shown of sensors and of
+                collisions.
 
         Example:
             >>> client.view.capture(([2, -2, 1.5], [0, 0, 0.5])).save("cell.png")

@@ -48,7 +48,7 @@ class CaptureCalls:
                     return
 
     def _sight(self, snapshot: Snapshot) -> Sight:
-        return Sight(snapshot, self._rooms.view.get(), self._rooms.sensors.latest)
+        return Sight(snapshot, self._rooms.view.get(), self._rooms.sensors.latest, self._rooms.monitor.latest.touching)
 
     async def _taken(self, sight: Sight, shot: Shot, framing: Framing) -> bytes:
         def take(painter: Painter) -> bytes:

@@ -9,10 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.rays import Shape
 
+from virtualrobot_kernel.drawing.alarm import Touching, contact_points
 from virtualrobot_kernel.drawing.extent import node_box
 from virtualrobot_kernel.drawing.inks import (
     BOX_COLOR,
     BOX_WIDTH,
+    CONTACT_COLOR,
+    CONTACT_SIZE,
     MEASURE_COLOR,
     MEASURE_WIDTH,
     box_edges,
@@ -105,9 +108,13 @@ def with_drawn(
 
 
 def overlay_of(
-    snapshot: Snapshot, settings: ViewSettings, elements: Elements, readings: Mapping[int, Reading]
+    snapshot: Snapshot,
+    settings: ViewSettings,
+    elements: Elements,
+    readings: Mapping[int, Reading],
+    touching: Touching,
 ) -> Overlay:
-    """Return the lines, points and words of annotations, bounding boxes, measurements and sensors' latest readings."""
+    """Return the lines, points and words of annotations, bounding boxes, measurements, sensors and contacts."""
     overlay = Overlay()
     for uid, figure in shown_figures(snapshot):
         _annotate(overlay, snapshot.world_t(uid) @ figure.node_t_figure, figure)
@@ -116,6 +123,8 @@ def overlay_of(
         if box is not None:
             overlay.add_lines(moved(snapshot.world_t(uid), box_edges(box)), BOX_COLOR, BOX_WIDTH)
     add_sensors(overlay, snapshot, settings.sensors, readings)
+    if touching:
+        overlay.add_dots(contact_points(touching), CONTACT_COLOR, CONTACT_SIZE)
     for measurement in settings.measurements:
         if is_there(snapshot, measurement):
             points = ends(snapshot, measurement.first, measurement.second)

@@ -10,7 +10,7 @@ import viser
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.drawing.batches import wxyz_of
-from virtualrobot_kernel.drawing.inks import BOX_COLOR, BOX_WIDTH, box_edges, ink
+from virtualrobot_kernel.drawing.inks import BOX_COLOR, BOX_WIDTH, CONTACT_COLOR, CONTACT_SIZE, box_edges, ink
 from virtualrobot_kernel.drawing.inventory import Inventory, node_bounds
 from virtualrobot_kernel.drawing.library import ShapeLibrary
 from virtualrobot_kernel.world.figures import Figure, Label, Lines, Points
@@ -88,6 +88,31 @@ class BoxLayer:
                 )
             handle.points = segments
             _place(handle, world_t_node[structure.rows[uid]])
+
+
+class ContactLayer:
+    """Owns the dots where things touch that may not, on one viser server."""
+
+    def __init__(self, server: viser.ViserServer) -> None:
+        """Draw on `server`."""
+        self._server = server
+        self._handle: viser.PointCloudHandle | None = None
+
+    def draw(self, points: NDArray[np.float64]) -> None:
+        """Show dots at these points (n, 3), meters in the world's frame, and no others."""
+        if self._handle is not None:
+            self._handle.remove()
+            self._handle = None
+        if len(points):
+            self._handle = self._server.scene.add_point_cloud(
+                "/contacts",
+                points,
+                CONTACT_COLOR,
+                point_size=0.5 * CONTACT_SIZE,  # viser draws points twice as wide as this says
+                point_shape="circle",
+                point_shading="flat",
+                precision="float32",
+            )
 
 
 def _added(server: viser.ViserServer, name: str, figure: Figure) -> Any:  # noqa: ANN401  see _Drawn

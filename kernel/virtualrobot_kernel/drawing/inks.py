@@ -21,6 +21,10 @@ MEASURE_COLOR: Rgb = (205, 35, 60)
 MEASURE_WIDTH = 2.5
 """Of the line of a measured distance, in pixels."""
 
+CONTACT_COLOR: Rgb = (255, 214, 10)
+CONTACT_SIZE = 0.02
+"""Of the dots where things touch that may not, in meters."""
+
 CELL_COLOR, SECTION_COLOR = (196, 202, 208), (150, 158, 166)
 CELL_WIDTH, SECTION_WIDTH = 0.7, 1.1
 """Of the lines on the floor in pixels: around cells of 0.25 m, and around sections of 1 m."""

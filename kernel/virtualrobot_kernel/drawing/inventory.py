@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from virtualrobot_kernel.drawing.alarm import reddened
 from virtualrobot_kernel.drawing.appearance import Rgba
 from virtualrobot_kernel.drawing.library import AXIS_ARROW, ShapeKey, ShapeLibrary, Vector, shape_key
 from virtualrobot_kernel.world.figures import Figure, Pose
@@ -72,6 +73,7 @@ def take(
     tool_states: Mapping[int, str],
     axis_pieces: tuple[tuple[int, Piece], ...] = (),
     before: Inventory | None = None,
+    red: frozenset[int] = frozenset(),
 ) -> Inventory:
     """Return what is to be drawn.
 
@@ -80,6 +82,7 @@ def take(
         tool_states: state by tool uid; a tool that is not in it is in its first state.
         axis_pieces: (uid, piece) to show besides the figures (see `joint_axes`).
         before: the last inventory; looks of nodes that are still the same objects are taken from it.
+        red: nodes (uids) that are red instead of their own colours.
     """
     known = before.looks if before else {}
     looks = {node: known.get(node) or look_of(node) for node in structure.nodes.values()}
@@ -91,13 +94,20 @@ def take(
             continue
         look, state = looks[node], states[uid]
         if pieces := tuple(piece for piece in look.pieces if piece.tool_state in ("", state)):
-            visible[uid] = pieces
+            visible[uid] = tuple(map(_red, pieces)) if uid in red else pieces
         annotations.extend((uid, figure) for figure in look.annotations if figure.tool_state in ("", state))
     shown = [(uid, piece) for uid, pieces in visible.items() for piece in pieces]
     shown.extend((uid, piece) for uid, piece in axis_pieces if not hidden[uid])
     used = {piece.key for look in looks.values() for piece in look.pieces}
     used.update(piece.key for _, piece in axis_pieces)
+    # What was red stays in the browser for the next time.
+    used.update({(key[0], reddened(key[1])) for key in used} & (before.used if before else frozenset()))
+    used.update(piece.key for uid in red for piece in visible.get(uid, ()))
     return Inventory(looks, visible, tuple(annotations), _batches(structure, shown), frozenset(used))
+
+
+def _red(piece: Piece) -> Piece:
+    return replace(piece, key=(piece.key[0], reddened(piece.key[1])))
 
 
 def look_of(node: Node) -> Look:

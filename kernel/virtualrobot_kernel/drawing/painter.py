@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from virtualrobot_sdk.embree import TopScene, unavailable
 
 from virtualrobot_kernel.drawing.additions import overlay_of, with_arrows, with_drawn
+from virtualrobot_kernel.drawing.alarm import Touching, alarmed, red_looks, red_nodes, shown
 from virtualrobot_kernel.drawing.extent import world_box
 from virtualrobot_kernel.drawing.framing import Framing
 from virtualrobot_kernel.drawing.inks import (
@@ -46,11 +47,12 @@ Pixels = NDArray[np.uint8]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sight:
-    """What a picture shows: the world, how it is set up to be seen, and the latest reading of each sensor by uid."""
+    """What a picture shows: the world, how it is seen, each sensor's latest reading by uid, what touches."""
 
     snapshot: Snapshot
     settings: ViewSettings
     readings: Mapping[int, Reading]
+    touching: Touching = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,15 +109,18 @@ class Painter:
         """Return a picture (h, w, 3), sRGB.
 
         A camera of the scene sees what it sees at work, with what is drawn for people over it; elsewhere there is the
-        grid on the floor, and light and background are the view's.
+        grid on the floor, light and background are the view's, and what touches and may not is red.
         """
         snapshot, settings = sight.snapshot, sight.settings
+        touching = () if shot.plain else shown(settings, sight.touching)
         seen = self._look(snapshot, settings, shot)
         viewpoint = self._viewpoint(snapshot, settings, shot, framing, seen)
         lights, background = lights_of(snapshot), BACKGROUND
         if not shot.sensor:
-            background = settings.background
+            background = alarmed(settings.background) if touching else settings.background
             lights = VIEW if lights is NONE else lights
+            if touching:
+                seen = replace(seen, looks=red_looks(seen.looks, seen.elements.uids, red_nodes(touching)))
         world_t_element = np.ascontiguousarray(seen.elements.world_t_element(snapshot.world_t_node))
         self._scene.place(seen.elements.shapes, world_t_element)
         subject = self._subject(seen, world_t_element, lights, background)
@@ -132,7 +137,7 @@ class Painter:
             return _rounded(canvas)
         # A camera does not look through its own pyramid.
         others = tuple(one for one in settings.sensors if one.uid != shot.sensor)
-        overlay = overlay_of(snapshot, replace(settings, sensors=others), seen.sensed, sight.readings)
+        overlay = overlay_of(snapshot, replace(settings, sensors=others), seen.sensed, sight.readings, touching)
         draw_over(canvas, depth, viewpoint, overlay)
         picture = _rounded(canvas)
         write_words(picture, viewpoint, overlay.words)

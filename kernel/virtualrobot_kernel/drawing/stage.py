@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import viser
 
+from virtualrobot_kernel.drawing.alarm import alarmed
 from virtualrobot_kernel.drawing.inks import (
     CELL_COLOR,
     CELL_WIDTH,
@@ -31,13 +32,14 @@ class Stage:
         _light(server)
         self._grid = _grid(server)
 
-    def show(self, settings: ViewSettings) -> None:
-        """Show grid and background as the settings say."""
+    def show(self, settings: ViewSettings, alarm: bool) -> None:
+        """Show grid and background as the settings say, the background rose for an `alarm`."""
         self._grid.visible = not settings.grid_hidden
-        if settings.background != self._background:
-            pixel = np.array([[[round(255 * part) for part in settings.background]]], np.uint8)
+        background = alarmed(settings.background) if alarm else settings.background
+        if background != self._background:
+            pixel = np.array([[[round(255 * part) for part in background]]], np.uint8)
             self._server.scene.set_background_image(pixel, format="png")
-            self._background = settings.background
+            self._background = background
 
 
 def _light(server: viser.ViserServer) -> None:

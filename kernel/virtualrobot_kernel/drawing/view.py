@@ -34,7 +34,8 @@ class ViewSettings:
 
     `background` is red, green, blue from 0 to 1, as a screen shows them (sRGB). `joint_axes` holds the uids of robots
     whose joint axes are shown, `bounding_boxes` those of nodes whose boxes are shown; a uid that is gone is passed
-    over, and so are measurements of one and what is shown of one. Without a `camera` each viewer frames the scene.
+    over, and so are measurements of one and what is shown of one. Without a `camera` each viewer frames the scene. What
+    the collision monitor finds to touch is red, and the background rose, unless `collisions_hidden`.
     """
 
     background: Color = (0.90, 0.92, 0.94)
@@ -44,6 +45,7 @@ class ViewSettings:
     camera: Camera | None = None
     sensors: tuple[SensorOverlay, ...] = ()
     measurements: tuple[Measurement, ...] = ()
+    collisions_hidden: bool = False
 
 
 Listener = Callable[[ViewSettings], None]

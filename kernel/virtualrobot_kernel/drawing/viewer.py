@@ -13,7 +13,8 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import viser
 
-from virtualrobot_kernel.drawing.annotations import AnnotationLayer, BoxLayer
+from virtualrobot_kernel.drawing.alarm import Touching, contact_points, red_nodes, shown
+from virtualrobot_kernel.drawing.annotations import AnnotationLayer, BoxLayer, ContactLayer
 from virtualrobot_kernel.drawing.batches import BatchLayer
 from virtualrobot_kernel.drawing.cameras import Cameras
 from virtualrobot_kernel.drawing.inventory import Inventory, joint_axes, take, world_bounds
@@ -55,6 +56,7 @@ class Viewer:
         port: int = 0,
         rate: float = 30.0,
         readings: Readings = dict,
+        touching: Callable[[], Touching] = tuple,
     ) -> None:
         """Prepare a viewer; `start` opens its port.
 
@@ -66,11 +68,13 @@ class Viewer:
             port: the port to serve on; when it is in use the next ones are tried; 0 takes any that is free.
             rate: how often the picture changes at most, per second.
             readings: gives what sensors have said last.
+            touching: gives what the collision monitor has found last.
         """
         self._snapshot = snapshot
         self._view = view
         self._meshes = meshes
         self._readings = readings
+        self._touching = touching
         self._host, self._port = host, port
         self._period = 1.0 / rate
         self._server: viser.ViserServer | None = None
@@ -121,7 +125,7 @@ class Viewer:
             started, pause = time.monotonic(), self._period
             try:
                 with server.atomic():
-                    picture.draw(self._snapshot(), self._view.get(), self._readings())
+                    picture.draw(self._snapshot(), self._view.get(), self._readings(), self._touching())
             except Exception as error:  # a picture that fails must neither end the thread nor fill the log
                 if (text := f"{type(error).__name__}: {error}") != told:
                     log.exception("a picture failed; the next ones are tried")
@@ -142,15 +146,24 @@ class Picture:
         self._boxes = BoxLayer(server, self._library)
         self._measurements = MeasurementLayer(server)
         self._sensors = SensorLayer(server)
+        self._contacts = ContactLayer(server)
         self._cameras = Cameras(server)
         self._inventory: Inventory | None = None
         self._bounds: np.ndarray | None = None
         self._last: tuple[Snapshot, ViewSettings] | None = None
+        self._touching: Touching = ()
+        self._red: frozenset[int] = frozenset()
 
-    def draw(self, snapshot: Snapshot, settings: ViewSettings, readings: Mapping[int, Reading]) -> None:
-        """Show a snapshot, and what is asked for of the latest readings."""
-        if self._last is None or settings is not self._last[1]:
-            self._stage.show(settings)
+    def draw(
+        self, snapshot: Snapshot, settings: ViewSettings, readings: Mapping[int, Reading], touching: Touching
+    ) -> None:
+        """Show a snapshot, and what is asked for of the latest readings and of what touches."""
+        touching = shown(settings, touching)
+        if self._last is None or settings is not self._last[1] or bool(touching) != bool(self._touching):
+            self._stage.show(settings, bool(touching))
+        if touching != self._touching:
+            self._contacts.draw(contact_points(touching))
+            self._touching = touching
         arranged = self._arranged(snapshot, settings)
         world_t_node = snapshot.world_t_node
         if (
@@ -171,17 +184,23 @@ class Picture:
 
     def _arranged(self, snapshot: Snapshot, settings: ViewSettings) -> bool:
         """Take over what there is to draw; return whether that was needed."""
-        structure, tool_states = snapshot.structure, snapshot.state.tool_states
+        structure, tool_states, red = snapshot.structure, snapshot.state.tool_states, red_nodes(self._touching)
         if self._inventory is not None and self._last is not None:
             before, shown = self._last
             same_world = structure is before.structure and tool_states == before.state.tool_states
-            if same_world and (settings.joint_axes, settings.bounding_boxes) == (
-                shown.joint_axes,
-                shown.bounding_boxes,
+            if (
+                same_world
+                and red == self._red
+                and (settings.joint_axes, settings.bounding_boxes)
+                == (
+                    shown.joint_axes,
+                    shown.bounding_boxes,
+                )
             ):
                 return False
         axes = joint_axes(structure, settings.joint_axes, self._library)
-        self._inventory = take(structure, tool_states, axes, self._inventory)
+        self._inventory = take(structure, tool_states, axes, self._inventory, red)
+        self._red = red
         self._library.keep({shape for shape, _ in self._inventory.used})
         self._batches.arrange(self._inventory)
         self._annotations.arrange(structure, self._inventory)

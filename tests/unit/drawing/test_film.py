@@ -117,6 +117,7 @@ class Capturing(CaptureCalls):
             view=ViewStore(),
             studio=DrawnNowhere(),
             sensors=SimpleNamespace(latest={}),
+            monitor=SimpleNamespace(latest=SimpleNamespace(touching=())),
         )
         self._rooms = rooms  # pyright: ignore[reportAttributeAccessIssue] no more of them is asked for
 

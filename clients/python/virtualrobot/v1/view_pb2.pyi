@@ -30,7 +30,7 @@ IMAGE_FORMAT_JPEG: ImageFormat
 IMAGE_FORMAT_RAW: ImageFormat
 
 class View(_message.Message):
-    __slots__ = ("background", "grid_hidden", "joint_axes", "bounding_boxes", "camera", "sensors", "measurements")
+    __slots__ = ("background", "grid_hidden", "joint_axes", "bounding_boxes", "camera", "sensors", "measurements", "collisions_hidden")
     BACKGROUND_FIELD_NUMBER: _ClassVar[int]
     GRID_HIDDEN_FIELD_NUMBER: _ClassVar[int]
     JOINT_AXES_FIELD_NUMBER: _ClassVar[int]
@@ -38,6 +38,7 @@ class View(_message.Message):
     CAMERA_FIELD_NUMBER: _ClassVar[int]
     SENSORS_FIELD_NUMBER: _ClassVar[int]
     MEASUREMENTS_FIELD_NUMBER: _ClassVar[int]
+    COLLISIONS_HIDDEN_FIELD_NUMBER: _ClassVar[int]
     background: _geometry_pb2.Color
     grid_hidden: bool
     joint_axes: _containers.RepeatedScalarFieldContainer[str]
@@ -45,7 +46,8 @@ class View(_message.Message):
     camera: Camera
     sensors: _containers.RepeatedCompositeFieldContainer[SensorOverlay]
     measurements: _containers.RepeatedCompositeFieldContainer[Measurement]
-    def __init__(self, background: _Optional[_Union[_geometry_pb2.Color, _Mapping]] = ..., grid_hidden: bool = ..., joint_axes: _Optional[_Iterable[str]] = ..., bounding_boxes: _Optional[_Iterable[str]] = ..., camera: _Optional[_Union[Camera, _Mapping]] = ..., sensors: _Optional[_Iterable[_Union[SensorOverlay, _Mapping]]] = ..., measurements: _Optional[_Iterable[_Union[Measurement, _Mapping]]] = ...) -> None: ...
+    collisions_hidden: bool
+    def __init__(self, background: _Optional[_Union[_geometry_pb2.Color, _Mapping]] = ..., grid_hidden: bool = ..., joint_axes: _Optional[_Iterable[str]] = ..., bounding_boxes: _Optional[_Iterable[str]] = ..., camera: _Optional[_Union[Camera, _Mapping]] = ..., sensors: _Optional[_Iterable[_Union[SensorOverlay, _Mapping]]] = ..., measurements: _Optional[_Iterable[_Union[Measurement, _Mapping]]] = ..., collisions_hidden: bool = ...) -> None: ...
 
 class SensorOverlay(_message.Message):
     __slots__ = ("sensor", "rays", "points", "color_by", "frustum", "image")

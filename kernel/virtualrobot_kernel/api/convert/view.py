@@ -30,6 +30,8 @@ def changed_settings(view: view_pb2.View, mask: FieldMask, structure: Structure)
         )
     if "grid_hidden" in fields:
         result["grid_hidden"] = view.grid_hidden
+    if "collisions_hidden" in fields:
+        result["collisions_hidden"] = view.collisions_hidden
     if "joint_axes" in fields:
         result["joint_axes"] = tuple(structure.node(name, Kind.ROBOT).uid for name in view.joint_axes)
     if "bounding_boxes" in fields:
@@ -91,6 +93,7 @@ def view_message(settings: ViewSettings, structure: Structure) -> view_pb2.View:
     message = view_pb2.View(
         background=geometry_pb2.Color(red=red, green=green, blue=blue),
         grid_hidden=settings.grid_hidden,
+        collisions_hidden=settings.collisions_hidden,
         joint_axes=[structure.nodes[uid].name for uid in settings.joint_axes if uid in structure.nodes],
         bounding_boxes=[structure.nodes[uid].name for uid in settings.bounding_boxes if uid in structure.nodes],
     )
