@@ -18,13 +18,13 @@ from benchmarks.rows import Row
 
 RESULTS = Path(__file__).resolve().parent / "RESULTS.md"
 SUITES = (
-    *("rpc", "tick", "setpoints", "kinematics", "closed_form", "arm_angle", "dynamics", "planning"),
+    *("rpc", "tick", "setpoints", "kinematics", "closed_form", "arm_angle", "dynamics", "planning", "paths"),
     *("components", "loading", "rays", "scans", "cameras", "collision"),
     *("collision_batch", "collision_motions", "collision_monitor", "viewer", "startup"),
 )
 PACKAGES = (
     *("numpy", "numba", "grpcio", "protobuf", "viser", "ruckig", "toppra", "pin", "pytracik"),
-    *("embreex", "python-fcl", "coal", "pybullet", "mujoco", "vtk"),
+    *("embreex", "python-fcl", "ompl", "coal", "pybullet", "mujoco", "vtk"),
 )
 HEADER = ("what", "ours", "peer", "peer's name", "unit", "ratio", "budget", "")
 

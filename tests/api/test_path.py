@@ -156,7 +156,7 @@ def test_equal_seeds_find_equal_paths(stepped: Stubs) -> None:
 
 def test_who_goes_away_ends_the_search_and_the_next_one_begins(stepped: Stubs) -> None:
     right = cell(stepped)
-    call = stepped.path.FindPath(asked(right, planner="BITstar", time_limit_seconds=600.0))
+    call = stepped.path.FindPath(asked(right, planner="InformedRRTstar", time_limit_seconds=600.0))
     assert not next(iter(call)).HasField("path")
     call.cancel()
     assert len(found(stepped, asked(right)).waypoints) > 1

@@ -105,8 +105,8 @@ class Paths:
             start: joints that are elsewhere at the start of the path; without it, it begins where the robot stands.
             reference: the node in whose frame the pose is; empty means the world.
             configuration: the only configuration that will do for a pose; empty means that all are tried.
-            planner: RRTConnect (the default), RRT, KPIECE1, BKPIECE1 and LBKPIECE1 end with the first path; RRTstar,
-                InformedRRTstar and BITstar use all the time for a shorter one.
+            planner: RRTConnect (the default), RRT, KPIECE1, BKPIECE1 and LBKPIECE1 end with the first path; RRTstar and
+                InformedRRTstar use all the time for a shorter one.
             seed: what the search draws from; with the first ones equal seeds find equal paths.
             time_limit: in s; 0 means 10.
             speed_factor: of the moves, above 0, up to 1; 0 means 1.

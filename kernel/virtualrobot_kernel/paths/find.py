@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 from typing import Any, Protocol
@@ -15,17 +17,25 @@ from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.paths.program import free_program
 from virtualrobot_kernel.paths.query import PathQuery
-from virtualrobot_kernel.paths.search import BETTER, DEFAULT, check_planner, library, search
+from virtualrobot_kernel.paths.search import BETTER, DEFAULT, FIRST, check_planner, library, search
 from virtualrobot_kernel.paths.shorter import distinct, length_of, shortened
 from virtualrobot_kernel.paths.space import PathSpace
 from virtualrobot_kernel.world.state import Snapshot
 
 Floats = NDArray[np.float64]
 
-STEPS = (0.1, 0.025, 0.00625)
-"""How far apart configurations are checked while a path is looked for, in rad or m: where the path that was found turns
-out not to be free in between, it is looked for again with the next one."""
+STEPS = ((0.1, False), (0.025, False), (0.1, True))
+"""How far apart places on lines are looked at while a path is searched, in rad or m, and whether lines are proven then.
+Looking is much quicker: where what it found turns out not to be free, it is searched again by the next ones."""
 
+LOOKS = 0.05
+"""How far apart places on shortcuts are looked at, in rad or m."""
+
+SEARCHES = 3
+"""How often a planner that ends with the first path searches; the shortest path counts."""
+
+GOOD = 1.3
+"""A path that is at most so much longer than the straight way to the nearest goal is good enough."""
 
 SEARCHING = 0.6
 """The part of the time in which a planner that never ends by itself searches; the rest is for shortening."""
@@ -85,6 +95,8 @@ def _free_way(site: Site, space: PathSpace, query: PathQuery, planner: str, end:
     start = space.start
     if (pair := space.contact(start)) is not None:
         raise _collision(site.snapshot, query, "at the start of the path", pair)
+    if not space.within(start):
+        raise KernelError(f"an actuator of {query.robot!r} is beyond its limits at the start", robot=query.robot)
     free: list[int] = []
     touching: list[Pair] = []
     for place, goal in enumerate(query.goals):
@@ -99,7 +111,7 @@ def _free_way(site: Site, space: PathSpace, query: PathQuery, planner: str, end:
     if not free:
         raise _collision(site.snapshot, query, "at the goal of the path", touching[0])
     first = query.goals[0]
-    if free[0] == 0 and space.is_free(start, first, STEPS[0]):
+    if free[0] == 0 and space.is_free(start, first, STEPS[0][0]):
         return np.stack([start, first]), None
     return _searched(site, space, query, planner, query.goals[free], end)
 
@@ -107,33 +119,28 @@ def _free_way(site: Site, space: PathSpace, query: PathQuery, planner: str, end:
 def _searched(
     site: Site, space: PathSpace, query: PathQuery, planner: str, goals: Floats, end: float
 ) -> tuple[Floats, int]:
-    """Return free waypoints (n, k) that a search found, and how many configurations it had."""
+    """Return free waypoints (n, k) that a search found, and how many configurations all searches had."""
     states = [0]
+    before = [0]
 
     def go_on(count: int) -> bool:
-        states[0] = count
-        site.told((count, space.checks))
+        states[0] = before[0] + count
+        site.told((states[0], space.checks))
         return not site.given_up()
 
-    for step in STEPS:
-        seconds = (end - time.monotonic()) * (SEARCHING if planner in BETTER else 1.0)
-        if seconds <= 0.0:
+    best: Floats | None = None
+    rng = np.random.default_rng(query.seed)
+    nearest = np.linalg.norm(goals - space.start, axis=1).min()
+    for _ in range(SEARCHES if planner in FIRST else 1):
+        task = _Task(site, space, query, goals, end, go_on, rng)
+        path = task.path(planner)
+        before[0] = states[0]
+        if path is not None and (best is None or length_of(path) < length_of(best)):
+            best = path
+        if path is None or length_of(path) <= GOOD * nearest:
             break
-        # OMPL takes 0 for no seed.
-        found = search(space, (query.lower, query.upper), goals, planner, query.seed + 1, seconds, step, go_on)
-        site.go_on()
-        if found.waypoints is None and planner in BETTER:
-            # It had but a part of the time: the planner that is soonest there has the rest.
-            seconds = end - time.monotonic()
-            found = search(space, (query.lower, query.upper), goals, DEFAULT, query.seed + 1, seconds, step, go_on)
-            site.go_on()
-        if found.waypoints is None:
-            break
-        path = distinct(found.waypoints)
-        if all(space.meets(*ends) is None for ends in pairwise(path)):
-            rng = np.random.default_rng(query.seed)
-            in_time = partial(_before, end)
-            return shortened(path, partial(space.is_free, step=step), rng, in_time), found.states
+    if best is not None:
+        return best, states[0]
     raise KernelError(
         f"no path of {query.robot!r} to the goal was found in {query.time_limit:g} s, which does not say that there is "
         f"none; {planner} has tried {states[0]} configurations; give more time, another seed or another planner",
@@ -144,8 +151,65 @@ def _searched(
     )
 
 
-def _before(end: float) -> bool:
-    return time.monotonic() < end
+@dataclass(frozen=True, slots=True, eq=False)
+class _Task:
+    """One search, with all that it needs; `end` is when its time is over."""
+
+    site: Site
+    space: PathSpace
+    query: PathQuery
+    goals: Floats
+    end: float
+    go_on: Callable[[int], bool]
+    rng: np.random.Generator
+
+    def path(self, planner: str) -> Floats | None:
+        """Return a proven path (n, k) that is shortened; None when the time was over before."""
+        space, seed = self.space, int(self.rng.integers(1, 2**32))
+        for step, proven in STEPS:
+            line_is_free = partial(space.is_free if proven else space.looks_free, step=step)
+            found = self._found(line_is_free, planner, seed, SEARCHING if planner in BETTER else 1.0)
+            if found is None and planner in BETTER:
+                # It had but a part of the time: the planner that is soonest there has the rest.
+                found = self._found(line_is_free, DEFAULT, seed, 1.0)
+            if found is None:
+                return None
+            path = distinct(found)
+            if proven or self._is_proven(path):
+                return self._shortened(path)
+        return None
+
+    def _found(
+        self, line_is_free: Callable[[Floats, Floats], bool], planner: str, seed: int, share: float
+    ) -> Floats | None:
+        bounds, seconds = (self.query.lower, self.query.upper), share * (self.end - time.monotonic())
+        found = search(
+            *(self.space, bounds, self.goals, line_is_free),
+            planner=planner,
+            seed=seed,
+            seconds=seconds,
+            go_on=self.go_on,
+        )
+        self.site.go_on()
+        return found
+
+    def _shortened(self, path: Floats) -> Floats:
+        """Return a path shortened by lines that look free, if these can be proven, or by proven ones."""
+        state = self.rng.bit_generator.state
+        shorter = self._shortened_by(self.space.looks_free, path)
+        if self._is_proven(shorter):
+            return shorter
+        self.rng.bit_generator.state = state
+        return self._shortened_by(self.space.is_free, path)
+
+    def _shortened_by(self, line_is_free: Callable[[Floats, Floats, float], bool], path: Floats) -> Floats:
+        return shortened(path, lambda begin, end: line_is_free(begin, end, LOOKS), self.rng, self._in_time)
+
+    def _is_proven(self, path: Floats) -> bool:
+        return all(self.space.meets(*ends) is None for ends in pairwise(path))
+
+    def _in_time(self) -> bool:
+        return time.monotonic() < self.end and not self.site.given_up()
 
 
 def _collision(snapshot: Snapshot, query: PathQuery, where: str, pair: Pair) -> KernelError:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,21 +27,14 @@ FIRST = (DEFAULT, "RRT", "KPIECE1", "BKPIECE1", "LBKPIECE1")
 """Planners that end with the first path, by OMPL's names. PRM and PRMstar are none of them: in version 2.0.1 their
 second thread waits for ever for the interpreter's lock."""
 
-BETTER = ("RRTstar", "InformedRRTstar", "BITstar")
-"""Planners that make the path shorter until their time is over."""
+BETTER = ("RRTstar", "InformedRRTstar")
+"""Planners that make the path shorter until their time is over. BITstar and AORRTC would be, but never give back the
+memory of a search."""
 
 PLANNERS = (*FIRST, *BETTER)
 
 TOLD_SECONDS = 0.2
 """How often the size of the tree is told."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Searched:
-    """What a search found: waypoints (n, k), or none; and how many configurations its tree has."""
-
-    waypoints: Floats | None
-    states: int
 
 
 def check_planner(name: str) -> str:
@@ -70,13 +62,14 @@ def search(
     space: PathSpace,
     bounds: tuple[Floats, Floats],
     goals: Floats,
+    line_is_free: Callable[[Floats, Floats], bool],
+    *,
     planner: str,
     seed: int,
     seconds: float,
-    step: float,
     go_on: Callable[[int], bool],
-) -> Searched:
-    """Return a path from the start of a space to one of its goals.
+) -> Floats | None:
+    """Return a path (n, k) from the start of a space to one of its goals; None when there was none in time.
 
     Equal for equal seeds, where the planner ends with the first path: one search at a time in a process, since OMPL
     draws its seeds from one place. It ends by time, so a path that is made better until then depends on the machine.
@@ -85,10 +78,10 @@ def search(
         space: where it is looked for.
         bounds: (k,) and (k,) from where to where joints go.
         goals: (m, k), all free.
+        line_is_free: whether the line from a configuration (k,), which is free, to another one is, its end too.
         planner: one of `PLANNERS`.
         seed: above 0.
         seconds: how long at the most.
-        step: configurations are checked on lines so far apart, in rad or m of the joint that goes farthest.
         go_on: is told how many configurations the tree has, and returns whether to go on.
     """
     base, geometric, util = library()
@@ -107,7 +100,7 @@ def search(
 
     class Lines(base.MotionValidator):
         def checkMotion(self, first: Any, last: Any) -> bool:  # noqa: ANN401
-            return space.looks_free(np.array(first[0:width]), np.array(last[0:width]), step)
+            return line_is_free(np.array(first[0:width]), np.array(last[0:width]))
 
     def state_of(q: Floats) -> Any:  # noqa: ANN401
         state = information.allocState()
@@ -140,7 +133,8 @@ def search(
     algorithm.solve(base.PlannerTerminationCondition(over))
     found = problem.getSolutionPath() if problem.hasExactSolution() else None
     waypoints = None if found is None else np.array([state[0:width] for state in found.getStates()])
-    return Searched(waypoints, _size(base, information, algorithm))
+    go_on(_size(base, information, algorithm))
+    return waypoints
 
 
 def _size(base: Any, information: Any, algorithm: Any) -> int:  # noqa: ANN401

@@ -14,7 +14,7 @@ from virtualrobot_kernel.motion.program import Program
 from virtualrobot_kernel.paths.find import find_path
 from virtualrobot_kernel.paths.program import planned_program
 from virtualrobot_kernel.paths.query import PathQuery
-from virtualrobot_kernel.paths.search import PLANNERS, check_planner
+from virtualrobot_kernel.paths.search import FIRST, PLANNERS, check_planner
 from virtualrobot_kernel.planning.sampling import joint_states
 from virtualrobot_kernel.world.commands import CreateNodes, SetAllowedPairs
 from virtualrobot_kernel.world.figures import Box, Figure
@@ -142,8 +142,8 @@ def test_a_goal_behind_a_wall_without_end_is_refused_in_time() -> None:
         for number, (size, x, z) in enumerate(sizes)
     ]
     snapshot = standing(after(with_robots("iiwa"), CreateNodes(tuple(specs))), "iiwa", LEFT)
-    with pytest.raises(KernelError, match=r"no path of 'iiwa' .* in 2 s") as one:
-        find_path(HereSite(snapshot), asked(snapshot, "iiwa", time_limit=2.0))
+    with pytest.raises(KernelError, match=r"no path of 'iiwa' .* in 1 s") as one:
+        find_path(HereSite(snapshot), asked(snapshot, "iiwa", time_limit=1.0))
     assert one.value.reason is Reason.UNREACHABLE and int(one.value.metadata["states"]) > 0
 
 
@@ -179,7 +179,7 @@ def test_who_goes_away_ends_the_search() -> None:
 @pytest.mark.parametrize("planner", PLANNERS)
 def test_each_planner_finds_a_way(planner: str) -> None:
     snapshot = walled()
-    question = asked(snapshot, "iiwa", planner=planner, time_limit=60.0 if planner in PLANNERS[:5] else 3.0)
+    question = asked(snapshot, "iiwa", planner=planner, time_limit=60.0 if planner in FIRST else 1.5)
     found = find_path(HereSite(snapshot), question)
     assert found["planner"] == planner
     assert touched_on(snapshot, question.q_index, between(found["waypoints"], 0.05)) == []

@@ -1,0 +1,57 @@
+"""Free paths through the client."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import virtualrobot
+from virtualrobot import Client, Robot
+from virtualrobot.paths import PathProgress
+
+from tests.unit.paths.cells import LEFT, RIGHT
+
+
+@pytest.fixture
+def cell(client: Client, iiwa: Robot) -> Client:
+    """Return a client of a world with an arm left of a wall."""
+    client.scene.add_object("wall", virtualrobot.box(0.6, 0.05, 0.8), pose=virtualrobot.pose(x=0.8, z=0.4))
+    client.scene.set_joint_positions("iiwa", LEFT)
+    return client
+
+
+def test_a_path_has_waypoints_and_can_be_started(cell: Client, iiwa: Robot) -> None:
+    told: list[PathProgress] = []
+    path = cell.paths.find("iiwa", RIGHT, seed=1, time_limit=60.0, speed_factor=0.9, progress=told.append)
+    assert not path.straight and path.planner == "RRTConnect" and path.checks > 0 and path.states > 0
+    assert told and told[-1].checks == path.checks
+    assert path.waypoints.shape == (len(path.program.request.steps) + 1, 7)
+    assert path.joint_names == tuple(iiwa.chain_joint_names)
+    np.testing.assert_allclose(path.waypoints[0], iiwa.positions[:7])
+    assert path.length == pytest.approx(np.linalg.norm(np.diff(path.waypoints, axis=0), axis=1).sum())
+    assert path.program.plan().duration_seconds == pytest.approx(path.duration)
+    cell.clock.set_stepped()
+    motion = path.start(wait=False)
+    cell.clock.step(int(path.duration / 0.004) + 2)
+    assert motion.wait().phase is virtualrobot.Phase.SUCCEEDED
+    np.testing.assert_allclose(iiwa.positions[:7], path.waypoints[-1], atol=1e-9)
+
+
+def test_zones_are_for_who_wants_them(cell: Client) -> None:
+    path = cell.paths.find("iiwa", RIGHT, time_limit=60.0, zone_percent=0.0)
+    assert not any(step.move.HasField("zone") for step in path.program.request.steps)
+
+
+def test_refusals_are_exceptions(cell: Client) -> None:
+    with pytest.raises(virtualrobot.CollisionError, match="touches 'wall'"):
+        cell.paths.find("iiwa", {**LEFT, "lbr_iiwa_joint_1": 0.0})
+    with pytest.raises(virtualrobot.UnknownNameError, match="RRTConnect"):
+        cell.paths.find("iiwa", RIGHT, planner="PRM")
+
+
+def test_what_progress_raises_ends_the_search(cell: Client) -> None:
+    def stop(progress: PathProgress) -> None:
+        raise InterruptedError
+
+    with pytest.raises(InterruptedError):
+        cell.paths.find("iiwa", RIGHT, planner="RRTstar", time_limit=600.0, progress=stop)
+    assert cell.paths.find("iiwa", RIGHT, time_limit=60.0).length > 1.8
