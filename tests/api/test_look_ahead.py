@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from virtualrobot.v1 import collision_pb2, motion_pb2, scene_pb2
 
 from tests.api.asking import IIWA, apply, box, create, ended, joints, load, start
@@ -10,13 +11,13 @@ from tests.api.conftest import Stubs
 from tests.api.moving import CANCELLED, RUNNING, SUCCEEDED, motion
 from tests.api.reading import step
 
-STOP = collision_pb2.COLLISION_MODE_STOP
+STOP, GUARD = collision_pb2.COLLISION_MODE_STOP, collision_pb2.COLLISION_MODE_GUARD
 
 
-def looking(stubs: Stubs, seconds: float) -> None:
+def looking(stubs: Stubs, seconds: float, mode: collision_pb2.CollisionMode = STOP) -> None:
     """Load an arm that is to be stopped, so many seconds ahead."""
     load(stubs, IIWA, "arm")
-    request = collision_pb2.SetCollisionSettingsRequest(mode=STOP, look_ahead_seconds=seconds)
+    request = collision_pb2.SetCollisionSettingsRequest(mode=mode, look_ahead_seconds=seconds)
     stubs.collision.SetCollisionSettings(request)
 
 
@@ -28,8 +29,12 @@ def lean(stubs: Stubs, speed_factor: float) -> str:
     return start(stubs, joints("arm", speed_factor=speed_factor, lbr_iiwa_joint_2=1.9)).id
 
 
-def test_a_box_in_the_way_stops_the_motion_and_each_tick_is_free(stepped: Stubs, rng: np.random.Generator) -> None:
-    looking(stepped, 1.0)
+@pytest.mark.parametrize("mode", [STOP, GUARD])
+def test_a_box_in_the_way_stops_the_motion_and_each_tick_is_free(
+    stepped: Stubs, mode: collision_pb2.CollisionMode, rng: np.random.Generator
+) -> None:
+    """A guarded robot is stopped long before its guard would have to."""
+    looking(stepped, 1.0, mode)
     id = lean(stepped, 0.1)
     step(stepped, int(rng.integers(1, 100)))
     assert motion(stepped, id).phase == RUNNING

@@ -349,6 +349,29 @@ def test_a_journal_gives_the_same_without_looking(cell: Cell) -> None:
     assert (again.q == cell.world.snapshot.state.q).all() and again.ended[0].cancellation is not None
 
 
+def test_equal_runs_are_stopped_equally(rng: np.random.Generator) -> None:
+    """Two robots and a ball that is put in their way at random: the same ticks, causes and last bits."""
+    commands = rng.integers(20, 200, 6).tolist(), rng.uniform(0.3, 2.0, 6).tolist()
+
+    def run() -> tuple[object, ...]:
+        cell = Cell()
+        try:
+            crossing(cell)
+            cell.do(CreateNodes((body("ball", Sphere(0.05), shifted(z=3.0)),)))
+            cell.start(slide(2.0, "along"))
+            cell.start(slide(2.8, "across"))
+            for ticks, x in zip(*commands, strict=True):
+                cell.step(ticks)
+                cell.do(UpdateNode("ball", parent_t_node=shifted(x=x)))
+            state = cell.ended().state
+            told = [(one.end_tick, one.cancellation and one.cancellation.reason) for one in state.ended]
+            return state.q.tolist(), told, cell.stopped
+        finally:
+            cell.close()
+
+    assert run() == run()
+
+
 def test_what_was_found_free_is_not_looked_at_again(monkeypatch: pytest.MonkeyPatch, cell: Cell) -> None:
     """A long motion: each part of its time is asked once, though something is looked at in each tick."""
     asked: list[tuple[float, float]] = []
