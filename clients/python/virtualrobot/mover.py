@@ -30,7 +30,8 @@ class Mover(MoveMaker):
     Moves to poses take wishes for joints that the pose does not need, as `solve_inverse` does:
 
     - `lock`: joints that stand still, radians or meters by name, or a list of names: where they are now.
-    - `prefer`: what free joints are used for: `limits`, `manipulability`, or a posture to be near, by joint name.
+    - `prefer`: what free joints are used for: `limits`, `manipulability`, `distance` (to things), or a posture to be
+      near, by joint name.
     """
 
     def start(self, move: motion_pb2.Move, **options: Unpack[motion.StartOptions]) -> motion.Motion:

@@ -13,12 +13,13 @@ Lock: TypeAlias = Mapping[str, float] | Iterable[str]
 """Joints that stand still: radians or meters by name, or names alone for where they are now."""
 
 Prefer: TypeAlias = str | Mapping[str, float]
-"""What free joints are used for: `limits`, `manipulability`, or a posture to be near, radians or meters by name."""
+"""What free joints are used for: `limits`, `manipulability`, `distance`, or a posture, radians or meters by name."""
 
 _PREFERENCES = {
     "": robot_pb2.REDUNDANCY_PREFERENCE_UNSPECIFIED,
     "limits": robot_pb2.REDUNDANCY_PREFERENCE_JOINT_LIMITS,
     "manipulability": robot_pb2.REDUNDANCY_PREFERENCE_MANIPULABILITY,
+    "distance": robot_pb2.REDUNDANCY_PREFERENCE_DISTANCE,
 }
 
 
@@ -48,6 +49,6 @@ def redundancy(
         message.preference = _PREFERENCES[prefer]
     else:
         raise InvalidArgumentError(
-            f"prefer is {prefer!r}; give 'limits', 'manipulability', or a posture to be near, by joint name"
+            f"prefer is {prefer!r}; give 'limits', 'manipulability', 'distance', or a posture to be near, by joint name"
         )
     return message if message.ListFields() else None

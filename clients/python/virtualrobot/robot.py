@@ -263,8 +263,8 @@ class Robot(Jogger):
             configuration: the name of the only one that is wanted, such as `right up noflip`.
             lock: joints that stand still, radians or meters by name, or a list of names: where they are now.
             arm_angle: where the elbow is about the line from shoulder to wrist, radians, for arms such as the iiwa.
-            prefer: what free joints are used for: `limits` or `manipulability` (to stay away from limits or from
-                singularities), or a posture to be near, by joint name.
+            prefer: what free joints are used for: `limits`, `manipulability` or `distance` (to stay away from limits,
+                from singularities or from things), or a posture to be near, by joint name.
 
         Example:
             >>> robot.solve_inverse(virtualrobot.pose(0.5, 0.1, 0.6, roll=np.pi)).best

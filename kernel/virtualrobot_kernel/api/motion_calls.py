@@ -10,6 +10,7 @@ from virtualrobot.v1 import motion_pb2
 from virtualrobot_kernel.api.author import author
 from virtualrobot_kernel.api.convert.program import wished_motion
 from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.collision.clearance import near_by
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.planning.moves import joints_of, solved_robots
 from virtualrobot_kernel.planning.program import MotionWish
@@ -62,7 +63,7 @@ async def wished(
     """Return what a client wishes, the joints (robot uid, name) that it needs, and the robots (uids) to be solved."""
 
     def work() -> tuple[MotionWish, set[tuple[int, str]], set[int]]:
-        snapshot, wish = rooms.world.snapshot, wished_motion(request)
+        snapshot, wish = rooms.world.snapshot, wished_motion(request, near_by(rooms.collisions))
         joints = joints_of(snapshot, wish.every_move)
         if wish.tracking is not None:
             joints = arms_joints(snapshot, joints)

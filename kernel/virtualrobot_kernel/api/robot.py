@@ -35,6 +35,7 @@ from virtualrobot_kernel.api.convert.values import (
 )
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.collision.clearance import near_by
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning.dynamics import EffortViolation, solve_inverse_dynamics
 from virtualrobot_kernel.planning.free_joints import solve_inverse
@@ -175,7 +176,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         reference = snapshot.structure.node(request.reference)
         world_t_tcp = snapshot.world_t(reference.uid) @ pose(request.reference_t_tcp, "reference_t_tcp")
         seed, solver_of = dict(request.seed), self._rooms.solvers.of
-        redundancy = wished_redundancy(request.redundancy, "redundancy")
+        redundancy = wished_redundancy(request.redundancy, "redundancy", near_by(self._rooms.collisions))
         solve = partial(solve_inverse, snapshot, node, world_t_tcp, seed, solver_of, request.configuration, redundancy)
         arm, result = await self._rooms.turns.run([node.uid], solve)
         solved = len(result.solutions) > 0

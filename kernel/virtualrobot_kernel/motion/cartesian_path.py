@@ -18,8 +18,9 @@ from virtualrobot_sdk.kinematics import Kinematics
 
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.course import Course
+from virtualrobot_kernel.motion.guide import guide
 from virtualrobot_kernel.motion.limits import TOLERANCE, JointLimits
-from virtualrobot_kernel.motion.nullspace import Wish, free_motion
+from virtualrobot_kernel.motion.nullspace import Rough, Wish, free_motion, projected
 from virtualrobot_kernel.motion.path import quintic_hermite
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 
@@ -91,6 +92,9 @@ class _Follower:
     def __init__(self, tcp: TcpKinematics, course: Course, q_start: Array) -> None:
         self.tcp, self.course = tcp, course
         self.weights = row_weights(lever_arm(tcp.jacobian(q_start)))
+        self.guide = None
+        if isinstance(tcp.wish, Rough):
+            self.guide = guide(tcp.pose, tcp.jacobian, self.weights, course, q_start, tcp.wish)
         self.longest_difference = _DIFFERENCE * float(np.diff([0.0, *course.knots, 1.0]).min())
 
     def twist(self, u: float) -> Array:
@@ -103,7 +107,10 @@ class _Follower:
         rate = self.solve(jacobian, self.twist(u))
         if self.tcp.wish is None:
             return rate
-        return rate + free_motion(jacobian * self.weights[:, None], rate, self.tcp.wish, q)
+        weighted = jacobian * self.weights[:, None]
+        if self.guide is not None:
+            return rate + projected(weighted, self.guide(u))
+        return rate + free_motion(weighted, rate, self.tcp.wish, q)
 
     def solve(self, jacobian: Array, weighted: Array) -> Array:
         solution = np.linalg.lstsq(jacobian * self.weights[:, None], weighted, rcond=1e-12)[0]

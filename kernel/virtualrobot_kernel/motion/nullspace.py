@@ -8,6 +8,7 @@ configuration and behavior of multibody mechanisms, IEEE Trans. Systems, Man and
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,6 +16,15 @@ from virtualrobot_kernel.motion.polynomial import Array
 
 Wish = Callable[[Array], tuple[float, Array]]
 """Gives the cost (without unit) of joints (k,) and its gradient (k,), both smooth inside the joints' limits."""
+
+Near = Callable[[Array], tuple[Array, Array]]
+"""Gives how far joints (k,) keep an arm from things near it: distances (n,) in m, and their gradients (n, k)."""
+
+DISTANCE_RANGE = 0.3
+"""From which distance (m) on things count for the wish to stay away from them."""
+_DISTANCE_SIZE = 0.005
+_LEAST_DISTANCE = 0.05
+_LIMITS_SHARE = 0.02
 
 GAIN = 1.0
 """The greatest motion in the null space on a path, in parts of the motion that the path itself needs."""
@@ -71,6 +81,37 @@ def near_posture(posture: Array) -> Wish:
     return wish
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Rough:
+    """A wish whose gradient has edges or takes long: a path asks it at few places (`guide`)."""
+
+    wish: Wish
+
+    def __call__(self, q: Array) -> tuple[float, Array]:
+        """Return cost and gradient (k,) at joints (k,)."""
+        return self.wish(q)
+
+
+def away_from_things(near: Near, lower: Array, upper: Array) -> Rough:
+    """Return the wish to stay away from things, and a little from joints' limits (k,) so as not to be led into them.
+
+    The cost is the sum of size/2 (1/d - 1/range)^2 over distances d within the range (O. Khatib, Real-time obstacle
+    avoidance for manipulators and mobile robots, Int. J. Robotics Research 5(1), 1986). Nearest points jump from one
+    part of a shape to another, hence the edges.
+    """
+    limits = away_from_limits(lower, upper)
+
+    def wish(q: Array) -> tuple[float, Array]:
+        cost, gradient = limits(q)
+        distances, gradients = near(q)
+        d = np.clip(distances, _LEAST_DISTANCE, DISTANCE_RANGE)
+        rest = 1.0 / d - 1.0 / DISTANCE_RANGE
+        total = _LIMITS_SHARE * cost + _DISTANCE_SIZE * float(rest @ rest) / 2.0
+        return total, _LIMITS_SHARE * gradient - _DISTANCE_SIZE * (rest / d**2) @ gradients
+
+    return Rough(wish)
+
+
 def free_motion(jacobian: Array, rate: Array, wish: Wish, q: Array) -> Array:
     """Return how joints (k,) move in the null space of a Jacobian (m, k) while the task moves them by `rate` (k,).
 
@@ -78,7 +119,7 @@ def free_motion(jacobian: Array, rate: Array, wish: Wish, q: Array) -> Array:
     """
     gradient = wish(q)[1]
     speed = GAIN * np.linalg.norm(rate) / np.sqrt(1.0 + gradient @ gradient)
-    return _projected(jacobian, -speed * gradient)
+    return projected(jacobian, -speed * gradient)
 
 
 def improved(
@@ -98,7 +139,7 @@ def improved(
     cost, gradient = wish(q)
     step = _LONGEST_STEP
     for _ in range(_STEPS):
-        way = _projected(jacobian(q), -gradient)
+        way = projected(jacobian(q), -gradient)
         length = float(np.linalg.norm(way))
         if length < 1e-9:
             break
@@ -129,6 +170,6 @@ def _put_back(jacobian: Callable[[Array], Array], deviation: Callable[[Array], A
     return None
 
 
-def _projected(jacobian: Array, vector: Array) -> Array:
+def projected(jacobian: Array, vector: Array) -> Array:
     """Return (I - J^+ J) times a vector (k,)."""
     return vector - np.linalg.lstsq(jacobian, jacobian @ vector, rcond=1e-9)[0]

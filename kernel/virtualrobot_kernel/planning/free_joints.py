@@ -12,9 +12,11 @@ from virtualrobot_sdk.kinematics import InverseOptions, InverseResult, Kinematic
 from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
 from virtualrobot_kernel.motion.nullspace import (
+    Rough,
     Wish,
     away_from_limits,
     away_from_singularities,
+    away_from_things,
     improved,
     near_posture,
 )
@@ -28,6 +30,8 @@ from virtualrobot_kernel.world.structure import Node
 
 IMPROVED = 8
 """How many solutions of a component are improved: those nearest to the seed."""
+IMPROVED_ROUGHLY = 3
+"""The same where a wish takes long to ask."""
 NEEDED = 6
 """An arm with no more joints than a pose has numbers has none to spare."""
 _SAME = 1e-4
@@ -37,10 +41,11 @@ _FOUND = 1e-6
 def led_tcp(snapshot: Snapshot, arm: Arm, solver_of: SolverOf, redundancy: Redundancy) -> TcpKinematics:
     """Return the chosen tool centre point of an arm as it is led along a path, with what is wished of free joints."""
     tcp = TcpKinematics(solver_of(snapshot, arm), flange_t_tcp(snapshot, arm.robot))
-    return replace(tcp, wish=wish_of(arm, redundancy, tcp.jacobian, snapshot.state.q[arm.q_index]))
+    return replace(tcp, wish=wish_of(snapshot, arm, redundancy, tcp.jacobian, snapshot.state.q[arm.q_index]))
 
 
 def wish_of(
+    snapshot: Snapshot,
     arm: Arm,
     redundancy: Redundancy,
     jacobian: Callable[[NDArray[np.float64]], NDArray[np.float64]],
@@ -48,8 +53,8 @@ def wish_of(
 ) -> Wish | None:
     """Return what is wished of the joints (k,) of an arm; None without a wish or without a joint to spare.
 
-    `jacobian` gives (6, k), `start` (k,) is where its lengths are made comparable. Raises UnknownNameError for a joint
-    of a posture that the arm has not.
+    `snapshot` is the world that distances are measured in, `jacobian` gives (6, k), `start` (k,) is where its lengths
+    are made comparable. Raises UnknownNameError for a joint of a posture that the arm has not.
     """
     chain = arm.serial()
     for name in redundancy.posture:
@@ -67,6 +72,9 @@ def wish_of(
             lever = float(np.linalg.norm(given[:3], axis=0)[np.linalg.norm(given[3:], axis=0) > 1e-9].max(initial=0.0))
             weights = np.array([1.0 / lever if lever > 1e-6 else 1.0] * 3 + [1.0] * 3)[:, None]
             return away_from_singularities(lambda q: jacobian(q) * weights)
+        case Preference.DISTANCE:
+            assert redundancy.near_of is not None, "nothing measures"
+            return away_from_things(redundancy.near_of(snapshot, arm), chain.lower, chain.upper)
         case Preference.UNSPECIFIED:
             return None
 
@@ -93,7 +101,7 @@ def solve_inverse(
     start = joint_vector(snapshot, reduced, seed)
     options = InverseOptions(seed=start, configuration=configuration, arm_angle=redundancy.arm_angle)
     result = solver.inverse(base_t_tip, options)
-    if (wish := wish_of(reduced, redundancy, solver.jacobian, start)) is not None:
+    if (wish := wish_of(snapshot, reduced, redundancy, solver.jacobian, start)) is not None:
         result = _preferred(solver, reduced.serial(), base_t_tip, result, options, wish)
     if redundancy.arm_angle is not None and len(result.solutions) and not result.arm_angles:
         raise KernelError(
@@ -121,7 +129,8 @@ def _preferred(
         return np.concatenate([base_t_tip[:3, 3] - reached[:3, 3], turn])
 
     told: list[tuple[float, NDArray[np.float64], str, tuple[float, ...]]] = []
-    for i, given in enumerate(result.solutions[:IMPROVED]):
+    most = IMPROVED_ROUGHLY if isinstance(wish, Rough) else IMPROVED
+    for i, given in enumerate(result.solutions[:most]):
         best = improved(solver.jacobian, deviation, given, wish, chain.lower, chain.upper)
         # The component tells its name: on its way a posture may have come to another branch.
         again = solver.inverse(base_t_tip, replace(options, seed=best))

@@ -2,9 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import TYPE_CHECKING
+
+from virtualrobot_kernel.motion.nullspace import Near
+from virtualrobot_kernel.world.state import Snapshot
+
+if TYPE_CHECKING:
+    from virtualrobot_kernel.planning.robots import Arm
+
+NearOf = Callable[[Snapshot, "Arm"], Near]
+"""Gives what measures how far an arm is from everything else in a world."""
 
 
 class Preference(Enum):
@@ -14,19 +24,22 @@ class Preference(Enum):
     JOINT_LIMITS = "JOINT_LIMITS"
     MANIPULABILITY = "MANIPULABILITY"
     POSTURE = "POSTURE"
+    DISTANCE = "DISTANCE"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Redundancy:
     """Joints that stand still, the arm angle (rad), and what the other joints are used for.
 
-    `locked_joints` and `posture` are radians or metres by joint name; `posture` goes with POSTURE.
+    `locked_joints` and `posture` are radians or metres by joint name; `posture` goes with POSTURE, `near_of` with
+    DISTANCE: planning knows no shapes, so who wishes says what measures.
     """
 
     locked_joints: Mapping[str, float] = field(default_factory=dict)
     arm_angle: float | None = None
     preference: Preference = Preference.UNSPECIFIED
     posture: Mapping[str, float] = field(default_factory=dict)
+    near_of: NearOf | None = None
 
 
 FREE = Redundancy()

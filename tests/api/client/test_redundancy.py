@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import virtualrobot
 from virtualrobot import Client, Robot
+from virtualrobot.v1 import motion_pb2
 
 from tests.api.client.conftest import IIWA
 
@@ -78,6 +79,42 @@ def test_a_preference_is_followed_at_a_pose_and_along_a_line(iiwa: Robot) -> Non
     assert np.linalg.norm(iiwa.positions - target) < np.linalg.norm(plain - target)
     for prefer in ("limits", "manipulability"):
         assert iiwa.solve_inverse(goal, prefer=prefer).solved
+
+
+def least_on_the_way(client: Client, iiwa: Robot, move: motion_pb2.Move) -> float:
+    """Return the least distance of the arm to the ball by MeasureDistances, at 25 samples of a plan."""
+    told = iiwa.plan(move).robots["iiwa"]
+    chosen = told.positions[np.linspace(0, len(told.positions) - 1, 25).astype(int)]
+    at = [{"iiwa": dict(zip(told.joint_names, q.tolist(), strict=True))} for q in chosen]
+    return min(client.collisions.distance("iiwa", to=["ball"], configurations=one).distance for one in at)
+
+
+def test_an_arm_stays_away_from_a_ball(client: Client, iiwa: Robot) -> None:
+    """At a pose, along a line, an arc and a spline: the least distance is greater with the wish than without."""
+    start = [0.0, 0.5, 0.0, -1.5, 0.0, 1.1416, 0.0]
+    iiwa.set_positions(start)
+    client.scene.add_object("ball", virtualrobot.sphere(0.08), pose=virtualrobot.pose(0.25, -0.27, 0.75))
+
+    def distance(q: np.ndarray) -> float:
+        at = {"iiwa": dict(zip(iiwa.joint_names, q.tolist(), strict=True))}
+        return client.collisions.distance("iiwa", to=["ball"], configurations=at).distance
+
+    plain, better = iiwa.solve_inverse(iiwa.tcp), iiwa.solve_inverse(iiwa.tcp, prefer="distance")
+    assert distance(better.best) > distance(plain.best) + 0.1
+    np.testing.assert_allclose(iiwa.solve_forward(better.best).world_t_tcp, iiwa.tcp, atol=1e-8)
+    goal, via = iiwa.tcp, iiwa.tcp
+    goal[:3, 3] += (0.05, -0.2, 0.1)
+    via[:3, 3] += (0.05, -0.1, 0.08)
+
+    def moves(prefer: str) -> list[motion_pb2.Move]:
+        arc = iiwa.circular(via[:3, 3], goal, prefer=prefer)
+        return [iiwa.linear(goal, prefer=prefer), arc, iiwa.spline([via, goal], prefer=prefer)]
+
+    for plain_move, wished in zip(moves(""), moves("distance"), strict=True):
+        far = least_on_the_way(client, iiwa, wished)
+        assert far > 0.05 and far > least_on_the_way(client, iiwa, plain_move) + 0.02
+    iiwa.move_linear(goal, prefer="distance")
+    np.testing.assert_allclose(iiwa.tcp, goal, atol=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,13 @@ import pytest
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.motion.cartesian_plan import plan_lin
-from virtualrobot_kernel.motion.nullspace import away_from_limits, away_from_singularities, free_motion, near_posture
+from virtualrobot_kernel.motion.nullspace import (
+    away_from_limits,
+    away_from_singularities,
+    away_from_things,
+    free_motion,
+    near_posture,
+)
 from virtualrobot_kernel.planning.free_joints import led_tcp, solve_inverse, wish_of
 from virtualrobot_kernel.planning.planned_move import joint_limits
 from virtualrobot_kernel.planning.redundancy import FREE, Preference, Redundancy
@@ -74,7 +80,7 @@ def test_a_pose_is_solved_where_the_wish_is_best_nearby(
         _, plain = solve_inverse(snapshot, node, target, {}, solvers.of)
         _, better = solve_inverse(snapshot, node, target, {}, solvers.of, redundancy=redundancy)
         tcp = led_tcp(snapshot, arm, solvers.of, FREE)
-        wish = wish_of(arm, redundancy, solvers.of(snapshot, arm).jacobian, np.array(list(seed.values())))
+        wish = wish_of(snapshot, arm, redundancy, solvers.of(snapshot, arm).jacobian, np.array(list(seed.values())))
         assert wish is not None
         costs = [wish(q)[0] for q in better.solutions]
         assert costs == sorted(costs)
@@ -183,3 +189,16 @@ def test_a_posture_of_unknown_joints_is_refused(solvers: Solvers) -> None:
     wish = Redundancy(preference=Preference.POSTURE, posture={"panda_joint9": 0.0})
     with pytest.raises(UnknownNameError, match="panda_joint9"):
         solve_inverse(snapshot, node, tcp_frame(snapshot, node), {}, solvers.of, redundancy=wish)
+
+
+def test_the_wish_to_stay_away_is_the_gradient_of_its_cost(rng: np.random.Generator) -> None:
+    """Distances that are linear in the joints, by central differences; those beyond the range do not count."""
+    slopes, base = rng.uniform(-0.02, 0.02, (3, 4)), np.array([0.1, 0.2, 0.4])
+    wish = away_from_things(lambda q: (base + slopes @ q, slopes), np.full(4, -2.0), np.full(4, 2.0))
+    q = rng.uniform(-1.0, 1.0, 4)
+    expected = [(wish(q + step)[0] - wish(q - step)[0]) / 2e-6 for step in 1e-6 * np.eye(4)]
+    np.testing.assert_allclose(wish(q)[1], expected, rtol=1e-5, atol=1e-8)
+    near = wish(np.zeros(4))[0]
+    assert near == pytest.approx(0.0025 * ((10.0 - 1.0 / 0.3) ** 2 + (5.0 - 1.0 / 0.3) ** 2))
+    nothing = away_from_things(lambda q: (np.zeros(0), np.zeros((0, 4))), np.full(4, -2.0), np.full(4, 2.0))
+    assert nothing(np.zeros(4))[0] == 0.0 and not nothing(np.zeros(4))[1].any()

@@ -18,6 +18,7 @@ class RedundancyPreference(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     REDUNDANCY_PREFERENCE_JOINT_LIMITS: _ClassVar[RedundancyPreference]
     REDUNDANCY_PREFERENCE_MANIPULABILITY: _ClassVar[RedundancyPreference]
     REDUNDANCY_PREFERENCE_POSTURE: _ClassVar[RedundancyPreference]
+    REDUNDANCY_PREFERENCE_DISTANCE: _ClassVar[RedundancyPreference]
 
 class InverseStatus(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
@@ -28,6 +29,7 @@ REDUNDANCY_PREFERENCE_UNSPECIFIED: RedundancyPreference
 REDUNDANCY_PREFERENCE_JOINT_LIMITS: RedundancyPreference
 REDUNDANCY_PREFERENCE_MANIPULABILITY: RedundancyPreference
 REDUNDANCY_PREFERENCE_POSTURE: RedundancyPreference
+REDUNDANCY_PREFERENCE_DISTANCE: RedundancyPreference
 INVERSE_STATUS_UNSPECIFIED: InverseStatus
 INVERSE_STATUS_SOLVED: InverseStatus
 INVERSE_STATUS_UNREACHABLE: InverseStatus

@@ -16,7 +16,7 @@ from virtualrobot_kernel.motion.circle import Center, Via
 from virtualrobot_kernel.motion.spline import MOST_GOALS
 from virtualrobot_kernel.planning.jog import CartesianJog, JointJog
 from virtualrobot_kernel.planning.planned_move import PoseGoal
-from virtualrobot_kernel.planning.redundancy import FREE
+from virtualrobot_kernel.planning.redundancy import FREE, NearOf
 from virtualrobot_kernel.planning.spline import Spline
 from virtualrobot_kernel.planning.wishes import (
     ActuatorGoal,
@@ -29,10 +29,13 @@ from virtualrobot_kernel.planning.wishes import (
 )
 
 
-def wished_move(message: motion_pb2.Move, what: str) -> Move:
-    """Return what a client wishes one robot to do; raise KernelError that names the field that is wrong."""
+def wished_move(message: motion_pb2.Move, what: str, near_of: NearOf) -> Move:
+    """Return what a client wishes one robot to do; raise KernelError that names the field that is wrong.
+
+    `near_of` measures how far arms are from things, for those that shall stay away from them.
+    """
     move = _in_time(_move(message, what), message, what)
-    redundancy = wished_redundancy(message.redundancy, f"{what}.redundancy")
+    redundancy = wished_redundancy(message.redundancy, f"{what}.redundancy", near_of)
     if redundancy is FREE:
         return move
     if isinstance(move, JointTrajectory | ToolStateMove | JointJog) or (

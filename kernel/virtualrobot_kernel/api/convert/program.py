@@ -20,18 +20,22 @@ from virtualrobot_kernel.planning.program import (
     WaitSignalWish,
     Zone,
 )
+from virtualrobot_kernel.planning.redundancy import NearOf
 
 KINDS = {kind: getattr(motion_pb2, f"PLAN_NOTE_KIND_{kind.name}") for kind in NoteKind}
 MOST_PERCENT = 50.0
 
 
-def wished_motion(message: motion_pb2.StartMotionRequest) -> MotionWish:
-    """Return what a client wishes; raise KernelError that names the field, and in a program the step, that is wrong."""
-    moves = tuple(wished_move(move, f"moves[{place}]") for place, move in enumerate(message.moves))
+def wished_motion(message: motion_pb2.StartMotionRequest, near_of: NearOf) -> MotionWish:
+    """Return what a client wishes; raise KernelError that names the field, and in a program the step, that is wrong.
+
+    `near_of` measures how far arms are from things, for those that shall stay away from them.
+    """
+    moves = tuple(wished_move(move, f"moves[{place}]", near_of) for place, move in enumerate(message.moves))
     steps = []
     for place, step in enumerate(message.steps):
         try:
-            steps.append(_step(step, f"steps[{place}]"))
+            steps.append(_step(step, f"steps[{place}]", near_of))
         except KernelError as error:
             error.metadata["step"] = str(place)
             raise
@@ -53,10 +57,10 @@ def note_messages(notes: Iterable[Note]) -> list[motion_pb2.PlanNote]:
     ]
 
 
-def _step(message: motion_pb2.ProgramStep, what: str) -> StepWish:
+def _step(message: motion_pb2.ProgramStep, what: str, near_of: NearOf) -> StepWish:
     kind = message.WhichOneof("step")
     if kind == "move":
-        return _move_step(message.move, f"{what}.move")
+        return _move_step(message.move, f"{what}.move", near_of)
     if kind == "set_signal":
         return SetSignalWish(_named(message.set_signal.signal, f"{what}.set_signal"), message.set_signal.value)
     if kind == "wait_signal":
@@ -77,10 +81,10 @@ def _step(message: motion_pb2.ProgramStep, what: str) -> StepWish:
     raise KernelError(f"{what} does not say what to do; give one of {names}", field=what)
 
 
-def _move_step(message: motion_pb2.MoveStep, what: str) -> MoveStepWish:
+def _move_step(message: motion_pb2.MoveStep, what: str, near_of: NearOf) -> MoveStepWish:
     if not message.moves:
         raise KernelError(f"{what}.moves is empty: which robot shall move?", field=f"{what}.moves")
-    moves = tuple(wished_move(move, f"{what}.moves[{place}]") for place, move in enumerate(message.moves))
+    moves = tuple(wished_move(move, f"{what}.moves[{place}]", near_of) for place, move in enumerate(message.moves))
     return MoveStepWish(moves, _zone(message, what))
 
 

@@ -6,7 +6,7 @@ from virtualrobot.v1 import robot_pb2
 
 from virtualrobot_kernel.api.convert.values import by_name, check_enum, finite
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.planning.redundancy import FREE, Preference, Redundancy
+from virtualrobot_kernel.planning.redundancy import FREE, NearOf, Preference, Redundancy
 
 _PREFERENCES = {
     robot_pb2.RedundancyPreference.Value(f"REDUNDANCY_PREFERENCE_{preference.value}"): preference
@@ -14,8 +14,11 @@ _PREFERENCES = {
 }
 
 
-def wished_redundancy(message: robot_pb2.Redundancy, what: str) -> Redundancy:
-    """Return what a message wishes; raise KernelError that names the field that is wrong."""
+def wished_redundancy(message: robot_pb2.Redundancy, what: str, near_of: NearOf) -> Redundancy:
+    """Return what a message wishes; raise KernelError that names the field that is wrong.
+
+    `near_of` is what measures distances for DISTANCE.
+    """
     if not message.ListFields():
         return FREE
     check_enum(message, "preference")
@@ -38,6 +41,7 @@ def wished_redundancy(message: robot_pb2.Redundancy, what: str) -> Redundancy:
         arm_angle,
         preference,
         _finite_joints(by_name(message.posture), f"{what}.posture"),
+        near_of if preference is Preference.DISTANCE else None,
     )
 
 

@@ -1,0 +1,83 @@
+"""Where a wish leads the free joints along a course, when its gradient is too rough or too dear to ask at each step.
+
+The joints go along the course once in long steps, and the wish is asked after each. What it does in the null space,
+with its edges rounded off, is a smooth function of the place on the course, which the exact path then follows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import ceil
+
+import numpy as np
+
+from virtualrobot_kernel.motion.course import Course
+from virtualrobot_kernel.motion.nullspace import Wish, projected
+from virtualrobot_kernel.motion.path import smooth_path
+from virtualrobot_kernel.motion.polynomial import Array
+
+STEP = (0.02, 0.08)
+"""How long the steps are: m along the course, rad of its turn."""
+GAIN = 2.0
+"""The greatest motion in the null space, in parts of the motion that the course itself needs."""
+_FEWEST, _MOST = 8, 200
+_ROUNDS = 4
+"""How often each motion is averaged with those beside it."""
+_CLOSED = 1e-6
+
+Pose = Callable[[Array], Array]
+Jacobian = Callable[[Array], Array]
+
+
+def guide(
+    pose: Pose, jacobian: Jacobian, weights: Array, course: Course, q_start: Array, wish: Wish
+) -> Callable[[float], Array]:
+    """Return what gives the motion (k,) of the joints per course that a wish asks for at a place u of it, in [0, 1].
+
+    It is smooth in u, and is to be projected into the null space. Where the arm cannot follow the course any more it is
+    0; whoever follows it exactly says why.
+
+    Args:
+        pose: gives base_t_tcp (4, 4) at joints (k,).
+        jacobian: gives the Jacobian (6, k) of the tool centre point.
+        weights: (6,) that make its rows comparable.
+        course: the course.
+        q_start: where the joints are at its beginning (k,).
+        wish: what leads them.
+    """
+    count = min(max(_FEWEST, ceil(course.length / STEP[0]), ceil(course.angle / STEP[1])), _MOST)
+    places, q = np.linspace(0.0, 1.0, count + 1), q_start
+    motions: list[Array] = []
+    for u in places:
+        if motions:
+            onto = _onto(pose, jacobian, weights, course, u, q)
+            if onto is None:
+                break
+            q = onto
+        weighted = jacobian(q) * weights[:, None]
+        rate = np.linalg.lstsq(weighted, course.twist(u) * weights, rcond=1e-9)[0]
+        # Of the gradient itself a small part may be left in the null space: how long that part is, is what counts.
+        way = projected(weighted, -wish(q)[1])
+        motions.append(GAIN * float(np.linalg.norm(rate)) / np.sqrt(1.0 + way @ way) * way)
+        q = q + (rate + motions[-1]) / count
+    if len(motions) < 2:
+        return lambda u: np.zeros_like(q_start)
+    rounded = np.array(motions)
+    for _ in range(_ROUNDS):
+        beside = np.concatenate([rounded[:1], rounded, rounded[-1:]])
+        rounded = 0.25 * beside[:-2] + 0.5 * rounded + 0.25 * beside[2:]
+    end = float(places[len(motions) - 1])
+    curve = smooth_path(places[: len(motions)], rounded, None)
+    return lambda u: curve.evaluate(u) if 0.0 <= u <= end else np.zeros_like(q_start)
+
+
+def _onto(pose: Pose, jacobian: Jacobian, weights: Array, course: Course, u: float, q: Array) -> Array | None:
+    """Return joints on the course at `u`, by Newton steps from `q`; None where these lead nowhere near."""
+    for _ in range(8):
+        off = course.deviation(u, pose(q))
+        if np.abs(off).max() < _CLOSED:
+            return q
+        q = q + np.linalg.lstsq(jacobian(q) * weights[:, None], off * weights, rcond=1e-9)[0]
+        if not np.isfinite(q).all():
+            return None
+    return None
