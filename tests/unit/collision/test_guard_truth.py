@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world import index
+from virtualrobot_kernel.world.commands import HaltRobots
 from virtualrobot_kernel.world.journal import replay
 from virtualrobot_kernel.world.state import CancelCause, State
 
@@ -38,7 +39,9 @@ def look(cell: Cell) -> int:
     assert touching(chosen) == set()
     for entry in halts:
         before = cell.befores[entry.tick]
-        why = entry.commands[0].cancellation.reason
+        (halt,) = entry.commands
+        assert isinstance(halt, HaltRobots)
+        why = halt.cancellation.reason
         said = re.match(r"'(.*)' would touch '(.*)' in (.*) s if", why)
         assert said, why
         pair = sorted(before.structure.node(name).uid for name in said.groups()[:2])

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from virtualrobot_kernel.motion.follow import SetpointMode
+from virtualrobot_kernel.motion.follow import Following, SetpointMode
 from virtualrobot_kernel.planning.plan_program import plan_wish
 from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.planning.program import DwellWish, MotionWish, MoveStepWish, SetSignalWish, Zone
@@ -82,7 +82,7 @@ def test_it_is_what_the_ticks_are(
             break
         chance = rng.random()
         motion = change.state.motions[0]
-        if made is setpoints:
+        if isinstance(motion.running, Following):
             wanted = change.state.q[motion.q_index] + rng.uniform(-0.01, 0.01, 7)
             wanted = wanted if motion.running.mode is SetpointMode.POSITION else rng.uniform(-1.0, 1.0, 7)
             change = after(change, SetSetpoint(motion.id, tuple(wanted.tolist())))
