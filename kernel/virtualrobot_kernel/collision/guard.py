@@ -76,14 +76,16 @@ class CollisionGuard:
         self._settings: tuple[object, ...] = ()
         self._seen: tuple[object, ...] = ()
         self._tolerated: frozenset[Pair] = frozenset()
+        self._in_touch: frozenset[Pair] = frozenset()
+        self._later: tuple[int, frozenset[Pair], frozenset[Pair]] | None = None
         self._touching: tuple[Snapshot, frozenset[Pair]] | None = None
         self.cost = GuardCost()
         world.listen(self._published)
 
     @property
     def tolerated(self) -> frozenset[Pair]:
-        """Return the pairs (uids) that touched before anybody could keep them from it."""
-        return self._tolerated
+        """Return the pairs (uids) that touched before anybody could keep them from it, and are not apart yet."""
+        return self._later[1] if self._later else self._tolerated
 
     def admit(self, before: Snapshot, after: Snapshot, batch: Sequence[Command]) -> None:
         """Raise KernelError (COLLISION) when commands bring a guarded robot into touch with something.
@@ -98,6 +100,7 @@ class CollisionGuard:
             if threat is not None:
                 raise KernelError(f"{threat.reason}; the motion goes on as it does", reason=Reason.COLLISION)
             return
+        self._reach(before)
         touching = self._all_touching(after, _guarded(after))
         self._touching = after, touching
         groups = self._scene.bodies.allowed.groups
@@ -122,11 +125,12 @@ class CollisionGuard:
         """Return the halt that a change of the world asks for: something was put where motions would brake."""
         if not self._changed(now):
             return ()
+        self._reach(now)
         touching = self._touching
         self._touching = None
         found = touching[1] if touching and touching[0] is now else self._all_touching(now, self._robots)
         alive = {pair for pair in self._tolerated if all(uid in now.structure.nodes for uid in pair)}
-        self._tolerated = frozenset(alive | found)
+        self._tolerated, self._in_touch, self._later = frozenset(alive | found), found, None
         robots = going(now.state)
         threat = self._threat(now, None) if robots else None
         return [_halt(robots, threat)] if threat else ()
@@ -141,7 +145,7 @@ class CollisionGuard:
         robots = self._robots = _guarded(now)
         if bool(robots) != self._oversees:
             self._oversees = bool(robots)
-            self._tolerated, self._seen = frozenset(), ()
+            self._tolerated, self._in_touch, self._later, self._seen = frozenset(), frozenset(), None, ()
             (self._world.oversee if robots else self._world.unoversee)(self)
 
     def _changed(self, now: Snapshot) -> bool:
@@ -165,9 +169,10 @@ class CollisionGuard:
             return _Threat(robots, "it takes too long to brake for it to be known whether it touches anything")
         if later is not None:
             way = way.after(now.state)
-        held = self._tolerated
+        self._reach(now)
+        held, touching = self._tolerated, self._in_touch
         if held:
-            parted, anew = self._parted(now, way)
+            parted, touching, anew = self._parted(now, way)
             if anew is not None:
                 return self._told(now, anew, now.tick_seconds)
             held -= parted
@@ -176,22 +181,29 @@ class CollisionGuard:
             if pair not in self._tolerated and not self._recedes(now, way, contact):
                 return self._told(now, pair, contact.time - now.simulation_time)
             held |= {pair}
-        self._tolerated = held
+        self._later = (begin.tick, held, touching) if later is not None else None
         return None
 
-    def _parted(self, now: Snapshot, way: Way) -> tuple[frozenset[Pair], Pair | None]:
-        """Return which tolerated pairs are apart after a tick, and one that touches anew by then or in the end."""
+    def _reach(self, now: Snapshot) -> None:
+        """Take what was found of a tick for true, once it was made."""
+        if self._later and self._later[0] == now.state.tick:
+            (_, self._tolerated, self._in_touch), self._later = self._later, None
+
+    def _parted(self, now: Snapshot, way: Way) -> tuple[frozenset[Pair], frozenset[Pair], Pair | None]:
+        """Return which tolerated pairs are apart after a tick, which touch, and one that touches anew by the way's end.
+
+        What is near and does not touch any more must not touch again.
+        """
         after, end = pictured(now, way, min(1, len(way.positions) - 1)), pictured(now, way, -1)
-        parted: set[Pair] = set()
-        for pair in sorted(self._tolerated):
-            if not moves(now, after, pair) and not moves(now, end, pair):
-                continue
-            if distance(self._scene, after, pair) > APART:
-                parted.add(pair)
-            elif distance(self._scene, now, pair) > 0.0:
-                if not (distance(self._scene, after, pair) > 0.0 and distance(self._scene, end, pair) > 0.0):
-                    return frozenset(parted), pair
-        return frozenset(parted), None
+        moving = frozenset(pair for pair in self._tolerated if moves(now, after, pair) or moves(now, end, pair))
+        if not moving:
+            return frozenset(), self._in_touch, None
+        touching = self._all_touching(after, self._robots) & moving
+        near = {pair for pair in moving - touching if distance(self._scene, after, pair) <= APART}
+        again = touching - self._in_touch
+        if near:
+            again |= self._all_touching(end, self._robots) & near - self._in_touch
+        return moving - touching - near, self._in_touch - moving | touching, min(again, default=None)
 
     def _recedes(self, now: Snapshot, way: Way, contact: SweptContact) -> bool:
         """Return whether a contact is of two nodes that stood nearer than can be told apart, and that go apart now."""

@@ -103,6 +103,10 @@ def _choose_brake(path: PiecewisePolynomial, state: PathState, limits: Array, le
     direction = np.abs(path.state(u, 1)[1])
     turning = direction > 0.0
     acceleration, jerk = (float((limit[turning] / direction[turning]).min()) for limit in limits[1:])
+    # With less of both none is quicker: so the rest need not be looked at, where the motion runs to its goal.
+    quickest = _phases(speed, slope, acceleration, jerk)
+    if quickest is None or sum(quickest) + _SOONER >= left:
+        return BrakeChoice(None, False)
     candidates = set()
     for j in _SHARES:
         for a in _SHARES:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from virtualrobot_kernel.motion import online
 from virtualrobot_kernel.motion.follow import Following
 from virtualrobot_kernel.motion.moving import ENDED, Moving, Phase
+from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.motion.program_run import ProgramRun
 from virtualrobot_kernel.world import commands
 from virtualrobot_kernel.world.apply import apply
@@ -114,9 +115,34 @@ def _way(motion: Motion, override: float, dt: float) -> tuple[NDArray[np.float64
     while not now.ended and len(rows) <= LONGEST_BRAKE_TICKS:
         if (rest := _rest(now, dt)) is not None:
             return np.concatenate([np.array(rows), rest]), now
+        if (stretch := _on_plan(now, dt, override)) is not None:
+            now, more = stretch
+            rows.extend(more)
+            continue
         now = now.advance(dt, override)
         rows.append(now.sample()[0])
     return np.array(rows), now
+
+
+def _on_plan(now: Moving, dt: float, override: float) -> tuple[Moving, NDArray[np.float64]] | None:
+    """Return a motion that stops without brakes of its own as it is before its last tick, or when it has some.
+
+    With it come the places of its joints (m, n) until then, m >= 1; None where this is so with the next tick.
+    """
+    if not isinstance(now, ProgramRun) or now.running is None or now.due:
+        return None
+    moving, taus, plan = now.running, [], now.running.plan
+    while not moving.brakes and len(taus) < LONGEST_BRAKE_TICKS:
+        later = moving.advance(dt, override)
+        if later.ended or later.brakes:
+            break
+        moving = later
+        taus.append(later.tau)
+    if not taus:
+        return None
+    times = np.array(taus)
+    laws = [track.time_law.states(times, 0)[0, :, 0] for track in plan.tracks]
+    return replace(now, running=moving), _places(now, plan, laws)
 
 
 def _rest(now: Moving, dt: float) -> NDArray[np.float64] | None:
@@ -127,13 +153,18 @@ def _rest(now: Moving, dt: float) -> NDArray[np.float64] | None:
         return np.array([way.at((row + 1) * dt).q for row in range(count)]) if count else None
     if not isinstance(now, ProgramRun) or now.running is None or not now.running.brakes:
         return None
-    moving, columns = now.running, now.program.places[now.at]
+    moving = now.running
     times = np.arange(1, math.ceil((max(brake.end for brake in moving.brakes) - moving.elapsed) / dt) + 1) * dt
     if not len(times):
         return None
     laws = [brake.states(np.minimum(moving.elapsed + times, brake.end), 0)[0, :, 0] for brake in moving.brakes]
-    paths = [track.path.states(u, 0)[0] for track, u in zip(moving.plan.tracks, laws, strict=True)]
-    rows = np.concatenate(paths, axis=1)
+    return _places(now, moving.plan, laws)
+
+
+def _places(now: ProgramRun, plan: Plan, laws: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+    """Return where the joints of a program (n,) are, (m, n), where the tracks of its plan are at the places u (m,)."""
+    rows = np.concatenate([track.path.states(u, 0)[0] for track, u in zip(plan.tracks, laws, strict=True)], axis=1)
+    columns = now.program.places[now.at]
     if columns is None:
         return rows
     held = np.repeat(now.held[None], len(rows), axis=0)
