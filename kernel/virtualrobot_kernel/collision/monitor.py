@@ -18,9 +18,9 @@ from virtualrobot_kernel.collision.ahead import LookAhead
 from virtualrobot_kernel.collision.allowed import Pair
 from virtualrobot_kernel.collision.bodies import made_of
 from virtualrobot_kernel.collision.geometry import CollisionShapes
-from virtualrobot_kernel.collision.report import REMEMBERED, Ended, Event, Failed, Report, Stopped, Touch, What
+from virtualrobot_kernel.collision.report import REMEMBERED, Ended, Event, Failed, Report, Stopped, Touch, What, thinned
 from virtualrobot_kernel.collision.scene import Collision, CollisionScene, Detail
-from virtualrobot_kernel.collision.transitions import STOPPING, Halt, Scope, halt_of, transitions, watched
+from virtualrobot_kernel.collision.transitions import STOPPING, Halt, Scope, halt_of, names_of, transitions, watched
 from virtualrobot_kernel.world.clock import Mode
 from virtualrobot_kernel.world.commands import Command, HaltRobots
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion, Snapshot
@@ -59,6 +59,7 @@ class Monitor:
         self._scope = Scope()
         self._checked: Snapshot | None = None
         self._halts: tuple[Halt, ...] = ()
+        self._held: list[tuple[int, float, What]] | None = None
         self._listeners: tuple[Listener, ...] = ()
         self._telling = threading.Lock()
         self._newest = self._seen = world.snapshot
@@ -210,7 +211,10 @@ class Monitor:
             self._halts = (*self._halts, *halts) if watched(snapshot) else ()
 
     def _compared(self, snapshot: Snapshot) -> tuple[list[What], tuple[Touch, ...], list[Halt]]:
-        """Return what has happened since the check before, what touches now, and whom that stops."""
+        """Return what has happened since the check before, what touches now, and whom what is to come stops.
+
+        Who touches is stopped already.
+        """
         modes = watched(snapshot)
         touches: dict[Pair, Touch] = {(one.pair.first, one.pair.second): one for one in self.latest.touching}
         scope, found = Scope(), frozenset[Pair]()
@@ -222,19 +226,23 @@ class Monitor:
             found = frozenset((pair.first, pair.second) for pair in scene.collisions(Detail.PAIRS, modes.keys()))
         changed = transitions(self._scope, touches.keys(), scope, found)
         happened: list[What] = [Ended(touches.pop(pair), apart) for pair, apart in changed.ended.items()]
-        halts: list[Halt] = []
+        structure = snapshot.structure
+        stopping = (halt_of(pair, scope, structure) for pair, tolerated in changed.begun.items() if not tolerated)
+        # Before contacts and depths are known: with meshes these take ten times as long as finding the pairs.
+        self._halt_at_once([halt for halt in stopping if halt])
         for pair, collision in self._contacts(changed.begun.keys(), modes.keys()).items():
-            nodes, tolerated = snapshot.structure.nodes, changed.begun[pair]
-            names = nodes[pair[0]].name, nodes[pair[1]].name
-            touches[pair] = Touch(collision, names, snapshot.state.tick, snapshot.simulation_time, tolerated)
+            when, names = (snapshot.state.tick, snapshot.simulation_time), names_of(pair, structure)
+            touches[pair] = Touch(thinned(collision), names, *when, changed.begun[pair])
             happened.append(touches[pair])
-            halt = None if tolerated else halt_of(pair, names, scope, snapshot.structure)
-            halts.extend([halt] if halt else [])
-        if self._scene is not None:
-            halt = self._ahead.look(self._scene, snapshot, found, self._enough())
-            halts.extend([halt] if halt else [])
+        ahead = self._ahead.look(self._scene, snapshot, found, self._enough()) if self._scene is not None else None
         self._scope = scope
-        return happened, tuple(touches[pair] for pair in sorted(touches)), halts
+        return happened, tuple(touches[pair] for pair in sorted(touches)), [ahead] if ahead else []
+
+    def _halt_at_once(self, halts: Sequence[Halt]) -> None:
+        """Have robots stopped while the check goes on; that is told after it."""
+        if halts:
+            with self._telling:
+                self._halts, self._held = (*self._halts, *halts), []
 
     def _enough(self) -> Callable[[], bool]:
         """Return what tells when to look ahead no longer; in STEPPED mode the world waits for all of it."""
@@ -249,14 +257,22 @@ class Monitor:
         return {pair: Collision(*pair) for pair in pairs} | {(one.first, one.second): one for one in told}
 
     def _tell(self, now: Snapshot, happened: Sequence[What], **changed: Any) -> None:  # noqa: ANN401 fields of a report
-        """Replace the report, and tell listeners what has happened in a tick."""
+        """Replace the report, and tell listeners what has happened in a tick.
+
+        `changed` ends a check: what robots were stopped for in the middle of it is told then, after what it found.
+        """
+        new = [(now.state.tick, now.simulation_time, what) for what in happened]
         with self._telling:
+            if changed:
+                new, self._held = [*new, *(self._held or ())], None
+            elif self._held is not None:
+                self._held.extend(new)
+                return
             latest = self.latest
-            numbered = enumerate(happened, latest.event_count + 1)
-            new = [Event(number, now.state.tick, now.simulation_time, what) for number, what in numbered]
-            events, count = (*latest.events, *new)[-REMEMBERED:], latest.event_count + len(new)
+            numbered = (Event(number, *what) for number, what in enumerate(new, latest.event_count + 1))
+            events, count = (*latest.events, *numbered)[-REMEMBERED:], latest.event_count + len(new)
             self.latest = replace(latest, **changed, events=events, event_count=count)
-            listeners = self._listeners if happened else ()
+            listeners = self._listeners if new else ()
         for listener in listeners:
             try:
                 listener(self.latest)

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
+import numpy as np
+
 from virtualrobot_kernel.collision.scene import Collision
+from virtualrobot_kernel.collision.touching import Contacts
 from virtualrobot_kernel.world.state import Snapshot
 
 REMEMBERED = 1000
 """How many events a report remembers."""
+
+MOST_POINTS = 64
+"""How many contacts of two nodes are remembered, about: meshes meet in thousands."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,3 +100,15 @@ class Report:
         """Return the events after that of a number, and how many of them are not remembered any more."""
         forgotten = self.event_count - len(self.events)
         return self.events[max(number - forgotten, 0) :], max(forgotten - number, 0)
+
+
+def thinned(collision: Collision) -> Collision:
+    """Return two nodes that touch with at most about `MOST_POINTS` contacts, spread over all, at least one of each."""
+    total = sum(len(one.points) for one in collision.contacts)
+    if total <= MOST_POINTS:
+        return collision
+    step = -(-total // MOST_POINTS)
+    return replace(
+        collision,
+        contacts=tuple(Contacts(np.ascontiguousarray(one.points[::step]), one.normal) for one in collision.contacts),
+    )

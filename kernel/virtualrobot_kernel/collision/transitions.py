@@ -88,11 +88,17 @@ def transitions(before: Scope, touching: Collection[Pair], now: Scope, found: It
     )
 
 
-def halt_of(pair: Pair, names: tuple[str, str], scope: Scope, structure: Structure) -> Halt | None:
+def names_of(pair: Pair, structure: Structure) -> tuple[str, str]:
+    """Return the names of two nodes."""
+    return structure.nodes[pair[0]].name, structure.nodes[pair[1]].name
+
+
+def halt_of(pair: Pair, scope: Scope, structure: Structure) -> Halt | None:
     """Return whom a touch that begins stops: all robots that move one of the nodes; None where no mode wants that."""
     groups = scope.allowed.groups
     by = frozenset(groups[uid] for uid in pair if scope.modes.get(groups[uid]) in STOPPING)
     if not by:
         return None
     movers = {node.uid for uid in pair for node in structure.ancestors(uid) if node.kind is Kind.ROBOT}
-    return Halt(tuple(sorted(movers)), f"{names[0]!r} touches {names[1]!r}", by)
+    first, second = names_of(pair, structure)
+    return Halt(tuple(sorted(movers)), f"{first!r} touches {second!r}", by)

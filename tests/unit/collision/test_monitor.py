@@ -5,13 +5,14 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator
 from threading import Event, Thread
+from typing import Any
 
 import numpy as np
 import pytest
 from virtualrobot_kernel.collision.monitor import Monitor
 from virtualrobot_kernel.collision.report import Ended, Failed, Stopped, Touch
 from virtualrobot_kernel.collision.report import Event as Told
-from virtualrobot_kernel.collision.scene import CollisionScene
+from virtualrobot_kernel.collision.scene import Collision, CollisionScene, Detail
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.commands import (
@@ -368,5 +369,36 @@ def test_in_real_time_the_world_waits_for_nothing(monkeypatch: pytest.MonkeyPatc
         assert told.wait(WAIT)
         assert cell.now == {("cart.ball", "box")}
         assert cell.monitor.latest.touching[0].tick >= now.state.ended[-1].end_tick - 1
+    finally:
+        cell.close()
+
+
+def test_robots_stop_before_contacts_are_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where things touch takes longer to find than that they do; a stop waits for the latter only."""
+    cell = Cell(Mode.REALTIME)
+    try:
+        cell.do(cart("cart"), block("box", 0.5), mode("stop"))
+        go_on, told = Event(), Event()
+        collisions = CollisionScene.collisions
+
+        def held(scene: CollisionScene, detail: Detail, *asked: Any) -> list[Collision]:  # noqa: ANN401
+            if detail is Detail.CONTACTS:
+                assert go_on.wait(WAIT)
+            return collisions(scene, detail, *asked)
+
+        monkeypatch.setattr(CollisionScene, "collisions", held)
+        cell.do(drive(0.0, 1.8))
+        while cell.world.snapshot.state.motions:
+            told.wait(0.01)
+        assert cell.world.snapshot.state.ended[-1].cancellation is not None
+        assert not cell.told
+        cell.monitor.subscribe(lambda _: told.set())
+        go_on.set()
+        assert told.wait(WAIT)
+        assert [what for _, what in cell.told][:2] == [
+            "cart.ball/box begun",
+            "stopped cart: 'cart.ball' touches 'box'",
+        ]
+        assert cell.told[0][0] <= cell.told[1][0] <= cell.world.snapshot.state.tick
     finally:
         cell.close()
