@@ -241,7 +241,7 @@ class Collisions:
 
         Args:
             nodes: at least one.
-            vertices: the most corners of a hull, 4 to 1,024; 0 has the meshes collide as their triangles again.
+            vertices: the most corners of a hull, 4 to 256; 0 has the meshes collide as their triangles again.
 
         Raises:
             UnknownNameError: when there is no such node.

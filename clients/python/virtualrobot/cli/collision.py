@@ -107,7 +107,7 @@ def mode(target: Target, mode: str | None, robots: tuple[str, ...], look_ahead: 
 
 @collision.command()
 @click.argument("nodes", nargs=-1)
-@click.option("--hull-vertices", type=click.IntRange(0, 1024), metavar="N", help="Have them collide as hulls; 0: not.")
+@click.option("--hull-vertices", type=click.IntRange(0, 256), metavar="N", help="Have them collide as hulls; 0: not.")
 @target_options
 def meshes(target: Target, nodes: tuple[str, ...], hull_vertices: int | None) -> None:
     """Show what the meshes of NODES and of all below them collide as, or have them collide as convex hulls."""
