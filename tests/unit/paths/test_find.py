@@ -15,13 +15,15 @@ from virtualrobot_kernel.paths.find import find_path
 from virtualrobot_kernel.paths.program import planned_program
 from virtualrobot_kernel.paths.query import PathQuery
 from virtualrobot_kernel.paths.search import FIRST, PLANNERS, check_planner
+from virtualrobot_kernel.planning.robots import standing_at
 from virtualrobot_kernel.planning.sampling import joint_states
-from virtualrobot_kernel.world.commands import CreateNodes, SetAllowedPairs
+from virtualrobot_kernel.world.commands import CreateNodes, SetAllowedPairs, SetCollisionSettings
 from virtualrobot_kernel.world.figures import Box, Figure
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import Kind, NodeSpec
+from virtualrobot_kernel.world.structure import Joint, JointLimits, JointType, Kind, NodeSpec, RobotData
 
-from tests.unit.collision.worlds import after, with_robots
+from tests.unit.collision.worlds import after, coal_distances, scene_of, with_robots, world
+from tests.unit.collision.worlds import asked as pairs_of
 from tests.unit.paths.cells import (
     LEFT,
     OPTIONS,
@@ -35,7 +37,7 @@ from tests.unit.paths.cells import (
     wall,
     walled,
 )
-from tests.unit.world.builders import shifted
+from tests.unit.world.builders import link, shifted
 
 GOALS = {"iiwa": RIGHT, "panda": PANDA_RIGHT}
 
@@ -113,6 +115,27 @@ def test_what_may_touch_is_in_nobodys_way() -> None:
     assert find_path(HereSite(allowed), asked(allowed, "iiwa"))["straight"]
 
 
+def test_a_path_keeps_the_padding_of_a_wall() -> None:
+    """Seven centimetres, by coal's distances along the motion."""
+    snapshot = after(walled(), SetCollisionSettings(paddings=(("wall", 0.07),)))
+    question = asked(snapshot, "iiwa")
+    found = find_path(HereSite(snapshot), question)
+    scene = scene_of(snapshot)
+    uid = snapshot.structure.node("wall").uid
+    pairs = [pair for pair in pairs_of(scene) if uid in pair and "link_0" not in _names(snapshot, pair)]
+    program, positions = driven(snapshot, question, found)
+    assert program.duration > 0.0
+    nearest = []
+    for q in positions[::5]:
+        scene.place(standing_at(snapshot, question.q_index, q))
+        nearest.append(min(coal_distances(scene, pairs)))
+    assert 0.07 - 1e-6 < min(nearest) < 0.2
+
+
+def _names(snapshot: Snapshot, pair: tuple[int, int]) -> str:
+    return " ".join(snapshot.structure.nodes[uid].name for uid in pair)
+
+
 def test_what_stands_in_the_floor_does_not_count() -> None:
     """The base of the iiwa touches a floor, which the arm does not move: only its links count."""
     floor = NodeSpec("floor", Kind.OBJECT, "world", shifted(z=-0.05), figures=(Figure(Box((3.0, 3.0, 0.11))),))
@@ -120,6 +143,26 @@ def test_what_stands_in_the_floor_does_not_count() -> None:
     question = asked(snapshot, "iiwa")
     assert HereSite(snapshot).scene.collisions(Detail.FIRST)
     found = find_path(HereSite(snapshot), question)
+    assert touched_on(snapshot, question.q_index, between(found["waypoints"])) == []
+
+
+def test_a_joint_without_limits_goes_the_other_way_round() -> None:
+    """A beam of 60 cm turns from 0 to 120 degrees with a post at 60: only the way by -240 degrees is left."""
+    limits = JointLimits(-np.inf, np.inf, 1.0, 4.0, 40.0)
+    beam = Figure(Box((0.6, 0.05, 0.05)))
+    specs = (
+        NodeSpec("turner", Kind.ROBOT, data=RobotData(flange="hand")),
+        link("axis", "turner", Joint("turn", JointType.CONTINUOUS, (0.0, 0.0, 1.0), limits), shifted(z=0.3)),
+        replace(link("hand", "axis", Joint("fixed"), shifted(x=0.3)), figures=(beam,)),
+        NodeSpec("post", Kind.OBJECT, "world", shifted(x=0.25, y=0.43), figures=(Figure(Box((0.05, 0.05, 1.0))),)),
+    )
+    snapshot = world(CreateNodes(specs))
+    goal = np.radians(120.0)
+    question = query(snapshot, "turner", {"turn": float(goal)})
+    np.testing.assert_allclose(question.goals, [[goal], [goal - 2 * np.pi]])
+    found = find_path(HereSite(snapshot), question)
+    assert not found["straight"]
+    np.testing.assert_allclose(found["waypoints"][[0, -1]], [[0.0], [goal - 2 * np.pi]])
     assert touched_on(snapshot, question.q_index, between(found["waypoints"])) == []
 
 
