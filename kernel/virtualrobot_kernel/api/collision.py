@@ -25,6 +25,7 @@ from virtualrobot_kernel.api.convert.collisions import (
 )
 from virtualrobot_kernel.api.convert.configurations import block_message, configuration_rows
 from virtualrobot_kernel.api.convert.values import not_negative, stamp
+from virtualrobot_kernel.api.readiness import ready_for_guard
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.collision.configurations import CHECK_BLOCK
 from virtualrobot_kernel.collision.sampling import Touched, sample_touches
@@ -189,7 +190,9 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
         self, request: collision_pb2.SetCollisionSettingsRequest, context: object
     ) -> collision_pb2.SetCollisionSettingsResponse:
         """Change what is done about collisions."""
-        applied = await asyncio.wrap_future(self._rooms.submit([settings_command(request)], context))
+        command = settings_command(request)
+        await ready_for_guard(self._rooms, [command])
+        applied = await asyncio.wrap_future(self._rooms.submit([command], context))
         return collision_pb2.SetCollisionSettingsResponse(stamp=stamp(applied.snapshot))
 
     async def WatchCollisions(

@@ -14,6 +14,7 @@ from virtualrobot_kernel.api.convert.commands import world_commands
 from virtualrobot_kernel.api.convert.nodes import node_message
 from virtualrobot_kernel.api.convert.values import mask_fields, masked, poses_array, stamp
 from virtualrobot_kernel.api.rates import rate
+from virtualrobot_kernel.api.readiness import ready_for_guard
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.export.model import export_model
@@ -158,6 +159,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
     ) -> Applied:
         self._rooms.solvers.check_choices(commands)
         check_choices(commands, self._rooms.sensing)
+        await ready_for_guard(self._rooms, commands)
         return await asyncio.wrap_future(self._rooms.submit(commands, context, expected_revision))
 
 
