@@ -34,12 +34,14 @@ from virtualrobot_kernel.world.figures import Box, Figure
 from virtualrobot_kernel.world.journal import MemoryJournal
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot, State
 from virtualrobot_kernel.world.store import World
-from virtualrobot_kernel.world.structure import Kind, NodeSpec
+from virtualrobot_kernel.world.structure import Kind, NodeSpec, Structure
 from virtualrobot_kernel.world.tick import advance
 
 from tests.unit.collision.worlds import ROBOTS, SHAPES, asked, coal_distances, coal_touches, robot_nodes
 from tests.unit.planning.cell import chain
-from tests.unit.world.builders import random_pose, shifted
+from tests.unit.planning.cell import pictured as pictured_change
+from tests.unit.planning.tracking_cell import random_cell
+from tests.unit.world.builders import after, empty, random_pose, shifted
 
 WAIT = 120.0
 TICK = 0.004
@@ -55,6 +57,7 @@ class Cell:
 
     world: World
     guard: CollisionGuard
+    begin: tuple[Structure, State] = field(default_factory=lambda: (empty().structure, empty().state))
     pictures: dict[int, Snapshot] = field(default_factory=dict)
     befores: dict[int, Snapshot] = field(default_factory=dict)
 
@@ -102,6 +105,35 @@ def cell_of(kind: str, rng: np.random.Generator, arms: int, walls: int) -> Cell:
     world.listen(cell.keep)
     cell.keep()
     return cell
+
+
+def belt_cell(rng: np.random.Generator) -> tuple[Cell, StartMotion, StartMotion]:
+    """Return a cell with an arm over a belt that leads to a thin wall, and the starts of both."""
+    while True:
+        made = random_cell(rng, "iiwa", "belt", 0.6, 0.3)
+        snapshot, scene = pictured_change(made.change), CollisionScene(SHAPES)
+        scene.place(snapshot)
+        if coal_touches(scene, asked(scene)):
+            continue
+        structure = snapshot.structure
+        wall = snapshot.world_t(structure.node("conveyor.tray").uid).copy()
+        wall[:3, 3] = flange(snapshot, "arm")[:3, 3] + wall[:3, 0] * rng.uniform(0.15, 0.25)
+        figures = (Figure(Box((0.001, 0.6, 0.6))),)
+        change = after(made.change, CreateNodes((NodeSpec("wall", Kind.OBJECT, "world", wall, figures=figures),)))
+        snapshot = pictured_change(change)
+        scene.place(snapshot)
+        uid = snapshot.structure.node("wall").uid
+        if not scene.distances([uid], scene.bodies.elements.keys() - {uid}, CLEAR):
+            break
+    clock = Clock(Mode.STEPPED, 1.0, round(TICK * 1e9))
+    world = World(world_poses, MemoryJournal(), clock, change.structure, change.state)
+    cell = Cell(world, CollisionGuard(SHAPES, world), (change.structure, change.state))
+    world.start()
+    cell.do(SetCollisionSettings(CollisionMode.GUARD))
+    world.listen(cell.keep)
+    cell.keep()
+    run_belt = plan_wish(snapshot, MotionWish((PointToPoint("conveyor", {"run": 0.35}, 0.5),)), chain).command
+    return cell, made.command, run_belt
 
 
 def posture(snapshot: Snapshot, robot: str, rng: np.random.Generator) -> dict[str, float]:

@@ -11,12 +11,13 @@ import re
 import numpy as np
 import pytest
 from virtualrobot_kernel.planning.robots import world_poses
-from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.commands import HaltRobots
 from virtualrobot_kernel.world.journal import replay
-from virtualrobot_kernel.world.state import CancelCause, State
+from virtualrobot_kernel.world.state import CancelCause
 
-from tests.unit.collision.guarded import Cell, cell_of, nearest_later, run, started, stream, touching
+from tests.unit.collision.guarded import Cell, belt_cell, cell_of, nearest_later, run, started, stream, touching
+from tests.unit.collision.worlds import ROBOTS, robot_nodes
+from tests.unit.planning import tracking_cell
 
 CAUTION = 0.0005
 """How near (m) at the most a halted motion would have come, had it begun to brake one tick later."""
@@ -51,10 +52,8 @@ def look(cell: Cell) -> int:
 
 def replayed_alike(cell: Cell) -> None:
     """Fail unless a replay of the journal, without a guard, gives the same bits."""
-    now = cell.world.snapshot
-    begin = State(0, np.zeros(0), np.zeros(0), np.eye(4)[None])
-    entries = cell.world.journal.entries()
-    again = replay(index.empty(), begin, entries, now.state.tick, now.tick_seconds, world_poses)
+    now, entries = cell.world.snapshot, cell.world.journal.entries()
+    again = replay(*cell.begin, entries, now.state.tick, now.tick_seconds, world_poses)
     assert again.state.q.tobytes() == now.state.q.tobytes()
     assert [motion.end_tick for motion in again.state.ended] == [motion.end_tick for motion in now.state.ended]
 
@@ -88,6 +87,22 @@ def test_two_arms_that_reach_into_each_other(rng: np.random.Generator) -> None:
         for _ in range(2):
             cell.do(started(cell, "arm0", rng), started(cell, "arm1", rng))
             run(cell)
+        look(cell)
+        replayed_alike(cell)
+    finally:
+        cell.world.close()
+
+
+def test_an_arm_that_goes_along_with_a_belt_leaves_it_before_a_wall(
+    rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tracking_cell, "_model", lambda name: robot_nodes(ROBOTS[name], "arm"))
+    cell, command, run_belt = belt_cell(rng)
+    try:
+        cell.do(command)
+        cell.do(run_belt)
+        run(cell)
+        assert cell.world.snapshot.state.ended[0].followed
         look(cell)
         replayed_alike(cell)
     finally:
