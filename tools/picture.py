@@ -1,4 +1,4 @@
-"""Writes pictures of the docs, taken by the kernel: the demo in the middle of its work, and what is drawn over a world.
+"""Writes pictures of the docs, taken by the kernel: the demo at work, what is drawn over a world, and a collision.
 
 Usage: python tools/picture.py docs/pictures
 """
@@ -24,7 +24,9 @@ SIZE = 1280, 800
 @click.option("--box", default=11, show_default=True, help="The demo when the iiwa carries this box to its pallet.")
 @click.option("--speed", default=3.0, show_default=True, help="Of the work before, against the wall clock.")
 def main(folder: Path, box: int, speed: float) -> None:
-    """Write cell.png, the demo when the iiwa carries a box over its pallet, and capture.png to FOLDER."""
+    """Write cell.png, the demo when the iiwa carries a box over its pallet, capture.png and collision.png to FOLDER."""
+    with KernelProcess(headless=True) as kernel, virtualrobot.connect(kernel.address) as client:
+        _collided(client).save(folder / "collision.png")
     with KernelProcess(headless=True) as kernel, virtualrobot.connect(kernel.address) as client:
         _annotated(client).save(folder / "capture.png")
     with (
@@ -40,7 +42,7 @@ def main(folder: Path, box: int, speed: float) -> None:
                 break
         watcher.clock.set_stepped()  # and nobody steps: the world stands still
         watcher.view.capture(size=SIZE).save(folder / "cell.png")
-    for name in ("capture", "cell"):
+    for name in ("collision", "capture", "cell"):
         click.echo(f"{folder / name}.png: {(folder / f'{name}.png').stat().st_size // 1024} kB")
 
 
@@ -61,6 +63,21 @@ def _annotated(client: virtualrobot.Client) -> Picture:
     view.joint_axes, view.bounding_boxes = ["iiwa"], ["box"]
     view.measurements = {"reach": (("box", [0, 0, 0.1]), ("iiwa.lbr_iiwa_link_7", [0, 0, 0.045]))}
     return view.capture(([1.7, -1.9, 1.35], [0.05, -0.1, 0.42]), size=(1280, 720))
+
+
+def _collided(client: virtualrobot.Client) -> Picture:
+    client.clock.set_stepped()
+    arm = client.load_robot("package://pybullet_data/kuka_iiwa/model.urdf", name="iiwa")
+    scene, pose = client.scene, virtualrobot.pose
+    scene.add_object("table", virtualrobot.box(0.8, 1.2, 0.05, color="#cfc6b8"), pose=pose(0.75, 0.0, 0.175))
+    scene.add_part("box", virtualrobot.box(0.2, 0.2, 0.3, color="#c8872f"), pose=pose(0.6, -0.1, 0.351, yaw=0.3))
+    scene.add_part("post", virtualrobot.cylinder(0.06, 0.5, color="#3f8f4f"), pose=pose(0.75, 0.4, 0.451))
+    client.collisions.set("stop")
+    client.view.clearances = {"to the post": ("iiwa", "post")}
+    for goal, ticks in ([0.5, 0.9, 0.0, -1.2, 0.0, 1.0, 0.0], 3000), ([-0.9, 0.9, 0.0, -1.2, 0.0, 1.0, 0.0], 1000):
+        arm.move_joints(goal, speed_factor=0.05, wait=False)
+        client.clock.step(ticks)
+    return client.view.capture(([1.75, -1.35, 1.2], [0.42, 0.05, 0.36]), size=(1100, 680))
 
 
 def _work(client: virtualrobot.Client) -> None:

@@ -6,6 +6,7 @@ import logging
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +20,7 @@ from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.api.server import Address, Server
 from virtualrobot_kernel.api.turns import Turns
+from virtualrobot_kernel.collision.clearances import measured
 from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.guard import CollisionGuard
 from virtualrobot_kernel.collision.monitor import Monitor
@@ -79,9 +81,10 @@ class Kernel:
         load = self._meshes.load
         looks = LookLibrary(with_arrows(load))
         self._sensing = SensingRoom(catalog, ShapeLibrary(load), looks, CollisionShapes(load), presets())
-        self._studio = Studio(self._sensing.shapes, looks, load)
         self._casters = Casters(self._sensing)
         self._collisions = ScenePool(self._sensing.solids)
+        self._clearances = partial(measured, self._collisions)
+        self._studio = Studio(self._sensing.shapes, looks, load, self._clearances)
         self._processes = Processes(self._sensing.shapes)
         self.world = World(world_poses, MemoryJournal(), Clock(settings.mode, 1.0, settings.tick_nanoseconds))
         self._guard = CollisionGuard(self._sensing.solids, self.world)
@@ -111,6 +114,7 @@ class Kernel:
             port=port,
             readings=lambda: self._sensors.latest,
             touching=lambda: self._monitor.latest.touching,
+            clearances=self._clearances,
         )
         viewer.start()
         self._viewer = viewer

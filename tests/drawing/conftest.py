@@ -7,11 +7,15 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 
 import numpy as np
 import pytest
 from PIL import Image
 from playwright.sync_api import Page
+from virtualrobot_kernel.collision.clearances import measured
+from virtualrobot_kernel.collision.geometry import CollisionShapes
+from virtualrobot_kernel.collision.pool import ScenePool
 from virtualrobot_kernel.collision.report import Touch
 from virtualrobot_kernel.drawing.view import Camera, ViewSettings, ViewStore
 from virtualrobot_kernel.drawing.viewer import Viewer
@@ -72,6 +76,7 @@ def on_stage(view: ViewStore) -> Iterator[Stage]:
         cell.meshes,
         readings=lambda: dict(shown[0].readings) if shown else {},
         touching=lambda: shown[0].touching if shown else (),
+        clearances=partial(measured, ScenePool(CollisionShapes(cell.meshes))),
     )
     viewer.start()
     try:
@@ -104,6 +109,7 @@ def stage(open_stage: Stage) -> Stage:
         bounding_boxes=settings.bounding_boxes,
         sensors=settings.sensors,
         measurements=settings.measurements,
+        clearances=settings.clearances,
         camera=Camera(FRONT.position, FRONT.target, FRONT.field_of_view),
     )
     open_stage.wait(lambda: (np.abs(open_stage.pixels().astype(int) - (51, 102, 153)).max(axis=2) <= 2).all())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from virtualrobot_kernel.collision.clearances import Clearance
 from virtualrobot_kernel.collision.report import Touch
 from virtualrobot_kernel.collision.scene import Collision
 from virtualrobot_kernel.collision.touching import Contacts
@@ -95,3 +96,23 @@ def test_glass_stays_glass(stage: Stage) -> None:
     stage.wait(lambda: is_red(stage.pixel(0.0, 0.0)))
     rim = stage.pixels()[:, WIDTH // 2 + 40].astype(int)
     assert (rim[:, 1] > 40).any(), "the background is seen through it"
+
+
+def test_a_least_distance_is_a_line_that_follows(stage: Stage) -> None:
+    """From the surface of one ball to that of another: between x = -0.75 and where the other begins."""
+    stage.view.update(background=(1.0, 1.0, 1.0))
+    for name, x in (("left", -1.0), ("right", 1.0)):
+        stage.cell.add(name, painted(Sphere(0.25), 0.0, 1.0, 0.0), pose=at(x, 0.0, 0.0))
+    stage.wait(lambda: is_green(stage.pixel(1.0, 0.0)))
+
+    def teal(x: float, z: float) -> bool:
+        rows = [stage.pixel(x, z + dz) for dz in (-0.01, 0.0, 0.01)]
+        return any(color[0] < 110 and color[2] > color[0] + 30 for color in rows)
+
+    stage.view.update(clearances=(Clearance("gap", (stage.cell.uid("left"),)),))
+    stage.wait(lambda: teal(-0.5, 0.0) and teal(0.5, 0.0))
+    assert not teal(0.5, 0.5)
+    stage.cell.do(UpdateNode("right", parent_t_node=at(0.5, 0.0, 0.0)))
+    stage.wait(lambda: teal(-0.6, 0.0) and not teal(0.6, 0.0))
+    stage.view.update(clearances=())
+    stage.wait(lambda: not teal(-0.6, 0.0))

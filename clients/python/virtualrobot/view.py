@@ -125,6 +125,29 @@ class View:
         self._update(view_pb2.View(measurements=shown), "measurements")
 
     @property
+    def clearances(self) -> dict[str, tuple[list[str], list[str]]]:
+        """The least distances that are shown between what can collide, by name; set it to show others.
+
+        Each is from some nodes (a name, or several) to others; none of these means everything else. Each node counts
+        with all below it, and the line goes from surface to surface, wherever they are nearest.
+
+        Example:
+            >>> client.view.clearances = {"gap": ("arm", "box"), "all around": ("arm", [])}
+        """
+        return {one.name: (list(one.first), list(one.second)) for one in self.read().clearances}
+
+    @clearances.setter
+    def clearances(self, nodes: Mapping[str, tuple[str | Iterable[str], str | Iterable[str]]]) -> None:
+        def names(given: str | Iterable[str]) -> list[str]:
+            return [given] if isinstance(given, str) else list(given)
+
+        shown = [
+            view_pb2.Clearance(name=name, first=names(first), second=names(second))
+            for name, (first, second) in nodes.items()
+        ]
+        self._update(view_pb2.View(clearances=shown), "clearances")
+
+    @property
     def sensors(self) -> dict[str, view_pb2.SensorOverlay]:
         """What is shown of sensors, by their names."""
         return {one.sensor: one for one in self.read().sensors}

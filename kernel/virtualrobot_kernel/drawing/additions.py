@@ -9,16 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.rays import Shape
 
+from virtualrobot_kernel.collision.clearances import Measured
 from virtualrobot_kernel.drawing.alarm import Touching, contact_points
 from virtualrobot_kernel.drawing.extent import node_box
 from virtualrobot_kernel.drawing.inks import (
     BOX_COLOR,
     BOX_WIDTH,
+    CLEARANCE_COLOR,
     CONTACT_COLOR,
     CONTACT_SIZE,
     MEASURE_COLOR,
     MEASURE_WIDTH,
     box_edges,
+    clearance_words,
     ink,
     measured_words,
 )
@@ -113,8 +116,9 @@ def overlay_of(
     elements: Elements,
     readings: Mapping[int, Reading],
     touching: Touching,
+    clearances: Measured,
 ) -> Overlay:
-    """Return the lines, points and words of annotations, bounding boxes, measurements, sensors and contacts."""
+    """Return the lines, points and words of annotations, bounding boxes, distances, sensors and contacts."""
     overlay = Overlay()
     for uid, figure in shown_figures(snapshot):
         _annotate(overlay, snapshot.world_t(uid) @ figure.node_t_figure, figure)
@@ -131,6 +135,10 @@ def overlay_of(
             overlay.add_lines(points[None], MEASURE_COLOR, MEASURE_WIDTH)
             text = measured_words(measurement, points)
             overlay.words.append(Words(text, points.mean(axis=0), MEASURE_COLOR))
+    for clearance, nearest in clearances.items():
+        overlay.add_lines(nearest.points[None], CLEARANCE_COLOR, MEASURE_WIDTH)
+        text = clearance_words(clearance, nearest)
+        overlay.words.append(Words(text, nearest.points.mean(axis=0), CLEARANCE_COLOR))
     return overlay
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from virtualrobot_kernel.collision.clearances import Clearance
+from virtualrobot_kernel.collision.scene import Nearest
 from virtualrobot_kernel.sensing.measuring import Measurement, length
 from virtualrobot_kernel.world.figures import Figure
 
@@ -20,6 +22,11 @@ BOX_WIDTH = 2.0
 MEASURE_COLOR: Rgb = (205, 35, 60)
 MEASURE_WIDTH = 2.5
 """Of the line of a measured distance, in pixels."""
+
+CLEARANCE_COLOR: Rgb = (0, 96, 130)
+"""Of the line of a least distance."""
+NEAR_METERS = 0.1
+"""Least distances below are told in millimeters."""
 
 CONTACT_COLOR: Rgb = (255, 214, 10)
 CONTACT_SIZE = 0.02
@@ -60,3 +67,9 @@ def box_edges(box: NDArray[np.float64]) -> NDArray[np.float64]:
 def measured_words(measurement: Measurement, points: NDArray[np.float64]) -> str:
     """Return what is written beside a measured distance between two points (2, 3)."""
     return f"{measurement.name}: {length(points):.3f} m"
+
+
+def clearance_words(clearance: Clearance, nearest: Nearest) -> str:
+    """Return what is written beside a least distance."""
+    meters = nearest.distance
+    return f"{clearance.name}: " + (f"{1000.0 * meters:.1f} mm" if meters < NEAR_METERS else f"{meters:.3f} m")

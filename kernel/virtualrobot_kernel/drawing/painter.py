@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.embree import TopScene, unavailable
 
+from virtualrobot_kernel.collision.clearances import Measure
 from virtualrobot_kernel.drawing.additions import overlay_of, with_arrows, with_drawn
 from virtualrobot_kernel.drawing.alarm import Touching, alarmed, red_looks, red_nodes, shown
 from virtualrobot_kernel.drawing.extent import world_box
@@ -87,15 +88,16 @@ class _Seen:
 class Painter:
     """Takes pictures; owned by one thread, which alone may call it, and which closes it."""
 
-    def __init__(self, shapes: ShapeLibrary, looks: LookLibrary, meshes: Meshes) -> None:
+    def __init__(self, shapes: ShapeLibrary, looks: LookLibrary, meshes: Meshes, clearances: Measure) -> None:
         """See figures by `shapes` and their looks by `looks`; raise KernelError without Embree.
 
-        `looks` knows the meshes of `with_arrows`; `meshes` gives the triangles of all others.
+        `looks` knows the meshes of `with_arrows`; `meshes` gives the triangles of all others. `clearances` measures
+        least distances.
         """
         reason = unavailable()
         if reason:
             raise KernelError(f"no pictures can be taken: {reason}", reason=Reason.WRONG_STATE, cause=reason)
-        self._shapes, self._looks = shapes, looks
+        self._shapes, self._looks, self._clearances = shapes, looks, clearances
         self._arrows, self._drawn = ShapeLibrary(with_arrows(meshes)), DrawnShapes(meshes)
         self._scene = TopScene()
         self._last: _Seen | None = None
@@ -137,7 +139,11 @@ class Painter:
             return _rounded(canvas)
         # A camera does not look through its own pyramid.
         others = tuple(one for one in settings.sensors if one.uid != shot.sensor)
-        overlay = overlay_of(snapshot, replace(settings, sensors=others), seen.sensed, sight.readings, touching)
+        wanted = settings.clearances
+        clearances = self._clearances(snapshot, wanted) if wanted else {}
+        overlay = overlay_of(
+            snapshot, replace(settings, sensors=others), seen.sensed, sight.readings, touching, clearances
+        )
         draw_over(canvas, depth, viewpoint, overlay)
         picture = _rounded(canvas)
         write_words(picture, viewpoint, overlay.words)

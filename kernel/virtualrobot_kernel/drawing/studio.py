@@ -7,6 +7,7 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeVar
 
+from virtualrobot_kernel.collision.clearances import Measure
 from virtualrobot_kernel.drawing.painter import Painter
 from virtualrobot_kernel.formats.submesh import Meshes
 from virtualrobot_kernel.sensing.looks import LookLibrary
@@ -21,9 +22,9 @@ Result = TypeVar("Result")
 class Studio:
     """Owns the threads, which are started when first needed; any thread may ask."""
 
-    def __init__(self, shapes: ShapeLibrary, looks: LookLibrary, meshes: Meshes) -> None:
+    def __init__(self, shapes: ShapeLibrary, looks: LookLibrary, meshes: Meshes, clearances: Measure) -> None:
         """Make painters of these, as `Painter` takes them."""
-        self._made_of = shapes, looks, meshes
+        self._made_of = shapes, looks, meshes, clearances
         self._threads = ThreadPoolExecutor(THREADS, thread_name_prefix="picture")
         self._own = threading.local()
         self._painters: list[Painter] = []

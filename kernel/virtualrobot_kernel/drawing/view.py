@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
+from virtualrobot_kernel.collision.clearances import Clearance
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.sensing.measuring import Measurement
 from virtualrobot_kernel.sensing.overlays import SensorOverlay
@@ -34,8 +35,8 @@ class ViewSettings:
 
     `background` is red, green, blue from 0 to 1, as a screen shows them (sRGB). `joint_axes` holds the uids of robots
     whose joint axes are shown, `bounding_boxes` those of nodes whose boxes are shown; a uid that is gone is passed
-    over, and so are measurements of one and what is shown of one. Without a `camera` each viewer frames the scene. What
-    the collision monitor finds to touch is red, and the background rose, unless `collisions_hidden`.
+    over, and so are measurements and clearances of one and what is shown of one. Without a `camera` each viewer frames
+    the scene. What the collision monitor finds to touch is red, and the background rose, unless `collisions_hidden`.
     """
 
     background: Color = (0.90, 0.92, 0.94)
@@ -46,6 +47,7 @@ class ViewSettings:
     sensors: tuple[SensorOverlay, ...] = ()
     measurements: tuple[Measurement, ...] = ()
     collisions_hidden: bool = False
+    clearances: tuple[Clearance, ...] = ()
 
 
 Listener = Callable[[ViewSettings], None]
@@ -122,25 +124,26 @@ def checked(settings: ViewSettings) -> ViewSettings:
     shown = [overlay.uid for overlay in settings.sensors]
     if len(set(shown)) != len(shown):
         raise KernelError("one sensor is there twice among those that are shown; name each once", field="sensors")
-    _check_measurements(settings.measurements)
+    _check_names([one.name for one in settings.measurements], "measurement")
+    _check_names([one.name for one in settings.clearances], "clearance")
     if settings.camera is not None:
         check_camera(settings.camera)
     return settings
 
 
-def _check_measurements(measurements: tuple[Measurement, ...]) -> None:
+def _check_names(names: list[str], what: str) -> None:
     known: set[str] = set()
-    for measurement in measurements:
-        if not measurement.name.strip():
-            raise KernelError("a measurement has no name; give it one", field="measurements.name")
-        if measurement.name in known:
+    for name in names:
+        if not name.strip():
+            raise KernelError(f"a {what} has no name; give it one", field=f"{what}s.name")
+        if name in known:
             raise KernelError(
-                f"there are two measurements named {measurement.name!r}; give each a name of its own",
+                f"there are two {what}s named {name!r}; give each a name of its own",
                 reason=Reason.NAME_TAKEN,
-                field="measurements.name",
-                name=measurement.name,
+                field=f"{what}s.name",
+                name=name,
             )
-        known.add(measurement.name)
+        known.add(name)
 
 
 def check_camera(camera: Camera) -> None:

@@ -13,10 +13,12 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import viser
 
+from virtualrobot_kernel.collision.clearances import Measure, Measured
 from virtualrobot_kernel.drawing.alarm import Touching, contact_points, red_nodes, shown
 from virtualrobot_kernel.drawing.annotations import AnnotationLayer, BoxLayer, ContactLayer
 from virtualrobot_kernel.drawing.batches import BatchLayer
 from virtualrobot_kernel.drawing.cameras import Cameras
+from virtualrobot_kernel.drawing.clearance_meter import ClearanceMeter
 from virtualrobot_kernel.drawing.inventory import Inventory, joint_axes, take, world_bounds
 from virtualrobot_kernel.drawing.library import ShapeLibrary
 from virtualrobot_kernel.drawing.measurements import MeasurementLayer
@@ -57,6 +59,7 @@ class Viewer:
         rate: float = 30.0,
         readings: Readings = dict,
         touching: Callable[[], Touching] = tuple,
+        clearances: Measure = lambda snapshot, wanted: {},
     ) -> None:
         """Prepare a viewer; `start` opens its port.
 
@@ -69,12 +72,14 @@ class Viewer:
             rate: how often the picture changes at most, per second.
             readings: gives what sensors have said last.
             touching: gives what the collision monitor has found last.
+            clearances: measures least distances, in another thread.
         """
         self._snapshot = snapshot
         self._view = view
         self._meshes = meshes
         self._readings = readings
         self._touching = touching
+        self._meter = ClearanceMeter(clearances)
         self._host, self._port = host, port
         self._period = 1.0 / rate
         self._server: viser.ViserServer | None = None
@@ -95,6 +100,7 @@ class Viewer:
         self._awake.set()
         if self._thread is not None:
             self._thread.join(timeout=5.0)
+        self._meter.close()
         if self._server is not None:
             with _quiet():
                 self._server.stop()
@@ -124,8 +130,10 @@ class Viewer:
                 continue
             started, pause = time.monotonic(), self._period
             try:
+                snapshot, settings = self._snapshot(), self._view.get()
+                clearances = self._meter.latest(snapshot, settings.clearances)
                 with server.atomic():
-                    picture.draw(self._snapshot(), self._view.get(), self._readings(), self._touching())
+                    picture.draw(snapshot, settings, self._readings(), self._touching(), clearances)
             except Exception as error:  # a picture that fails must neither end the thread nor fill the log
                 if (text := f"{type(error).__name__}: {error}") != told:
                     log.exception("a picture failed; the next ones are tried")
@@ -155,9 +163,14 @@ class Picture:
         self._red: frozenset[int] = frozenset()
 
     def draw(
-        self, snapshot: Snapshot, settings: ViewSettings, readings: Mapping[int, Reading], touching: Touching
+        self,
+        snapshot: Snapshot,
+        settings: ViewSettings,
+        readings: Mapping[int, Reading],
+        touching: Touching,
+        clearances: Measured,
     ) -> None:
-        """Show a snapshot, and what is asked for of the latest readings and of what touches."""
+        """Show a snapshot, and what is asked for of the latest readings, of what touches and of least distances."""
         touching = shown(settings, touching)
         if self._last is None or settings is not self._last[1] or bool(touching) != bool(self._touching):
             self._stage.show(settings, bool(touching))
@@ -177,7 +190,7 @@ class Picture:
             self._annotations.pose(world_t_node)
             assert self._inventory is not None  # arranged with the first picture
             self._boxes.draw(snapshot.structure, self._inventory, world_t_node, settings.bounding_boxes)
-        self._measurements.draw(snapshot, settings.measurements)
+        self._measurements.draw(snapshot, settings.measurements, clearances)
         self._sensors.draw(snapshot, settings.sensors, readings)
         self._cameras.follow(settings.camera, self._bounds)
         self._last = snapshot, settings

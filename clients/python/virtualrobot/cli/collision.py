@@ -58,10 +58,15 @@ def allowed(target: Target, nodes: tuple[str, ...]) -> None:
 @click.argument("robot")
 @click.argument("nodes", nargs=-1)
 @click.option("--range", "range_meters", type=FiniteRange(min=0.0, min_open=True), metavar="METERS", help="All.")
+@click.option("--show/--hide", default=None, help="A line between the nearest points in the viewer and in pictures.")
 @target_options
-def distance(target: Target, robot: str, nodes: tuple[str, ...], range_meters: float | None) -> None:
+def distance(target: Target, robot: str, nodes: tuple[str, ...], range_meters: float | None, show: bool | None) -> None:
     """Show how far ROBOT, or any node with all below it, is from everything else or from NODES."""
     with target.connect() as client:
+        if show is not None:
+            name = " - ".join((robot, ", ".join(nodes))) if nodes else robot
+            others = {other: ends for other, ends in client.view.clearances.items() if other != name}
+            client.view.clearances = {**others, name: (robot, nodes)} if show else others
         if range_meters is None:
             found = [client.collisions.distance(robot, to=nodes)]
         else:

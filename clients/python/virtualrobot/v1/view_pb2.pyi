@@ -30,7 +30,7 @@ IMAGE_FORMAT_JPEG: ImageFormat
 IMAGE_FORMAT_RAW: ImageFormat
 
 class View(_message.Message):
-    __slots__ = ("background", "grid_hidden", "joint_axes", "bounding_boxes", "camera", "sensors", "measurements", "collisions_hidden")
+    __slots__ = ("background", "grid_hidden", "joint_axes", "bounding_boxes", "camera", "sensors", "measurements", "collisions_hidden", "clearances")
     BACKGROUND_FIELD_NUMBER: _ClassVar[int]
     GRID_HIDDEN_FIELD_NUMBER: _ClassVar[int]
     JOINT_AXES_FIELD_NUMBER: _ClassVar[int]
@@ -39,6 +39,7 @@ class View(_message.Message):
     SENSORS_FIELD_NUMBER: _ClassVar[int]
     MEASUREMENTS_FIELD_NUMBER: _ClassVar[int]
     COLLISIONS_HIDDEN_FIELD_NUMBER: _ClassVar[int]
+    CLEARANCES_FIELD_NUMBER: _ClassVar[int]
     background: _geometry_pb2.Color
     grid_hidden: bool
     joint_axes: _containers.RepeatedScalarFieldContainer[str]
@@ -47,7 +48,8 @@ class View(_message.Message):
     sensors: _containers.RepeatedCompositeFieldContainer[SensorOverlay]
     measurements: _containers.RepeatedCompositeFieldContainer[Measurement]
     collisions_hidden: bool
-    def __init__(self, background: _Optional[_Union[_geometry_pb2.Color, _Mapping]] = ..., grid_hidden: bool = ..., joint_axes: _Optional[_Iterable[str]] = ..., bounding_boxes: _Optional[_Iterable[str]] = ..., camera: _Optional[_Union[Camera, _Mapping]] = ..., sensors: _Optional[_Iterable[_Union[SensorOverlay, _Mapping]]] = ..., measurements: _Optional[_Iterable[_Union[Measurement, _Mapping]]] = ..., collisions_hidden: bool = ...) -> None: ...
+    clearances: _containers.RepeatedCompositeFieldContainer[Clearance]
+    def __init__(self, background: _Optional[_Union[_geometry_pb2.Color, _Mapping]] = ..., grid_hidden: bool = ..., joint_axes: _Optional[_Iterable[str]] = ..., bounding_boxes: _Optional[_Iterable[str]] = ..., camera: _Optional[_Union[Camera, _Mapping]] = ..., sensors: _Optional[_Iterable[_Union[SensorOverlay, _Mapping]]] = ..., measurements: _Optional[_Iterable[_Union[Measurement, _Mapping]]] = ..., collisions_hidden: bool = ..., clearances: _Optional[_Iterable[_Union[Clearance, _Mapping]]] = ...) -> None: ...
 
 class SensorOverlay(_message.Message):
     __slots__ = ("sensor", "rays", "points", "color_by", "frustum", "image")
@@ -82,6 +84,16 @@ class Measurement(_message.Message):
     first: NodePoint
     second: NodePoint
     def __init__(self, name: _Optional[str] = ..., first: _Optional[_Union[NodePoint, _Mapping]] = ..., second: _Optional[_Union[NodePoint, _Mapping]] = ...) -> None: ...
+
+class Clearance(_message.Message):
+    __slots__ = ("name", "first", "second")
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    FIRST_FIELD_NUMBER: _ClassVar[int]
+    SECOND_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    first: _containers.RepeatedScalarFieldContainer[str]
+    second: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, name: _Optional[str] = ..., first: _Optional[_Iterable[str]] = ..., second: _Optional[_Iterable[str]] = ...) -> None: ...
 
 class Camera(_message.Message):
     __slots__ = ("position", "target", "field_of_view_radians")

@@ -8,6 +8,7 @@ from google.protobuf.field_mask_pb2 import FieldMask
 from virtualrobot.v1 import geometry_pb2, view_pb2
 
 from virtualrobot_kernel.api.convert.values import check_enum, mask_fields, vector, vector_message
+from virtualrobot_kernel.collision.clearances import Clearance, is_there
 from virtualrobot_kernel.drawing.view import DEFAULT_FIELD_OF_VIEW, Camera, ViewSettings
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.sensing.measuring import Measurement, NodePoint
@@ -42,6 +43,8 @@ def changed_settings(view: view_pb2.View, mask: FieldMask, structure: Structure)
         result["sensors"] = tuple(_overlay(one, structure) for one in view.sensors)
     if "measurements" in fields:
         result["measurements"] = tuple(_measurement(one, structure) for one in view.measurements)
+    if "clearances" in fields:
+        result["clearances"] = tuple(_clearance(one, structure) for one in view.clearances)
     return result
 
 
@@ -83,6 +86,14 @@ def _measurement(message: view_pb2.Measurement, structure: Structure) -> Measure
     )
 
 
+def _clearance(message: view_pb2.Clearance, structure: Structure) -> Clearance:
+    if not message.first:
+        field = f"clearances[{message.name!r}].first"
+        raise KernelError(f"{field} names no node; name at least one", field=field)
+    first, second = (tuple(structure.node(name).uid for name in names) for names in (message.first, message.second))
+    return Clearance(message.name, first, second)
+
+
 def _node_point_message(place: NodePoint, structure: Structure) -> view_pb2.NodePoint:
     return view_pb2.NodePoint(node=structure.nodes[place.uid].name, point=vector_message(place.point))
 
@@ -121,5 +132,15 @@ def view_message(settings: ViewSettings, structure: Structure) -> view_pb2.View:
         )
         for one in settings.measurements
         if one.first.uid in structure.nodes and one.second.uid in structure.nodes
+    )
+    nodes = structure.nodes
+    message.clearances.extend(
+        view_pb2.Clearance(
+            name=one.name,
+            first=[nodes[uid].name for uid in one.first if uid in nodes],
+            second=[nodes[uid].name for uid in one.second if uid in nodes],
+        )
+        for one in settings.clearances
+        if is_there(structure, one)
     )
     return message
