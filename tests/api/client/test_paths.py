@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 import virtualrobot
 from virtualrobot import Client, Robot
 from virtualrobot.paths import PathProgress
 
+from tests.api.client.conftest import Run
 from tests.unit.paths.cells import LEFT, RIGHT
 
 
@@ -55,3 +58,15 @@ def test_what_progress_raises_ends_the_search(cell: Client) -> None:
     with pytest.raises(InterruptedError):
         cell.paths.find("iiwa", RIGHT, planner="RRTstar", time_limit=600.0, progress=stop)
     assert cell.paths.find("iiwa", RIGHT, time_limit=60.0).length > 1.8
+
+
+def test_the_command_finds_a_path_and_goes_along(cell: Client, iiwa: Robot, run: Run) -> None:
+    words = [f"{name}={value}" for name, value in RIGHT.items()]
+    assert re.match(r"\d waypoints, .* rad instead of 1.800 straight: .* s of motion", run("path", "iiwa", *words))
+    np.testing.assert_allclose(iiwa.positions[0], LEFT["lbr_iiwa_joint_1"])
+    said = run("path", "iiwa", *words, "--go", "--seed", "3", "--time-limit", "60")
+    assert "reached its goal" in said
+    np.testing.assert_allclose(iiwa.positions[0], RIGHT["lbr_iiwa_joint_1"])
+    degrees = run("path", "iiwa", "lbr_iiwa_joint_7=20", "--degrees")
+    assert degrees.startswith(f"the straight way is free: {np.radians(20):.3f} rad")
+    assert "PRM" in run("path", "iiwa", "--joints", "0,0,0,0,0,0,0", "--planner", "PRM", code=1)

@@ -24,6 +24,7 @@ _COMMANDS = {
     "move": ("virtualrobot.cli.move", "Move a robot."),
     "plan": ("virtualrobot.cli.plan", "Show what a move would do."),
     "check": ("virtualrobot.cli.plan", "Tell whether a move keeps all limits."),
+    "path": ("virtualrobot.cli.path", "Find a way round what stands in between."),
     "jog": ("virtualrobot.cli.jog", "Move a robot by hand: a joint, or the tool centre point in one direction."),
     "program": ("virtualrobot.cli.program", "Run a program from a file."),
     "stop": ("virtualrobot.cli.move", "Stop all robots, or some."),

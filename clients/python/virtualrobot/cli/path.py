@@ -1,0 +1,92 @@
+"""`virtualrobot path`: a free way of an arm round what stands in between."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+import click
+
+from virtualrobot.cli.move import follow
+from virtualrobot.cli.options import FiniteRange, Numbers, Target, degrees_option, pose_of_numbers, target_options
+from virtualrobot.cli.orders import joint_goal
+
+if TYPE_CHECKING:
+    from virtualrobot.paths import FreePath, PathProgress
+
+_EXAMPLES = """
+\b
+Examples:
+  virtualrobot path arm --to home
+  virtualrobot path arm --pose 0.5,-0.3,0.4 --go
+"""
+
+
+@click.command(epilog=_EXAMPLES)
+@click.argument("robot")
+@click.argument("more", nargs=-1, metavar="[JOINT=VALUE]...")
+@click.option("--joints", metavar="VALUES", help="JOINT=VALUE,... or all values in order.")
+@click.option("--pose", type=Numbers(3, 6), metavar="X,Y,Z[,R,P,Y]", help="Where the tool centre point goes.")
+@click.option("--to", "posture", metavar="POSTURE", help="A posture with a name, such as home.")
+@click.option("--reference", default="", help="The node in whose frame the pose is given [world].")
+@click.option("--planner", default="", metavar="NAME", help="The algorithm of OMPL [RRTConnect].")
+@click.option("--seed", type=click.IntRange(min=0), default=0, metavar="N", help="What the search draws from [0].")
+@click.option(
+    "--time-limit", type=FiniteRange(min=0.0), default=10.0, metavar="SECONDS", help="How long it may take [10]."
+)
+@click.option("--go", is_flag=True, help="Go along the path.")
+@degrees_option
+@target_options
+def path(
+    target: Target,
+    robot: str,
+    more: tuple[str, ...],
+    joints: str | None,
+    pose: tuple[float, ...] | None,
+    posture: str | None,
+    reference: str,
+    planner: str,
+    seed: int,
+    time_limit: float,
+    go: bool,
+    degrees: bool,
+) -> None:
+    """Find a way on which a robot touches nothing that it may not; with --go it goes along. Ctrl-C stops either."""
+    words = tuple(word for word in (joints, *more) if word)
+    if bool(words) + (pose is not None) + bool(posture) != 1:
+        raise click.UsageError("say where to, in one way: --joints, --pose or --to")
+    with target.connect() as client:
+        handle = client.robot(robot)
+        if pose is not None:
+            goal = pose_of_numbers(pose, degrees, handle.tcp if not reference else None)
+        else:
+            given = posture or joint_goal(handle, words, degrees)
+            goal = dict(zip(handle.chain_joint_names, given, strict=True)) if isinstance(given, list) else given
+        found = client.paths.find(
+            robot,
+            goal,
+            reference=reference,
+            planner=planner,
+            seed=seed,
+            time_limit=time_limit,
+            progress=_show if sys.stderr.isatty() else None,
+        )
+        click.echo(path_line(found))
+        if go:
+            motion = found.start(wait=False, on_disconnect="stop")
+            follow(motion)
+            click.echo(f"{motion.id} reached its goal")
+
+
+def path_line(path: FreePath) -> str:
+    """Return what was found as a line."""
+    motion = f"{path.duration:.2f} s of motion, found in {path.planning_seconds:.2f} s"
+    if path.straight:
+        return f"the straight way is free: {path.length:.3f} rad, {motion}"
+    waypoints = f"{len(path.waypoints)} waypoints"
+    return f"{waypoints}, {path.length:.3f} rad instead of {path.straight_length:.3f} straight: {motion}"
+
+
+def _show(progress: PathProgress) -> None:
+    told = f"{progress.elapsed_seconds:.1f} s, {progress.states} configurations, {progress.checks} checks"
+    click.echo(f"\r{told} ", err=True, nl=False)
