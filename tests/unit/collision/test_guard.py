@@ -14,23 +14,29 @@ from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.commands import (
     AttachNode,
     Command,
+    CreateNodes,
     PauseMotion,
+    PickPart,
+    PlacePart,
     RemoveNode,
+    SelectTool,
     SetAllowedPairs,
     SetJointPositions,
     SetSetpoint,
     SetSpeedFactor,
+    SetToolState,
     StartFollowing,
     UpdateNode,
 )
+from virtualrobot_kernel.world.figures import Box, Figure
 from virtualrobot_kernel.world.journal import MemoryJournal
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot
 from virtualrobot_kernel.world.store import World
-from virtualrobot_kernel.world.structure import Kind
+from virtualrobot_kernel.world.structure import Kind, NodeSpec, ToolData
 
 from tests.unit.collision.carts import RADIUS, WAIT, block, cart, drive, mode, place, replayed
 from tests.unit.collision.worlds import SHAPES
-from tests.unit.world.builders import shifted
+from tests.unit.world.builders import part, shifted
 
 NEAR = 0.001
 """How near (m) a cart comes at the least to what it may not touch: it goes at most 4 mm in a tick, and starts to brake
@@ -181,6 +187,32 @@ def test_what_is_let_go_may_touch_what_it_touched(world: World, guard: Collision
     do(world, drive(0.0, -1.0))
     assert place(step(world, 700)) == -1.0
     assert not guard.tolerated
+
+
+def test_what_a_tool_closes_on_picks_and_lets_go_is_tolerated(world: World, guard: CollisionGuard) -> None:
+    """A cube of 0.1 m lies between two jaws that close to 0.1 m, and half in a table that it lies on."""
+    jaws = tuple(
+        Figure(Box((0.02, 0.02, 0.04)), shifted(x=side * gap, y=0.2), tool_state=state)
+        for state, gap in (("open", 0.1), ("closed", 0.055))
+        for side in (-1.0, 1.0)
+    )
+    states = {"open": {}, "closed": {}}
+    hand = NodeSpec("hand", Kind.TOOL, "cart.ball", figures=jaws, data=ToolData(states=states))
+    table = NodeSpec("table", Kind.OBJECT, "world", shifted(y=0.2, z=-0.1), figures=(Figure(Box((0.05, 0.05, 0.12))),))
+    do(world, cart("cart"), CreateNodes((hand, table, part("cube", shifted(y=0.2)))))
+    do(world, SetToolState("hand", "open"), SelectTool("cart", "hand"), mode("guard"))
+    assert not guard.tolerated
+    do(world, SetToolState("hand", "closed"))
+    assert len(guard.tolerated) == 1, "the jaws and the cube"
+    do(world, PickPart("cart", "cube"))
+    assert len(guard.tolerated) == 2, "the cube and the table, too"
+    do(world, drive(0.0, -1.0))
+    assert place(step(world, 500)) == -1.0
+    do(world, PlacePart("cart"), SetToolState("hand", "open"))
+    do(world, UpdateNode("cube", parent_t_node=shifted(x=-1.0, y=5.0)))
+    do(world, drive(-1.0, 0.0))
+    assert place(step(world, 500)) == 0.0
+    assert "'hand' would touch 'new'" in refused(world, block("new", 0.1, y=0.25))
 
 
 def test_an_obstacle_that_is_put_where_it_would_brake_makes_it_brake_at_once(
