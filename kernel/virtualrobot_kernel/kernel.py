@@ -137,6 +137,8 @@ class Kernel:
 
     def close(self) -> None:
         """End all calls with UNAVAILABLE, then every thread."""
+        # Before the server, whose calls say why they end when what they wait for does.
+        self._processes.close()
         self._server.close()
         if self._viewer is not None:
             self._viewer.close()
@@ -150,7 +152,6 @@ class Kernel:
         self._solvers.close()
         self._importers.close()
         self._casters.close()
-        self._processes.close()
         close_all()  # those that are being made or looked at, too: the process waits for its threads
 
     def _rooms(self, publications: Publications) -> Rooms:

@@ -15,9 +15,9 @@ import pytest
 import trustme
 from grpc_health.v1 import health_pb2, health_pb2_grpc
 from grpc_reflection.v1alpha import reflection_pb2, reflection_pb2_grpc
-from virtualrobot.v1 import kernel_pb2, kernel_pb2_grpc, robot_pb2
+from virtualrobot.v1 import collision_pb2, geometry_pb2, kernel_pb2, kernel_pb2_grpc, robot_pb2
 
-from tests.api.asking import refusal
+from tests.api.asking import IIWA, load, refusal
 from tests.api.conftest import KernelProcess, StartKernel
 
 SERVE = [sys.executable, "-m", "virtualrobot_kernel.serve"]
@@ -121,6 +121,28 @@ def test_a_signal_ends_the_kernel_cleanly(start_kernel: StartKernel, number: sig
     kernel.process.send_signal(number)
     refused = refusal(lambda: next(watch))
     assert (refused.code, refused.reason) == (grpc.StatusCode.UNAVAILABLE, "SHUTTING_DOWN")
+    assert kernel.process.wait(30) == 0
+    assert not [line for line in kernel.lines if "Traceback" in line or "ERROR" in line], kernel.lines
+
+
+def test_an_ending_kernel_says_so_to_who_waits_for_a_collision_process(start_kernel: StartKernel) -> None:
+    """Some check configurations, each for much longer than a kernel takes to end."""
+    kernel = start_kernel()
+    stubs = kernel.stubs()
+    load(stubs, IIWA, "arm")
+    zeros = geometry_pb2.NumericArray(
+        shape=[200_000, 7], type=geometry_pb2.NUMERIC_TYPE_FLOAT64, data=bytes(8 * 7 * 200_000)
+    )
+    request = collision_pb2.CheckConfigurationsRequest(
+        configurations=[collision_pb2.RobotConfigurations(robot="arm", positions=zeros)]
+    )
+    checks = [stubs.collision.CheckConfigurations(request, timeout=100) for _ in range(3)]
+    for check in checks:
+        assert next(part.progress for part in check if part.progress) < 0.5
+    stubs.kernel.Shutdown(kernel_pb2.ShutdownRequest())
+    for check in checks:
+        refused = refusal(lambda check=check: [None for _ in check])
+        assert (refused.code, refused.reason) == (grpc.StatusCode.UNAVAILABLE, "SHUTTING_DOWN")
     assert kernel.process.wait(30) == 0
     assert not [line for line in kernel.lines if "Traceback" in line or "ERROR" in line], kernel.lines
 

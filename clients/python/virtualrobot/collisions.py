@@ -172,6 +172,8 @@ class Collisions:
             >>> found = client.collisions.check_configurations("arm", samples)
             >>> print(samples[found.free])
         """
+        if others and robot in others:
+            raise InvalidArgumentError(f"{robot!r} is among the others too; give its joints once")
         asked = {robot: (positions, joint_names), **{name: (rows, ()) for name, rows in (others or {}).items()}}
         request = check_message(asked, robots)
         with self._services.collision.CheckConfigurations(request) as stream:

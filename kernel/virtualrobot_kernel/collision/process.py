@@ -45,9 +45,14 @@ class Job(Future):
         super().__init__()
         self.path, self.snapshot, self.arguments, self.told = path, snapshot, arguments, told
         self.gone = threading.Event()
+        self.why = KernelError("nobody waits for this any more", reason=Reason.WRONG_STATE)
 
-    def give_up(self) -> None:
-        """Say that nobody waits any more: the process hears it within a tenth of a second. Any thread may say it."""
+    def give_up(self, why: KernelError | None = None) -> None:
+        """Say that nobody waits any more: the process hears it within a tenth of a second. Any thread may say it.
+
+        The job then ends with `why`, unless it has ended before.
+        """
+        self.why = why or self.why
         self.gone.set()
 
     def cancel(self) -> bool:
@@ -80,11 +85,12 @@ class Process:
 
     def do(self, job: Job) -> None:
         """Do a job, whose future then has its result or its exception."""
-        if job.gone.is_set() or not job.set_running_or_notify_cancel():
-            if not job.cancelled():
-                job.set_exception(_nobody_waits())
+        # First of all, so that nobody can cancel it between a look and what follows from it.
+        if not job.set_running_or_notify_cancel():
             return
         try:
+            if job.gone.is_set():
+                raise job.why
             result = self._done(job)
         except KernelError as error:
             job.set_exception(error)
@@ -141,19 +147,19 @@ class Process:
                 left = time.monotonic() + GRACE_SECONDS
             answer = worker.call("wait", LOOK_SECONDS, deadline_seconds=self._silent)
             if answer[0] != Ending.RUNS.value:
-                return _returned(answer)
+                return _returned(job, answer)
             _, count, report, silence = answer
             if count > heard and job.told is not None:
                 job.told(report)
             heard = count
             if time.monotonic() > left:
                 self.close()
-                raise _nobody_waits()
+                raise job.why
             if silence > self._silent:
                 raise ComponentFault(FaultKind.HUNG, f"nothing was heard of it for {silence:.0f} s")
 
 
-def _returned(answer: Answer) -> object:
+def _returned(job: Job, answer: Answer) -> object:
     """Return what a job returned, or raise what it raised."""
     match Ending(answer[0]), *answer[1:]:
         case Ending.DONE, result:
@@ -164,11 +170,7 @@ def _returned(answer: Answer) -> object:
             raise error
         case Ending.FAILED, said, details:
             raise KernelError(f"work on collisions failed: {said}", reason=Reason.INTERNAL, details=details)
-    raise _nobody_waits()
-
-
-def _nobody_waits() -> KernelError:
-    return KernelError("nobody waits for this any more", reason=Reason.WRONG_STATE)
+    raise job.why
 
 
 def _failed(error: ComponentFault | PluginError) -> KernelError:

@@ -100,7 +100,7 @@ class Processes:
                 job.set_exception(_shutting_down())
         for _, job in working.values():
             if job is not None:
-                job.give_up()
+                job.give_up(_shutting_down())
         for thread in working:
             thread.join(CLOSING_SECONDS)
 
@@ -141,4 +141,4 @@ def _cores() -> int:
 
 
 def _shutting_down() -> KernelError:
-    return KernelError("the kernel ends", reason=Reason.SHUTTING_DOWN)
+    return KernelError("the kernel is ending", reason=Reason.SHUTTING_DOWN)

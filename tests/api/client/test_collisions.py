@@ -183,6 +183,8 @@ def test_configurations_of_wrong_shape_are_refused(cell: Client) -> None:
         check("iiwa", {"lbr_iiwa_joint_1": [0.0]}, joint_names=["lbr_iiwa_joint_1"])
     with pytest.raises(virtualrobot.InvalidArgumentError, match=r"shape \(n, k\)"):
         check("iiwa", np.zeros((2, 3, 7)))
+    with pytest.raises(virtualrobot.InvalidArgumentError, match="'iiwa' is among the others too"):
+        check("iiwa", np.zeros((2, 7)), others={"iiwa": np.ones((2, 7))})
     with pytest.raises(virtualrobot.InvalidArgumentError, match=r"shape \(n, 7\), not \(1, 6\)"):
         check("iiwa", np.zeros(6))
     with pytest.raises(virtualrobot.VirtualRobotError, match="larger than max"):
