@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from virtualrobot_kernel.collision.allowed import Pair
 from virtualrobot_kernel.collision.joint_path import JointPath
-from virtualrobot_kernel.collision.scene import CollisionScene
+from virtualrobot_kernel.collision.scene import CollisionScene, Detail, Nearest
 from virtualrobot_kernel.collision.swept import RESOLUTION, SweptContact, first_contact
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.braking import Way
@@ -38,6 +38,8 @@ def contact_on(
 ) -> SweptContact | None:
     """Return the first contact on a way; None: there is none. It goes in stretches on which tools look the same.
 
+    What touches because a tool looks otherwise is asked where that begins: nothing need move then.
+
     Args:
         scene: is used for it.
         snapshot: a world of the same structure, and of the same ticks.
@@ -48,9 +50,12 @@ def contact_on(
     dt = snapshot.tick_seconds
     ends = [*(row for row, _ in way.tools[1:]), len(way.positions) - 1]
     for (begin, tools), end in zip(way.tools, ends, strict=True):
+        base = snapshot if tools is snapshot.state.tool_states else pictured(snapshot, way, begin)
+        if begin and (near := _touching(scene, base, robots, tolerated)) is not None:
+            time = (way.tick + begin) * dt
+            return SweptContact(time, near.first, near.second, 0.0, near.points, way.positions[begin])
         if end <= begin:
             continue
-        base = snapshot if tools is snapshot.state.tool_states else pictured(snapshot, way, begin)
         positions = way.positions[begin : end + 1]
         path = _curve(positions, (way.tick + begin) * dt, dt, jerk_limits(snapshot.structure))
         assert path.wobble is not None
@@ -59,6 +64,16 @@ def contact_on(
         if contact is not None:
             return contact
     return None
+
+
+def _touching(
+    scene: CollisionScene, snapshot: Snapshot, robots: Collection[int], tolerated: Collection[Pair]
+) -> Nearest | None:
+    """Return two nodes that touch, of the pairs that `contact_on` asks; None: there are none."""
+    scene.place(snapshot)
+    pairs = ((one.first, one.second) for one in scene.collisions(Detail.PAIRS, robots))
+    pair = next((pair for pair in pairs if pair not in tolerated), None)
+    return scene.distances([pair[0]], [pair[1]], 0.0)[0] if pair else None
 
 
 def pictured(snapshot: Snapshot, way: Way, row: int) -> Snapshot:

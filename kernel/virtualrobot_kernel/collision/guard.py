@@ -61,8 +61,9 @@ class _Threat:
 class CollisionGuard:
     """An overseer of a world (`world/overseer.py`); asked by the world thread alone, but for `cost`.
 
-    What touches already when a robot becomes guarded, or is picked, let go or grasped, is tolerated until it is apart:
-    such pairs are left out of the swept check, but may not touch anew once they don't.
+    What touches already when a robot becomes guarded, or is picked, let go or grasped, is tolerated until it is apart,
+    and so is what was put so near that the brake came too late: such pairs are left out of the swept check, but may not
+    touch anew once they don't.
     """
 
     author = "collision guard"
@@ -95,7 +96,7 @@ class CollisionGuard:
         kinds = {type(command) for command in batch}
         if kinds <= HARMLESS:
             return
-        if kinds <= RATES:
+        if kinds <= RATES | HARMLESS:
             threat = self._threat(after, None)
             if threat is not None:
                 raise KernelError(f"{threat.reason}; the motion goes on as it does", reason=Reason.COLLISION)
@@ -178,6 +179,13 @@ class CollisionGuard:
             held -= parted
         while (contact := contact_on(self._scene, now, way, self._robots, held)) is not None:
             pair = contact.first, contact.second
+            if pair not in self._tolerated and contact.time <= now.simulation_time + ROUNDING:
+                found = self._all_touching(now, self._robots)
+                if pair in found:
+                    # Something was put where the brake was too late: what touches may go apart.
+                    self._tolerated |= found
+                    self._in_touch |= found
+                    return self._threat(now, later)
             if pair not in self._tolerated and not self._recedes(now, way, contact):
                 return self._told(now, pair, contact.time - now.simulation_time)
             held |= {pair}

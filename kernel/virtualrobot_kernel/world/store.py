@@ -83,6 +83,10 @@ def _tell(listener: Callable[..., None], *what: object) -> None:
         log.exception("a listener to the world failed inside the kernel")
 
 
+def _closed() -> KernelError:
+    return KernelError("the kernel is ending", reason=Reason.SHUTTING_DOWN)
+
+
 def check_revision(structure: Structure, expected: int | None) -> None:
     """Raise KernelError (STALE_REVISION) when the structure has another revision than the expected one (None: any)."""
     if expected is not None and expected != structure.revision:
@@ -118,7 +122,7 @@ class World:
         self._tick_listeners: tuple[Callable[[Snapshot], None], ...] = ()
         self._overseers: tuple[Overseer, ...] = ()
         self._listening = threading.Lock()
-        self._ended = False
+        self._closing = self._ended = False
         self._thread = threading.Thread(target=self._run, name="world", daemon=True)
 
     @property
@@ -137,7 +141,8 @@ class World:
         self._thread.start()
 
     def close(self) -> None:
-        """End the world thread; what is still queued is refused as SHUTTING_DOWN."""
+        """End the world thread; what is still queued, and what is left of a Step, is refused as SHUTTING_DOWN."""
+        self._closing = True
         self._queue.put(None)
         if self._thread.is_alive():
             self._thread.join(10.0)
@@ -267,6 +272,8 @@ class World:
         last = state.tick + ticks
         overseen = bool(self._overseers)
         for _ in range(ticks):
+            if self._closing:
+                raise _closed()
             if overseen:
                 self._tick()
                 continue
@@ -351,4 +358,4 @@ class World:
             except queue.Empty:
                 return
             if item is not None and item.done.set_running_or_notify_cancel():
-                item.done.set_exception(KernelError("the kernel is ending", reason=Reason.SHUTTING_DOWN))
+                item.done.set_exception(_closed())

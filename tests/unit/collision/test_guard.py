@@ -6,10 +6,13 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from virtualrobot_kernel.collision.guard import CollisionGuard
+from virtualrobot_kernel.collision.guard import CollisionGuard, _Threat
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.follow import SetpointMode
+from virtualrobot_kernel.planning.plan_program import plan_wish
+from virtualrobot_kernel.planning.program import DwellWish, MotionWish, MoveStepWish
 from virtualrobot_kernel.planning.robots import world_poses
+from virtualrobot_kernel.planning.wishes import PointToPoint, ToolStateMove
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.commands import (
     AttachNode,
@@ -35,7 +38,9 @@ from virtualrobot_kernel.world.store import World
 from virtualrobot_kernel.world.structure import Kind, NodeSpec, ToolData
 
 from tests.unit.collision.carts import RADIUS, WAIT, block, cart, drive, mode, place, replayed
+from tests.unit.collision.sweepers import BALL, body, growing, slider
 from tests.unit.collision.worlds import SHAPES
+from tests.unit.planning.cell import chain
 from tests.unit.world.builders import part, shifted
 
 NEAR = 0.001
@@ -228,6 +233,38 @@ def test_an_obstacle_that_is_put_where_it_would_brake_makes_it_brake_at_once(
     assert world.journal.entries()[-1].tick == now.state.tick
 
 
+def test_what_was_put_into_the_way_too_late_keeps_nobody_from_going_away(world: World, guard: CollisionGuard) -> None:
+    """The brake ends in the block; out of it the cart may go, and then no more into it."""
+    do(world, cart("cart"), block("block", 1.8, y=3.0), mode("guard"))
+    do(world, drive(0.0, 1.9))
+    at = place(step(world, 200))
+    do(world, UpdateNode("block", parent_t_node=shifted(x=at + 0.25)))
+    inside = place(step(world, 200))
+    assert inside > at + 0.05
+    do(world, drive(inside, at - 0.5))
+    assert place(step(world, 700)) == pytest.approx(at - 0.5)
+    assert not guard.tolerated
+    do(world, drive(at - 0.5, 1.9))
+    assert 0.0 < at + 0.05 - place(step(world, 700)) < 0.005
+
+
+@pytest.mark.parametrize("on", [(), (DwellWish(0.1),), (MoveStepWish((PointToPoint("slider", {"slide": 0.0}),)),)])
+def test_a_tool_that_a_program_lets_grow_into_something_stays_as_it_is(
+    world: World, guard: CollisionGuard, on: tuple[MoveStepWish | DwellWish, ...]
+) -> None:
+    """Whatever comes after it, and if nothing does; the tool is 0.5 m long then, and the wall 0.3 m away."""
+    wall = body("wall", Box((0.01, 1.0, 1.0)), shifted(x=BALL + 0.6))
+    do(world, CreateNodes((*slider(), growing("tool", "slider.ball"), wall)))
+    do(world, SelectTool("slider", "tool", "tip"), SetToolState("tool", "small"), mode("guard"))
+    grow = MoveStepWish((ToolStateMove("slider", "tool", "large"),))
+    steps = (MoveStepWish((PointToPoint("slider", {"slide": 0.3}),)), grow, *on)
+    do(world, plan_wish(world.snapshot, MotionWish(steps=steps), chain).command)
+    state = step(world, 700).state
+    assert list(state.tool_states.values()) == ["small"]
+    assert "'tool' would touch 'wall'" in last(world).reason
+    assert state.q[0] == pytest.approx(0.3)
+
+
 def test_a_pause_or_another_speed_comes_through_where_it_does_no_harm(world: World, guard: CollisionGuard) -> None:
     do(world, cart("cart"), block("block", 1.0), mode("guard"))
     (id,) = world.submit([drive(0.0, 1.9)]).result(WAIT).created
@@ -238,6 +275,18 @@ def test_a_pause_or_another_speed_comes_through_where_it_does_no_harm(world: Wor
     for _ in range(1500):
         assert place(step(world)) < 0.8
         do(world, SetSpeedFactor("", float(np.random.default_rng(world.snapshot.state.tick).uniform(0.2, 1.0))))
+
+
+def test_a_pause_that_would_touch_is_refused_in_company_too(
+    world: World, guard: CollisionGuard, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A brake that touches is told by hand; that of the tick is not asked for."""
+    do(world, cart("cart"), cart("other", y=3.0), mode("guard"))
+    (id,) = world.submit([drive(0.0, 1.9)]).result(WAIT).created
+    step(world, 60)
+    monkeypatch.setattr(guard, "_threat", lambda *_: _Threat(frozenset(), "it would touch"))
+    assert "it would touch; the motion goes on" in refused(world, PauseMotion(str(id)), drive(0.0, 1.0, "other"))
+    do(world, drive(0.0, 1.0, "other"))
 
 
 def test_allowed_pairs_are_not_guarded(world: World, guard: CollisionGuard) -> None:

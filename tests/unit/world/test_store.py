@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from threading import Event
+from threading import Event, Thread
 
 import numpy as np
 import pytest
@@ -190,6 +190,22 @@ def test_what_is_queued_at_the_end_is_refused() -> None:
     refused = world.submit([arm()]).exception(GUARD)
     assert isinstance(refused, KernelError)
     assert refused.reason is Reason.SHUTTING_DOWN
+
+
+def test_an_end_waits_for_no_long_step(world: World) -> None:
+    ending = Thread(target=world.close)
+
+    def ticked(snapshot: Snapshot) -> None:
+        if snapshot.state.tick == 10:
+            ending.start()
+        if snapshot.state.tick > 10:
+            ending.join(0.01)  # so slow that the end of the step is far away
+
+    world.listen_ticks(ticked)
+    refused = world.step(MAX_STEPS).exception(GUARD)
+    ending.join(GUARD)
+    assert isinstance(refused, KernelError) and refused.reason is Reason.SHUTTING_DOWN
+    assert world.snapshot.state.tick < MAX_STEPS
 
 
 def test_realtime_ticks_by_itself_and_goes_on_after_a_change_of_speed() -> None:
