@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -33,6 +34,7 @@ class Station:
     grip_depth: float  # of the tool centre point below the top of a box
     travel_height: float  # of the tool centre point in the world
     tool_states: tuple[str, str]  # to hold and to let go
+    fingers: tuple[str, ...]  # what touches a box to hold it
 
     def figures(self) -> list[nodes_pb2.Figure]:
         """Return the shapes of a box: itself, and a band of tape around it that only the eye sees."""
@@ -40,13 +42,23 @@ class Station:
         tape = virtualrobot.box(1.002 * length, 0.02, 1.002 * height, color=self.tape, roles=["visual"])
         return [virtualrobot.box(*self.box, color=self.color), tape]
 
+    def touches(self, number: int) -> Iterator[tuple[str, str, str]]:
+        """Yield what a box may touch on its way, and why; an arm that touches anything else, or with it, stops."""
+        box = f"{self.robot}-box-{number}"
+        yield box, "conveyor-frame", "it is taken from the belt"
+        yield box, f"pallet-{self.robot}", "it is put onto the pallet"
+        yield from ((box, finger, "it is held") for finger in self.fingers)
+        # Those beside it and below it: two layers of six have no more.
+        yield from ((box, f"{self.robot}-box-{other}", "it is stacked") for other in range(max(1, number - 11), number))
+
 
 # Twice the length is three times the width and a gap: a layer and the turned one above it are flush.
 LARGE = ((0.155, 0.10, 0.11), 0.01, "#c99a62", "#e6d3b3")
 SMALL = ((0.105, 0.06, 0.07), 0.03, "#2f7fb8", "#dfe9f2")  # the gap leaves room for fingers
+FINGERS = ("panda.panda_leftfinger", "panda.panda_rightfinger")
 STATIONS = (
-    Station("iiwa", *LARGE, 0.625, 4, np.pi / 2, 0.0, 0.84, ("on", "off")),
-    Station("panda", *SMALL, -0.625, 2, -np.pi / 2, 0.02, 0.70, ("closed", "open")),
+    Station("iiwa", *LARGE, 0.625, 4, np.pi / 2, 0.0, 0.84, ("on", "off"), ("vacuum-gripper",)),
+    Station("panda", *SMALL, -0.625, 2, -np.pi / 2, 0.02, 0.70, ("closed", "open"), FINGERS),
 )
 
 

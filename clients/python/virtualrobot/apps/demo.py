@@ -104,6 +104,8 @@ def feed(client: Client, count: int) -> None:
                 belt_t_box = pose(x, z=station.box[2] / 2, yaw=station.belt_yaw)
                 name = f"{station.robot}-box-{move}"
                 batch.add_part(name, station.figures(), pose=belt_t_box, parent="conveyor.belt")
+        if move <= count:
+            client.collisions.allowed.change(pair for station in STATIONS for pair in station.touches(move))
         client.signals["conveyor_running"] = True
         conveyor.move_joints({"belt": move * PITCH})
         arrived = [f"box_at_{station.robot}" for station in STATIONS if 0 <= move - station.moves < count]
