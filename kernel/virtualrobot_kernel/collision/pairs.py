@@ -15,6 +15,7 @@ from virtualrobot_kernel.collision.nearest import Floats, Nearest
 from virtualrobot_kernel.collision.placed import Placed, piece_distance
 from virtualrobot_kernel.collision.tessellation import SEGMENTS
 from virtualrobot_kernel.collision.touching import touches, touching
+from virtualrobot_kernel.numeric.boxes import SLACK
 from virtualrobot_kernel.numeric.gaps import box_gaps
 
 Integers = NDArray[np.int64]
@@ -172,8 +173,11 @@ def box_distances(boxes: tuple[Floats, Floats], others: tuple[Floats, Floats]) -
 
 
 def _apart(centre: Floats, half: Floats, centres: Floats, halves: Floats) -> Floats:
-    """Return how far boxes are apart, by the shapes of their centres and halves: a lower bound of their contents'."""
-    return np.linalg.norm(np.maximum(np.abs(centre - centres) - half - halves, 0.0), axis=-1)
+    """Return how far boxes are apart, by the shapes of their centres and halves: a lower bound of their contents'.
+
+    Like the boxes of `numeric/`, so that what stands on something is near it for both, whatever rounding makes of it.
+    """
+    return np.linalg.norm(np.maximum(np.abs(centre - centres) - half - halves - SLACK, 0.0), axis=-1)
 
 
 def _ordered(bounds: Floats, rows: Integers, others: Integers) -> Iterator[tuple[float, int, int]]:

@@ -9,6 +9,7 @@ from typing import Any
 import fcl
 import numpy as np
 
+from virtualrobot_kernel.collision.depth import depth_of
 from virtualrobot_kernel.collision.nearest import Floats, segments_nearest
 from virtualrobot_kernel.collision.placed import Placed, piece_distance
 
@@ -49,7 +50,7 @@ def touching(first: Placed, second: Placed, one: int, other: int, pieces: Sequen
         return _of_rounds(first, second, one, other)
     solid, against = first.whole(one), second.whole(other)
     if solid and against:
-        return _of_solids(_collide(solid, against))
+        return _of_solids(_collide(solid, against)) or _flush(first, second, one, other, pieces)
     if first.solids[one].radius or second.solids[other].radius:
         contacts = _of_round(first, second, one, other, pieces)
         if contacts is None or contacts.points.size:
@@ -120,6 +121,20 @@ def _of_solids(contacts: Sequence[Any]) -> Contacts | None:
         return None
     deepest = max(contacts, key=lambda one: one.penetration_depth)
     return Contacts(np.array([contact.pos for contact in contacts]), np.array(deepest.normal))
+
+
+def _flush(first: Placed, second: Placed, one: int, other: int, pieces: Sequence[tuple[int, int]]) -> Contacts | None:
+    """Return where two solids touch that FCL, asked for contacts, tells none of; None where they don't touch.
+
+    So it does with every second box that stands on another one.
+    """
+    if not _meet(first.whole(one), second.whole(other)):
+        return None
+    _, points = min((piece_distance(first, second, row, to) for row, to in pieces), key=lambda found: found[0])
+    pair = Placed(
+        [first.solids[one], second.solids[other]], np.stack([first.world_t_element[one], second.world_t_element[other]])
+    )
+    return Contacts(points.mean(axis=0)[None], depth_of(pair, 0, 1).way)
 
 
 def _of_rounds(first: Placed, second: Placed, one: int, other: int) -> Contacts | None:

@@ -8,6 +8,7 @@ from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.pairs import Pair, near_pairs
 from virtualrobot_kernel.collision.placed import Placed
 from virtualrobot_kernel.collision.tessellation import PIECE, box_triangles, pieces, turned_triangles
+from virtualrobot_kernel.collision.touching import touches
 from virtualrobot_kernel.formats.submesh import Submesh
 from virtualrobot_kernel.world.figures import Box, Capsule, Cone, Cylinder, Frame, Geometry, Label, Mesh, Pose, Sphere
 
@@ -135,3 +136,25 @@ def test_a_mesh_that_cannot_be_read_touches_nothing(caplog: pytest.LogCaptureFix
     nothing = Placed([solid], np.eye(4)[None])
     assert near_pairs(nothing, placed((Box((9, 9, 9)), np.eye(4))), 5.0) == near_pairs(nothing, nothing, 5.0) == []
     assert caplog.text.count("torus.stl") == 1
+
+
+def test_boxes_that_stand_on_boxes_have_contacts(rng: np.random.Generator) -> None:
+    """Whether they touch is a matter of rounding, but it is the same with contacts and without."""
+    count = 0
+    for _ in range(60):
+        pose, place, height = np.eye(4), np.eye(4), rng.uniform(0.05, 0.2)
+        turn = rng.choice([0.0, 0.5 * np.pi, rng.uniform(-np.pi, np.pi)])
+        place[:2, :2] = [[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]
+        pose[2, 3] = rng.uniform(-1.0, 1.0)
+        place[:3, 3] = *rng.uniform(-0.5, 0.5, 2), pose[2, 3] + 0.01 + 0.5 * height
+        table, box = (Box((2.0, 2.0, 0.02)), pose), (Box((0.15, 0.1, height)), place)
+        both = placed(table, box)
+        found = near_pairs(placed(table), placed(box))
+        pieces = both.overlaps(np.array([0]), np.array([[False, True]]))
+        assert any(touches(both, *each) for each in pieces) == bool(found)
+        for pair in found:
+            count += 1
+            assert normal_of(pair) == pytest.approx((0.0, 0.0, 1.0), abs=1e-6)
+            assert len(pair.contacts) > 0 and pair.contacts[:, 2] == pytest.approx(pose[2, 3] + 0.01, abs=1e-9)
+            assert np.abs(pair.contacts[:, :2] - place[:2, 3]).max() < 0.1
+    assert count > 0
