@@ -48,7 +48,7 @@ class PathQuery:
         joint_names: the arm's joints (k,).
         q_index: (k,) where they are among all coordinates.
         lower: (k,) from where to where they may go, finite, and `upper`.
-        goals: (m, k) where the path may end; the first is what a point-to-point move would go to.
+        goals: (m, k) where the path may end; the first is what a point-to-point move would go to, but for whole turns.
         ratios: (a, k) of actuators that have limits of their own, `least` and `most` (a,): ratios @ q is between them.
         planner: the name of an algorithm.
         seed: what it draws its samples from.
