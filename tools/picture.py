@@ -69,15 +69,15 @@ def _collided(client: virtualrobot.Client) -> Picture:
     client.clock.set_stepped()
     arm = client.load_robot("package://pybullet_data/kuka_iiwa/model.urdf", name="iiwa")
     scene, pose = client.scene, virtualrobot.pose
-    scene.add_object("table", virtualrobot.box(0.8, 1.2, 0.05, color="#cfc6b8"), pose=pose(0.75, 0.0, 0.175))
+    scene.add_object("table", virtualrobot.box(0.8, 1.5, 0.05, color="#cfc6b8"), pose=pose(0.75, 0.0, 0.175))
     scene.add_part("box", virtualrobot.box(0.2, 0.2, 0.3, color="#c8872f"), pose=pose(0.6, -0.1, 0.351, yaw=0.3))
-    scene.add_part("post", virtualrobot.cylinder(0.06, 0.5, color="#3f8f4f"), pose=pose(0.75, 0.4, 0.451))
+    scene.add_part("post", virtualrobot.cylinder(0.06, 0.5, color="#3f8f4f"), pose=pose(0.7, 0.65, 0.451))
     client.collisions.set("stop")
     client.view.clearances = {"to the post": ("iiwa", "post")}
     for goal, ticks in ([0.5, 0.9, 0.0, -1.2, 0.0, 1.0, 0.0], 3000), ([-0.9, 0.9, 0.0, -1.2, 0.0, 1.0, 0.0], 1000):
         arm.move_joints(goal, speed_factor=0.05, wait=False)
         client.clock.step(ticks)
-    return client.view.capture(([1.75, -1.35, 1.2], [0.42, 0.05, 0.36]), size=(1100, 680))
+    return client.view.capture(([1.85, -0.15, 1.05], [0.45, 0.2, 0.38]), size=(1100, 680))
 
 
 def _work(client: virtualrobot.Client) -> None:
