@@ -58,7 +58,8 @@ def test_it_runs_to_its_end() -> None:
 @pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_ends_it_and_its_kernel(sign: signal.Signals) -> None:
     with started(10, "--loop") as process:
-        lines_until(process, "box  1 of")
+        lines = lines_until(process, "box  1 of")
+        assert any(re.fullmatch(r"kernel at 127\.0\.0\.1:\d+", line) for line in lines), lines
         (kernel,) = children(process.pid)
         process.send_signal(sign)
         output, _ = process.communicate(timeout=30)

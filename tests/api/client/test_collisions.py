@@ -105,7 +105,16 @@ def test_a_watch_tells_what_touches_stops_and_ends(cell: Client, iiwa: Robot, ru
         r"(iiwa\.\w+ touches box at [-\d., ]+, about [\d.]+ mm deep\n)+$", run("collision", "watch", "--count", "0")
     )
     cell.collisions.set("off")
-    assert run("collision", "watch", "--count", "0") == "nothing touches that may not\n"
+    assert run("collision", "watch", "--count", "0").startswith("no robot is watched: every mode is off;")
+    cell.collisions.set(robots={"iiwa": "monitor"})
+    assert "iiwa.lbr_iiwa_link" in run("collision", "watch", "--count", "0")
+
+
+def test_allowing_what_has_no_figures_is_told(cell: Client, run: Run) -> None:
+    assert run("collision", "allow", "iiwa", "box").startswith(
+        "iiwa has no figures of its own, so this changes nothing"
+    )
+    assert run("collision", "allow", "iiwa.lbr_iiwa_link_7", "box") == ""
 
 
 def test_nonsense_is_refused_before_or_by_the_kernel(cell: Client) -> None:

@@ -57,7 +57,13 @@ def allowed(target: Target, nodes: tuple[str, ...]) -> None:
 @collision.command()
 @click.argument("robot")
 @click.argument("nodes", nargs=-1)
-@click.option("--range", "range_meters", type=FiniteRange(min=0.0, min_open=True), metavar="METERS", help="All.")
+@click.option(
+    "--range",
+    "range_meters",
+    type=FiniteRange(min=0.0, min_open=True),
+    metavar="METERS",
+    help="All pairs that are so near.",
+)
 @click.option("--show/--hide", default=None, help="A line between the nearest points in the viewer and in pictures.")
 @target_options
 def distance(target: Target, robot: str, nodes: tuple[str, ...], range_meters: float | None, show: bool | None) -> None:
@@ -77,12 +83,15 @@ def distance(target: Target, robot: str, nodes: tuple[str, ...], range_meters: f
 @collision.command()
 @click.argument("first")
 @click.argument("second")
-@click.option("--reason", default="", metavar="WORDS", help="Why.")
+@click.option("--reason", default="", metavar="WORDS", help="Why they may.")
 @target_options
 def allow(target: Target, first: str, second: str, reason: str) -> None:
     """Let the nodes FIRST and SECOND touch each other."""
     with target.connect() as client:
         client.collisions.allowed.add(first, second, reason)
+        empty = [name for name in (first, second) if not client.scene.node(name).message.figures]
+    for name in empty:
+        click.echo(f"{name} has no figures of its own, so this changes nothing: name nodes below it, such as its links")
 
 
 @collision.command()
@@ -133,6 +142,10 @@ def watch(target: Target, count: int | None) -> None:
     """Show what touches now, then what begins and ends and whom it stops, until Ctrl-C."""
     told: int | None = None
     with target.connect() as client:
+        settings = client.collisions.settings
+        if {settings.mode, *settings.robots.values()} == {"off"}:
+            click.echo("no robot is watched: every mode is off; 'virtualrobot collision mode monitor' changes that")
+            told = 0
         for report in client.collisions.watch():
             for line in report_lines(report, first=told is None):
                 click.echo(line)

@@ -30,11 +30,10 @@ def in_kernel(target: Target, headless: bool, speed: float | None) -> Iterator[C
                 yield client
             return
         click.echo("starting the kernel ...")
-        with (
-            KernelProcess(headless=headless, say=click.echo) as kernel,
-            _connected(Target(kernel.address), speed) as client,
-        ):
-            yield client
+        with KernelProcess(headless=headless, say=click.echo) as kernel:
+            click.echo(f"kernel at {kernel.address}")
+            with _connected(Target(kernel.address), speed) as client:
+                yield client
     except KeyboardInterrupt:
         click.echo("\nstopped")
         raise click.exceptions.Exit(130) from None
