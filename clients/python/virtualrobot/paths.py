@@ -4,17 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from itertools import accumulate
 from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from virtualrobot import moves
+from virtualrobot.errors import WrongStateError
 from virtualrobot.motion import Motion, StartOptions
 from virtualrobot.program import Program
 from virtualrobot.services import Services
-from virtualrobot.v1 import motion_pb2, path_pb2
+from virtualrobot.v1 import motion_pb2, path_pb2, robot_pb2
 from virtualrobot.wire import joint_map
+
+AT_START = 1e-4
+"""How far from a path's start its joints may be, in rad or m."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,9 +67,21 @@ class FreePath:
     planning_seconds: float
     checks: int
     states: int
+    _services: Services = field(repr=False)
 
     def start(self, **options: Unpack[StartOptions]) -> Motion:
-        """Go along the path; the options are those of `Robot`. The robot must be at the path's start."""
+        """Go along the path; the options are those of `Robot`.
+
+        Raises WrongStateError when the robot is not at the path's start: nobody has looked at the way from elsewhere.
+        """
+        robot = self.program.request.steps[0].move.moves[0].robot
+        here = _positions(self._services, robot)
+        for name, value in zip(self.joint_names, self.waypoints[0].tolist(), strict=True):
+            if abs(here[name] - value) > AT_START:
+                raise WrongStateError(
+                    f"{robot!r} is not where the path starts: {name!r} is at {here[name]:.6g} and not at {value:.6g}; "
+                    "move it there, or look for a path from here"
+                )
         return self.program.start(**options)
 
 
@@ -152,4 +169,13 @@ class Paths:
             path.planning_seconds,
             last.checks,
             last.states,
+            self._services,
         )
+
+
+def _positions(services: Services, robot: str) -> dict[str, float]:
+    """Return where the joints of one coordinate are."""
+    joints = services.robot.GetRobot(robot_pb2.GetRobotRequest(name=robot)).joints
+    values = services.robot.GetRobotStates(robot_pb2.GetRobotStatesRequest(names=[robot])).robots[0].positions
+    ends = accumulate(joint.coordinate_count for joint in joints)
+    return {joint.name: values[end - 1] for joint, end in zip(joints, ends, strict=True) if joint.coordinate_count == 1}

@@ -39,6 +39,16 @@ def test_a_path_has_waypoints_and_can_be_started(cell: Client, iiwa: Robot) -> N
     np.testing.assert_allclose(iiwa.positions[:7], path.waypoints[-1], atol=1e-9)
 
 
+def test_a_path_is_gone_along_from_its_start_only(cell: Client, iiwa: Robot) -> None:
+    """From elsewhere the first move would go straight to the first corner, and nobody has looked at that way."""
+    path = cell.paths.find("iiwa", RIGHT, start={"lbr_iiwa_joint_7": 0.5}, time_limit=60.0)
+    with pytest.raises(virtualrobot.WrongStateError, match=r"'lbr_iiwa_joint_7' is at 0 and not at 0\.5"):
+        path.start(wait=False)
+    assert not iiwa.state.motion_ids
+    cell.scene.set_joint_positions("iiwa", {"lbr_iiwa_joint_7": 0.5})
+    path.start(wait=False).cancel()
+
+
 def test_zones_are_for_who_wants_them(cell: Client) -> None:
     path = cell.paths.find("iiwa", RIGHT, time_limit=60.0, zone_percent=0.0)
     assert not any(step.move.HasField("zone") for step in path.program.request.steps)
