@@ -115,13 +115,25 @@ def jerk_limits(structure: Structure) -> Floats:
     return jerks
 
 
+def _jump(steps: Floats, bends: Floats, dt: float) -> Floats:
+    """Return by how much accelerations (nq,) jump at the most, by steps (m, nq) and second differences (m + 1, nq).
+
+    One step alone is taken to end at rest: with an acceleration of 2 steps / dt².
+    """
+    if len(steps) == 1:
+        return 2.0 * np.abs(steps[0]) / dt**2
+    jumps = np.pad(np.abs(np.diff(bends, axis=0)), ((1, 1), (0, 0)))
+    return (jumps[:-2] + jumps[1:-1] + jumps[2:]).max(axis=0)
+
+
 def _curve(positions: Floats, begin: float, dt: float, jerks: Floats) -> JointPath:
     """Return the way through positions (m, nq), a tick apart, as it is when no jerk is above its limit (nq,).
 
     Between two ticks it goes with an acceleration that changes evenly, from the second difference at the one to that at
     the other. A second difference is a mean of the acceleration around its tick; by the limit j of the jerk this is
     within 2 j dt of the true one, so the place is within 2 j dt · dt²/8 of the true one, and the speed is at most its
-    mean between the ticks and half a tick of the greatest acceleration there more.
+    mean between the ticks and half a tick of the greatest acceleration there more. Where laws without a limit of the
+    jerk let the acceleration jump, a jump is in the second differences of three ticks, and stands for 2 j dt.
     """
     steps = np.diff(positions, axis=0)
     bends = np.empty_like(positions)
@@ -129,7 +141,7 @@ def _curve(positions: Floats, begin: float, dt: float, jerks: Floats) -> JointPa
     bends[0] = bends[min(1, len(steps) - 1)] if len(steps) > 1 else 0.0
     bends[-1] = bends[-2] if len(steps) > 1 else 0.0
     moved = (steps != 0.0).any(axis=0)
-    slack = np.where(moved, 2.0 * jerks * dt, 0.0)
+    slack = np.maximum(np.where(moved, 2.0 * jerks * dt, 0.0), _jump(steps, bends, dt))
     speeds = np.abs(steps) / dt + (np.maximum(np.abs(bends[1:]), np.abs(bends[:-1])) + slack) * (0.5 * dt)
     gone = np.concatenate([np.zeros((1, positions.shape[1])), np.cumsum(speeds * dt, axis=0)])
 
