@@ -125,8 +125,8 @@ def test_a_signal_ends_the_kernel_cleanly(start_kernel: StartKernel, number: sig
     assert not [line for line in kernel.lines if "Traceback" in line or "ERROR" in line], kernel.lines
 
 
-def test_an_ending_kernel_says_so_to_who_waits_for_a_collision_process(start_kernel: StartKernel) -> None:
-    """Some check configurations, each for much longer than a kernel takes to end."""
+def test_an_ending_kernel_says_so_to_who_waits_for_long_work(start_kernel: StartKernel) -> None:
+    """Some check configurations, one tries some: each for much longer than a kernel takes to end."""
     kernel = start_kernel()
     stubs = kernel.stubs()
     load(stubs, IIWA, "arm")
@@ -136,7 +136,9 @@ def test_an_ending_kernel_says_so_to_who_waits_for_a_collision_process(start_ker
     request = collision_pb2.CheckConfigurationsRequest(
         configurations=[collision_pb2.RobotConfigurations(robot="arm", positions=zeros)]
     )
-    checks = [stubs.collision.CheckConfigurations(request, timeout=100) for _ in range(3)]
+    tried = collision_pb2.FindAllowedPairsRequest(robot="arm", samples=100_000)
+    checks = [stubs.collision.FindAllowedPairs(tried, timeout=100)]
+    checks += [stubs.collision.CheckConfigurations(request, timeout=100) for _ in range(3)]
     for check in checks:
         assert next(part.progress for part in check if part.progress) < 0.5
     stubs.kernel.Shutdown(kernel_pb2.ShutdownRequest())

@@ -25,6 +25,7 @@ from virtualrobot_kernel.api.convert.collisions import (
 )
 from virtualrobot_kernel.api.convert.configurations import block_message, configuration_rows
 from virtualrobot_kernel.api.convert.values import not_negative, stamp
+from virtualrobot_kernel.api.publications import ending
 from virtualrobot_kernel.api.readiness import ready_for_guard
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.collision.configurations import CHECK_BLOCK
@@ -236,6 +237,8 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
         task = asyncio.ensure_future(self._rooms.turns.run_while_wanted([TURN], work))
         try:
             while not (await asyncio.wait({task}, timeout=PROGRESS_SECONDS))[0]:
+                if self._rooms.publications.closed:
+                    raise ending()
                 yield collision_pb2.FindAllowedPairsResponse(stamp=stamp(snapshot), progress=done[0] / samples)
             found = task.result()
         finally:
