@@ -110,6 +110,14 @@ def test_a_watch_tells_what_touches_stops_and_ends(cell: Client, iiwa: Robot, ru
     assert "iiwa.lbr_iiwa_link" in run("collision", "watch", "--count", "0")
 
 
+def test_a_robots_own_mode_is_set_and_taken_back(cell: Client, run: Run) -> None:
+    assert run("collision", "mode", "stop", "--robot", "iiwa").split() == "mode off look-ahead none iiwa stop".split()
+    assert run("collision", "mode", "--look-ahead", "0.5").split() == "mode off look-ahead 0.5 s iiwa stop".split()
+    assert "--robot wants a mode" in run("collision", "mode", "--robot", "iiwa", "--look-ahead", "1", code=2, warns=4)
+    assert "only a robot can inherit" in run("collision", "mode", "inherit", code=2, warns=4)
+    assert run("collision", "mode", "inherit", "--robot", "iiwa").split() == "mode off look-ahead 0.5 s".split()
+
+
 def test_allowing_what_has_no_figures_is_told(cell: Client, run: Run) -> None:
     assert run("collision", "allow", "iiwa", "box").startswith(
         "iiwa has no figures of its own, so this changes nothing"

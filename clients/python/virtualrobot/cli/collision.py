@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from virtualrobot.collision_watch import CollisionReport
     from virtualrobot.collisions import CollisionSettings, Distance
 
-MODES = ("off", "monitor", "stop", "guard")
+MODES = ("off", "monitor", "stop", "guard", "inherit")
 
 _EXAMPLES = """
 \b
@@ -111,9 +111,13 @@ def forbid(target: Target, first: str, second: str) -> None:
 @target_options
 def mode(target: Target, mode: str | None, robots: tuple[str, ...], look_ahead: float | None) -> None:
     """Show what is done about collisions, or set it: reports, stops, or a guard that keeps them from happening."""
+    if robots and mode is None:
+        raise click.UsageError("--robot wants a mode: off, monitor, stop, guard, or inherit for that of the world")
+    if mode == "inherit" and not robots:
+        raise click.UsageError("only a robot can inherit the world's mode: name it by --robot")
     with target.connect() as client:
         if mode is not None or look_ahead is not None:
-            own = dict.fromkeys(robots, mode or "")
+            own = dict.fromkeys(robots, "" if mode == "inherit" else mode or "")
             client.collisions.set("" if robots else mode or "", robots=own, look_ahead_seconds=look_ahead)
         found = client.collisions.settings
     click.echo("\n".join(settings_lines(found)))
