@@ -101,8 +101,11 @@ class CollisionGuard:
             if threat is not None:
                 raise KernelError(f"{threat.reason}; the motion goes on as it does", reason=Reason.COLLISION)
             return
+        guarded = _guarded(after)
+        if not guarded:
+            return  # a guard that fails can be ended, too
         self._reach(before)
-        touching = self._all_touching(after, _guarded(after))
+        touching = self._all_touching(after, guarded)
         self._touching = after, touching
         groups = self._scene.bodies.allowed.groups
         new = [pair for pair in touching - self._tolerated if self._robots & {groups[uid] for uid in pair}]

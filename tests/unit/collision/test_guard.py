@@ -318,6 +318,23 @@ def test_a_guard_that_fails_stops_what_moves(
     assert "ZeroDivisionError" in caplog.text
 
 
+def test_a_guard_that_fails_refuses_what_it_cannot_look_at_and_can_be_ended(
+    world: World, guard: CollisionGuard, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    do(world, cart("cart"), mode("guard"))
+
+    def fail(*_: object) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(guard, "_all_touching", fail)
+    with pytest.raises(ZeroDivisionError):
+        do(world, SetJointPositions("cart", {"x": 1.0}))
+    assert place(world.snapshot) == 0.0
+    do(world, mode("off"))
+    do(world, SetJointPositions("cart", {"x": 1.0}))
+    assert place(world.snapshot) == 1.0
+
+
 def test_without_a_guarded_robot_it_costs_nothing(world: World, guard: CollisionGuard) -> None:
     do(world, cart("cart"), block("block", 1.0), mode("stop"), drive(0.0, 1.0))
     step(world, 50)
