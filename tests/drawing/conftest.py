@@ -110,6 +110,7 @@ def stage(open_stage: Stage) -> Stage:
         sensors=settings.sensors,
         measurements=settings.measurements,
         clearances=settings.clearances,
+        ghosts=settings.ghosts,
         camera=Camera(FRONT.position, FRONT.target, FRONT.field_of_view),
     )
     open_stage.wait(lambda: (np.abs(open_stage.pixels().astype(int) - (51, 102, 153)).max(axis=2) <= 2).all())

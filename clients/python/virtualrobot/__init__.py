@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from virtualrobot.geometry import pose_from_quaternion as pose_from_quaternion
     from virtualrobot.geometry import quaternion_of as quaternion_of
     from virtualrobot.geometry import roll_pitch_yaw_of as roll_pitch_yaw_of
+    from virtualrobot.ghosts import Ghost as Ghost
     from virtualrobot.leases import Lease as Lease
     from virtualrobot.leases import LeaseInfo as LeaseInfo
     from virtualrobot.motion import Motion as Motion
@@ -83,6 +84,7 @@ _MODULES = {
         "UnreachableError", "VersionError", "VirtualRobotError", "WrongStateError",
     ),
     "figures": ("box", "capsule", "cone", "cylinder", "sphere"),
+    "ghosts": ("Ghost",),
     "leases": ("Lease", "LeaseInfo"),
     "geometry": ("pose", "pose_from_quaternion", "quaternion_of", "roll_pitch_yaw_of"),
     "motion": ("Motion", "Phase", "Tracking", "Search"),

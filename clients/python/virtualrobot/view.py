@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from virtualrobot import figures, film, measuring, pictures
 from virtualrobot.errors import InvalidArgumentError
+from virtualrobot.ghosts import Ghost, Positions, ghost_message, ghost_of
 from virtualrobot.measuring import Measure, Place
 from virtualrobot.node import Node
 from virtualrobot.pictures import Camera, Picked, Picture, Recording
@@ -148,6 +149,23 @@ class View:
         self._update(view_pb2.View(clearances=shown), "clearances")
 
     @property
+    def ghosts(self) -> dict[str, Ghost]:
+        """Robots that are shown, translucent, where they are not, by name; set it to show others.
+
+        Each is a `Ghost`, or (robot, positions) of one; of many positions 20 are shown, picked out evenly.
+
+        Example:
+            >>> client.view.ghosts = {"path": ("arm", client.paths.find("arm", goal))}
+            >>> client.view.ghosts = {}
+        """
+        return {one.name: ghost_of(one) for one in self.read().ghosts}
+
+    @ghosts.setter
+    def ghosts(self, ghosts: Mapping[str, Ghost | tuple[str, Positions]]) -> None:
+        shown = [ghost_message(name, one if isinstance(one, Ghost) else Ghost(*one)) for name, one in ghosts.items()]
+        self._update(view_pb2.View(ghosts=shown), "ghosts")
+
+    @property
     def sensors(self) -> dict[str, view_pb2.SensorOverlay]:
         """What is shown of sensors, by their names."""
         return {one.sensor: one for one in self.read().sensors}
@@ -215,8 +233,8 @@ class View:
                 until it is set.
             size: width and height in pixels, at most 4096 each; 0 means 1280 and 720, or the camera's own.
             format: `png`, `jpeg`, or `raw` for `pixels`.
-            plain: leaves out annotations, bounding boxes, joint axes, measurements, what is shown of sensors and of
-                collisions.
+            plain: leaves out annotations, bounding boxes, joint axes, measurements, ghosts, what is shown of sensors
+                and of collisions.
 
         Example:
             >>> client.view.capture(([2, -2, 1.5], [0, 0, 0.5])).save("cell.png")

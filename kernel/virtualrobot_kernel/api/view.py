@@ -26,9 +26,9 @@ class ViewServicer(CaptureCalls, view_pb2_grpc.ViewServiceServicer):
 
     async def UpdateView(self, request: view_pb2.UpdateViewRequest, context: object) -> view_pb2.UpdateViewResponse:
         """Change the set-up."""
-        structure = self._rooms.world.snapshot.structure
-        fields = changed_settings(request.view, request.mask, structure)
-        return view_pb2.UpdateViewResponse(view=view_message(self._rooms.view.update(**fields), structure))
+        snapshot = self._rooms.world.snapshot
+        fields = changed_settings(request.view, request.mask, snapshot)
+        return view_pb2.UpdateViewResponse(view=view_message(self._rooms.view.update(**fields), snapshot.structure))
 
     async def WatchView(
         self, request: view_pb2.WatchViewRequest, context: object

@@ -12,6 +12,7 @@ from virtualrobot_sdk.rays import Shape
 from virtualrobot_kernel.collision.clearances import Measured
 from virtualrobot_kernel.drawing.alarm import Touching, contact_points
 from virtualrobot_kernel.drawing.extent import node_box
+from virtualrobot_kernel.drawing.ghosts import ghost_figures
 from virtualrobot_kernel.drawing.inks import (
     BOX_COLOR,
     BOX_WIDTH,
@@ -74,12 +75,12 @@ def shown_figures(snapshot: Snapshot) -> Iterator[tuple[int, Figure]]:
 def with_drawn(
     elements: Elements, snapshot: Snapshot, settings: ViewSettings, arrows: ShapeLibrary, drawn: DrawnShapes
 ) -> Elements:
-    """Return the elements with the solid ones of annotations, with the arrows of frames and of joint axes.
+    """Return the elements with the solid ones of annotations, with the arrows of frames and of joint axes, with ghosts.
 
     Args:
         elements: what sensors see.
         snapshot: the world.
-        settings: says of which robots the joint axes are shown.
+        settings: says of which robots the joint axes are shown, and which ghosts.
         arrows: makes the shapes of what is added; it knows arrows.
         drawn: says how large links are, which the length of their axes goes by.
     """
@@ -94,6 +95,7 @@ def with_drawn(
     for uid, piece in joint_axes(structure, settings.joint_axes, drawn):
         assert piece.key[0] == AXIS_ARROW
         added.append((uid, Figure(Mesh(AXIS, "", piece.scale), piece.node_t_shape, Material(piece.key[1]))))
+    added.extend(ghost_figures(snapshot, settings.ghosts))
     solid: list[tuple[int, Figure, Shape]] = [
         (uid, figure, shape) for uid, figure in added if (shape := arrows.get(figure.geometry)) is not None
     ]

@@ -33,8 +33,9 @@ class _Drawn:
 class BatchLayer:
     """Owns the batch handles of one viser server. Call `arrange` when the inventory is new, then `pose`."""
 
-    def __init__(self, server: viser.ViserServer, library: ShapeLibrary) -> None:
-        """Draw on `server` what `library` makes."""
+    def __init__(self, server: viser.ViserServer, library: ShapeLibrary, name: str = "batch") -> None:
+        """Draw on `server` what `library` makes, all under `name`, which is this layer's alone."""
+        self._name = name
         self._server = server
         self._library = library
         self._drawn: dict[BatchKey, _Drawn] = {}
@@ -83,7 +84,7 @@ class BatchLayer:
             self._count += 1
             handles.append(
                 self._server.scene.add_batched_glb(
-                    f"/batch/{self._count}",
+                    f"/{self._name}/{self._count}",
                     data,
                     batched_wxyzs=wxyzs,
                     batched_positions=positions,

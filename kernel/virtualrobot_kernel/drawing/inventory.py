@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -116,13 +116,26 @@ def look_of(node: Node) -> Look:
     for figure in node.figures:
         if not figure.visual:
             continue
-        shape = shape_key(figure.geometry)
-        if shape is None:
+        piece = _piece(figure)
+        if piece is None:
             annotations.append(figure)
-            continue
-        color = figure.material.color if figure.material else None
-        pieces.append(Piece((shape[0], color), shape[1], figure.node_t_figure, figure.tool_state))
+        else:
+            pieces.append(piece)
     return Look(tuple(pieces), tuple(annotations))
+
+
+def figures_only(structure: Structure, figures: Iterable[tuple[int, Figure]]) -> Inventory:
+    """Return an inventory of nothing but these figures (uid, figure), each in the frame of its node."""
+    shown = [(uid, piece) for uid, figure in figures if (piece := _piece(figure)) is not None]
+    return Inventory({}, {}, (), _batches(structure, shown), frozenset(piece.key for _, piece in shown))
+
+
+def _piece(figure: Figure) -> Piece | None:
+    shape = shape_key(figure.geometry)
+    if shape is None:
+        return None
+    color = figure.material.color if figure.material else None
+    return Piece((shape[0], color), shape[1], figure.node_t_figure, figure.tool_state)
 
 
 def joint_axes(structure: Structure, robots: tuple[int, ...], library: ShapeLibrary) -> tuple[tuple[int, Piece], ...]:

@@ -27,7 +27,7 @@ from virtualrobot_kernel.drawing.lighting import FLAT, VIEW
 from virtualrobot_kernel.drawing.overlay import draw_over, write_words
 from virtualrobot_kernel.drawing.shots import HEIGHT, WIDTH, Shot
 from virtualrobot_kernel.drawing.smoothing import smoothed
-from virtualrobot_kernel.drawing.view import ViewSettings
+from virtualrobot_kernel.drawing.view import Ghost, ViewSettings
 from virtualrobot_kernel.drawing.viewpoint import Viewpoint, look_at
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.submesh import Meshes
@@ -79,7 +79,7 @@ class Picked:
 class _Seen:
     """What is made of a world's elements and holds until they change; `sensed` are those without people's additions."""
 
-    key: tuple[int, bool, tuple[int, ...]]
+    key: tuple[int, bool, tuple[int, ...], tuple[Ghost, ...]]
     sensed: Elements
     elements: Elements
     looks: Looks
@@ -181,7 +181,8 @@ class Painter:
 
     def _look(self, snapshot: Snapshot, settings: ViewSettings, shot: Shot) -> _Seen:
         """Return what there is to see; it is made anew only where it has changed since the last picture."""
-        key = (shot.sensor, shot.plain, () if shot.plain else settings.joint_axes)
+        axes, ghosts = ((), ()) if shot.plain else (settings.joint_axes, settings.ghosts)
+        key = shot.sensor, shot.plain, axes, ghosts
         before = self._last if self._last is not None and self._last.key == key else None
         unseen = frozenset((shot.sensor,) if shot.sensor else ())
         sensed = elements_of(snapshot, self._shapes, before.sensed if before else None, unseen)

@@ -29,14 +29,42 @@ class Camera:
     field_of_view: float = DEFAULT_FIELD_OF_VIEW
 
 
+GHOST_COLOR: Color = (0.20, 0.50, 0.95)
+GHOST_OPACITY = 0.3
+"""Of ghosts that say nothing else."""
+
+MOST_GHOSTS = 50
+"""So many configurations are shown at most, of all ghosts."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ghost:
+    """A robot as it would look in some configurations.
+
+    Attributes:
+        name: unique among the ghosts of a view.
+        robot: the robot's uid.
+        rows: (n, nq) all coordinates of the robot.
+        color: of everything.
+        opacity: above 0 (clear), to 1 (solid).
+    """
+
+    name: str
+    robot: int
+    rows: tuple[tuple[float, ...], ...]
+    color: Color = GHOST_COLOR
+    opacity: float = GHOST_OPACITY
+
+
 @dataclass(frozen=True, slots=True)
 class ViewSettings:
     """How the picture is set up.
 
     `background` is red, green, blue from 0 to 1, as a screen shows them (sRGB). `joint_axes` holds the uids of robots
     whose joint axes are shown, `bounding_boxes` those of nodes whose boxes are shown; a uid that is gone is passed
-    over, and so are measurements and clearances of one and what is shown of one. Without a `camera` each viewer frames
-    the scene. What the collision monitor finds to touch is red, and the background rose, unless `collisions_hidden`.
+    over, and so are measurements, clearances and ghosts of one and what is shown of one. Without a `camera` each
+    viewer frames the scene. What the collision monitor finds to touch is red, and the background rose, unless
+    `collisions_hidden`.
     """
 
     background: Color = (0.90, 0.92, 0.94)
@@ -48,6 +76,7 @@ class ViewSettings:
     measurements: tuple[Measurement, ...] = ()
     collisions_hidden: bool = False
     clearances: tuple[Clearance, ...] = ()
+    ghosts: tuple[Ghost, ...] = ()
 
 
 Listener = Callable[[ViewSettings], None]
@@ -126,6 +155,8 @@ def checked(settings: ViewSettings) -> ViewSettings:
         raise KernelError("one sensor is there twice among those that are shown; name each once", field="sensors")
     _check_names([one.name for one in settings.measurements], "measurement")
     _check_names([one.name for one in settings.clearances], "clearance")
+    _check_names([one.name for one in settings.ghosts], "ghost")
+    _check_ghosts(settings.ghosts)
     if settings.camera is not None:
         check_camera(settings.camera)
     return settings
@@ -144,6 +175,32 @@ def _check_names(names: list[str], what: str) -> None:
                 name=name,
             )
         known.add(name)
+
+
+def _check_ghosts(ghosts: tuple[Ghost, ...]) -> None:
+    for one in ghosts:
+        if not 0.0 < one.opacity <= 1.0:
+            raise KernelError(
+                f"the ghost {one.name!r} has the opacity {one.opacity}; it is above 0 (clear), to 1 (solid)",
+                field=f"ghosts[{one.name!r}].opacity",
+                value=one.opacity,
+            )
+        if not one.rows:
+            raise KernelError(
+                f"the ghost {one.name!r} has no configuration; give at least one row",
+                field=f"ghosts[{one.name!r}].configurations.positions",
+            )
+    check_ghost_count(sum(len(one.rows) for one in ghosts))
+
+
+def check_ghost_count(count: int) -> None:
+    """Raise KernelError where ghosts would have more configurations in all than are shown."""
+    if count > MOST_GHOSTS:
+        raise KernelError(
+            f"the ghosts have {count} configurations; at most {MOST_GHOSTS} are shown in all, so leave some out",
+            field="ghosts",
+            count=count,
+        )
 
 
 def check_camera(camera: Camera) -> None:

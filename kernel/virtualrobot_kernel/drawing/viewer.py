@@ -19,7 +19,8 @@ from virtualrobot_kernel.drawing.annotations import AnnotationLayer, BoxLayer, C
 from virtualrobot_kernel.drawing.batches import BatchLayer
 from virtualrobot_kernel.drawing.cameras import Cameras
 from virtualrobot_kernel.drawing.clearance_meter import ClearanceMeter
-from virtualrobot_kernel.drawing.inventory import Inventory, joint_axes, take, world_bounds
+from virtualrobot_kernel.drawing.ghosts import ghost_figures
+from virtualrobot_kernel.drawing.inventory import Inventory, figures_only, joint_axes, take, world_bounds
 from virtualrobot_kernel.drawing.library import ShapeLibrary
 from virtualrobot_kernel.drawing.measurements import MeasurementLayer
 from virtualrobot_kernel.drawing.sensor_overlays import SensorLayer
@@ -150,6 +151,7 @@ class Picture:
         self._library = ShapeLibrary(meshes)
         self._stage = Stage(server)
         self._batches = BatchLayer(server, self._library)
+        self._ghosts = BatchLayer(server, self._library, "ghost")
         self._annotations = AnnotationLayer(server)
         self._boxes = BoxLayer(server, self._library)
         self._measurements = MeasurementLayer(server)
@@ -187,6 +189,7 @@ class Picture:
             )
         ):
             self._batches.pose(world_t_node)
+            self._ghosts.pose(world_t_node)
             self._annotations.pose(world_t_node)
             assert self._inventory is not None  # arranged with the first picture
             self._boxes.draw(snapshot.structure, self._inventory, world_t_node, settings.bounding_boxes)
@@ -204,10 +207,11 @@ class Picture:
             if (
                 same_world
                 and red == self._red
-                and (settings.joint_axes, settings.bounding_boxes)
+                and (settings.joint_axes, settings.bounding_boxes, settings.ghosts)
                 == (
                     shown.joint_axes,
                     shown.bounding_boxes,
+                    shown.ghosts,
                 )
             ):
                 return False
@@ -216,6 +220,7 @@ class Picture:
         self._red = red
         self._library.keep({shape for shape, _ in self._inventory.used})
         self._batches.arrange(self._inventory)
+        self._ghosts.arrange(figures_only(structure, ghost_figures(snapshot, settings.ghosts)))
         self._annotations.arrange(structure, self._inventory)
         self._bounds = world_bounds(self._inventory, snapshot.world_t_node, self._library)
         return True

@@ -34,6 +34,7 @@ Examples:
 @click.option(
     "--time-limit", type=FiniteRange(min=0.0), default=10.0, metavar="SECONDS", help="How long it may take [10]."
 )
+@click.option("--show/--hide", default=None, help="Its waypoints as ghosts in the viewer and in pictures.")
 @click.option("--go", is_flag=True, help="Go along the path.")
 @degrees_option
 @target_options
@@ -48,6 +49,7 @@ def path(
     planner: str,
     seed: int,
     time_limit: float,
+    show: bool | None,
     go: bool,
     degrees: bool,
 ) -> None:
@@ -72,6 +74,9 @@ def path(
             progress=_show if sys.stderr.isatty() else None,
         )
         click.echo(path_line(found))
+        if show is not None:
+            others = {name: ghost for name, ghost in client.view.ghosts.items() if name != f"path of {robot}"}
+            client.view.ghosts = {**others, f"path of {robot}": (robot, found)} if show else others
         if go:
             motion = found.start(wait=False, on_disconnect="stop")
             follow(motion)

@@ -1,4 +1,5 @@
 from google.protobuf import field_mask_pb2 as _field_mask_pb2
+from virtualrobot.v1 import collision_pb2 as _collision_pb2
 from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
 from google.protobuf.internal import containers as _containers
 from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
@@ -30,7 +31,7 @@ IMAGE_FORMAT_JPEG: ImageFormat
 IMAGE_FORMAT_RAW: ImageFormat
 
 class View(_message.Message):
-    __slots__ = ("background", "grid_hidden", "joint_axes", "bounding_boxes", "camera", "sensors", "measurements", "collisions_hidden", "clearances")
+    __slots__ = ("background", "grid_hidden", "joint_axes", "bounding_boxes", "camera", "sensors", "measurements", "collisions_hidden", "clearances", "ghosts")
     BACKGROUND_FIELD_NUMBER: _ClassVar[int]
     GRID_HIDDEN_FIELD_NUMBER: _ClassVar[int]
     JOINT_AXES_FIELD_NUMBER: _ClassVar[int]
@@ -40,6 +41,7 @@ class View(_message.Message):
     MEASUREMENTS_FIELD_NUMBER: _ClassVar[int]
     COLLISIONS_HIDDEN_FIELD_NUMBER: _ClassVar[int]
     CLEARANCES_FIELD_NUMBER: _ClassVar[int]
+    GHOSTS_FIELD_NUMBER: _ClassVar[int]
     background: _geometry_pb2.Color
     grid_hidden: bool
     joint_axes: _containers.RepeatedScalarFieldContainer[str]
@@ -49,7 +51,8 @@ class View(_message.Message):
     measurements: _containers.RepeatedCompositeFieldContainer[Measurement]
     collisions_hidden: bool
     clearances: _containers.RepeatedCompositeFieldContainer[Clearance]
-    def __init__(self, background: _Optional[_Union[_geometry_pb2.Color, _Mapping]] = ..., grid_hidden: bool = ..., joint_axes: _Optional[_Iterable[str]] = ..., bounding_boxes: _Optional[_Iterable[str]] = ..., camera: _Optional[_Union[Camera, _Mapping]] = ..., sensors: _Optional[_Iterable[_Union[SensorOverlay, _Mapping]]] = ..., measurements: _Optional[_Iterable[_Union[Measurement, _Mapping]]] = ..., collisions_hidden: bool = ..., clearances: _Optional[_Iterable[_Union[Clearance, _Mapping]]] = ...) -> None: ...
+    ghosts: _containers.RepeatedCompositeFieldContainer[Ghost]
+    def __init__(self, background: _Optional[_Union[_geometry_pb2.Color, _Mapping]] = ..., grid_hidden: bool = ..., joint_axes: _Optional[_Iterable[str]] = ..., bounding_boxes: _Optional[_Iterable[str]] = ..., camera: _Optional[_Union[Camera, _Mapping]] = ..., sensors: _Optional[_Iterable[_Union[SensorOverlay, _Mapping]]] = ..., measurements: _Optional[_Iterable[_Union[Measurement, _Mapping]]] = ..., collisions_hidden: bool = ..., clearances: _Optional[_Iterable[_Union[Clearance, _Mapping]]] = ..., ghosts: _Optional[_Iterable[_Union[Ghost, _Mapping]]] = ...) -> None: ...
 
 class SensorOverlay(_message.Message):
     __slots__ = ("sensor", "rays", "points", "color_by", "frustum", "image")
@@ -94,6 +97,18 @@ class Clearance(_message.Message):
     first: _containers.RepeatedScalarFieldContainer[str]
     second: _containers.RepeatedScalarFieldContainer[str]
     def __init__(self, name: _Optional[str] = ..., first: _Optional[_Iterable[str]] = ..., second: _Optional[_Iterable[str]] = ...) -> None: ...
+
+class Ghost(_message.Message):
+    __slots__ = ("name", "configurations", "color", "opacity")
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    CONFIGURATIONS_FIELD_NUMBER: _ClassVar[int]
+    COLOR_FIELD_NUMBER: _ClassVar[int]
+    OPACITY_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    configurations: _collision_pb2.RobotConfigurations
+    color: _geometry_pb2.Color
+    opacity: float
+    def __init__(self, name: _Optional[str] = ..., configurations: _Optional[_Union[_collision_pb2.RobotConfigurations, _Mapping]] = ..., color: _Optional[_Union[_geometry_pb2.Color, _Mapping]] = ..., opacity: _Optional[float] = ...) -> None: ...
 
 class Camera(_message.Message):
     __slots__ = ("position", "target", "field_of_view_radians")

@@ -30,27 +30,40 @@ def configuration_rows(
     columns: list[NDArray[np.float64]] = []
     for at, message in enumerate(messages):
         field = f"configurations[{at}]"
-        robot = structure.node(message.robot, Kind.ROBOT)
         if message.robot in {other.robot for other in messages[:at]}:
             raise KernelError(
                 f"{field} names the robot {message.robot!r} again; give all its joints in one",
                 field=f"{field}.robot",
                 robot=message.robot,
             )
-        names = _columns(structure, robot, message.joint_names, f"{field}.joint_names")
-        rows = array(message.positions, (None, len(names)), f"{field}.positions")
+        own, rows = robot_rows(structure, message, field)
         if columns and len(rows) != len(columns[0]):
             raise KernelError(
                 f"{field}.positions has {len(rows)} rows, and that of {messages[0].robot!r} has {len(columns[0])}; "
                 "give all robots as many",
                 field=f"{field}.positions",
             )
-        for name, column in zip(names, rows.T, strict=True):
-            joint, place, _ = single_joint(structure, robot, name)
-            _check_limits(robot.name, joint, column)
-            places.append(place)
+        places.extend(own)
         columns.append(rows)
     return np.array(places, np.int32), np.concatenate(columns, axis=1)
+
+
+def robot_rows(
+    structure: Structure, message: collision_pb2.RobotConfigurations, field: str
+) -> tuple[list[int], NDArray[np.float64]]:
+    """Return which coordinates of one robot differ in n configurations, (k), and what they are, (n, k).
+
+    Raises as `configuration_rows`, naming `field`.
+    """
+    robot = structure.node(message.robot, Kind.ROBOT)
+    names = _columns(structure, robot, message.joint_names, f"{field}.joint_names")
+    rows = array(message.positions, (None, len(names)), f"{field}.positions")
+    places = []
+    for name, column in zip(names, rows.T, strict=True):
+        joint, place, _ = single_joint(structure, robot, name)
+        _check_limits(robot.name, joint, column)
+        places.append(place)
+    return places, rows
 
 
 def block_message(

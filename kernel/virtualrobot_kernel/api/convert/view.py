@@ -7,6 +7,7 @@ from typing import Any
 from google.protobuf.field_mask_pb2 import FieldMask
 from virtualrobot.v1 import geometry_pb2, view_pb2
 
+from virtualrobot_kernel.api.convert.ghosts import ghost_messages, ghosts
 from virtualrobot_kernel.api.convert.values import check_enum, mask_fields, vector, vector_message
 from virtualrobot_kernel.collision.clearances import Clearance, is_there
 from virtualrobot_kernel.drawing.view import DEFAULT_FIELD_OF_VIEW, Camera, ViewSettings
@@ -14,11 +15,13 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.sensing.measuring import Measurement, NodePoint
 from virtualrobot_kernel.sensing.overlays import PointColor, SensorOverlay
 from virtualrobot_kernel.world.apply_sensors import sensor_node
+from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind, Structure
 
 
-def changed_settings(view: view_pb2.View, mask: FieldMask, structure: Structure) -> dict[str, Any]:
+def changed_settings(view: view_pb2.View, mask: FieldMask, snapshot: Snapshot) -> dict[str, Any]:
     """Return the fields of ViewSettings that a mask names, with their new values."""
+    structure = snapshot.structure
     fields = mask_fields(mask, view_pb2.View)
     if fields is None:
         names = ", ".join(field.name for field in view.DESCRIPTOR.fields)
@@ -45,6 +48,8 @@ def changed_settings(view: view_pb2.View, mask: FieldMask, structure: Structure)
         result["measurements"] = tuple(_measurement(one, structure) for one in view.measurements)
     if "clearances" in fields:
         result["clearances"] = tuple(_clearance(one, structure) for one in view.clearances)
+    if "ghosts" in fields:
+        result["ghosts"] = ghosts(view.ghosts, snapshot)
     return result
 
 
@@ -143,4 +148,5 @@ def view_message(settings: ViewSettings, structure: Structure) -> view_pb2.View:
         for one in settings.clearances
         if is_there(structure, one)
     )
+    message.ghosts.extend(ghost_messages(settings.ghosts, structure))
     return message

@@ -1,0 +1,68 @@
+"""Ghosts: the visible figures of robots where they are not, on the robots' bases."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from virtualrobot_kernel.drawing.view import Ghost
+from virtualrobot_kernel.planning.robots import standing_at
+from virtualrobot_kernel.world.figures import Figure, Frame, Label, Lines, Material, Points
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import JointType, Kind, LinkData, Structure
+from virtualrobot_kernel.world.visibility import inherited_visibility
+
+
+def is_there(structure: Structure, ghost: Ghost) -> bool:
+    """Return whether the robot of a ghost is there and has the coordinates that it had."""
+    robot = structure.robots.get(ghost.robot)
+    return robot is not None and all(sum(j.type.coordinate_count for j in robot.joints) == len(q) for q in ghost.rows)
+
+
+def ghost_figures(snapshot: Snapshot, ghosts: tuple[Ghost, ...]) -> Iterator[tuple[int, Figure]]:
+    """Yield (uid of the robot, figure in the robot's frame) of ghosts; one whose robot is gone is passed over.
+
+    What hangs below the robot counts, in the tools' states and where it hangs in this snapshot, but not robots there.
+    What its joints do not move is left out, and what is at one place in several configurations comes once.
+    """
+    structure = snapshot.structure
+    hidden, states = inherited_visibility(structure, snapshot.state.tool_states)
+    for ghost in ghosts:
+        if not is_there(structure, ghost):
+            continue
+        parts = [
+            (structure.rows[node.uid], figure)
+            for node in structure.below(ghost.robot)
+            if not hidden[node.uid] and node.kind is not Kind.ANNOTATION and _is_moved(structure, node.uid, ghost.robot)
+            for figure in node.figures
+            if figure.visual
+            and figure.tool_state in ("", states[node.uid])
+            and not isinstance(figure.geometry, Points | Lines | Frame | Label)
+        ]
+        material = Material((*ghost.color, ghost.opacity))
+        places = structure.robots[ghost.robot].q_slice
+        q_index = np.arange(places.start, places.stop, dtype=np.int32)
+        base = structure.rows[ghost.robot]
+        shown: set[tuple[int, bytes]] = set()
+        for q in ghost.rows:
+            world_t_node = standing_at(snapshot, q_index, np.array(q)).world_t_node
+            robot_t_node = np.linalg.inv(world_t_node[base]) @ world_t_node
+            for part, (row, figure) in enumerate(parts):
+                place = robot_t_node[row] @ figure.node_t_figure
+                known = part, (np.round(place, 9) + 0.0).tobytes()  # there is a negative zero
+                if known in shown:
+                    continue
+                shown.add(known)
+                yield ghost.robot, replace(figure, node_t_figure=place, material=material, tool_state="")
+
+
+def _is_moved(structure: Structure, uid: int, robot: int) -> bool:
+    """Return whether a node belongs to the robot, and not to another one on it, and goes with a joint of it."""
+    moved = False
+    for node in structure.ancestors(uid):
+        if node.kind is Kind.ROBOT:
+            return moved and node.uid == robot
+        moved = moved or (isinstance(node.data, LinkData) and node.data.joint.type is not JointType.FIXED)
+    return False
