@@ -143,6 +143,19 @@ def test_a_touch_is_told_in_its_tick_and_stops_the_arm(stepped: Stubs, watching:
     assert again.first.touching[0].pair.contacts and not again.first.events
 
 
+def test_who_touches_just_before_the_goal_has_not_succeeded(stepped: Stubs, watching: Watching) -> None:
+    """The arm brakes for its goal, inside the box, when it touches: it gets there, and is told to be stopped."""
+    arm_and_box(stepped)
+    mode(stepped, "stop")
+    watch = watching(stepped)
+    id = start(stepped, joints("arm", 1.0, **LEANING)).id
+    step(stepped, 1000)
+    assert watch.until(2)[1][1] == "stopped arm"
+    stopped = motion(stepped, id)
+    assert (stopped.phase, stopped.cancel_cause) == (CANCELLED, COLLISION)
+    assert state(stepped, "arm").positions[1] == pytest.approx(LEANING["lbr_iiwa_joint_2"], abs=1e-9)
+
+
 def test_modes_of_robots_and_two_robots(stepped: Stubs, watching: Watching) -> None:
     """Of two arms that lean towards each other, one is to stop: both are stopped; a third is told of only."""
     load(stepped, IIWA, "left")

@@ -55,6 +55,10 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
                 tool_states[tool] = name
         if now.ended:
             v[motion.v_index] = 0.0
+            if motion.cancellation and motion.cancellation.cause is CancelCause.COLLISION:
+                # Its goal may have been no farther than its brake took: it has not succeeded for that.
+                now = now.abort()
+                motion = replace(motion, running=now)
             # None where a cancel came too late.
             cancellation = None if now.phase is Phase.SUCCEEDED else motion.cancellation
             motion = replace(motion, end_tick=state.tick + 1, cancellation=cancellation)
