@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any, cast
 
 import pytest
 from virtualrobot.v1 import collision_pb2, scene_pb2
@@ -63,8 +64,8 @@ def test_a_scene_file_keeps_settings(stubs: Stubs) -> None:
 @pytest.mark.parametrize(
     ("request_", "reason", "words"),
     [
-        (Request(mode=9), "INVALID_ARGUMENT", "mode is 9, which has no meaning"),
-        (Request(robots=[Mode(robot="arm", mode=7)]), "INVALID_ARGUMENT", "mode is 7"),
+        (Request(mode=cast(Any, 9)), "INVALID_ARGUMENT", "mode is 9, which has no meaning"),
+        (Request(robots=[Mode(robot="arm", mode=cast(Any, 7))]), "INVALID_ARGUMENT", "mode is 7"),
         (Request(robots=[Mode(robot="nobody", mode=STOP)]), "UNKNOWN_NAME", "nobody"),
         (Request(robots=[Mode(robot="box", mode=STOP)]), "UNKNOWN_NAME", "box"),
         (Request(robots=[Mode(robot="arm", mode=STOP)] * 2), "INVALID_ARGUMENT", "names 'arm' again"),

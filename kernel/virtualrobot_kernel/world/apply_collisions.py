@@ -52,8 +52,7 @@ def set_collision_settings(change: Change, command: SetCollisionSettings, forwar
     """
     before, structure = change.state.collisions, change.structure
     modes = dict(before.modes)
-    # The same object where nothing of it changes: collision scenes look whether it is.
-    paddings = dict(before.paddings) if command.paddings else before.paddings
+    paddings = dict(before.paddings)
     for name, mode in command.modes:
         uid = structure.node(name, Kind.ROBOT).uid
         if mode is None:
@@ -81,7 +80,7 @@ def set_collision_settings(change: Change, command: SetCollisionSettings, forwar
             lower=0.0,
             upper=LONGEST_LOOK_AHEAD_SECONDS,
         )
-    settings = replace(
-        before, mode=command.mode or before.mode, modes=modes, look_ahead_seconds=ahead, paddings=paddings
-    )
+    # The same object where nothing of it changes: collision scenes look whether it is.
+    kept = paddings if command.paddings else before.paddings
+    settings = replace(before, mode=command.mode or before.mode, modes=modes, look_ahead_seconds=ahead, paddings=kept)
     return replace(change, state=replace(change.state, collisions=settings))
