@@ -1,5 +1,5 @@
 # make run    sets up and shows two arms palletizing in the browser     (ARGS=--headless: without)
-# make test   sets up and checks everything: lint, then tests
+# make test   sets up and checks everything: lint and tests
 # make bench  sets up and measures against the named peers -> benchmarks/RESULTS.md
 # make stubs  writes the Python stubs and the reference after a change of the contract
 # make picture  takes the pictures of the docs, the README's of the running demo among them
@@ -19,13 +19,17 @@ INSTALL := $(BIN)/python -m pip install -qq --disable-pip-version-check
 NODE_BIN := node_modules/.bin
 
 MAKEFLAGS += --no-print-directory
-.PHONY: run test bench lint ruff pyright buf stubs constraints picture profiles clean
+.PHONY: run test pytest bench lint ruff pyright buf stubs constraints picture profiles clean
 .DELETE_ON_ERROR:
 
 run: $(VENV)/installed-kernel
 	@$(BIN)/virtualrobot demo $(ARGS)
 
-test: lint
+# pyright takes a minute or two on one core, and the tests little more than one: side by side.
+test: ruff buf
+	@$(MAKE) -j2 pyright pytest
+
+pytest: $(VENV)/installed-dev
 	@echo "testing ..."
 	@$(BIN)/python -m pytest -q $(ARGS)
 
