@@ -60,8 +60,10 @@ def world() -> Iterator[SteeredWorld]:
 def served(world: World) -> api.MotionServicer:
     """Return the servicer on this world, for the running loop."""
     publications = Publications(world, asyncio.get_running_loop())
-    solvers = SimpleNamespace(of=None)  # goals in joints need none
-    rooms: Any = SimpleNamespace(world=world, publications=publications, turns=Turns(), solvers=solvers)
+    solvers = SimpleNamespace(of=None)  # goals in joints need none, nor anything to keep away from
+    rooms: Any = SimpleNamespace(
+        world=world, publications=publications, turns=Turns(), solvers=solvers, collisions=None
+    )
     rooms.submit = lambda commands, context, revision=None: world.submit(commands, "a test", revision)
     return api.MotionServicer(rooms)
 

@@ -39,7 +39,8 @@ def look(cell: Cell) -> int:
     chosen = [pictures[tick] for tick in sorted(pictures) if tick % 20 == 0 or tick in near | ends]
     assert touching(chosen) == set()
     for entry in halts:
-        before = cell.befores[entry.tick]
+        if (before := cell.befores.get(entry.tick)) is None:
+            continue  # something else braked already: this picture does not tell where it would have gone
         (halt,) = entry.commands
         assert isinstance(halt, HaltRobots)
         why = halt.cancellation.reason

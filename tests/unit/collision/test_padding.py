@@ -110,7 +110,9 @@ def test_a_padded_arm_touches_what_coal_finds_nearer_than_that(rng: np.random.Ge
     scene, plain = scene_of(padded), scene_of(bare)
     uids = [[bare.structure.uid_by_name[name] for name in side] for side in (links, rest)]
     seen = 0
-    for _ in range(30):
+    count = 0
+    while count < 30 or (not seen and count < 300):
+        count += 1
         snapshot = somewhere(bare, rng)
         plain.place(snapshot)
         scene.place(replace(snapshot, state=replace(snapshot.state, collisions=padded.state.collisions)))
