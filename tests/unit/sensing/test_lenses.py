@@ -22,6 +22,7 @@ def places(pixels: np.ndarray, width: int) -> np.ndarray:
 @pytest.mark.parametrize("count", [0, 4, 5, 8])
 def test_a_pinholes_rays_are_projected_to_their_pixels_by_opencv(count: int, rng: np.random.Generator) -> None:
     width, height = 160, 120
+    shares = []
     for _ in range(10):
         scale = np.array([0.3, 0.15, 0.01, 0.01, 0.05, 0.2, 0.05, 0.02])[:count]
         distortion = rng.uniform(-scale, scale)
@@ -31,13 +32,14 @@ def test_a_pinholes_rays_are_projected_to_their_pixels_by_opencv(count: int, rng
             CameraSensor(width, height, intrinsics=Intrinsics(*focal, *middle), distortion=tuple(distortion.tolist()))
         )
         seen = np.isfinite(lens.directions).all(axis=1)
-        assert seen.mean() > 0.7
+        shares.append(seen.mean())
         np.testing.assert_allclose(np.linalg.norm(lens.directions[seen], axis=1), 1.0, atol=1e-6)
         points = lens.directions[seen].astype(np.float64)[:, None]
         none = np.zeros(3)
         projected, _ = cv2.projectPoints(points, none, none, matrix(lens.intrinsics), distortion if count else None)
         # A direction of single precision is within 1e-7 rad; at most 300 pixels a radian, distorted a few times.
         np.testing.assert_allclose(projected[:, 0], places(lens.pixels, width)[seen], atol=1e-3)
+    assert np.median(shares) > 0.9, "a strong distortion folds the corners of some pictures, not of most"
 
 
 def test_a_fisheyes_rays_are_projected_to_their_pixels_by_opencv(rng: np.random.Generator) -> None:
