@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
 from itertools import islice
 
 import numpy as np
@@ -25,9 +25,9 @@ from virtualrobot_kernel.api.convert.collisions import (
 )
 from virtualrobot_kernel.api.convert.configurations import block_message, configuration_rows
 from virtualrobot_kernel.api.convert.values import not_negative, stamp
-from virtualrobot_kernel.api.publications import ending
 from virtualrobot_kernel.api.readiness import ready_for_guard
 from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.api.turns import IsGone
 from virtualrobot_kernel.collision.configurations import CHECK_BLOCK
 from virtualrobot_kernel.collision.sampling import Touched, sample_touches
 from virtualrobot_kernel.errors import KernelError, LimitError
@@ -40,13 +40,9 @@ SAMPLES = 1000
 MOST_SAMPLES = 100_000
 BLOCK_ROWS = 256
 """How many configurations a process checks in one go: a few hundredths of a second."""
-PROGRESS_SECONDS = 0.25
-"""How often the progress of a search is told."""
 
 FEW_EVENTS = 8
 """So many events are told by the API's thread itself; the contacts of two nodes take up to a third of a millisecond."""
-
-IsGone = Callable[[], bool]
 
 
 class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
@@ -236,9 +232,7 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
 
         task = asyncio.ensure_future(self._rooms.turns.run_while_wanted([TURN], work))
         try:
-            while not (await asyncio.wait({task}, timeout=PROGRESS_SECONDS))[0]:
-                if self._rooms.publications.closed:
-                    raise ending()
+            while not await self._rooms.publications.is_done(task):
                 yield collision_pb2.FindAllowedPairsResponse(stamp=stamp(snapshot), progress=done[0] / samples)
             found = task.result()
         finally:

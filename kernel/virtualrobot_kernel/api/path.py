@@ -18,9 +18,6 @@ from virtualrobot_kernel.world.structure import Kind
 
 JOB = "virtualrobot_kernel.paths.find:find_path"
 
-PROGRESS_SECONDS = 0.25
-"""How often the progress of a search is told."""
-
 
 class PathServicer(path_pb2_grpc.PathServiceServicer):
     """Serves PathService."""
@@ -58,7 +55,7 @@ class PathServicer(path_pb2_grpc.PathServiceServicer):
 
         done = asyncio.wrap_future(self._rooms.processes.submit(JOB, there, query, told=told))
         try:
-            while not (await asyncio.wait({done}, timeout=PROGRESS_SECONDS))[0]:
+            while not await self._rooms.publications.is_done(done):
                 yield response(*newest[0])
             found = done.result()
         finally:

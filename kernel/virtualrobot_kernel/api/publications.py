@@ -8,6 +8,7 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from collections.abc import AsyncGenerator, AsyncIterator, Callable
+from typing import Any
 
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.state import Motion, Snapshot
@@ -15,6 +16,9 @@ from virtualrobot_kernel.world.store import World
 
 BACKLOG = 10_000
 """How many signal changes a reader may be late."""
+
+PROGRESS_SECONDS = 0.25
+"""How often a call tells how far long work is."""
 
 SHORTEST_PAUSE_SECONDS = 0.001
 """Event loops do not wait for less than a millisecond: whose pause is shorter is told every snapshot that comes."""
@@ -88,6 +92,18 @@ class Publications:
     async def pause(self, seconds: float) -> None:
         """Wait for some seconds of the wall clock."""
         await self._sleep(seconds, self._others)
+
+    async def is_done(self, work: asyncio.Future[Any]) -> bool:
+        """Wait for some work until it is time to tell how far it is, and return whether it is done."""
+        waiter = self._waiter()
+        self._others.add(waiter)
+        try:
+            await asyncio.wait({work, waiter}, timeout=PROGRESS_SECONDS, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            self._others.discard(waiter)
+        if waiter.done():
+            waiter.result()  # raises that the kernel is ending
+        return work.done()
 
     async def end_of_motion(self, id: str, seconds: float) -> None:
         """Wait until a motion has ended, but no longer than some seconds of the wall clock; no tick wakes who waits."""

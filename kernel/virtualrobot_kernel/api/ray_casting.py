@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
 
 from virtualrobot.v1 import ray_pb2
 from virtualrobot_sdk.rays import Hits, RayScene
@@ -12,6 +12,7 @@ from virtualrobot_sdk.registration import ComponentKind
 from virtualrobot_kernel.api.convert.rays import cast_message, check_count, comparison_message, rays
 from virtualrobot_kernel.api.convert.values import stamp
 from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.api.turns import IsGone
 from virtualrobot_kernel.components.catalog import Offer
 from virtualrobot_kernel.errors import LimitError
 from virtualrobot_kernel.sensing.compare import Comparison, Floats, compared, random_rays
@@ -20,10 +21,6 @@ from virtualrobot_kernel.sensing.settings import DEFAULT_RAY_CASTER
 COMPARED_RAYS = 10_000
 """How many rays are compared where a client does not say."""
 MOST_COMPARED_RAYS = 1_000_000
-PROGRESS_SECONDS = 0.25
-"""How often the progress of a comparison is told."""
-
-IsGone = Callable[[], bool]
 
 
 class CastCalls:
@@ -75,7 +72,7 @@ class CastCalls:
             done = [0.0]
             task = self._begin(offer, scene, drawn, first, done)
             try:
-                while not (await asyncio.wait({task}, timeout=PROGRESS_SECONDS))[0]:
+                while not await rooms.publications.is_done(task):
                     answer.progress = (place + done[0]) / len(offers)
                     yield answer
                 comparison, hits = task.result()

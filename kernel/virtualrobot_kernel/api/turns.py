@@ -18,6 +18,9 @@ THREADS = 64
 
 Result = TypeVar("Result")
 
+IsGone = Callable[[], bool]
+"""Tells whether nobody waits for some work any more."""
+
 
 class Turns:
     """Owns the threads that solve; asked from the API's thread only."""
@@ -56,8 +59,8 @@ class Turns:
         work.add_done_callback(done)
         return await asyncio.wrap_future(work)
 
-    async def run_while_wanted(self, whom: Iterable[int | str], work: Callable[[Callable[[], bool]], Result]) -> Result:
-        """Return what `work` returns as `run` does; it is given what tells whether the call was cancelled meanwhile."""
+    async def run_while_wanted(self, whom: Iterable[int | str], work: Callable[[IsGone], Result]) -> Result:
+        """Return what `work` returns as `run` does; it may ask whether the call was cancelled meanwhile."""
         gone = threading.Event()
         try:
             return await self.run(whom, lambda: work(gone.is_set))

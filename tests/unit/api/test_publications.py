@@ -144,6 +144,17 @@ def test_a_motion_that_goes_on_is_not_waited_for_longer_than_asked(world: Changi
     assert world.snapshot.state.motions
 
 
+def test_who_waits_for_long_work_is_told_when_it_is_done_and_between(world: ChangingWorld) -> None:
+    async def run() -> tuple[bool, bool]:
+        loop = asyncio.get_running_loop()
+        publications, work = Publications(world, loop), loop.create_future()
+        goes_on = await publications.is_done(work)
+        loop.call_soon(work.set_result, None)
+        return goes_on, await asyncio.wait_for(publications.is_done(work), 30.0)
+
+    assert asyncio.run(run()) == (False, True)
+
+
 def test_a_reader_that_leaves_hurts_no_other(world: ChangingWorld) -> None:
     async def run() -> Snapshot:
         publications = Publications(world, asyncio.get_running_loop())
@@ -173,6 +184,7 @@ def test_the_end_of_the_kernel_ends_all_waiting(world: ChangingWorld) -> None:
             publications.newer_than(world.snapshot),
             publications.end_of_motion("motion-1", 1000.0),
             publications.pause(1000.0),
+            publications.is_done(asyncio.get_running_loop().create_future()),
             second(publications.every_signal_change()),
             second(publications.each(lambda listener: lambda: None)),
         ]
