@@ -8,7 +8,6 @@ are always asked between triangles: a sphere is a point and a capsule a segment,
 from __future__ import annotations
 
 import logging
-import threading
 import time
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -21,7 +20,8 @@ from virtualrobot_kernel.collision import nearest
 from virtualrobot_kernel.collision.nearest import Floats, Nearest
 from virtualrobot_kernel.collision.outline import Outline, hull_of, outline_of
 from virtualrobot_kernel.collision.tessellation import Integers, box_triangles, pieces, turned_triangles
-from virtualrobot_kernel.formats.submesh import Meshes, stacked
+from virtualrobot_kernel.formats.figure_library import FigureLibrary
+from virtualrobot_kernel.formats.submesh import stacked
 from virtualrobot_kernel.world.figures import Box, Capsule, Cone, Cylinder, Geometry, Mesh, Sphere
 
 log = logging.getLogger(__name__)
@@ -109,41 +109,15 @@ class Solid:
         return self.centre[None], self.half[None] + self.radius
 
 
-class CollisionShapes:
-    """Solids by geometry, made when first asked for and shared; any thread may ask.
+class CollisionShapes(FigureLibrary[Geometry, Solid | None]):
+    """Solids by geometry; None for points, lines, frames and labels, which nothing touches.
 
     FCL changes none of them when it is asked, so that threads share them; each has collision objects of its own. A mesh
     that cannot be read is told once and touches nothing.
     """
 
-    def __init__(self, meshes: Meshes) -> None:
-        """Take the triangles of meshes from `meshes`."""
-        self._meshes = meshes
-        self._solids: dict[Geometry, Solid] = {}
-        self._lock = threading.Lock()
-
-    def get(self, geometry: Geometry) -> Solid | None:
-        """Return a solid; None for points, lines, frames and labels, which nothing touches."""
-        solid = self._solids.get(geometry)
-        if solid is None:
-            made = self._made(geometry)
-            if made is None:
-                return None
-            with self._lock:
-                solid = self._solids.setdefault(geometry, made)
-        return solid
-
-    def __len__(self) -> int:
-        """Return how many solids are kept."""
-        return len(self._solids)
-
-    def keep(self, geometries: set[Geometry]) -> None:
-        """Forget all solids but those of `geometries`; who uses one meanwhile has it still."""
-        with self._lock:
-            self._solids = {key: solid for key, solid in self._solids.items() if key in geometries}
-
-    def _made(self, geometry: Geometry) -> Solid | None:
-        match geometry:
+    def _made(self, key: Geometry) -> Solid | None:
+        match key:
             case Box(size):
                 return _solid(fcl.Box(*size), box_triangles(size), 0.0, nearest.of_box(size))
             case Sphere(radius):
@@ -159,7 +133,7 @@ class CollisionShapes:
                 near, circles = nearest.of_cone(radius, length), (0.5 * length, radius, 0.0)
                 return _solid(fcl.Cone(radius, length), surface, 0.0, near, circles)
             case Mesh():
-                return self._of_mesh(geometry)
+                return self._of_mesh(key)
         return None
 
     def _of_mesh(self, mesh: Mesh) -> Solid:
@@ -190,7 +164,7 @@ class CollisionShapes:
         return replace(made, margin=margin, mesh=MadeOfMesh(count, warning, time.perf_counter() - started))
 
     def _triangles(self, mesh: Mesh) -> tuple[Floats, Integers]:
-        vertices, faces = stacked(self._meshes(mesh))
+        vertices, faces = stacked(self.meshes(mesh))
         return vertices.astype(np.float64), faces
 
 

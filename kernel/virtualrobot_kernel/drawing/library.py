@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from virtualrobot_kernel.drawing.appearance import Rgba, encode
 from virtualrobot_kernel.formats import shapes
 from virtualrobot_kernel.formats.creases import shaded
-from virtualrobot_kernel.formats.submesh import Meshes, Submesh
+from virtualrobot_kernel.formats.figure_library import FigureLibrary
+from virtualrobot_kernel.formats.submesh import Submesh
 from virtualrobot_kernel.world.figures import Box, Capsule, Cone, Cylinder, Frame, Geometry, Mesh, Sphere
 
 log = logging.getLogger(__name__)
@@ -64,28 +65,12 @@ def shape_key(geometry: Geometry) -> tuple[ShapeKey, Vector] | None:
     return None
 
 
-class ShapeLibrary:
-    """Shapes by key, made when first asked for. A mesh that cannot be read is told once and drawn as nothing."""
-
-    def __init__(self, meshes: Meshes) -> None:
-        """Take the triangles of meshes from `meshes`."""
-        self._meshes = meshes
-        self._shapes: dict[ShapeKey, Shape] = {}
-
-    def get(self, key: ShapeKey) -> Shape:
-        """Return a shape."""
-        shape = self._shapes.get(key)
-        if shape is None:
-            shape = self._shapes[key] = self._made(key)
-        return shape
+class ShapeLibrary(FigureLibrary[ShapeKey, Shape]):
+    """Shapes that are drawn. A mesh that cannot be read is told once and drawn as nothing."""
 
     def files(self, key: ShapeKey, color: Rgba | None) -> tuple[bytes, ...]:
         """Return the GLB files that show a shape in a colour."""
         return encode(self.get(key).parts, color)
-
-    def keep(self, keys: set[ShapeKey]) -> None:
-        """Forget all shapes but those of `keys`."""
-        self._shapes = {key: shape for key, shape in self._shapes.items() if key in keys}
 
     def _made(self, key: ShapeKey) -> Shape:
         if isinstance(key, str):
@@ -94,7 +79,7 @@ class ShapeLibrary:
             parts = (shapes.capsule(key.radius, key.length),)
         else:
             try:
-                parts = tuple(shaded(part) for part in self._meshes(key))
+                parts = tuple(shaded(part) for part in self.meshes(key))
             except Exception:  # a mesh that cannot be drawn must not take the picture of everything else with it
                 log.exception("mesh %s is not drawn", key.uri)
                 return EMPTY

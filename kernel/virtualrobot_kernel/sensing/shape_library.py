@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import logging
-import threading
 
 import numpy as np
 from virtualrobot_sdk.rays import Primitive, Round, Shape, make_shape
 
 from virtualrobot_kernel.formats import shapes
-from virtualrobot_kernel.formats.submesh import Meshes, Submesh, stacked
+from virtualrobot_kernel.formats.figure_library import FigureLibrary
+from virtualrobot_kernel.formats.submesh import Submesh, stacked
 from virtualrobot_kernel.world.figures import Box, Capsule, Cone, Cylinder, Geometry, Mesh, Sphere
 
 log = logging.getLogger(__name__)
@@ -17,41 +17,14 @@ log = logging.getLogger(__name__)
 EMPTY = make_shape(np.zeros((0, 3)), np.zeros((0, 3)))
 
 
-class ShapeLibrary:
-    """Shapes by geometry, made when first asked for; any thread may ask.
+class ShapeLibrary(FigureLibrary[Geometry, Shape | None]):
+    """Shapes by geometry; None for points, lines, frames and labels, which no ray meets.
 
-    Two threads that ask for the same new shape at once both make it, and keep one. A mesh that cannot be read is told
-    once and seen as nothing.
+    A mesh that cannot be read is told once and seen as nothing.
     """
 
-    def __init__(self, meshes: Meshes) -> None:
-        """Take the triangles of meshes from `meshes`."""
-        self.meshes = meshes
-        self._shapes: dict[Geometry, Shape] = {}
-        self._lock = threading.Lock()
-
-    def get(self, geometry: Geometry) -> Shape | None:
-        """Return a shape; None for points, lines, frames and labels, which no ray meets."""
-        shape = self._shapes.get(geometry)
-        if shape is None:
-            made = self._made(geometry)
-            if made is None:
-                return None
-            with self._lock:
-                shape = self._shapes.setdefault(geometry, made)
-        return shape
-
-    def __len__(self) -> int:
-        """Return how many shapes are kept."""
-        return len(self._shapes)
-
-    def keep(self, geometries: set[Geometry]) -> None:
-        """Forget all shapes but those of `geometries`."""
-        with self._lock:
-            self._shapes = {key: shape for key, shape in self._shapes.items() if key in geometries}
-
-    def _made(self, geometry: Geometry) -> Shape | None:
-        match geometry:
+    def _made(self, key: Geometry) -> Shape | None:
+        match key:
             case Box(size):
                 return _shape(shapes.transformed(shapes.box(), size))
             case Sphere(radius):
@@ -67,7 +40,7 @@ class ShapeLibrary:
             case Capsule(radius, length):
                 return _shape(shapes.capsule(radius, length), Primitive(Round.CAPSULE, radius, length))
             case Mesh():
-                return self._mesh(geometry)
+                return self._mesh(key)
         return None
 
     def _mesh(self, mesh: Mesh) -> Shape:
