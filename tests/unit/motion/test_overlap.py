@@ -12,6 +12,7 @@ from virtualrobot_kernel.motion.overlap import overlap, overlapped
 from virtualrobot_kernel.motion.path import joint_line
 from virtualrobot_kernel.motion.plan import plan_ptp
 from virtualrobot_kernel.motion.planned import Track
+from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
 from virtualrobot_kernel.motion.rates import joint_rates
 
 from tests.unit.motion.motions import random_limits
@@ -50,6 +51,23 @@ def test_an_overlap_keeps_the_limits_and_what_is_outside_it(rng: np.random.Gener
     for x in whole.path.breaks[1:-1]:
         left, right = whole.path.states(np.array([np.nextafter(x, -1.0), x]), 2).transpose(1, 0, 2)
         assert np.allclose(left, right, rtol=1e-6, atol=1e-6 * np.abs(left).max())
+
+
+def test_the_overlap_has_the_jerk_of_its_quintic_whatever_the_parameters_are(rng: np.random.Generator) -> None:
+    """One motion's parameter may grow many times as fast as the other's, as that of an arc beside one of joints."""
+    scale, found = float(rng.choice([30.0, 1.0 / 30.0])), None
+    while found is None:
+        limits = random_limits(rng, 4)
+        before, after = (plan_ptp(*ends, limits).tracks[0] for ends in pairwise(points(rng, limits, 3)))
+        law = PiecewisePolynomial(after.time_law.breaks, scale * after.time_law.coefficients)
+        after = Track(after.path.onto(scale * after.path.start, scale * after.path.end), law)
+        rows = np.stack([limits.velocity, limits.acceleration, limits.jerk])
+        found = overlap(before, after, 0.4 * before.time_law.end, 0.4 * law.end, rows, lambda quintic: True)
+    track, ((begin, _),) = overlapped([before, after], [found])
+    times = rng.uniform(0.0, found.quintic.end, 2000)
+    meant = found.quintic.states(times, 3)[1:]
+    off = np.abs(track.derivatives(begin + times)[1:] - meant).max(axis=(1, 2))
+    assert np.all(off <= [1e-6, 1e-3, 1e-2] * np.abs(meant).max(axis=(1, 2)))
 
 
 def test_what_does_not_fit_is_not_taken(rng: np.random.Generator) -> None:
