@@ -16,6 +16,7 @@ from enum import Enum
 
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.commands import Command
+from virtualrobot_kernel.world.listeners import Listeners
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import Permit
 from virtualrobot_kernel.world.touched import touched_robots
@@ -62,7 +63,7 @@ class LeaseTable:
         """Begin with no lease."""
         self._table = _Table()
         self._count = 0
-        self._listeners: tuple[Callable[[object], None], ...] = ()
+        self._listeners: Listeners[[object]] = Listeners()
 
     @property
     def held(self) -> list[Lease]:
@@ -129,12 +130,7 @@ class LeaseTable:
 
     def subscribe(self, listener: Callable[[object], None]) -> Callable[[], None]:
         """Call `listener` after each change, until the returned function is called."""
-        self._listeners = (*self._listeners, listener)
-
-        def end() -> None:
-            self._listeners = tuple(other for other in self._listeners if other is not listener)
-
-        return end
+        return self._listeners.add(listener)
 
     def _made(self, robots: Collection[int], owner: str) -> Lease:
         self._count += 1
@@ -147,8 +143,7 @@ class LeaseTable:
         for token in ended[:-REMEMBERED]:
             del leases[token]
         self._table = _Table(leases, {uid: other for other in leases.values() for uid in other.robots})
-        for listener in self._listeners:
-            listener(changed)
+        self._listeners.tell(changed)
 
 
 def _record(table: _Table, token: str) -> Lease:

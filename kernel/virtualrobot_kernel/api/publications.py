@@ -155,7 +155,7 @@ class Publications:
                 last = snapshot
                 self._loop.call_soon_threadsafe(arrived, snapshot)
 
-        self._world.listen(published)
+        end = self._world.listen(published)
         try:
             first = self._world.snapshot
             yield first
@@ -169,7 +169,7 @@ class Publications:
                 if snapshot.revision > first.revision:  # others came between listening and looking
                     yield snapshot
         finally:
-            self._world.unlisten(published)
+            end()
 
     async def each(
         self, subscribe: Callable[[Callable[[object], None]], Callable[[], None]]

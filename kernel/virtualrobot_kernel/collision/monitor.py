@@ -23,6 +23,7 @@ from virtualrobot_kernel.collision.scene import Collision, CollisionScene, Detai
 from virtualrobot_kernel.collision.transitions import STOPPING, Halt, Scope, halt_of, names_of, transitions, watched
 from virtualrobot_kernel.world.clock import Mode
 from virtualrobot_kernel.world.commands import Command, HaltRobots
+from virtualrobot_kernel.world.listeners import Listeners
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion, Snapshot
 from virtualrobot_kernel.world.store import World
 
@@ -60,7 +61,7 @@ class Monitor:
         self._checked: Snapshot | None = None
         self._halts: tuple[Halt, ...] = ()
         self._held: list[tuple[int, float, What]] | None = None
-        self._listeners: tuple[Listener, ...] = ()
+        self._listeners: Listeners[[Report]] = Listeners()
         self._telling = threading.Lock()
         self._newest = self._seen = world.snapshot
         self._asked: tuple[Snapshot, threading.Event] | None = None
@@ -71,11 +72,11 @@ class Monitor:
         self._past: Sequence[Motion] = world.snapshot.state.ended
         self._thread = threading.Thread(target=self._run, name="monitor", daemon=True)
         self._thread.start()
-        world.listen(self._published)
+        self._end_listening = world.listen(self._published)
 
     def close(self) -> None:
         """End the thread; nothing is checked any more."""
-        self._world.unlisten(self._published)
+        self._end_listening()
         self._world.unoversee(self)
         self._ended = True
         self._wake.set()
@@ -83,14 +84,7 @@ class Monitor:
 
     def subscribe(self, listener: Listener) -> Callable[[], None]:
         """Have `listener` called whenever something happened; call what this returns to end that."""
-        with self._telling:
-            self._listeners = (*self._listeners, listener)
-
-        def end() -> None:
-            with self._telling:
-                self._listeners = tuple(one for one in self._listeners if one is not listener)
-
-        return end
+        return self._listeners.add(listener)
 
     def admit(self, before: Snapshot, after: Snapshot, batch: Sequence[Command]) -> None:
         """Let all be."""
@@ -272,12 +266,8 @@ class Monitor:
             numbered = (Event(number, *what) for number, what in enumerate(new, latest.event_count + 1))
             events, count = (*latest.events, *numbered)[-REMEMBERED:], latest.event_count + len(new)
             self.latest = replace(latest, **changed, events=events, event_count=count)
-            listeners = self._listeners if new else ()
-        for listener in listeners:
-            try:
-                listener(self.latest)
-            except Exception:
-                log.exception("a listener to collisions failed inside the kernel")
+        if new:
+            self._listeners.tell(self.latest)
 
 
 def _differ(before: Snapshot, now: Snapshot, closely: bool = False) -> bool:

@@ -50,10 +50,10 @@ class Film:
         """Begin with the world as it is now; `told` is called when there is more. Return what ends it."""
         self._told = told
         with self._beginning:  # a tick that comes meanwhile waits, so that it is neither lost nor taken twice
-            self._world.listen_ticks(self._ticked)
+            end = self._world.listen_ticks(self._ticked)
             self._start = self._world.snapshot.state.tick
             self._catch(self._world.snapshot)
-        return lambda: self._world.unlisten_ticks(self._ticked)
+        return end
 
     @property
     def behind(self) -> int:

@@ -12,6 +12,7 @@ from virtualrobot_kernel.collision.clearances import Clearance
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.sensing.measuring import Measurement
 from virtualrobot_kernel.sensing.overlays import SensorOverlay
+from virtualrobot_kernel.world.listeners import Listeners
 
 Vector = tuple[float, float, float]
 Color = tuple[float, float, float]
@@ -90,8 +91,7 @@ class ViewStore:
         self._changed = threading.Condition()
         self._settings = checked(settings or ViewSettings())
         self._revision = 0
-        self._listeners: dict[int, Listener] = {}
-        self._listener_count = 0
+        self._listeners: Listeners[[ViewSettings]] = Listeners()
 
     def get(self) -> ViewSettings:
         """Return the settings as they are now."""
@@ -111,10 +111,8 @@ class ViewStore:
             settings = checked(replace(self._settings, **fields))
             self._settings = settings
             self._revision += 1
-            listeners = tuple(self._listeners.values())
             self._changed.notify_all()
-        for listener in listeners:
-            listener(settings)
+        self._listeners.tell(settings)
         return settings
 
     def reset(self) -> ViewSettings:
@@ -124,16 +122,7 @@ class ViewStore:
 
     def subscribe(self, listener: Listener) -> Callable[[], None]:
         """Call `listener` with the settings after each change, in the changing thread; return what ends it."""
-        with self._changed:
-            self._listener_count += 1
-            key = self._listener_count
-            self._listeners[key] = listener
-
-        def end() -> None:
-            with self._changed:
-                self._listeners.pop(key, None)
-
-        return end
+        return self._listeners.add(listener)
 
     def wait(self, revision: int, timeout: float) -> tuple[int, ViewSettings]:
         """Return revision and settings once the revision differs from `revision`, or after `timeout` seconds."""

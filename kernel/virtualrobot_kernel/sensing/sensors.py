@@ -18,6 +18,7 @@ from virtualrobot_kernel.sensing.station import Instant, Schedule, Station
 from virtualrobot_kernel.sensing.turns import Turns
 from virtualrobot_kernel.world.apply_sensors import sensor_node, sensor_nodes
 from virtualrobot_kernel.world.clock import Mode
+from virtualrobot_kernel.world.listeners import Listeners
 from virtualrobot_kernel.world.sensing import CameraSensor, ContactSensor, MotionSensor, RangeSensor, Sensor
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import World
@@ -61,7 +62,7 @@ class Sensors:
         self._running: tuple[Station, ...] = ()
         self._asked: dict[int, int] = {}
         self._history: tuple[Snapshot, ...] = ()
-        self._listeners: tuple[Listener, ...] = ()
+        self._listeners: Listeners[[Reading | None]] = Listeners()
         self._lock = threading.Lock()
         self._telling = threading.Lock()
         self._closed = False
@@ -72,14 +73,15 @@ class Sensors:
         self._chores: queue.SimpleQueue[Station | Structure | None] = queue.SimpleQueue()
         self._helper = threading.Thread(target=self._do_chores, name="sensors", daemon=True)
         self._helper.start()
+        self._end_ticks: Callable[[], None] = lambda: None
         self._published()
-        world.listen(self._published)
+        self._end_publications = world.listen(self._published)
 
     def close(self) -> None:
         """End all sensors; none starts any more."""
         self._closed = True
-        self._world.unlisten(self._published)
-        self._world.unlisten_ticks(self._ticked)
+        self._end_publications()
+        self._end_ticks()
         self._chores.put(None)
         self._helper.join(10.0)
         for station in self.stations.values():
@@ -89,14 +91,7 @@ class Sensors:
 
     def subscribe(self, listener: Listener) -> Callable[[], None]:
         """Have `listener` called with each new reading of any sensor; call what this returns to end that."""
-        with self._telling:
-            self._listeners = (*self._listeners, listener)
-
-        def end() -> None:
-            with self._telling:
-                self._listeners = tuple(one for one in self._listeners if one is not listener)
-
-        return end
+        return self._listeners.add(listener)
 
     def read(self, name: str, kinds: object | None = None) -> tuple[Station, Future[Reading]]:
         """Have one reading made of the world as it is now, whether the sensor runs or not.
@@ -210,9 +205,9 @@ class Sensors:
         """Have these sensors told each tick from now on."""
         before, self._running = self._running, running
         if running and not before:
-            self._world.listen_ticks(self._ticked)
+            self._end_ticks = self._world.listen_ticks(self._ticked)
         elif before and not running:
-            self._world.unlisten_ticks(self._ticked)
+            self._end_ticks()
             self._history = ()
         if running:
             self._keep(snapshot)
@@ -243,8 +238,7 @@ class Sensors:
     def _tell(self, reading: Reading) -> None:
         with self._telling:
             self.latest = {**self.latest, reading.uid: reading}
-        for listener in self._listeners:
-            listener(reading)
+        self._listeners.tell(reading)
 
     def _forget(self, structure: Structure) -> None:
         """Forget sensors that are gone, and say so."""
@@ -252,8 +246,7 @@ class Sensors:
             return
         with self._telling:
             self.latest = {uid: one for uid, one in self.latest.items() if uid in structure.nodes}
-        for listener in self._listeners:
-            listener(None)
+        self._listeners.tell(None)
 
 
 def data_of(node: Node) -> Sensor:

@@ -23,6 +23,7 @@ from virtualrobot_kernel.world.change import Change, Forward
 from virtualrobot_kernel.world.clock import Clock, Mode, Pacer
 from virtualrobot_kernel.world.commands import Command
 from virtualrobot_kernel.world.journal import Entry, Journal
+from virtualrobot_kernel.world.listeners import Listeners
 from virtualrobot_kernel.world.overseer import Overseer
 from virtualrobot_kernel.world.state import Snapshot, State
 from virtualrobot_kernel.world.structure import Structure
@@ -75,14 +76,6 @@ class _SetClock:
 Item = TypeVar("Item", _Batch, _Step, _SetClock)
 
 
-def _tell(listener: Callable[..., None], *what: object) -> None:
-    """Call a listener; one that fails is told in the log, and neither the world nor other listeners stop for it."""
-    try:
-        listener(*what)
-    except Exception:
-        log.exception("a listener to the world failed inside the kernel")
-
-
 def _closed() -> KernelError:
     return KernelError("the kernel is ending", reason=Reason.SHUTTING_DOWN)
 
@@ -118,10 +111,10 @@ class World:
         )
         self._pacer = Pacer(clock, time.monotonic())
         self._queue: queue.SimpleQueue[_Batch | _Step | _SetClock | None] = queue.SimpleQueue()
-        self._listeners: tuple[Callable[[], None], ...] = ()
-        self._tick_listeners: tuple[Callable[[Snapshot], None], ...] = ()
+        self._listeners: Listeners[[]] = Listeners()
+        self._tick_listeners: Listeners[[Snapshot]] = Listeners()
         self._overseers: tuple[Overseer, ...] = ()
-        self._listening = threading.Lock()
+        self._overseeing = threading.Lock()
         self._closing = self._ended = False
         self._thread = threading.Thread(target=self._run, name="world", daemon=True)
 
@@ -147,38 +140,29 @@ class World:
         if self._thread.is_alive():
             self._thread.join(10.0)
 
-    def listen(self, published: Callable[[], None]) -> None:
-        """Have `published` called in the world thread after each snapshot; it must return at once."""
-        with self._listening:
-            self._listeners = (*self._listeners, published)
+    def listen(self, published: Callable[[], None]) -> Callable[[], None]:
+        """Have `published` called in the world thread after each snapshot; it must return at once.
 
-    def unlisten(self, published: Callable[[], None]) -> None:
-        """Call `published` no more."""
-        with self._listening:
-            self._listeners = tuple(listener for listener in self._listeners if listener != published)
+        Call what this returns to end that.
+        """
+        return self._listeners.add(published)
 
-    def listen_ticks(self, ticked: Callable[[Snapshot], None]) -> None:
+    def listen_ticks(self, ticked: Callable[[Snapshot], None]) -> Callable[[], None]:
         """Have `ticked` called in the world thread with the snapshot of every tick, none left out.
 
         Unlike `listen` it is told each tick of a Step too, as it happens: the step waits for the call. Where time
-        follows the wall clock it must return at once.
+        follows the wall clock it must return at once. Call what this returns to end that.
         """
-        with self._listening:
-            self._tick_listeners = (*self._tick_listeners, ticked)
-
-    def unlisten_ticks(self, ticked: Callable[[Snapshot], None]) -> None:
-        """Call `ticked` no more."""
-        with self._listening:
-            self._tick_listeners = tuple(listener for listener in self._tick_listeners if listener != ticked)
+        return self._tick_listeners.add(ticked)
 
     def oversee(self, overseer: Overseer) -> None:
         """Have an overseer asked from now on; each tick of a Step is published then."""
-        with self._listening:
+        with self._overseeing:
             self._overseers = (*self._overseers, overseer)
 
     def unoversee(self, overseer: Overseer) -> None:
         """Ask an overseer no more."""
-        with self._listening:
+        with self._overseeing:
             self._overseers = tuple(one for one in self._overseers if one is not overseer)
 
     def submit(
@@ -281,7 +265,7 @@ class World:
             # Whoever watches signals is told every change, and whoever listens to ticks each of them.
             if state.tick == last or state.signals is not before.signals or self._tick_listeners:
                 self._publish(self._later(self.snapshot.structure, state))
-                self._tell_tick()
+                self._tick_listeners.tell(self.snapshot)
         return self.snapshot
 
     def _tick(self) -> None:
@@ -295,7 +279,7 @@ class World:
             later = self._later(self.snapshot.structure, self._ticked(self.snapshot.state))
         self._publish(later)
         self._oversee_change()
-        self._tell_tick()
+        self._tick_listeners.tell(self.snapshot)
 
     def _oversee_change(self) -> None:
         for overseer in self._overseers:
@@ -311,11 +295,6 @@ class World:
             log.exception("%s failed inside the kernel", overseer.author)
             return False
         return bool(commands)
-
-    def _tell_tick(self) -> None:
-        snapshot = self.snapshot
-        for ticked in self._tick_listeners:
-            _tell(ticked, snapshot)
 
     def _ticked(self, state: State) -> State:
         return advance(self.snapshot.structure, state, self.clock.tick_seconds, self._forward)
@@ -336,8 +315,7 @@ class World:
 
     def _publish(self, snapshot: Snapshot) -> None:
         self.snapshot = snapshot
-        for published in self._listeners:
-            _tell(published)
+        self._listeners.tell()
 
     def _pictured(
         self, structure: Structure, state: State, clock: Clock, revision: int, before: Snapshot | None

@@ -25,13 +25,14 @@ class ChangingWorld(World):
 
     armed = False
 
-    def listen(self, published: Callable[[], None]) -> None:
+    def listen(self, published: Callable[[], None]) -> Callable[[], None]:
         """Listen, then change."""
-        super().listen(published)
+        end = super().listen(published)
         if self.armed:
             self.armed = False
             for value in (True, False):
                 self.submit([SetSignal("s", value)]).result()
+        return end
 
 
 @pytest.fixture

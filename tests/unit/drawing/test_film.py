@@ -39,8 +39,8 @@ def sight(snapshot: Snapshot) -> Sight:
     return Sight(snapshot, ViewSettings(), {})
 
 
-def listeners(world: World) -> tuple[Any, ...]:
-    return world._tick_listeners
+def is_listened_to(world: World) -> bool:
+    return bool(world._tick_listeners)
 
 
 def taken(film: Film) -> list[tuple[int, int]]:
@@ -58,7 +58,7 @@ def test_it_catches_the_first_tick_at_or_after_each_time(world: World) -> None:
     assert taken(film) == [(0, 0), (1, 9), (2, 17), (3, 25)]
     assert (len(told), film.is_over, film.behind) == (3, True, 0)
     end()
-    assert listeners(world) == ()
+    assert not is_listened_to(world)
 
 
 def test_times_do_not_drift(world: World) -> None:
@@ -124,11 +124,11 @@ class Capturing(CaptureCalls):
 
 @pytest.mark.parametrize("leaving", ["while it waits", "while there is more"])
 def test_a_reader_that_goes_leaves_no_listener(world: World, leaving: str) -> None:
-    async def watch() -> int:
+    async def watch() -> bool:
         calls = Capturing(world, Publications(world, asyncio.get_running_loop()))
         stream: Any = calls.Record(view_pb2.RecordRequest(frames_per_second=250.0), None)
         assert (await anext(stream)).frame == 0
-        assert len(listeners(world)) == 1
+        assert is_listened_to(world)
         if leaving == "while there is more":
             world.step(20).result(GUARD)
             await stream.aclose()
@@ -138,6 +138,6 @@ def test_a_reader_that_goes_leaves_no_listener(world: World, leaving: str) -> No
             waiting.cancel()
             with pytest.raises(asyncio.CancelledError):
                 await waiting
-        return len(listeners(world))
+        return is_listened_to(world)
 
-    assert asyncio.run(watch()) == 0
+    assert not asyncio.run(watch())
