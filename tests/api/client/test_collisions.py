@@ -125,6 +125,23 @@ def test_allowing_what_has_no_figures_is_told(cell: Client, run: Run) -> None:
     assert run("collision", "allow", "iiwa.lbr_iiwa_link_7", "box") == ""
 
 
+def test_paddings_and_what_guarding_costs_are_shown(cell: Client, iiwa: Robot, run: Run) -> None:
+    apart = cell.collisions.distance("iiwa", to=["box"]).distance
+    assert run("collision", "pad", "box", "0.01") == ""
+    assert cell.collisions.distance("iiwa", to=["box"]).distance == pytest.approx(apart - 0.01, abs=1e-9)
+    assert run("collision", "pad", "iiwa", "0.01").startswith("iiwa has no figures of its own")
+    assert "nan" in run("collision", "pad", "box", "nan", code=2, warns=4)
+    before = cell.collisions.guard_cost.ticks
+    cell.collisions.set("guard", paddings={"iiwa": 0.0})
+    iiwa.move_joints({"lbr_iiwa_joint_1": 0.1})
+    shown = run("collision", "mode").split()
+    assert shown[:8] == "mode guard look-ahead none box padding 10 mm".split()
+    assert re.match(r"guarding took [\d.e+]+ ms a tick, [\d.e+]+ ms at most, in \d+ ticks$", " ".join(shown[8:]))
+    assert before < int(shown[-2]) == cell.collisions.guard_cost.ticks
+    run("collision", "pad", "box", "0")
+    assert not cell.collisions.settings.paddings
+
+
 def test_nonsense_is_refused_before_or_by_the_kernel(cell: Client) -> None:
     with pytest.raises(virtualrobot.InvalidArgumentError, match="one of first, pairs, contacts, not 'all'"):
         cell.collisions.check(detail="all")

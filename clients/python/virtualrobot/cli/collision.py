@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     from virtualrobot.collision_meshes import CollisionMesh
     from virtualrobot.collision_values import Collision
     from virtualrobot.collision_watch import CollisionReport
-    from virtualrobot.collisions import CollisionSettings, Distance
+    from virtualrobot.collisions import CollisionSettings, Distance, GuardCost
+    from virtualrobot.connection import Client
 
 MODES = ("off", "monitor", "stop", "guard", "inherit")
 
@@ -27,6 +28,7 @@ Examples:
   virtualrobot collision allow arm.link_0 table --reason "stands on it"
   virtualrobot collision find arm
   virtualrobot collision mode stop
+  virtualrobot collision pad table 0.02
   virtualrobot collision watch
   virtualrobot collision meshes arm --hull-vertices 64
 """
@@ -89,9 +91,7 @@ def allow(target: Target, first: str, second: str, reason: str) -> None:
     """Let the nodes FIRST and SECOND touch each other."""
     with target.connect() as client:
         client.collisions.allowed.add(first, second, reason)
-        empty = [name for name in (first, second) if not client.scene.node(name).message.figures]
-    for name in empty:
-        click.echo(f"{name} has no figures of its own, so this changes nothing: name nodes below it, such as its links")
+        _tell_empty(client, first, second)
 
 
 @collision.command()
@@ -119,8 +119,19 @@ def mode(target: Target, mode: str | None, robots: tuple[str, ...], look_ahead: 
         if mode is not None or look_ahead is not None:
             own = dict.fromkeys(robots, "" if mode == "inherit" else mode or "")
             client.collisions.set("" if robots else mode or "", robots=own, look_ahead_seconds=look_ahead)
-        found = client.collisions.settings
-    click.echo("\n".join(settings_lines(found)))
+        found, cost = client.collisions.settings, client.collisions.guard_cost
+    click.echo("\n".join(settings_lines(found, cost)))
+
+
+@collision.command()
+@click.argument("node")
+@click.argument("meters", type=FiniteRange(0.0, 1.0))
+@target_options
+def pad(target: Target, node: str, meters: float) -> None:
+    """Have the figures of NODE count as thicker by METERS, so that others keep away; 0 takes that away."""
+    with target.connect() as client:
+        client.collisions.set(paddings={node: meters})
+        _tell_empty(client, node)
 
 
 @collision.command()
@@ -190,13 +201,25 @@ def report_lines(report: CollisionReport, first: bool) -> Iterator[str]:
     yield from map(str, report.events)
 
 
-def settings_lines(found: CollisionSettings) -> list[str]:
-    """Return what is done about collisions as lines."""
+def _tell_empty(client: Client, *names: str) -> None:
+    """Say of which nodes nothing can touch, since only what is below them has figures."""
+    for name in names:
+        if not client.scene.node(name).message.figures:
+            click.echo(
+                f"{name} has no figures of its own, so this changes nothing: name nodes below it, such as its links"
+            )
+
+
+def settings_lines(found: CollisionSettings, cost: GuardCost) -> list[str]:
+    """Return what is done about collisions as lines, and what guarding has cost where a robot is guarded."""
     from virtualrobot.tables import aligned
 
     ahead = f"{found.look_ahead_seconds:g} s" if found.look_ahead_seconds else "none"
     rows = [["mode", found.mode], ["look-ahead", ahead], *([robot, own] for robot, own in found.robots.items())]
     rows.extend([node, f"padding {1e3 * padding:g} mm"] for node, padding in found.paddings.items())
+    if cost.ticks and "guard" in {found.mode, *found.robots.values()}:
+        told = f"{1e3 * cost.mean_seconds:.2g} ms a tick, {1e3 * cost.worst_seconds:.2g} ms at most"
+        rows.append(["guarding took", f"{told}, in {cost.ticks} ticks"])
     return aligned(rows, left=2)
 
 
