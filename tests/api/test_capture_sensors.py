@@ -11,7 +11,8 @@ from virtualrobot_kernel.sensing.overlays import MISS_COLOR, turbo
 
 from tests.api.asking import apply, create
 from tests.api.conftest import Stubs
-from tests.api.test_capture import BACKGROUND, GREEN, capture, change, node, pixel
+from tests.api.reading import array
+from tests.api.test_capture import BACKGROUND, GREEN, capture, change, near, node, pixel
 from tests.api.test_capture import stage as stage
 
 Vector = geometry_pb2.Vector3
@@ -110,3 +111,26 @@ def test_a_camera_has_its_pyramid_and_its_picture(stage: Stubs) -> None:
     # Through the camera itself there is neither.
     through = capture(stage, camera=None, camera_sensor="eye", width=0, height=0)
     assert (through[20:28, 28:36, 1] > 1.5 * through[20:28, 28:36, 0]).all()
+
+
+def test_what_is_behind_a_cameras_picture_is_hidden_by_it(stage: Stubs) -> None:
+    """The picture stands at y = 0: lines behind it are hidden as far as it goes, those before it are not."""
+    place = geometry_pb2.Pose(position=Vector(y=-0.3), orientation=geometry_pb2.Quaternion(x=-(0.5**0.5), w=0.5**0.5))
+    sensor = sensing_pb2.CameraSensor(width=64, height=48, horizontal_field_radians=1.2, running=True)
+    across = array([[[-1.0, 1.0, 0.0], [1.0, 1.0, 0.0]], [[-1.0, -0.5, 0.05], [1.0, -0.5, 0.05]]])
+    apply(
+        stage,
+        node("far", 0.0, 10.0, 0.0, box=nodes_pb2.Box(size=Vector(x=40.0, y=0.1, z=40.0))),
+        create(nodes_pb2.Node(name="eye", parent_t_node=place, camera_sensor=sensor)),
+        node("lines", 0.0, 0.0, 0.0, color=GREEN, lines=nodes_pb2.Lines(segments=across, width_pixels=3.0)),
+    )
+    stage.kernel.Step(kernel_pb2.StepRequest(ticks=25))
+
+    def is_green(picture: np.ndarray, *place: float) -> bool:
+        red, green, _ = near(picture, *place).T
+        return bool((green > 1.5 * red).any())
+
+    places = [(0.1, 1.0, 0.0), (0.6, 1.0, 0.0), (0.1, -0.5, 0.05)]
+    assert [is_green(capture(stage), *place) for place in places] == [True, True, True]
+    change(stage, view_pb2.View(sensors=[view_pb2.SensorOverlay(sensor="eye", image=True)]), "sensors")
+    assert [is_green(capture(stage), *place) for place in places] == [False, True, True]

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix
 from virtualrobot.v1 import sensing_pb2, sensor_pb2
-from virtualrobot.wire import array_of, color_message
+from virtualrobot.wire import array_of, color_message, seed_of, vector_message, whole
 
 PROJECTIONS = {
     "pinhole": sensing_pb2.CAMERA_PROJECTION_PINHOLE,
@@ -54,7 +54,7 @@ def camera(
 
     Args:
         width: of the picture in pixels; 0 means 640.
-        height: of the picture; 0 means 480.
+        height: of the picture; 0 means 480, of a spherical one half the width.
         projection: pinhole, fisheye or spherical.
         horizontal_field: between the left and the right edge, in radians; 0 means 1.0.
         camera_matrix: (3, 3) as OpenCV has it, instead of the field.
@@ -74,8 +74,8 @@ def camera(
         >>> scene.add_camera("eye", virtualrobot.camera(images=["color", "depth"]), pose=pose)
     """
     settings = sensing_pb2.CameraSensor(
-        width=width,
-        height=height,
+        width=whole(width, "a camera's width"),
+        height=whole(height, "a camera's height"),
         projection=_one_of(PROJECTIONS, projection, "projection"),
         horizontal_field_radians=horizontal_field,
         distortion=[float(one) for one in distortion],
@@ -85,7 +85,7 @@ def camera(
         images=image_kinds(images),
         color_noise=color_noise,
         depth_noise_meters=depth_noise,
-        seed=seed,
+        seed=seed_of(seed),
         stereo_baseline_meters=stereo_baseline,
         running=running,
     )
@@ -93,6 +93,10 @@ def camera(
         matrix = np.asarray(camera_matrix, float)
         if matrix.shape != (3, 3):
             raise InvalidArgumentError(f"a camera matrix has the shape (3, 3), not {matrix.shape}")
+        if matrix[0, 1] or matrix[1, 0] or matrix[2].tolist() != [0.0, 0.0, 1.0]:
+            raise InvalidArgumentError(
+                f"a camera matrix is [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], without skew, not {matrix.tolist()}"
+            )
         settings.intrinsics.CopyFrom(
             sensing_pb2.CameraIntrinsics(fx=matrix[0, 0], fy=matrix[1, 1], cx=matrix[0, 2], cy=matrix[1, 2])
         )
@@ -130,11 +134,16 @@ def looking_at(eye: ArrayLike, target: ArrayLike, up: ArrayLike = (0.0, 0.0, 1.0
 
     z goes from `eye` to `target`, x to the right, y down. Where it looks along `up`, x is that of the frame.
     """
-    place, goal, above = (np.asarray(one, float) for one in (eye, target, up))
+    named = {"the eye": eye, "its target": target, "up": up}
+    for what, one in named.items():
+        vector_message(one, what)
+    place, goal, above = (np.asarray(one, float) for one in named.values())
     z = goal - place
     length = np.linalg.norm(z)
     if not length > 1e-9:
         raise InvalidArgumentError(f"eye and target are the same point {place.tolist()}: there is nowhere to look")
+    if not above.any():
+        raise InvalidArgumentError("up is [0, 0, 0]; it needs a direction, such as [0, 0, 1]")
     z /= length
     x = np.cross(z, above)
     if np.linalg.norm(x) < 1e-6 * np.linalg.norm(above):

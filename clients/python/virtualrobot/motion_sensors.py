@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix
 from virtualrobot.v1 import geometry_pb2, sensing_pb2, sensor_pb2
-from virtualrobot.wire import pose_of, vector_message
+from virtualrobot.wire import pose_of, seed_of, vector_message
 
 Noise = sensing_pb2.NoiseModel
 
@@ -66,7 +66,7 @@ def imu(
     kind = sensing_pb2.Imu(
         gyroscope=gyroscope, accelerometer=accelerometer, magnetometer=magnetometer, magnetic_field=field
     )
-    return sensing_pb2.MotionSensor(imu=kind, rate_hertz=rate, seed=seed, running=running)
+    return sensing_pb2.MotionSensor(imu=kind, rate_hertz=rate, seed=seed_of(seed), running=running)
 
 
 def encoders(
@@ -95,7 +95,7 @@ def encoders(
     if counts_per_turn:
         position = noise(resolution=2.0 * np.pi / counts_per_turn)
     kind = sensing_pb2.Encoders(joints=[joints] if isinstance(joints, str) else joints, position=position)
-    return sensing_pb2.MotionSensor(encoders=kind, rate_hertz=rate, seed=seed, running=running)
+    return sensing_pb2.MotionSensor(encoders=kind, rate_hertz=rate, seed=seed_of(seed), running=running)
 
 
 def pose_sensor(
@@ -116,7 +116,7 @@ def pose_sensor(
         running: whether it reads from the start.
     """
     kind = sensing_pb2.PoseSensor(position=position, orientation=orientation)
-    return sensing_pb2.MotionSensor(pose=kind, rate_hertz=rate, seed=seed, running=running)
+    return sensing_pb2.MotionSensor(pose=kind, rate_hertz=rate, seed=seed_of(seed), running=running)
 
 
 def force_torque_sensor(
@@ -140,7 +140,7 @@ def force_torque_sensor(
         running: whether it reads from the start.
     """
     kind = sensing_pb2.ForceTorqueSensor(force=force, torque=torque, include_parent=include_parent)
-    return sensing_pb2.MotionSensor(force_torque=kind, rate_hertz=rate, seed=seed, running=running)
+    return sensing_pb2.MotionSensor(force_torque=kind, rate_hertz=rate, seed=seed_of(seed), running=running)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

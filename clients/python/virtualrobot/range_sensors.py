@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.v1 import sensing_pb2, sensor_pb2
-from virtualrobot.wire import array_message, array_of, settings_message
+from virtualrobot.wire import array_message, array_of, seed_of, settings_message, whole
 
 FRAMES = {
     "sensor": sensor_pb2.READING_FRAME_SENSOR,
@@ -21,13 +21,16 @@ FRAMES = {
 
 def fan(count: int, start: float, end: float) -> sensing_pb2.ScanPattern:
     """Return `count` beams in the sensor's plane z = 0, from the angle `start` to `end` (rad, from x towards y)."""
+    count = whole(count, "a fan's count of beams")
     return sensing_pb2.ScanPattern(fan=sensing_pb2.Fan(count=count, start_angle_radians=start, end_angle_radians=end))
 
 
 def spinning(columns: int, elevations: Iterable[float]) -> sensing_pb2.ScanPattern:
     """Return the beams of a head that turns once: `columns` directions around, at each of the `elevations` (rad)."""
     return sensing_pb2.ScanPattern(
-        spinning=sensing_pb2.Spinning(columns=columns, elevations_radians=[float(one) for one in elevations])
+        spinning=sensing_pb2.Spinning(
+            columns=whole(columns, "a head's count of columns"), elevations_radians=[float(one) for one in elevations]
+        )
     )
 
 
@@ -35,8 +38,8 @@ def raster(columns: int, rows: int, horizontal_field: float, vertical_field: flo
     """Return beams as the pixels of a picture whose middle is x, at equal steps over these angles (rad)."""
     return sensing_pb2.ScanPattern(
         raster=sensing_pb2.Raster(
-            columns=columns,
-            rows=rows,
+            columns=whole(columns, "a raster's count of columns"),
+            rows=whole(rows, "a raster's count of rows"),
             horizontal_field_radians=horizontal_field,
             vertical_field_radians=vertical_field,
         )
@@ -45,6 +48,7 @@ def raster(columns: int, rows: int, horizontal_field: float, vertical_field: flo
 
 def ring(count: int, radius: float, start: float, end: float) -> sensing_pb2.ScanPattern:
     """Return transducers on a circle of `radius` (m) that look outwards, from the angle `start` to `end` (rad)."""
+    count = whole(count, "a ring's count of transducers")
     return sensing_pb2.ScanPattern(
         ring=sensing_pb2.Ring(count=count, radius_meters=radius, start_angle_radians=start, end_angle_radians=end)
     )
@@ -94,6 +98,8 @@ def range_sensor(
         >>> fan = virtualrobot.fan(181, -np.pi / 2, np.pi / 2)
         >>> scene.add_range_sensor("scanner", virtualrobot.range_sensor(pattern=fan, sensor_model="laser"))
     """
+    if pattern is not None and not isinstance(pattern, sensing_pb2.ScanPattern):
+        raise InvalidArgumentError(f"{pattern!r} is no pattern; make one by fan, spinning, raster, ring or beams")
     settings = sensing_pb2.RangeSensor(
         preset=preset,
         pattern=pattern,
@@ -102,7 +108,7 @@ def range_sensor(
         max_range_meters=max_range,
         ray_caster=ray_caster,
         sensor_model=sensor_model,
-        seed=seed,
+        seed=seed_of(seed),
         motion_distortion=motion_distortion,
         running=running,
     )

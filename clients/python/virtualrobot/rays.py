@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from virtualrobot.errors import InvalidArgumentError, LimitError
 from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot.v1 import ray_pb2
-from virtualrobot.wire import Stamp, array_message, array_of, stamp_of
+from virtualrobot.wire import Stamp, array_message, array_of, seed_of, stamp_of, whole
 
 MOST_RAYS = 300_000
 """How many rays a call may cast."""
@@ -166,7 +166,9 @@ class Rays:
             UnknownNameError: when there is no component of a name.
             LimitError: for more than 1,000,000 rays.
         """
-        request = ray_pb2.CompareRayCastersRequest(ray_casters=ray_casters, rays=count, seed=seed)
+        request = ray_pb2.CompareRayCastersRequest(
+            ray_casters=ray_casters, rays=whole(count, "the count of rays"), seed=seed_of(seed)
+        )
         found: list[RayCasterComparison] = []
         with self._services.ray.CompareRayCasters(request) as stream:
             for response in stream:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -47,6 +48,22 @@ def stamp_of(message: geometry_pb2.Stamp) -> Stamp:
         message.structure_revision,
         message.state_revision,
     )
+
+
+def whole(value: object, what: str, most: int = 2**32 - 1) -> int:
+    """Return a count, or a seed (`most` of 2**64 - 1), that a message can hold; `what` names it in the error."""
+    try:
+        number = operator.index(value)  # pyright: ignore[reportArgumentType] what has no index raises TypeError
+    except TypeError:
+        number = -1
+    if not 0 <= number <= most:
+        raise InvalidArgumentError(f"{what} is a whole number from 0 to {most}, not {value!r}")
+    return number
+
+
+def seed_of(value: object) -> int:
+    """Return what noise or rays are drawn from as a message holds it."""
+    return whole(value, "a seed", 2**64 - 1)
 
 
 def vector_message(values: ArrayLike, what: str = "a vector") -> geometry_pb2.Vector3:

@@ -12,7 +12,7 @@ Array = np.ndarray[Any, np.dtype[Any]]
 
 
 @compiled(
-    *(output_of(float32, 3), array_of(float32, 2), array_of(float32, 2), array_of(int32, 1), array_of(float32, 1)),
+    *(output_of(float32, 3), output_of(float32, 2), array_of(float32, 2), array_of(int32, 1), array_of(float32, 1)),
     *(array_of(float64, 2), array_of(float64, 1), float64, array_of(uint8, 3), float64),
 )
 def draw_inlay(
@@ -31,7 +31,8 @@ def draw_inlay(
 
     Args:
         picture: (h, w, 3) red, green, blue; drawn on.
-        depth: (h, w) of the surfaces in meters; inf where there is none.
+        depth: (h, w) of the surfaces in meters, inf where there is none; the image is one from now on, so that what is
+            drawn later is hidden by it too.
         directions: (n, 3) of the camera's rays, unit vectors; NaN where a pixel looks nowhere.
         pixels: (n,) the pixel of each.
         slants: (n,) by what a way along each ray is multiplied to be a depth.
@@ -50,12 +51,14 @@ def draw_inlay(
             continue
         way = (distance - plane_t_camera[2, 3]) / rise
         row, column = pixels[i] // width, pixels[i] % width
-        if not 0.0 < way * slants[i] <= depth[row, column] * (1.0 + bias):
+        deep = way * slants[i]
+        if not 0.0 < deep <= depth[row, column] * (1.0 + bias):
             continue
         x = plane_t_camera[0, 0] * a + plane_t_camera[0, 1] * b + plane_t_camera[0, 2] * c
         y = plane_t_camera[1, 0] * a + plane_t_camera[1, 1] * b + plane_t_camera[1, 2] * c
         across = ((plane_t_camera[0, 3] + way * x) / distance - edges[0]) / (edges[1] - edges[0])
         down = ((plane_t_camera[1, 3] + way * y) / distance - edges[2]) / (edges[3] - edges[2])
         if 0.0 <= across < 1.0 and 0.0 <= down < 1.0:
+            depth[row, column] = deep
             for channel in range(3):
                 picture[row, column, channel] = image[int(down * rows), int(across * columns), channel]

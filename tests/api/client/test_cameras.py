@@ -192,7 +192,7 @@ def test_lights_that_cannot_be_are_refused(scene: virtualrobot.Client) -> None:
             virtualrobot.camera(horizontal_field=1.0, camera_matrix=np.eye(3)),
             "says its intrinsics and its field of view",
         ),
-        (virtualrobot.camera(camera_matrix=np.zeros((3, 3))), "needs focal lengths above 0"),
+        (virtualrobot.camera(camera_matrix=np.diag([0, 5, 1])), "needs focal lengths above 0, not 0, 5"),
         (virtualrobot.camera(color_noise=float("nan")), "color_noise"),
         (virtualrobot.camera(rate=-1.0), "rate_hertz"),
         (virtualrobot.camera(images=["color", "color"]), "names a kind twice"),

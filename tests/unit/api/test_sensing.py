@@ -125,6 +125,12 @@ REFUSED = {
     "give one": sensing_pb2.CameraSensor(
         intrinsics=sensing_pb2.CameraIntrinsics(fx=1, fy=1), horizontal_field_radians=1
     ),
+    "must be between -pi/2 and pi/2, not 2": sensing_pb2.RangeSensor(
+        pattern={"spinning": {"columns": 3, "elevations_radians": [0, 2]}}
+    ),
+    "less than half a turn high, not 1 x 4 rad": sensing_pb2.RangeSensor(
+        pattern={"raster": {"columns": 3, "rows": 2, "horizontal_field_radians": 1, "vertical_field_radians": 4}}
+    ),
     "focal lengths above 0": sensing_pb2.CameraSensor(intrinsics=sensing_pb2.CameraIntrinsics(fx=1)),
     "has 3 coefficients; 0 or 4 or 5 or 8": sensing_pb2.CameraSensor(distortion=[1, 2, 3]),
     "above near_meters": sensing_pb2.CameraSensor(near_meters=5, far_meters=1),

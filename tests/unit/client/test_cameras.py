@@ -100,5 +100,15 @@ def test_what_is_unknown_is_refused_with_what_is_known() -> None:
         light("sun")
     with pytest.raises(InvalidArgumentError, match=r"shape \(3, 3\), not \(2, 2\)"):
         camera(camera_matrix=np.eye(2))
+    with pytest.raises(InvalidArgumentError, match=r"without skew, not \[\[9.0, 0.1, 5.0\]"):
+        camera(camera_matrix=[[9, 0.1, 5], [0, 9, 5], [0, 0, 1]])
+    with pytest.raises(InvalidArgumentError, match="a camera's width is a whole number from 0 to 4294967295, not -5"):
+        camera(-5, 5)
+    with pytest.raises(InvalidArgumentError, match="a seed is a whole number from 0 to 18446744073709551615, not -1"):
+        camera(seed=-1)
     with pytest.raises(InvalidArgumentError, match="nowhere to look"):
         looking_at([1, 1, 1], [1, 1, 1])
+    with pytest.raises(InvalidArgumentError, match=r"the eye has 3 finite numbers, not \[0.0, nan, 0.0\]"):
+        looking_at([0, np.nan, 0], [1, 1, 1])
+    with pytest.raises(InvalidArgumentError, match="it needs a direction"):
+        looking_at([0, 0, 1], [1, 1, 1], up=[0, 0, 0])

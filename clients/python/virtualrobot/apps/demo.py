@@ -12,7 +12,7 @@ import sys
 import webbrowser
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import nullcontext, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from functools import partial
 from pathlib import Path
 
@@ -22,10 +22,13 @@ from numpy.typing import NDArray
 from virtualrobot import Client, pose
 from virtualrobot.apps import cell
 from virtualrobot.apps.cell import STATIONS, Station
+from virtualrobot.apps.pacing import Pace
+from virtualrobot.errors import VirtualRobotError
 from virtualrobot.pictures import Picture
 
 PITCH = 0.5  # meters that the belt moves at a time
 COLUMNS, ROWS = 2, 3  # of boxes in a layer
+FILM_RATE = 25.0  # pictures of a film a second of simulation time
 
 
 def pattern(station: Station, layers: int) -> Iterator[NDArray[np.float64]]:
@@ -42,7 +45,7 @@ def pattern(station: Station, layers: int) -> Iterator[NDArray[np.float64]]:
 def main(client: Client, loop: bool = False, headless: bool = False, layers: int = 3, film: Path | None = None) -> None:
     """Build the cell, fill both pallets and print how it went; with `loop` again and again, until interrupted.
 
-    `film` is the file of a film of it all, .mp4 or .gif.
+    `film` is the file of a film of it all, .mp4 or .gif; where its pictures are drawn too slowly, time goes slower.
     """
     cell.load(client)
     if client.info.viewer_url:
@@ -50,13 +53,30 @@ def main(client: Client, loop: bool = False, headless: bool = False, layers: int
         # Without a desktop Python might start a text browser in this terminal.
         if not headless and (sys.platform != "linux" or {"DISPLAY", "WAYLAND_DISPLAY"} & os.environ.keys()):
             webbrowser.open(client.info.viewer_url)
-    with nullcontext() if film is None else client.view.start_film(film, told=tell):
+    with nullcontext() if film is None else filmed(client, film):
         run(client, layers)
         while loop:
             cell.load(client)
             run(client, layers)
     if film is not None:
         print(f"film in {film}", flush=True)
+
+
+@contextmanager
+def filmed(client: Client, path: Path) -> Iterator[None]:
+    """Film what happens within the block; it is drawn to its end, however long that takes."""
+    pace = Pace(client.clock, FILM_RATE)
+
+    def told(picture: Picture) -> None:
+        pace.told(picture)
+        tell(picture)
+
+    try:
+        with client.view.start_film(path, rate=FILM_RATE, told=told):
+            yield
+    finally:
+        with suppress(VirtualRobotError):  # its kernel may be gone
+            pace.end()
 
 
 def tell(picture: Picture) -> None:

@@ -52,14 +52,15 @@ def _fan(data: sensing.Fan | sensing.Ring, what: str) -> None:
 def _spinning(data: sensing.Spinning, what: str) -> None:
     _count(data.columns, f"{what}.columns")
     _count(data.columns * len(data.elevations_radians), f"{what}: columns times elevations")
-    if any(abs(one) >= math.pi / 2 for one in data.elevations_radians):
-        _refuse(f"{what}.elevations_radians", "must be between -pi/2 and pi/2")
+    if steep := [one for one in data.elevations_radians if abs(one) >= math.pi / 2]:
+        _refuse(f"{what}.elevations_radians", f"must be between -pi/2 and pi/2, not {steep[0]:g}", value=steep[0])
 
 
 def _raster(data: sensing.Raster, what: str) -> None:
     _count(data.columns * data.rows, f"{what}: columns times rows")
-    if data.horizontal_field_radians > 2.0 * math.pi or data.vertical_field_radians >= math.pi:
-        _refuse(what, "may be a full turn wide and less than half a turn high")
+    wide, high = data.horizontal_field_radians, data.vertical_field_radians
+    if wide > 2.0 * math.pi or high >= math.pi:
+        _refuse(what, f"may be a full turn wide and less than half a turn high, not {wide:g} x {high:g} rad")
 
 
 def _free(data: sensing.FreeBeams, what: str) -> None:
@@ -88,8 +89,9 @@ def _camera(data: sensing.CameraSensor, what: str) -> None:
         _refuse(what, f"has {data.width} x {data.height} pixels; at most {MOST_PIXELS:,} are taken")
     if data.intrinsics and data.horizontal_field_radians:
         _refuse(what, "says its intrinsics and its field of view; give one")
-    if data.intrinsics and not (data.intrinsics.fx > 0.0 and data.intrinsics.fy > 0.0):
-        _refuse(f"{what}.intrinsics", "needs focal lengths above 0")
+    eye = data.intrinsics
+    if eye and not (eye.fx > 0.0 and eye.fy > 0.0):
+        _refuse(f"{what}.intrinsics", f"needs focal lengths above 0, not {eye.fx:g}, {eye.fy:g}")
     widest = math.pi if data.projection is Projection.PINHOLE else 2.0 * math.pi + 1e-9
     if data.horizontal_field_radians >= widest:
         _refuse(
