@@ -14,6 +14,8 @@ from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 
 #: Time between rows of a braking table (s), and the fewest and most rows.
 _TABLE_STEP, _TABLE_ROWS = 0.002, (512, 16384)
+#: How far from a break its sides are looked at, as a share of the whole law: far above rounding.
+_ASIDE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,10 +37,16 @@ class Track:
         return np.stack([q, q1 * u1, q2 * u1**2 + q1 * u2, q3 * u1**3 + 3.0 * q2 * u1 * u2 + q1 * u3])
 
     def grid(self, points: int) -> Array:
-        """Return nominal times (m,) that cover the law evenly, each of its breaks from both sides included."""
+        """Return nominal times (m,) that cover the law evenly, each of its breaks from both sides included.
+
+        Where law and path break together rounding may find the piece of the law on one side and that of the path on the
+        other, with derivatives that there are nowhere. So the sides are a little away from the break.
+        """
         breaks = self.time_law.breaks
         points = max(points, 8 * len(self.path.coefficients))
-        return np.concatenate([np.linspace(breaks[0], breaks[-1], points), breaks, np.nextafter(breaks, -np.inf)])
+        aside = _ASIDE * (breaks[-1] - breaks[0])
+        sides = np.clip(np.concatenate([breaks - aside, breaks + aside]), breaks[0], breaks[-1])
+        return np.concatenate([np.linspace(breaks[0], breaks[-1], points), sides])
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.overlap import overlap, overlapped
 from virtualrobot_kernel.motion.path import joint_line
 from virtualrobot_kernel.motion.plan import plan_ptp
-from virtualrobot_kernel.motion.planned import Track
+from virtualrobot_kernel.motion.planned import Track, peaks
 from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
 from virtualrobot_kernel.motion.rates import joint_rates
 
@@ -125,3 +125,18 @@ def test_a_law_with_room_to_spare_uses_a_limit_up(rng: np.random.Generator) -> N
     whole = rounded(paths, [round_corner(paths[0], paths[1], 0.3, 0.3)])
     law = law_through(whole, joint_rates(whole.path, limits, []))
     assert peak(Track(whole.path, law), limits) > 0.99
+
+
+def test_peaks_are_those_of_the_motion_where_path_and_law_break_together() -> None:
+    """A millisecond of one parameter is a second of another one, as in an overlap: all the way q = 0.2 t^3, jerk 1.2.
+
+    Right before the break the place on the path rounds to the break: the law's piece before with the path's after.
+    """
+    for begin in (1000.0, 1e-3):
+        for slower in (1e-3, 1e3):
+            seconds = np.array([0.0, 1.0, 2.0])
+            law = PiecewisePolynomial(seconds, np.array([[[begin], [1.0]], [[begin + 1.0], [slower]]]))
+            one, other = [0.0, 0.0, 0.0, 0.2], [0.2, 0.6 / slower, 0.6 / slower**2, 0.2 / slower**3]
+            places = np.array([begin, begin + 1.0, begin + 1.0 + slower])
+            track = Track(PiecewisePolynomial(places, np.array([one, other])[:, :, None]), law)
+            np.testing.assert_allclose(peaks(track)[:, 0], [2.4, 2.4, 1.2], rtol=1e-6)

@@ -48,6 +48,7 @@ def check_law(plan: Plan, velocity: np.ndarray, acceleration: np.ndarray, jerk: 
     assert np.abs(v / velocity).max() <= 1.0 + 1e-6
     assert np.abs(a / acceleration).max() <= 1.0 + 1e-4
     assert np.abs(j / jerk).max() <= 1.005
+    assert np.all(plan.max_jerk <= 1.005 * jerk)  # which pauses, speed factors and cancels may take
     (track,) = plan.tracks
     assert np.all(np.diff(track.time_law.evaluate(taus)[:, 0]) > 0.0)
     breaks = track.time_law.breaks[1:-1]
