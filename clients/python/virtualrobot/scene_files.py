@@ -125,9 +125,9 @@ def export_model(services: Services, assets: Assets, node: str, file: Path) -> E
 
 
 def _log(warnings: Iterable[str]) -> None:
-    """Tell those who listen what was odd about a file but did no harm."""
+    """Tell what was left out or changed of a file; where nobody sets up logging, Python prints it."""
     for warning in warnings:
-        log.info("%s", warning)
+        log.warning("%s", warning)
 
 
 def _say_where(error: MissingFileError, upload: Upload) -> NoReturn:

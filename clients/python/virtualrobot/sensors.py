@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from difflib import get_close_matches
 from typing import Any
 
 from virtualrobot.cameras import CameraReading, camera_reading_of, image_kinds
@@ -15,6 +16,9 @@ from virtualrobot.range_sensors import RangeReading, frame_of, range_reading_of
 from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot.v1 import sensing_pb2, sensor_pb2
 from virtualrobot.wire import Stamp, pose_of, settings_message, stamp_of
+
+MOST_NAMES = 8
+"""How many names an error tells."""
 
 VALUES: dict[str, Callable[[Any], Any]] = {
     "range": range_reading_of,
@@ -234,8 +238,7 @@ class Sensors(Mapping[str, Sensor]):
         """Return how a sensor is; raises UnknownNameError, a KeyError, when there is none of this name."""
         known = {one.name: one for one in self.statuses()}
         if name not in known:
-            there = f"there are {', '.join(map(repr, known))}" if known else "there is none yet"
-            raise UnknownNameError(f"there is no sensor named {name!r}; {there}")
+            raise UnknownNameError(f"there is no sensor named {name!r}; {_there(name, known)}")
         return known[name]
 
     def start(self, *names: str) -> None:
@@ -275,6 +278,15 @@ class Sensors(Mapping[str, Sensor]):
     def __len__(self) -> int:
         """Return the count of sensors."""
         return len(self.statuses())
+
+
+def _there(name: str, known: Iterable[str]) -> str:
+    """Return which sensors there are, those first whose names are like `name`."""
+    names = sorted(known)
+    if close := get_close_matches(name, names):
+        return f"did you mean {', '.join(map(repr, close))}?"
+    more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
+    return f"there are {', '.join(map(repr, names[:MOST_NAMES]))}{more}" if names else "there is none yet"
 
 
 def reading_of(message: sensor_pb2.SensorReading) -> Reading:

@@ -120,7 +120,7 @@ def test_an_srdf_file_gives_groups_postures_and_pairs(client: Client, secret_arm
 
 
 def test_what_is_odd_about_a_file_is_logged(client: Client, secret_arm: Path, caplog: pytest.LogCaptureFixture) -> None:
-    with caplog.at_level(logging.INFO, "virtualrobot"):
+    with caplog.at_level(logging.WARNING, "virtualrobot"):
         client.load_robot(URI, packages={"secret_arm": secret_arm}, settings={"arguments": {"prefx": "left_"}})
     assert any("did you mean 'prefix'" in message for message in caplog.messages)
 

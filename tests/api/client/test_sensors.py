@@ -45,6 +45,18 @@ def test_a_reading_has_arrays(lidar: virtualrobot.Sensor) -> None:
         lidar.read(frame="wrold")
 
 
+def test_a_sensor_that_is_not_there_is_told_with_those_that_are(client: Client) -> None:
+    with pytest.raises(virtualrobot.UnknownNameError, match="no sensor named 'lidar'; there is none yet"):
+        client.sensors["lidar"]
+    with client.scene.batch() as batch:
+        for number in range(10):
+            batch.add_range_sensor(f"lidar{number}", virtualrobot.range_sensor())
+    with pytest.raises(virtualrobot.UnknownNameError, match=r"'lidar0', .* and 2 more$"):
+        client.sensors["camera"]
+    with pytest.raises(virtualrobot.UnknownNameError, match="did you mean 'lidar7'"):
+        client.sensors["lidar-7"]
+
+
 @pytest.mark.parametrize("name", PATTERNS)
 def test_every_pattern_has_its_shape(client: Client, lidar: virtualrobot.Sensor, name: str) -> None:
     pattern, shape = PATTERNS[name]
