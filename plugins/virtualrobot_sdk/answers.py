@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from numbers import Real
 
 import numpy as np
@@ -87,8 +86,7 @@ def checked_result(value: object, chain: SerialChain, options: InverseOptions) -
     if not isinstance(angles, tuple | list) or len(angles) not in (0, len(solutions)):
         said = f"{len(angles)} arm angles" if isinstance(angles, tuple | list) else f"{_kind(angles)} as arm angles"
         raise nonsense(f"inverse returned {said} for {len(solutions)} solutions; it must be a tuple of as many numbers")
-    result = replace(
-        value,
+    result = value._replace(
         solutions=solutions,
         configurations=tuple(_text("a configuration", name) for name in names),
         position_error=_number("position_error", value.position_error),

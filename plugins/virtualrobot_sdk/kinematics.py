@@ -79,9 +79,8 @@ class InverseOptions:
     """The angle of the elbow about the line from shoulder to wrist in rad; None: any. Not all components have one."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class InverseResult:
-    """What solving came to."""
+class InverseResult(NamedTuple):
+    """What solving came to: a tuple, since making one may cost as much as a solution."""
 
     status: InverseStatus
     solutions: Floats

@@ -110,7 +110,7 @@ def solve_inverse(
             robot=robot.name,
             field="arm_angle_radians",
         )
-    return arm, replace(result, solutions=_expanded(arm, reduced, result.solutions))
+    return arm, result._replace(solutions=_expanded(arm, reduced, result.solutions))
 
 
 def _preferred(
@@ -146,8 +146,7 @@ def _preferred(
         if not any(np.abs(best - other).max() < _SAME for _, other, _, _ in told):
             told.append((wish(best)[0], best, name, angles))
     told.sort(key=lambda one: one[0])
-    return replace(
-        result,
+    return result._replace(
         solutions=np.array([q for _, q, _, _ in told]).reshape(-1, len(chain.joint_names)),
         configurations=tuple(name for _, _, name, _ in told),
         arm_angles=tuple(angle for _, _, _, angles in told for angle in angles),

@@ -136,8 +136,7 @@ class ArmAngleKinematics(BranchKinematics):
         names = [name for one in found for name in one.configurations]
         angles = [angle for one in found for angle in one.arm_angles]
         order = np.argsort(((solutions - asked[2]) ** 2).sum(axis=1), kind="stable")
-        return replace(
-            result,
+        return result._replace(
             solutions=solutions[order],
             configurations=tuple(names[i] for i in order),
             arm_angles=tuple(angles[i] for i in order),

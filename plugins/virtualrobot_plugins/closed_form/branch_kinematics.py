@@ -6,6 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -42,7 +43,9 @@ class BranchKinematics(ABC):
         """Tell branches apart by this scheme."""
         self._scheme, self._model = scheme, model
         self._branch_names = branch_names(scheme)
-        self._configurations: dict[int, str] = {}
+        # Poses mostly have the branches that others had before.
+        self._name_of = lru_cache(_FEW)(self._make_name)
+        self._names_of = lru_cache(_FEW)(self._make_names)
 
     def _make_room(self) -> None:
         """Make room for all turned variants that limits allow."""
@@ -96,22 +99,16 @@ class BranchKinematics(ABC):
 
     def _named(self, solutions: Floats, codes: Codes, configuration: str) -> tuple[Floats, tuple[str, ...]]:
         """Return solutions with their names; only those of one configuration where it is asked for."""
-        try:
-            names = tuple([self._configurations[code] for code in codes.tolist()])
-        except KeyError:
-            names = self._names_of(codes)
+        names = self._names_of(codes.tobytes())
         if not configuration:
             return solutions, names
         wanted = [i for i, name in enumerate(names) if self._is(name, configuration)]
         return solutions[wanted], tuple(names[i] for i in wanted)
 
-    def _names_of(self, codes: Codes) -> tuple[str, ...]:
-        """Return the names of solutions by their codes, and keep them."""
-        for code in codes.tolist():
-            self._configurations.setdefault(code, self._name_of(code))
-        return tuple(self._configurations[code] for code in codes.tolist())
+    def _make_names(self, codes: bytes) -> tuple[str, ...]:
+        return tuple([self._name_of(code) for code in np.frombuffer(codes, np.int64).tolist()])
 
-    def _name_of(self, code: int) -> str:
+    def _make_name(self, code: int) -> str:
         if not self._scheme.words:
             return ""
         number, turns = decoded(code, len(self._names_of_joints))

@@ -165,21 +165,27 @@ def _signed_branch(q: Floats, numbers: Floats) -> tuple[int, int]:
 
 @inlined
 def _place(
-    kept: Floats, numbers: Codes, count: int, q: Floats, number: int, seed: Floats, named: bool
+    kept: Floats, numbers: Codes, count: int, q: Floats, number: int, flags: int, seed: Floats, named: bool
 ) -> tuple[int, int]:
     """Add q to the branches unless it is there; return the count, and 1 when another has its name."""
     n = q.shape[0]
     for i in range(count):
-        apart = 0.0
-        before = 0.0
-        after = 0.0
+        # Away from singularities one posture cannot have two numbers.
+        if named and flags == 0 and numbers[i] != number:
+            continue
+        apart = False
         for j in range(n):
-            apart = max(apart, abs(_wrapped(q[j] - kept[i, j])))
-            before += _wrapped(kept[i, j] - seed[j]) ** 2
-            after += _wrapped(q[j] - seed[j]) ** 2
-        if apart < SAME:
+            if abs(_wrapped(q[j] - kept[i, j])) >= SAME:
+                apart = True
+                break
+        if not apart:
             return count, 0
         if named and numbers[i] == number:
+            before = 0.0
+            after = 0.0
+            for j in range(n):
+                before += _wrapped(kept[i, j] - seed[j]) ** 2
+                after += _wrapped(q[j] - seed[j]) ** 2
             if after < before:
                 for j in range(n):
                     kept[i, j] = q[j]
@@ -196,6 +202,8 @@ def _place(
 def _turns(q: float, seed: float, lower: float, upper: float) -> tuple[int, int]:
     """Return the first and the last count of full turns to add to q; the last is less where none fits the limits."""
     full = 2.0 * math.pi
+    if lower <= q <= upper and q - full < lower - _SLACK and q + full > upper + _SLACK:
+        return 0, 0
     wanted = np.round((seed - q) / full)
     low = math.ceil((lower - _SLACK - q) / full) if lower > -math.inf else wanted
     high = math.floor((upper + _SLACK - q) / full) if upper < math.inf else wanted
@@ -307,6 +315,7 @@ def _find(
                 least_turn = turned
             continue
         number = 0
+        more = 0
         if named:
             if n == 7:
                 number, more = _signed_branch(q, numbers)
@@ -314,7 +323,7 @@ def _find(
                 number, more = _branch(f, numbers, wrist_frame, elbow_frame)
             flags |= more
         before = branches
-        branches, clash = _place(kept, kept_number, branches, q, number, seed, named)
+        branches, clash = _place(kept, kept_number, branches, q, number, more, seed, named)
         clashes += clash
         if branches > before or clash == 1:
             worst = max(worst, position)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import sys
 import time
 from dataclasses import dataclass
@@ -55,7 +54,7 @@ class Odd(ReadyChain):
             return result
         _go_wrong(wrong)
         values = {"configurations": [1], "position_error": "large", "reason": 5, "status": "SOLVED"}
-        return dataclasses.replace(result, **{wrong: values[wrong]} if wrong in values else {})
+        return result._replace(**{wrong: values[wrong]} if wrong in values else {})
 
 
 def _go_wrong(how: str) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 from arm_for_tests import DEFAULTS, Arm, Settings
 from virtualrobot_sdk.hookspecs import Register, hookimpl
@@ -19,7 +17,7 @@ class WrongShape(Arm):
     def inverse(self, base_t_tip: Floats, options: InverseOptions = DEFAULTS, /) -> InverseResult:
         """Return the first solution alone."""
         result = super().inverse(base_t_tip, options)
-        return dataclasses.replace(result, solutions=result.solutions[0]) if self.is_wrong() else result
+        return result._replace(solutions=result.solutions[0]) if self.is_wrong() else result
 
 
 class ReadingOfEachRay:

@@ -6,7 +6,6 @@ import gc
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -196,7 +195,7 @@ def test_a_component_cannot_write_into_what_others_see(solvers: Solvers, instanc
             base_t_tip[:] = right.call("forward", wrong[0])[-1]
             if options.seed is not None:
                 options.seed[:] = 9.0
-            return replace(result, solutions=wrong)
+            return result._replace(solutions=wrong)
 
     one.component = Writing()
     q = np.array([0.3, -0.4])
