@@ -62,7 +62,20 @@ class KernelProcess:
     lines: list[str] = field(default_factory=list)
     address: str = ""
     token: str = ""
+    token_file: Path | None = None
     viewer_url: str = ""
+    environment: dict[str, str] = field(default_factory=dict)
+    """What was set for it beside the environment of the tests."""
+    ready: threading.Event = field(default_factory=threading.Event)
+    """Set when it listens (and shows its viewer, if it has one), or has ended."""
+
+    def await_start(self) -> KernelProcess:
+        """Return this kernel once it can be reached."""
+        assert self.ready.wait(START_SECONDS), f"the kernel did not start: {self.lines}"
+        assert self.address, f"the kernel ended at once: {self.lines}"
+        if self.token_file is not None:
+            self.token = self.token_file.read_text()
+        return self
 
     def channel(self, options: Sequence[tuple[str, int]] = ()) -> grpc.Channel:
         """Return a new channel that sends the token, if the kernel wants one."""
@@ -82,8 +95,7 @@ class KernelProcess:
 
     def end(self, seconds: float = 30.0) -> int:
         """Ask the kernel to end and return its exit code."""
-        if self.process.poll() is None:
-            self.process.terminate()
+        self.ask_to_end()
         try:
             return self.process.wait(seconds)
         finally:
@@ -92,19 +104,24 @@ class KernelProcess:
             if self.process.stdout:
                 self.process.stdout.close()
 
+    def ask_to_end(self) -> None:
+        """Let the kernel end while the tests go on; the session's end waits for it."""
+        if self.process.poll() is None:
+            self.process.terminate()
+
 
 StartKernel = Callable[..., KernelProcess]
 
 
 @pytest.fixture(scope="session")
-def start_kernel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StartKernel]:
-    """Return a function that starts a kernel with the given options; all end with the session.
+def launch_kernel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StartKernel]:
+    """Return a function that launches a kernel with the given options and doesn't wait; all end with the session.
 
     With `token` the kernel writes one that the stubs use; with neither, `no_token=False` leaves it to the options.
     """
     started: list[KernelProcess] = []
 
-    def start(
+    def launch(
         *options: str,
         viewer: bool = False,
         token: bool = False,
@@ -127,9 +144,8 @@ def start_kernel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StartKern
             text=True,
             env={**os.environ, **(environment or {})},
         )
-        kernel = KernelProcess(process)
+        kernel = KernelProcess(process, token_file=token_file, environment=environment or {})
         started.append(kernel)
-        ready = threading.Event()
 
         def read() -> None:
             assert process.stdout
@@ -138,38 +154,78 @@ def start_kernel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StartKern
                 if line.startswith("listening on "):
                     kernel.address = line.removeprefix("listening on ").strip()
                     if not viewer:
-                        ready.set()
+                        kernel.ready.set()
                 if line.startswith("viewer at "):
                     kernel.viewer_url = line.removeprefix("viewer at ").strip()
-                    ready.set()
-            ready.set()
+                    kernel.ready.set()
+            kernel.ready.set()
 
         threading.Thread(target=read, daemon=True).start()
-        assert ready.wait(START_SECONDS), f"the kernel did not start: {kernel.lines}"
-        assert kernel.address, f"the kernel ended at once: {kernel.lines}"
-        if token_file is not None:
-            kernel.token = token_file.read_text()
         return kernel
 
-    yield start
+    yield launch
+    for kernel in started:
+        kernel.ask_to_end()
     for kernel in started:
         kernel.end()
 
 
+@pytest.fixture(scope="session")
+def start_kernel(launch_kernel: StartKernel) -> StartKernel:
+    """Return a function that starts a kernel with the options of `launch_kernel` and waits until it can be reached."""
+    return lambda *options, **named: launch_kernel(*options, **named).await_start()
+
+
+class KernelsAhead:
+    """Equal kernels, one for each use: the next one starts while the tests work with the one before.
+
+    A start takes two seconds of one core, and the tests seldom need both.
+    """
+
+    def __init__(self, launch: Callable[[], KernelProcess], uses: int) -> None:
+        """Keep how a kernel is launched, and how many are needed."""
+        self._launch, self._uses = launch, uses
+        self._next: KernelProcess | None = None
+
+    def take(self) -> KernelProcess:
+        """Return a kernel that nobody has used."""
+        kernel = (self._next or self._launch()).await_start()
+        self._uses -= 1
+        self._next = self._launch() if self._uses > 0 else None
+        return kernel
+
+
+def files_that_use(fixture: str, session: pytest.Session) -> int:
+    """Return how many test files of this run use a fixture."""
+    return len({item.path for item in session.items if fixture in getattr(item, "fixturenames", ())})
+
+
+@pytest.fixture(scope="session")
+def kernels_ahead(launch_kernel: StartKernel, request: pytest.FixtureRequest) -> KernelsAhead:
+    """Return kernels whose time follows the wall clock."""
+    return KernelsAhead(launch_kernel, files_that_use("kernel", request.session))
+
+
+@pytest.fixture(scope="session")
+def stepped_kernels_ahead(launch_kernel: StartKernel, request: pytest.FixtureRequest) -> KernelsAhead:
+    """Return kernels whose time goes on by Step only."""
+    return KernelsAhead(lambda: launch_kernel("--stepped"), files_that_use("stepped_kernel", request.session))
+
+
 @pytest.fixture(scope="module")
-def kernel(start_kernel: StartKernel) -> Iterator[KernelProcess]:
+def kernel(kernels_ahead: KernelsAhead) -> Iterator[KernelProcess]:
     """Return a kernel whose time follows the wall clock; one for each test file."""
-    process = start_kernel()
+    process = kernels_ahead.take()
     yield process
-    process.end()
+    process.ask_to_end()
 
 
 @pytest.fixture(scope="module")
-def stepped_kernel(start_kernel: StartKernel) -> Iterator[KernelProcess]:
+def stepped_kernel(stepped_kernels_ahead: KernelsAhead) -> Iterator[KernelProcess]:
     """Return a kernel whose time goes on by Step only; one for each test file."""
-    process = start_kernel("--stepped")
+    process = stepped_kernels_ahead.take()
     yield process
-    process.end()
+    process.ask_to_end()
 
 
 def emptied(process: KernelProcess) -> Iterator[Stubs]:

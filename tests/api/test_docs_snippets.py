@@ -29,7 +29,7 @@ from textwrap import dedent
 import pytest
 from virtualrobot.v1 import kernel_pb2
 
-from tests.api.conftest import StartKernel
+from tests.api.conftest import KernelProcess, KernelsAhead, StartKernel
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")))
@@ -71,26 +71,36 @@ def blocks(text: str) -> Iterator[Block]:
 RUNNABLE = [page for page in PAGES if any(blocks(page.read_text("utf-8")))]
 
 
+@pytest.fixture(scope="module")
+def kernels(
+    launch_kernel: StartKernel, tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest
+) -> KernelsAhead:
+    """Return kernels that find what is installed into a folder of their own."""
+
+    def launch() -> KernelProcess:
+        return launch_kernel(environment=installing_into(tmp_path_factory.mktemp("installed")))
+
+    return KernelsAhead(launch, sum("kernels" in getattr(item, "fixturenames", ()) for item in request.session.items))
+
+
 @pytest.mark.parametrize("page", RUNNABLE, ids=lambda page: page.relative_to(ROOT).as_posix())
-def test_blocks_run(page: Path, start_kernel: StartKernel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    own = installing_into(tmp_path / ".installed")
-    kernel = start_kernel(environment=own)
+def test_blocks_run(page: Path, kernels: KernelsAhead, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kernel = kernels.take()
     clock = kernel_pb2.SetClockRequest(mode=kernel_pb2.CLOCK_MODE_REALTIME, speed_factor=SPEED)
     kernel.stubs().kernel.SetClock(clock)
     monkeypatch.chdir(tmp_path)
-    for name, value in own.items():
+    for name, value in kernel.environment.items():
         monkeypatch.setenv(name, value)
     monkeypatch.setenv("VIRTUALROBOT_ADDRESS", kernel.address)
     monkeypatch.setenv("PATH", str(Path(sys.executable).parent), prepend=os.pathsep)
     try:
         run_page(page)
     finally:
-        kernel.end()
+        kernel.ask_to_end()
 
 
 def installing_into(folder: Path) -> dict[str, str]:
     """Return an environment in which pip installs into `folder`, and in which processes find what is there."""
-    folder.mkdir()
     # Python reads the .pth files of editable installations only where it is told that packages are.
     (folder / "sitecustomize.py").write_text(f"import site\nsite.addsitedir({str(folder)!r})\n", "utf-8")
     pip = {"PIP_TARGET": str(folder), "PIP_NO_DEPS": "1", "PIP_NO_INDEX": "1", "PIP_DISABLE_PIP_VERSION_CHECK": "1"}
