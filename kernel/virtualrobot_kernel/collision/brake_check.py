@@ -84,10 +84,10 @@ def pictured(snapshot: Snapshot, way: Way, row: int) -> Snapshot:
     return replace(snapshot, state=state, world_t_node=world_poses(snapshot.structure, state))
 
 
-def distance(scene: CollisionScene, snapshot: Snapshot, pair: Pair) -> float:
-    """Return how far two nodes (uids) are apart (m); inf beyond `2 * APART`, and where they may touch."""
+def distance(scene: CollisionScene, snapshot: Snapshot, pair: Pair, reach: float = 2.0 * APART) -> float:
+    """Return how far two nodes (uids) are apart (m); inf beyond `reach`, and where they may touch."""
     scene.place(snapshot)
-    found = scene.distances([pair[0]], [pair[1]], 2.0 * APART)
+    found = scene.distances([pair[0]], [pair[1]], reach)
     return found[0].distance if found else np.inf
 
 

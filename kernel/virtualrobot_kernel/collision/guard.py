@@ -12,6 +12,8 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from virtualrobot_kernel.collision.allowed import Pair
 from virtualrobot_kernel.collision.brake_check import (
     APART,
@@ -25,7 +27,7 @@ from virtualrobot_kernel.collision.brake_check import (
 from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.guard_commands import check
 from virtualrobot_kernel.collision.scene import CollisionScene, Detail
-from virtualrobot_kernel.collision.swept import RESOLUTION, SweptContact
+from virtualrobot_kernel.collision.swept import SweptContact
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.braking import HARMLESS, RATES, Way, braking, going
@@ -33,6 +35,9 @@ from virtualrobot_kernel.world.collisions import CollisionMode
 from virtualrobot_kernel.world.commands import Command, HaltRobots
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot, State
 from virtualrobot_kernel.world.store import World
+
+LOOKS = 12
+"""At so many ticks of a way at the most, the first and the last among them, it is asked whether two come nearer."""
 
 log = logging.getLogger(__name__)
 
@@ -180,7 +185,8 @@ class CollisionGuard:
             if anew is not None:
                 return self._told(now, anew, now.tick_seconds)
             held -= parted
-        while (contact := contact_on(self._scene, now, way, self._robots, held)) is not None:
+        passing: set[Pair] = set()
+        while (contact := contact_on(self._scene, now, way, self._robots, held | passing)) is not None:
             pair = contact.first, contact.second
             if pair not in self._tolerated and contact.time <= now.simulation_time + ROUNDING:
                 found = self._all_touching(now, self._robots)
@@ -191,7 +197,10 @@ class CollisionGuard:
                     return self._threat(now, later)
             if pair not in self._tolerated and not self._recedes(now, way, contact):
                 return self._told(now, pair, contact.time - now.simulation_time)
-            held |= {pair}
+            if contact.distance > APART:
+                passing.add(pair)  # for this tick: it is guarded, and must not be put into touch
+            else:
+                held |= {pair}
         self._later = (begin.tick, held, touching) if later is not None else None
         return None
 
@@ -217,12 +226,17 @@ class CollisionGuard:
         return moving - touching - near, self._in_touch - moving | touching, min(again, default=None)
 
     def _recedes(self, now: Snapshot, way: Way, contact: SweptContact) -> bool:
-        """Return whether a contact is of two nodes that stood nearer than can be told apart, and that go apart now."""
-        if contact.time > now.simulation_time + ROUNDING or contact.distance > 2.0 * RESOLUTION:
+        """Return whether a contact is of two nodes that stand nearer than can be told apart, and come no nearer.
+
+        How near that is grows with the ticks: the way between two of them is known to a bound only.
+        """
+        if contact.time > now.simulation_time + ROUNDING or contact.distance == 0.0:
             return False
-        pair = contact.first, contact.second
-        at = [distance(self._scene, pictured(now, way, row), pair) for row in (1, -1)]
-        return min(at) > 0.0 and min(at) >= contact.distance - ROUNDING
+        pair, reach = (contact.first, contact.second), 2.0 * (contact.distance + APART)
+        rows = np.unique(np.linspace(1, max(len(way.positions) - 1, 1), LOOKS).round().astype(int)).tolist()
+        return all(
+            distance(self._scene, pictured(now, way, row), pair, reach) >= contact.distance - ROUNDING for row in rows
+        )
 
     def _told(self, now: Snapshot, pair: Pair, seconds: float) -> _Threat:
         first, second = (now.structure.nodes[uid].name for uid in pair)

@@ -143,6 +143,35 @@ def test_at_what_it_stands_it_does_not_start(world: World, guard: CollisionGuard
     assert last(world).cause is CancelCause.COLLISION
 
 
+@pytest.mark.parametrize("following", [False, True])
+@pytest.mark.parametrize("gap", [0.0003, 0.001])
+def test_with_long_ticks_what_stands_near_may_go_away_and_no_nearer(gap: float, following: bool) -> None:
+    """At 50 ms a way between two ticks is known to 2 * 40 * 0.05 * 0.05² / 8 = 1.25 mm only: jerk, tick, tick²."""
+    world = World(world_poses, MemoryJournal(), Clock(Mode.STEPPED, 1.0, 50_000_000))
+    CollisionGuard(SHAPES, world)
+    world.start()
+
+    def went(goal: float) -> float:
+        begin = float(world.snapshot.state.q[0])
+        if following:
+            (id,) = world.submit([StartFollowing("cart", ("x",), SetpointMode.VELOCITY, 0.1)]).result(WAIT).created
+        else:
+            do(world, drive(begin, goal))
+        for _ in range(40):
+            if following and world.snapshot.state.motions:
+                do(world, SetSetpoint(str(id), (float(np.sign(goal)),)))
+            assert place(step(world)) < gap
+        return place(world.snapshot) - begin
+
+    try:
+        do(world, cart("cart"), block("block", 0.2 + gap), mode("guard"))
+        assert abs(went(1.0)) < gap
+        assert last(world).cause is CancelCause.COLLISION
+        assert went(-1.0) < -0.9
+    finally:
+        world.close()
+
+
 @pytest.mark.parametrize("speed", [1.0, 0.3])
 def test_setpoints_lead_no_farther_than_to_what_is_in_the_way(
     world: World, guard: CollisionGuard, speed: float
