@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import virtualrobot
-from virtualrobot.apps import octree_map
+from virtualrobot.apps import mapping, octree_map
 from virtualrobot.apps.bayes_grid import BayesGrid, Cone
 from virtualrobot.apps.surface_truth import TOLERANCE, compare, points_in_voxels, seen_from, surface_points
 
@@ -158,6 +158,13 @@ def test_points_on_a_side_belong_to_both_voxels() -> None:
         keys = np.unique(octree_map.keys_of(points + np.array([side, 0.0, 0.0]), 0.1), axis=0)
         result = compare(wall, keys, 0.1, points, np.ones(len(points), np.bool_))
         assert (result.false_rate, result.missed) == (0.0, 0)
+
+
+def test_voxels_outside_of_the_cell_have_colours_too() -> None:
+    """The noise of a sensor puts some below the floor or above the walls."""
+    colors = mapping.colors_of(np.array([mapping.LOW[2] - 0.1, mapping.LOW[2], mapping.HIGH[2], mapping.HIGH[2] + 0.1]))
+    assert ((colors >= 0.0) & (colors <= 1.0)).all()
+    assert (colors[0] == colors[1]).all() and (colors[2] == colors[3]).all() and (colors[1] != colors[2]).any()
 
 
 def test_a_package_that_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from virtualrobot.errors import InvalidArgumentError
+from virtualrobot.newest import newest
 from virtualrobot.services import Services
 from virtualrobot.v1 import geometry_pb2, ray_pb2, view_pb2
 from virtualrobot.wire import vector_message
@@ -45,8 +47,9 @@ def watch_measure(services: Services, first: Place, second: Place, max_rate: flo
     request = ray_pb2.WatchMeasureRequest(
         first=place_message(first), second=place_message(second), max_rate_hertz=max_rate
     )
-    with services.ray.WatchMeasure(request) as stream:
-        yield from (_measure_of(response.measure) for response in stream)
+    stream = services.ray.WatchMeasure(request)
+    with closing(newest(stream, lambda response: [("", response.measure)])) as measures:
+        yield from map(_measure_of, measures)
 
 
 def place_message(place: Place) -> view_pb2.NodePoint:

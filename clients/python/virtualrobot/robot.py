@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import closing
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from virtualrobot.jogger import Jogger
 from virtualrobot.kinematics_check import KinematicsCheck
 from virtualrobot.leases import Lease, acquire
 from virtualrobot.move_maker import JointPositions
+from virtualrobot.newest import newest
 from virtualrobot.redundancy import Lock, Prefer, redundancy
 from virtualrobot.robot_values import (
     Actuator,
@@ -109,9 +111,10 @@ class Robot(Jogger):
     def watch(self, max_rate_hertz: float = 0.0) -> Iterator[RobotState]:
         """Yield the state now and whenever it has changed, at most 30 times a second by default."""
         request = robot_pb2.WatchRobotStatesRequest(names=[self.name], max_rate_hertz=max_rate_hertz)
-        with self._services.robot.WatchRobotStates(request) as stream:
-            for response in stream:
-                yield from (RobotState.of(robot, response.stamp) for robot in response.robots)
+        stream = self._services.robot.WatchRobotStates(request)
+        with closing(newest(stream, lambda said: ((one.name, (one, said.stamp)) for one in said.robots))) as states:
+            for robot, stamp in states:
+                yield RobotState.of(robot, stamp)
 
     @property
     def speed_factor(self) -> float:

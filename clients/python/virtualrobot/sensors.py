@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import closing
 from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Any
@@ -12,6 +13,7 @@ from virtualrobot.contact_sensors import contacts_of
 from virtualrobot.errors import UnknownNameError
 from virtualrobot.geometry import Matrix
 from virtualrobot.motion_sensors import encoder_reading_of, imu_reading_of, pose_reading_of, wrench_reading_of
+from virtualrobot.newest import newest
 from virtualrobot.range_sensors import RangeReading, frame_of, range_reading_of
 from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot.v1 import sensing_pb2, sensor_pb2
@@ -308,9 +310,9 @@ def _watched(
     services: Services, names: Iterable[str], options: sensor_pb2.ReadingOptions, max_rate: float
 ) -> Iterator[Reading]:
     request = sensor_pb2.WatchReadingsRequest(sensors=names, options=options, max_rate_hertz=max_rate)
-    with services.sensor.WatchReadings(request) as stream:
-        for response in stream:
-            yield from map(reading_of, response.readings)
+    stream = services.sensor.WatchReadings(request)
+    with closing(newest(stream, lambda response: ((one.sensor, one) for one in response.readings))) as readings:
+        yield from map(reading_of, readings)
 
 
 def _options(

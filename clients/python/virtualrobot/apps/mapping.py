@@ -245,15 +245,20 @@ def show(client: Client, before: Node | None, occupied: Keys, resolution: float)
         before.remove()
     if not len(occupied):
         return None
-    height = (occupied[:, 2] * resolution - LOW[2]) / (HIGH[2] - LOW[2])
-    colors = np.stack([height, 0.7 - 0.25 * height, 1.0 - height], axis=1)
     places = centers_of(occupied, resolution)
+    colors = colors_of(places[:, 2])
     edges = 3 * (0.94 * resolution,)
     boxes = [
         virtualrobot.box(*edges, pose=virtualrobot.pose(*place), color=color, roles=["visual"])
         for place, color in zip(places, colors, strict=True)
     ]
     return client.scene.add_annotation("map", boxes)
+
+
+def colors_of(heights: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return colours (n, 3) of voxels by their heights (n,) in meters; noise may put some outside of the cell."""
+    part = np.clip((heights - LOW[2]) / (HIGH[2] - LOW[2]), 0.0, 1.0)
+    return np.stack([part, 0.7 - 0.25 * part, 1.0 - part], axis=1)
 
 
 def write(growing: Laser | Sonar, resolution: float, path: Path) -> None:
