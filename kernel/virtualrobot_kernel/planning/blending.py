@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -238,13 +239,13 @@ def _best(frame: Frame, pair: Sequence[Step], alone: Sequence[_Part]) -> tuple[_
     room = room_for(zone, first.track.path, second.track.path, frame.positions(pair))
     if not room.kept:
         return None, room.why
-    stopping = first.track.time_law.end + second.track.time_law.end
+    stopping = sum(step.plan.duration for step in pair)
     beside = _overlap(frame, pair, first, second, room)
+    over = first.track.time_law.end + second.track.time_law.end - beside.saved if beside else inf
     through = _rounded(frame, pair, alone, [room])
-    sooner = stopping - (beside.saved if beside else 0.0)
-    if through and through.track.time_law.end < sooner:
+    if through and through.track.time_law.end < min(over, stopping):
         return _Corner(room, True), ""
-    if beside:
+    if over < stopping:
         return _Corner(room, False), ""
     return None, "no way through the zone was found that is sooner and keeps every limit"
 
@@ -275,7 +276,7 @@ def _joined(
         parts.append(part)
     if unfit is None:
         run = _run(frame, steps, parts, overlaps, cuts)
-        if run.plan.duration < sum(one.track.time_law.end for one in alone):
+        if run.plan.duration < sum(step.plan.duration for step in steps):
             return [run], []
         unfit = len(corners) // 2
     first, told = _joined(frame, steps[: unfit + 1], alone[: unfit + 1], corners[:unfit], go_on)

@@ -144,6 +144,24 @@ def test_a_whole_run_keeps_its_limits_and_takes_less_time(rng: np.random.Generat
                            arrived(snapshot, after.joints, after.plan.start).state.q[-len(after.joints) :])  # fmt: skip
 
 
+def test_two_robots_that_go_over_a_corner_together_are_never_slower_than_with_a_stop() -> None:
+    """Two arms draw lines for which one law for both, which a joined path has, is slower than one for each.
+
+    The corner was gone over in 1.4% more time than the stop takes; found by chance, so the seed is a fixed one.
+    """
+    rng = np.random.default_rng(19)
+    snapshot = there = cell_of(rng, "puma560", "xarm6")
+    steps = []
+    for last in (False, True):
+        moves = (random_move(rng, there, "arm0", "line"), random_move(rng, there, "arm1", "line"))
+        steps.append(MoveStepWish(moves, None if last else Zone(percent=1.0)))
+        (one,) = plan_run(there, [MoveStepWish(moves)], solver)[0]
+        there = arrived(there, one.joints, one.plan.goal)
+    seconds = [sum(one.plan.duration for one in runs) for runs in (plan_run(snapshot, steps, solver)[0],
+                                                                   alone(snapshot, steps))]  # fmt: skip
+    assert seconds[0] <= seconds[1] + 1e-9
+
+
 def line_steps(
     rng: np.random.Generator, ways: list[list[float]], zone: Zone, speed: float, acceleration: float
 ) -> tuple[Snapshot, list[MoveStepWish]]:
