@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from virtualrobot_sdk.kinematics import InverseOptions, InverseStatus, Kinematics
 
-from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.errors import KernelError, LimitError, Reason
 from virtualrobot_kernel.motion.bounds import TcpBound, TimeLaw
 from virtualrobot_kernel.motion.cartesian_path import TcpKinematics, cartesian_path
 from virtualrobot_kernel.motion.circle import Center, Via, arc
@@ -193,17 +193,21 @@ def course_path(
 ) -> PiecewisePolynomial:
     """Return the joint path along a course, as `cartesian_path` does.
 
-    A singularity on the way to a station that no posture reaches is UNREACHABLE; `name` says what the motion is.
+    A singularity on the way to a station that no posture reaches is UNREACHABLE; a joint's limit that is met before is
+    told with it. `name` says what the motion is.
     """
     try:
         return cartesian_path(tcp, course, q_start, limits)
     except KernelError as error:
-        out = _out_of_reach(tcp, course, q_start) if error.reason is Reason.SINGULARITY else None
+        ends = error.reason in (Reason.SINGULARITY, Reason.LIMIT_EXCEEDED)
+        out = _out_of_reach(tcp, course, q_start) if ends else None
         if out is None:
             raise
         place, off = out
         message = f"the {place} of the {name} motion is out of reach; on the way there {error}"
         metadata = {**error.metadata, "position_error_meters": off}
+        if isinstance(error, LimitError):
+            raise LimitError(message, **metadata) from error
         raise KernelError(message, reason=Reason.UNREACHABLE, **metadata) from error
 
 

@@ -233,6 +233,14 @@ def test_a_via_point_out_of_reach_is_named() -> None:
         plan_circ(chain, IIWA_READY, Via(via), goal, endless)
     assert refusal.value.reason is Reason.UNREACHABLE
     assert "of the arc" in str(refusal.value)
+    ready = np.array(IIWA_READY)
+    narrow = replace(limits, lower=ready - 0.1, upper=ready + 0.1)  # so that a joint's limit is met long before
+    with pytest.raises(
+        LimitError, match=r"via point of the CIRC motion is out of reach; on the .* joint limit at"
+    ) as told:
+        plan_circ(chain, IIWA_READY, Via(start[:3, 3] + 5.0 * X), goal, narrow)
+    assert float(told.value.metadata["position_error_meters"]) > 3.0
+    assert told.value.metadata["joint"] in str(told.value)
     about = Center(start[:3, 3] + 0.5 * X, Z, whole_turn)
     with pytest.raises(KernelError, match=r"the place at (25|50|75)% of the CIRC motion is out of reach") as refusal:
         plan_circ(chain, IIWA_READY, about, None, endless)
