@@ -68,7 +68,10 @@ def filmed(client: Client, path: Path) -> Iterator[None]:
     pace = Pace(client.clock, FILM_RATE)
 
     def told(picture: Picture) -> None:
+        before = pace.slow
         pace.told(picture)
+        if pace.slow and not before:
+            print(f"film: {picture.behind:,} pictures wait, so time goes as slowly as they are drawn", flush=True)
         tell(picture)
 
     try:

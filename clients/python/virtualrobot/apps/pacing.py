@@ -28,7 +28,7 @@ class Pace:
         self._clock, self._rate, self._now = clock, rate, now
         self.wanted = clock.speed_factor
         self._speed = self.wanted
-        self._slow = False
+        self.slow = False
         self._last: float | None = None
         self._seconds = 0.0
         self._set(min(self.wanted, 1.0))
@@ -39,9 +39,9 @@ class Pace:
         if last is not None:
             took = self._last - last
             self._seconds += 0.2 * (took - self._seconds) if self._seconds else took
-        self._slow = picture.behind > (LEAST_BEHIND if self._slow else MOST_BEHIND)
+        self.slow = picture.behind > (LEAST_BEHIND if self.slow else MOST_BEHIND)
         speed = self.wanted
-        if self._slow and self._seconds > 0.0:
+        if self.slow and self._seconds > 0.0:
             speed = max(SLOWEST, min(self.wanted, SHARE / (self._seconds * self._rate)))
         # A call for each little change would cost more than it is worth.
         if speed == self.wanted or not 0.7 < speed / self._speed < 1.4:
