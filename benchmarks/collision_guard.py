@@ -68,7 +68,7 @@ def _start(world: World, uid: int, rng: np.random.Generator) -> StartMotion:
 def run() -> list[Row]:
     """Measure."""
     rows = []
-    for arms, meshes, ticks in ((1, 0, 500), (1, 200, 500), (20, 500, 60)):
+    for arms, meshes, ticks in ((1, 0, 800), (1, 200, 800), (20, 500, 400)):
         cost, stops = guarded(arms, meshes, ticks)
         milliseconds = 1e3 * cost.seconds / cost.ticks
         note = f"worst {1e3 * cost.worst_seconds:.1f} ms of {cost.ticks} ticks, {stops} stops"

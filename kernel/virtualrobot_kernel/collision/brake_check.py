@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import replace
 from functools import lru_cache
 
@@ -19,6 +19,8 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind, Structure
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Booleans = NDArray[np.bool_]
 
 APART = 5.0 * RESOLUTION
 """Two nodes that touched are looked at again when they are this far apart (m)."""
@@ -35,6 +37,7 @@ def contact_on(
     way: Way,
     robots: Collection[int],
     tolerated: Collection[Pair],
+    asked: Callable[[Integers], Booleans] | None = None,
 ) -> SweptContact | None:
     """Return the first contact on a way; None: there is none. It goes in stretches on which tools look the same.
 
@@ -46,6 +49,7 @@ def contact_on(
         way: where all joints go.
         robots: pairs with one of these (uids) are asked.
         tolerated: pairs of nodes (uids) that are not asked.
+        asked: tells which pairs of nodes (k, 2), given by their rows, are asked on the way; None means all.
     """
     dt = snapshot.tick_seconds
     ends = [*(row for row, _ in way.tools[1:]), len(way.positions) - 1]
@@ -60,7 +64,9 @@ def contact_on(
         path = _curve(positions, (way.tick + begin) * dt, dt, jerk_limits(snapshot.structure))
         assert path.wobble is not None
         resolution = RESOLUTION + LEVER * float(path.wobble.sum())
-        contact = first_contact(scene, base, path, robots=robots, tolerated=tolerated, resolution=resolution)
+        contact = first_contact(
+            scene, base, path, robots=robots, tolerated=tolerated, resolution=resolution, asked=asked
+        )
         if contact is not None:
             return contact
     return None

@@ -10,7 +10,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from virtualrobot_kernel.collision.brake_check import (
 )
 from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.guard_commands import check
+from virtualrobot_kernel.collision.path_proofs import Doubt, PathProofs
 from virtualrobot_kernel.collision.scene import CollisionScene, Detail
 from virtualrobot_kernel.collision.swept import SweptContact
 from virtualrobot_kernel.errors import KernelError, Reason
@@ -76,6 +77,7 @@ class CollisionGuard:
     def __init__(self, shapes: CollisionShapes, world: World) -> None:
         """Guard from now on what the world says is to be guarded."""
         self._scene = CollisionScene(shapes)
+        self._proofs = PathProofs(self._scene)
         self._world = world
         self._oversees = False
         self._robots: frozenset[int] = frozenset()
@@ -172,21 +174,32 @@ class CollisionGuard:
     def _threat(self, now: Snapshot, later: State | None) -> _Threat | None:
         """Return what would touch on the way to `later`, if it is not None, and on the brake from there; or None."""
         begin = now.state if later is None else later
-        way = braking(now.structure, begin, now.tick_seconds, world_poses)
+        self._reach(now)
+        held, touching = self._tolerated, self._in_touch
+        doubt = self._proofs.doubt(now, later, self._robots, held)
+        asked = frozenset(pair for pair in held if doubt.follow(*(now.structure.rows[uid] for uid in pair)))
+        motions = doubt.of_motions(begin.motions)
+        if not motions and not doubt.units.any():
+            self._later = (begin.tick, held, touching) if later is not None else None
+            return None
+        way = braking(now.structure, replace(begin, motions=motions), now.tick_seconds, world_poses)
         if not way.ends:
-            robots = frozenset(uid for motion in begin.motions for uid in motion.robots)
+            robots = frozenset(uid for motion in motions for uid in motion.robots)
             return _Threat(robots, "it takes too long to brake for it to be known whether it touches anything")
         if later is not None:
             way = way.after(now.state)
-        self._reach(now)
-        held, touching = self._tolerated, self._in_touch
-        if held:
-            parted, touching, anew = self._parted(now, way)
+        doubt.add_reached(way.reached)
+        sure = ~doubt.coordinates()
+        way.positions[:, sure] = now.state.q[sure]
+        if asked:
+            parted, touching, anew = self._parted(now, way, asked)
             if anew is not None:
                 return self._told(now, anew, now.tick_seconds)
             held -= parted
+            for pair in parted:
+                doubt.add_pair(*(now.structure.rows[uid] for uid in pair))
         passing: set[Pair] = set()
-        while (contact := contact_on(self._scene, now, way, self._robots, held | passing)) is not None:
+        while contact := self._contact(now, way, held | passing, doubt):
             pair = contact.first, contact.second
             if pair not in self._tolerated and contact.time <= now.simulation_time + ROUNDING:
                 found = self._all_touching(now, self._robots)
@@ -204,25 +217,34 @@ class CollisionGuard:
         self._later = (begin.tick, held, touching) if later is not None else None
         return None
 
+    def _contact(self, now: Snapshot, way: Way, held: frozenset[Pair], doubt: Doubt) -> SweptContact | None:
+        if not doubt.units.any():
+            return None
+        return contact_on(self._scene, now, way, self._robots, held, doubt.asked)
+
     def _reach(self, now: Snapshot) -> None:
         """Take what was found of a tick for true, once it was made."""
         if self._later and self._later[0] == now.state.tick:
             (_, self._tolerated, self._in_touch), self._later = self._later, None
 
-    def _parted(self, now: Snapshot, way: Way) -> tuple[frozenset[Pair], frozenset[Pair], Pair | None]:
+    def _parted(
+        self, now: Snapshot, way: Way, asked: frozenset[Pair]
+    ) -> tuple[frozenset[Pair], frozenset[Pair], Pair | None]:
         """Return which tolerated pairs are apart after a tick, which touch, and one that touches anew by the way's end.
 
-        What is near and does not touch any more must not touch again.
+        Asked are all that may move. What is near and does not touch any more must not touch again.
         """
         after, end = pictured(now, way, min(1, len(way.positions) - 1)), pictured(now, way, -1)
-        moving = frozenset(pair for pair in self._tolerated if moves(now, after, pair) or moves(now, end, pair))
+        moving = frozenset(pair for pair in asked if moves(now, after, pair) or moves(now, end, pair))
         if not moving:
             return frozenset(), self._in_touch, None
-        touching = self._all_touching(after, self._robots) & moving
+        self._scene.place(after)
+        robots = self._robots & {self._scene.bodies.allowed.groups[uid] for pair in moving for uid in pair}
+        touching = self._all_touching(after, robots) & moving
         near = {pair for pair in moving - touching if distance(self._scene, after, pair) <= APART}
         again = touching - self._in_touch
         if near:
-            again |= self._all_touching(end, self._robots) & near - self._in_touch
+            again |= self._all_touching(end, robots) & near - self._in_touch
         return moving - touching - near, self._in_touch - moving | touching, min(again, default=None)
 
     def _recedes(self, now: Snapshot, way: Way, contact: SweptContact) -> bool:

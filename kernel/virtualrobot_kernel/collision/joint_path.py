@@ -89,6 +89,23 @@ def of_plan(q: Array, q_index: Indices, plan: Plan) -> JointPath:
     return of_laws(q, q_index, plan, tuple(track.time_law for track in plan.tracks), 0.0, plan.duration)
 
 
+def of_path(q: Array, q_index: Indices, path: PiecewisePolynomial) -> JointPath:
+    """Return a path by its own parameter: coordinates `q_index` (n,) move, all others stand at q (nq,)."""
+    table, everywhere = _lengths(path), np.array(q, np.float64)
+
+    def at(u: float) -> Array:
+        found = everywhere.copy()
+        found[q_index] = path.state(u, 0)[0]
+        return found
+
+    def travel(first: float, last: float) -> Array:
+        found = np.zeros_like(everywhere)
+        found[q_index] = table.until(last) - table.until(first)
+        return found
+
+    return JointPath(path.start, path.end, at, travel)
+
+
 def of_laws(
     q: Array, q_index: Indices, plan: Plan, laws: Sequence[PiecewisePolynomial], begin: float, end: float
 ) -> JointPath:

@@ -202,9 +202,11 @@ class CollisionScene:
         Only pairs with these robots (None: all), or of these robots with themselves.
         """
         group, uids = self.bodies.allowed.groups, self._uids
+        chosen = None if robots is None else np.isin(self.bodies.robots, list(robots))
         for robot, own, asked in self.bodies.groups:
-            if itself and robots is not None and robot not in robots:
-                continue
+            if chosen is not None and robots is not None and robot not in robots:
+                if itself or not (asked := asked & chosen).any():
+                    continue
             for overlap in self._placed.overlaps(own, asked):
                 against = group[uids[overlap[1]]]
                 if (robots is None or robot in robots or against in robots) and (not itself or against == robot):

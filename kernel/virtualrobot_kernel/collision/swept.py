@@ -28,6 +28,7 @@ from virtualrobot_kernel.world.state import Snapshot
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+Booleans = NDArray[np.bool_]
 
 RESOLUTION = 1e-4
 """What comes nearer than this (m) may be told as a contact; what comes nearer than half of it is."""
@@ -74,6 +75,7 @@ def first_contact(
     resolution: float = RESOLUTION,
     any_contact: bool = False,
     given_up: Callable[[], bool] | None = None,
+    asked: Callable[[Integers], Booleans] | None = None,
 ) -> SweptContact | None:
     """Return the first contact on a way; None: there is none, at any time of it.
 
@@ -90,11 +92,12 @@ def first_contact(
             told as a contact.
         any_contact: the contact that is found soonest is told, at a time where it is; there may be others before it.
         given_up: whether nobody waits for it any more; KernelError (WRONG_STATE) is raised then.
+        asked: tells which pairs of nodes (k, 2), given by their rows, are asked at all; None means all.
     """
     scene.place(snapshot)
     sweep = _Sweep(scene, snapshot, path, resolution, any_contact, given_up)
     try:
-        return sweep.first(robots, frozenset(tolerated))
+        return sweep.first(robots, frozenset(tolerated), asked)
     finally:
         sweep.put_back()
 
@@ -144,14 +147,19 @@ class _Sweep:
         placed = scene.placed
         self._stood, self._boxes = placed.world_t_element.copy(), (placed.centre.copy(), placed.half.copy())
 
-    def first(self, robots: Collection[int] | None, tolerated: Collection[Pair]) -> SweptContact | None:
+    def first(
+        self,
+        robots: Collection[int] | None,
+        tolerated: Collection[Pair],
+        asked: Callable[[Integers], Booleans] | None,
+    ) -> SweptContact | None:
         """Return the first contact."""
         path = self._path
         middle = self._instant(0.5 * (path.begin + path.end))
         half_way = np.maximum(path.travel(path.begin, middle.time), path.travel(middle.time, path.end))
         if not self._go(middle, middle, half_way + self._wobble):
             return None
-        pairs = self._asked(middle, robots, tolerated)
+        pairs = self._asked(middle, robots, tolerated, asked)
         if not len(pairs):
             return None
         self._pairs, self._slots = pairs, self._scene.remembered.slots(pairs)
@@ -206,7 +214,13 @@ class _Sweep:
         found = self._joint, self._moving, self._depth, self._moved_rows
         return joint_travels(*tree, np.ascontiguousarray(travel), begin.q, end.q, *found) > 0
 
-    def _asked(self, instant: _Instant, robots: Collection[int] | None, tolerated: Collection[Pair]) -> Integers:
+    def _asked(
+        self,
+        instant: _Instant,
+        robots: Collection[int] | None,
+        tolerated: Collection[Pair],
+        asked: Callable[[Integers], Booleans] | None,
+    ) -> Integers:
         """Return the pairs (k, 2) of elements that are asked and may meet by how far their boxes are apart there."""
         bodies, forest = self._bodies, self._snapshot.structure.forest
         travel = np.empty(len(bodies.rows))
@@ -217,13 +231,15 @@ class _Sweep:
             *(bodies.rows, instant.world_t_element, *self._placed.core, travel),
         )
         found, end = np.empty((256, 2), np.int64), 0
-        for _, own, asked in bodies.groups:
+        for _, own, theirs in bodies.groups:
             begin = end
-            end = boxes_in_reach(own, asked, instant.centre, instant.half, travel, found, begin)
+            end = boxes_in_reach(own, theirs, instant.centre, instant.half, travel, found, begin)
             if end > len(found):
                 found = np.concatenate([found, np.empty((2 * end, 2), np.int64)])
-                end = boxes_in_reach(own, asked, instant.centre, instant.half, travel, found, begin)
+                end = boxes_in_reach(own, theirs, instant.centre, instant.half, travel, found, begin)
         found = found[:end]
+        if asked is not None:
+            found = found[asked(bodies.rows[found])]
         if robots is not None:
             found = found[np.isin(bodies.robots[found], list(robots)).any(axis=1)]
         if tolerated:

@@ -48,12 +48,14 @@ class Way:
         positions: (m, nq) the coordinates of the world at that tick and those after it.
         tools: the states of tools, and from which row on they hold; in order, the first from row 0 on.
         ends: whether all stands in the end.
+        reached: of motions (ids) that brake by themselves on a path, where on it each track of their stage comes to.
     """
 
     tick: int
     positions: NDArray[np.float64]
     tools: tuple[tuple[int, Mapping[int, str]], ...]
     ends: bool
+    reached: Mapping[str, tuple[float, ...]]
 
     def after(self, state: State) -> Way:
         """Return the way that begins one tick earlier, in a state."""
@@ -61,7 +63,8 @@ class Way:
         first = () if tools[0][1] is state.tool_states else ((0, state.tool_states),)
         if not first:
             tools = ((0, tools[0][1]), *tools[1:])
-        return Way(state.tick, np.concatenate([state.q[None], self.positions]), (*first, *tools), self.ends)
+        positions = np.concatenate([state.q[None], self.positions])
+        return Way(state.tick, positions, (*first, *tools), self.ends, self.reached)
 
 
 def braking(structure: Structure, state: State, tick_seconds: float, forward: Forward) -> Way:
@@ -82,7 +85,9 @@ def braking(structure: Structure, state: State, tick_seconds: float, forward: Fo
             done = range(motion.running.steps_done if state.tick > motion.start_tick else 0, end.steps_done)
             if reached := {tool: name for step, tool, name in motion.tool_states if step in done}:
                 tools.append((len(way) - 1, {**tools[-1][1], **reached}))
-        return Way(state.tick, positions, tuple(tools), count <= LONGEST_BRAKE_TICKS)
+        ends = ((motion.id, _reached(end)) for motion, (_, end) in zip(state.motions, ways, strict=True))
+        reached = {id: places for id, places in ends if places is not None}
+        return Way(state.tick, positions, tuple(tools), count <= LONGEST_BRAKE_TICKS, reached)
     robots = tuple({uid for motion in state.motions for uid in motion.robots})
     halt = commands.HaltRobots(robots, Cancellation(CancelCause.COLLISION, ""))
     now = apply(structure, state, [halt], forward).state
@@ -92,7 +97,7 @@ def braking(structure: Structure, state: State, tick_seconds: float, forward: Fo
         if now.tool_states is not tools[-1][1]:
             tools.append((len(rows), now.tool_states))
         rows.append(now.q)
-    return Way(state.tick, np.array(rows), tuple(tools), not now.motions)
+    return Way(state.tick, np.array(rows), tuple(tools), not now.motions, {})
 
 
 def _alone(motion: Motion) -> bool:
@@ -122,6 +127,15 @@ def _way(motion: Motion, override: float, dt: float) -> tuple[NDArray[np.float64
         now = now.advance(dt, override)
         rows.append(now.sample()[0])
     return np.array(rows), now
+
+
+def _reached(end: Moving) -> tuple[float, ...] | None:
+    """Return where each track of a stage comes to, of a motion as `_way` tells it; None where there is no path."""
+    if not isinstance(end, ProgramRun) or end.running is None:
+        return None
+    if brakes := end.running.brakes:
+        return tuple(brake.scalar_state(brake.end)[0] for brake in brakes)
+    return tuple(u for u, _, _ in end.running.path_states)
 
 
 def _on_plan(now: Moving, dt: float, override: float) -> tuple[Moving, NDArray[np.float64]] | None:

@@ -1,0 +1,290 @@
+"""What is known of the paths of planned motions, so that the guard need not look at them in every tick again.
+
+A planned motion stays on its path, whether it runs, slows down, pauses or brakes. So when all that is left of the path
+is free, all ways on it are, to the next tick and of any brake. Paths are swept a part at a time, ahead of the motion,
+each against what stands and what the same unit of joints carries (`units.py`); that two units keep apart is told by
+boxes around what they sweep (`unit_boxes.py`). All of it proves freedom only: what is not proven is told as doubt.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from virtualrobot_kernel.collision.allowed import Pair
+from virtualrobot_kernel.collision.joint_path import JointPath, of_path
+from virtualrobot_kernel.collision.scene import CollisionScene
+from virtualrobot_kernel.collision.swept import first_contact
+from virtualrobot_kernel.collision.unit_boxes import UnitBoxes
+from virtualrobot_kernel.collision.units import Units, units_of
+from virtualrobot_kernel.motion.brake import nominal_time
+from virtualrobot_kernel.motion.moving import Moving
+from virtualrobot_kernel.motion.planned import Track
+from virtualrobot_kernel.motion.program import Program
+from virtualrobot_kernel.motion.program_run import ProgramRun
+from virtualrobot_kernel.world.state import Motion, Snapshot, State
+
+Booleans = NDArray[np.bool_]
+Integers = NDArray[np.int64]
+
+PART_SECONDS = 0.25
+"""How much of a path, by its nominal time, is swept in a tick at the most (s)."""
+
+AGAIN_TICKS = 25
+"""After how many ticks a path is looked at again, when what was near is behind."""
+
+SAME = 1e-9
+"""How far (rad, m) joints may be from the path that they are said to be on."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """How far a track of a motion's plan is known to be free of what stands and of what its own unit carries.
+
+    Attributes:
+        place: which track of the plan it is.
+        unit: the only one that it moves.
+        track: the track.
+        path: the way by its path parameter, up to its end.
+        until: up to there it is free.
+        left_out: the pairs (uids) that were not asked.
+        tick: when it was begun to look at.
+        blocked: whether something may touch right after `until`.
+    """
+
+    place: int
+    unit: int
+    track: Track
+    path: JointPath
+    until: float
+    left_out: frozenset[Pair]
+    tick: int
+    blocked: bool = False
+
+    @property
+    def whole(self) -> bool:
+        """Whether all of it is free."""
+        return self.until >= self.path.end
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Stage:
+    """The stage of a program that runs, and what is known of the tracks that move in it."""
+
+    program: Program
+    at: int
+    parts: tuple[Part, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Doubt:
+    """What is not known to be free.
+
+    Attributes:
+        of: the units.
+        units: (u, u) of which units pairs may touch.
+        moving: (u,) which units move, or may by any brake.
+        followed: (u,) which units need a brake that is known, for whatever reason.
+        partly: of motions (ids), what is known of their tracks where that is not all.
+    """
+
+    of: Units
+    units: Booleans
+    moving: Booleans
+    followed: Booleans
+    partly: Mapping[str, tuple[Part, ...]]
+
+    def follow(self, row: int, other: int) -> bool:
+        """Return whether two nodes, given by their rows, may be elsewhere soon; if so, their units are followed."""
+        units = self.of.rows[[row, other]]
+        if not np.any(self.moving[units]):
+            return False
+        self.followed[units] = True
+        return True
+
+    def add_pair(self, row: int, other: int) -> None:
+        """Doubt of a pair of nodes, given by their rows."""
+        one, to = self.of.rows[[row, other]].tolist()
+        self.units[one, to] = self.units[to, one] = True
+
+    def add_reached(self, reached: Mapping[str, tuple[float, ...]]) -> None:
+        """Doubt what brakes reach, given the places of the tracks of motions (ids), beyond what is known of it."""
+        for id, parts in self.partly.items():
+            places = reached.get(id)
+            for part in parts:
+                if places is None or places[part.place] > part.until:
+                    unit = part.unit
+                    self.units[unit, unit] = self.units[unit, 0] = self.units[0, unit] = True
+
+    def of_motions(self, motions: Sequence[Motion]) -> tuple[Motion, ...]:
+        """Return the motions of which has to be known how they brake."""
+        unsure = self.coordinates()
+        asked = [motion.id in self.partly or bool(unsure[motion.q_index].any()) for motion in motions]
+        if any(motion.followed is not None for motion, one in zip(motions, asked, strict=True) if one):
+            return tuple(motions)
+        return tuple(motion for motion, one in zip(motions, asked, strict=True) if one)
+
+    def asked(self, rows: Integers) -> Booleans:
+        """Return of which pairs of nodes (k, 2), given by their rows, it is not known that they do not touch."""
+        return self.units[self.of.rows[rows[:, 0]], self.of.rows[rows[:, 1]]]
+
+    def coordinates(self) -> Booleans:
+        """Return which coordinates (nq,) move something that is in doubt or followed."""
+        return (np.asarray(np.any(self.units, axis=0)) | self.followed)[self.of.coordinates]
+
+
+class PathProofs:
+    """What is known of the planned motions that run. Used by one thread."""
+
+    def __init__(self, scene: CollisionScene) -> None:
+        """Know nothing yet; others may use the scene, too."""
+        self._scene = scene
+        self._stages: dict[str, _Stage] = {}
+        self._world: tuple[object, ...] = ()
+        self._q: tuple[object, ...] = ()
+        self._boxes = UnitBoxes(scene)
+
+    def doubt(self, now: Snapshot, later: State | None, robots: Collection[int], tolerated: frozenset[Pair]) -> Doubt:
+        """Return what may touch on the way to `later`, if it is not None, and on any brake from there.
+
+        Args:
+            now: the world.
+            later: it one tick later, with nothing done to it.
+            robots: pairs with one of these (uids) are asked.
+            tolerated: pairs of nodes (uids) that are not asked.
+        """
+        state, units = now.state, units_of(now.structure)
+        unsure = np.zeros((units.count, units.count), np.bool_)
+        self._begin(now, state if later is None else later)
+        if later is not None and later.tool_states is not state.tool_states:
+            unsure[:] = True
+            return Doubt(units, unsure, np.ones(units.count, np.bool_), np.zeros(units.count, np.bool_), {})
+        coming = state.motions if later is None else (*later.ended[-len(state.motions) :], *later.motions)
+        after = {motion.id: motion.running for motion in coming}
+        found: dict[str, tuple[Motion, _Stage]] = {}
+        loose = set[int]()
+        for motion in state.motions:
+            stage = self._stage(now, motion, after.get(motion.id), units)
+            if stage is None:
+                loose.update(units.coordinates[motion.q_index].tolist())
+            else:
+                found[motion.id] = motion, stage
+        _leave_to_one(found, loose)
+        partly: dict[str, tuple[Part, ...]] = {}
+        self._stages = {}
+        for id, (motion, stage) in found.items():
+            if not all(part.whole and part.left_out <= tolerated for part in stage.parts):
+                parts = tuple(self._gone_on(now, part, motion.running, robots, tolerated) for part in stage.parts)
+                stage = replace(stage, parts=parts)
+                if not all(part.whole for part in parts):
+                    partly[id] = parts
+            self._stages[id] = stage
+        for unit in loose:
+            unsure[unit] = unsure[:, unit] = True
+            self._boxes.forget(unit)
+        moving = {part.unit: (motion.running, part) for motion, stage in found.values() for part in stage.parts}
+
+        def reached(unit: int) -> float:
+            run, part = moving[unit]
+            return _reached(run, part.place, part.track)
+
+        paths = {unit: part.path for unit, (_, part) in moving.items()}
+        for one, other in self._boxes.meeting(now, units, robots, paths, reached, loose):
+            unsure[one, other] = unsure[other, one] = True
+        moves = np.zeros(units.count, np.bool_)
+        moves[[*moving, *loose]] = True
+        return Doubt(units, unsure, moves, np.zeros(units.count, np.bool_), partly)
+
+    def _begin(self, now: Snapshot, later: State) -> None:
+        """Forget what was known of another world, or of one whose joints have been put elsewhere since."""
+        state = now.state
+        world = (now.structure, state.collisions, state.parent_t_node, state.allowed_pairs, state.tool_states)
+        same = len(world) == len(self._world) and all(a is b for a, b in zip(world, self._world, strict=True))
+        if not same or not any(state.q is one for one in self._q):
+            self._stages, self._boxes = {}, UnitBoxes(self._scene)
+        self._world, self._q = world, (state.q, later.q)
+
+    def _stage(self, now: Snapshot, motion: Motion, after: Moving | None, units: Units) -> _Stage | None:
+        """Return what a motion moves until the next tick and on any brake from there; None where it isn't on a path."""
+        run = motion.running
+        if not isinstance(run, ProgramRun) or not isinstance(after, ProgramRun) or motion.followed is not None:
+            return None
+        program, at = run.program, run.at
+        if after.at != at and not (after.ended and after.at == at + 1 == len(program.stages)):
+            return None
+        known = self._stages.get(motion.id)
+        if known is not None and known.program is program and known.at == at:
+            return known
+        done = program.stages[at + 1].steps[0][1] if at + 1 < len(program.stages) else max(1, program.step_count)
+        if any(run.steps_done <= step < done for step, _, _ in motion.tool_states):
+            return None
+        plan = program.stages[at].plan if at < len(program.stages) else None
+        if plan is None:
+            return _Stage(program, at, ())
+        columns, first, parts = motion.q_index[list(program.stages[at].columns)], 0, []
+        for place, track in enumerate(plan.tracks):
+            own = columns[first : first + track.path.dimension]
+            first += len(own)
+            moved, u = set(units.coordinates[own].tolist()), _reached(run, place, track)
+            if len(moved) != 1 or np.abs(track.path.state(u, 0)[0] - now.state.q[own]).max() > SAME:
+                return None
+            if track.path.start < track.path.end:
+                path = of_path(now.state.q, own, track.path)
+                parts.append(Part(place, moved.pop(), track, path, u, frozenset(), now.state.tick))
+        for part in parts:
+            self._boxes.forget(part.unit)
+        return _Stage(program, at, tuple(parts))
+
+    def _gone_on(
+        self, now: Snapshot, part: Part, run: Moving, robots: Collection[int], tolerated: frozenset[Pair]
+    ) -> Part:
+        """Return what is known of a track after one more part of it was swept."""
+        u = _reached(run, part.place, part.track)
+        passed = part.blocked and part.until <= u and now.state.tick >= part.tick + AGAIN_TICKS
+        if passed or not part.left_out <= tolerated:
+            part = replace(part, until=u, left_out=frozenset(), tick=now.state.tick, blocked=False)
+        if part.whole or part.blocked:
+            return part
+        begin, law = max(part.until, u), part.track.time_law
+        end = min(law.scalar_state(nominal_time(law, begin, law.start) + PART_SECONDS)[0], part.path.end)
+        if not begin < end:
+            end = part.path.end
+        units, unit = units_of(now.structure), part.unit
+
+        def alone(rows: Integers) -> Booleans:
+            of = units.rows[rows]
+            return (of == unit).any(axis=1) & ((of == unit) | (of == 0)).all(axis=1)
+
+        ours = frozenset(pair for pair in tolerated if any(units.rows[now.structure.rows[uid]] == unit for uid in pair))
+        path = replace(part.path, begin=begin, end=end)
+        contact = first_contact(self._scene, now, path, robots=robots, tolerated=ours, asked=alone)
+        until = end if contact is None else contact.time
+        return replace(part, until=until, left_out=part.left_out | ours, blocked=contact is not None)
+
+
+def _reached(run: Moving, place: int, track: Track) -> float:
+    """Return where on its path a track of a program's stage is."""
+    assert isinstance(run, ProgramRun)
+    return run.running.path_states[place][0] if run.running is not None else track.path.start
+
+
+def _leave_to_one(found: dict[str, tuple[Motion, _Stage]], loose: set[int]) -> None:
+    """Take for loose what several tracks move at once, or one of them and something loose, with all that move with it.
+
+    They are taken out of `found`, and their units put into `loose`.
+    """
+    owners: dict[int, list[str]] = {}
+    for id, (_, stage) in found.items():
+        for part in stage.parts:
+            owners.setdefault(part.unit, []).append(id)
+    loose.update(unit for unit, ids in owners.items() if len(ids) > 1)
+    waiting = list(loose)
+    while waiting:
+        for id in owners.pop(waiting.pop(), ()):
+            if id in found:
+                units = {part.unit for part in found.pop(id)[1].parts} - loose
+                loose |= units
+                waiting += units
