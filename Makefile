@@ -25,8 +25,9 @@ MAKEFLAGS += --no-print-directory
 run: $(VENV)/installed-kernel
 	@$(BIN)/virtualrobot demo $(ARGS)
 
-# pyright takes a minute or two on one core, and the tests little more than one: side by side.
-test: ruff buf
+# Side by side: what pip and npm set up; then pyright, a minute or two of one core, and the tests, little more than one.
+test:
+	@$(MAKE) -j2 ruff buf
 	@$(MAKE) -j2 pyright pytest
 
 pytest: $(VENV)/installed-dev
