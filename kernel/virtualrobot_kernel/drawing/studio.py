@@ -7,6 +7,7 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeVar
 
+from virtualrobot_kernel.background import give_way
 from virtualrobot_kernel.collision.clearances import Measure
 from virtualrobot_kernel.drawing.painter import Painter
 from virtualrobot_kernel.formats.submesh import Meshes
@@ -25,7 +26,7 @@ class Studio:
     def __init__(self, shapes: ShapeLibrary, looks: LookLibrary, meshes: Meshes, clearances: Measure) -> None:
         """Make painters of these, as `Painter` takes them."""
         self._made_of = shapes, looks, meshes, clearances
-        self._threads = ThreadPoolExecutor(THREADS, thread_name_prefix="picture")
+        self._threads = ThreadPoolExecutor(THREADS, thread_name_prefix="picture", initializer=give_way)
         self._own = threading.local()
         self._painters: list[Painter] = []
 

@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import viser
 
+from virtualrobot_kernel.background import give_way
 from virtualrobot_kernel.collision.clearances import Measure, Measured
 from virtualrobot_kernel.drawing.alarm import Touching, contact_points, red_nodes, shown
 from virtualrobot_kernel.drawing.annotations import AnnotationLayer, BoxLayer, ContactLayer
@@ -120,6 +121,7 @@ class Viewer:
         return len(server.get_clients()) if server else 0
 
     def _run(self, server: viser.ViserServer) -> None:
+        give_way()
         picture = Picture(server, self._meshes)
         told = ""
         while not self._closing.is_set():

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from virtualrobot_kernel.background import give_way
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.sensing.reading import Content, Moment, Reader, Reading, SensorState
 from virtualrobot_kernel.sensing.turns import Turns
@@ -227,6 +228,8 @@ class Station:
             self._failed(error)
             self._refuse_asks()  # it may have been ended before, by a change
             return
+        # Not before: processes of components that the reader starts would give way too.
+        give_way()
         self.reader = reader
         self._ready.set()
         try:
