@@ -263,7 +263,9 @@ def goal_positions(node: Node, goal: Mapping[str, float] | PoseGoal | str | Actu
         goal = postures[goal]
     assert not isinstance(goal, PoseGoal)
     if not goal:
-        raise KernelError(f"the move of {node.name!r} names no joint", robot=node.name)
+        raise KernelError(
+            f"the move of {node.name!r} names no joint: give the positions of those that shall move", robot=node.name
+        )
     return goal
 
 

@@ -102,8 +102,8 @@ class ChainKinematics:
             check_options(options)
             if options.configuration:
                 raise ArgumentError(
-                    f"the configuration {options.configuration!r} cannot be told: this component names none; give a "
-                    "seed near the wanted posture",
+                    f"the configuration {options.configuration!r} cannot be told: this component names none; without "
+                    "a configuration the branch nearest to the seed is taken, of a move the one nearest to its start",
                     configuration=options.configuration,
                 )
             seed = self._middle if options.seed is None else joint_vector(options.seed, self._joint_names, "the seed")

@@ -111,8 +111,8 @@ def check_configuration(configuration: str, scheme: Scheme, joint_names: Sequenc
     """Raise ArgumentError unless this is the name of a branch, with or without full turns."""
     if not scheme.words:
         raise ArgumentError(
-            f"the configuration {configuration!r} cannot be told: the branches of this arm have no names; give a seed "
-            "near the wanted posture",
+            f"the configuration {configuration!r} cannot be told: the branches of this arm have no names; without a "
+            "configuration the branch nearest to the seed is taken, of a move the one nearest to its start",
             configuration=configuration,
         )
     names = branch_names(scheme)

@@ -135,7 +135,7 @@ def test_an_unknown_configuration_is_refused_with_the_valid_ones(name: str) -> N
 def test_arms_without_names_and_the_chain_refuse_a_configuration() -> None:
     for kinematics in (closed_form("al5d"), ChainKinematics(puma560())):
         target = kinematics.forward(np.full(len(kinematics.joint_names), 0.3))[-1]
-        with pytest.raises(ArgumentError, match="give a seed near the wanted posture"):
+        with pytest.raises(ArgumentError, match="without a configuration the branch nearest to the seed is taken"):
             kinematics.inverse(target, InverseOptions(configuration="right up noflip"))
 
 
