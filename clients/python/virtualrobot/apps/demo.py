@@ -12,7 +12,7 @@ import sys
 import webbrowser
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import nullcontext, suppress
 from functools import partial
 from pathlib import Path
 
@@ -22,13 +22,10 @@ from numpy.typing import NDArray
 from virtualrobot import Client, pose
 from virtualrobot.apps import cell
 from virtualrobot.apps.cell import STATIONS, Station
-from virtualrobot.apps.pacing import Pace
-from virtualrobot.errors import VirtualRobotError
-from virtualrobot.pictures import Picture
+from virtualrobot.apps.film import filmed
 
 PITCH = 0.5  # meters that the belt moves at a time
 COLUMNS, ROWS = 2, 3  # of boxes in a layer
-FILM_RATE = 25.0  # pictures of a film a second of simulation time
 
 
 def pattern(station: Station, layers: int) -> Iterator[NDArray[np.float64]]:
@@ -60,32 +57,6 @@ def main(client: Client, loop: bool = False, headless: bool = False, layers: int
             run(client, layers)
     if film is not None:
         print(f"film in {film}", flush=True)
-
-
-@contextmanager
-def filmed(client: Client, path: Path) -> Iterator[None]:
-    """Film what happens within the block; it is drawn to its end, however long that takes."""
-    pace = Pace(client.clock, FILM_RATE)
-
-    def told(picture: Picture) -> None:
-        before = pace.slow
-        pace.told(picture)
-        if pace.slow and not before:
-            print(f"film: {picture.behind:,} pictures wait, so time goes as slowly as they are drawn", flush=True)
-        tell(picture)
-
-    try:
-        with client.view.start_film(path, rate=FILM_RATE, told=told):
-            yield
-    finally:
-        with suppress(VirtualRobotError):  # its kernel may be gone
-            pace.end()
-
-
-def tell(picture: Picture) -> None:
-    """Tell now and then how far the drawing of the film is behind what happens."""
-    if picture.behind and picture.number % 100 == 0:
-        print(f"film: picture {picture.number} is drawn, {picture.behind} are left", flush=True)
 
 
 def run(client: Client, layers: int) -> None:
