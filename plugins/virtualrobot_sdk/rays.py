@@ -96,9 +96,9 @@ class RayCaster(Protocol):
     def cast(self, scene: RayScene, origins: Floats, directions: Floats, max_range: float, /) -> Hits:
         """Return the first hits of n rays: `origins` (n, 3) in meters, unit `directions` (n, 3), both in the world.
 
-        Nothing farther than `max_range` (m, above 0, may be inf) counts; n may be 0. Raises ArgumentError for other
-        shapes of arrays, for values that are not finite (the scene's poses too), for directions that are not of unit
-        length (to 1e-6) and for a range that is not above 0.
+        Nothing farther than `max_range` (m, above 0, may be inf) counts; n may be 0. Arrays may be read-only. Raises
+        ArgumentError for other shapes of arrays, for values that are not finite (the scene's poses too), for directions
+        that are not of unit length (to 1e-6) and for a range that is not above 0.
         """
         ...
 

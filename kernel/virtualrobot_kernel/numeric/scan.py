@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import boolean, float32, float64, int32, uint8
+from numba import boolean, float32, float64, int32, int64, uint8
 from virtualrobot_sdk.compiled.cache import array_of, compiled, output_of
+from virtualrobot_sdk.compiled.rigid import multiply
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 Singles = np.ndarray[Any, np.dtype[np.float32]]
@@ -14,8 +15,17 @@ Integers = np.ndarray[Any, np.dtype[np.int32]]
 Bytes = np.ndarray[Any, np.dtype[np.uint8]]
 Booleans = np.ndarray[Any, np.dtype[np.bool_]]
 
+Rows = np.ndarray[Any, np.dtype[np.int64]]
+
 SLACK = 1e-6
 """How far the length of a normal may be from 1."""
+
+
+@compiled(array_of(float64, 3), array_of(int64, 1), array_of(float64, 3), output_of(float64, 3))
+def composed(world_t_node: Floats, rows: Rows, node_t_element: Floats, world_t_element: Floats) -> None:
+    """Set `world_t_element` (e, 4, 4) to the poses of elements that hang on the nodes of `rows` (e,)."""
+    for i in range(rows.shape[0]):
+        multiply(world_t_node, rows[i], node_t_element, i, world_t_element, i)
 
 
 @compiled(

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.rays import RayScene, Shape
 
+from virtualrobot_kernel.numeric.scan import composed
 from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.figures import Figure, Material
 from virtualrobot_kernel.world.state import Snapshot
@@ -55,7 +56,9 @@ class Elements:
 
     def world_t_element(self, world_t_node: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return where each figure is in the world's frame, (e, 4, 4), with the nodes at `world_t_node` (N, 4, 4)."""
-        return world_t_node[self.rows] @ self.node_t_element
+        found = np.empty_like(self.node_t_element)
+        composed(np.ascontiguousarray(world_t_node), self.rows, self.node_t_element, found)
+        return found
 
     def scene(self, world_t_node: NDArray[np.float64]) -> RayScene:
         """Return the scene that ray casters take."""

@@ -28,7 +28,7 @@ from virtualrobot_kernel.sensing.settings import Presets, range_settings
 from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.sensing import RangeSensor
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import Node
+from virtualrobot_kernel.world.structure import Node, Structure
 
 MOST_RAYS = 8_000_000
 """The most rays of one reading, those of all beams together."""
@@ -71,6 +71,8 @@ class RangeReader:
         # Where all begin at one place, it is (1, 1, 1, 3), and else as the rays.
         starts = beams.origins.reshape(*(beams.shape if len(beams.origins) > 1 else (1, 1)), 1, 3)
         self._origins = np.repeat(starts, k, axis=2) if starts.size > 3 else starts
+        self._named: tuple[Structure, tuple[int, ...], tuple[str, ...]] | None = None
+        self._last: tuple[Floats, Floats, Floats] | None = None
         self.cast_seconds = 0.0
         self.model_seconds = 0.0
 
@@ -113,13 +115,13 @@ class RangeReader:
         answer = self.model.call("apply", hits, moment.rng)
         told = _looked_at(self.model, lambda: answers.told(answer, hits.element, node_of))
         self.cast_seconds, self.model_seconds = cast - began, perf_counter() - cast
-        shape, nodes = self._beams.shape, moment.snapshot.structure.nodes
+        shape = self._beams.shape
         return RangeContent(
             distances=told.distances.reshape(shape),
             valid=told.valid.reshape(shape),
             intensities=told.intensities.reshape(shape),
             elements=told.nodes.reshape(shape),
-            element_names=tuple(nodes[uid].name if uid in nodes else "" for uid in uids),
+            element_names=self._names_of(moment.snapshot.structure, uids),
             beams=self._beams,
             ages=ages,
         )
@@ -177,14 +179,32 @@ class RangeReader:
         # All but the sensor's own figures.
         unseen = frozenset({self._uid})
         self._elements = elements = elements_of(snapshot, self._shapes, self._elements, unseen)
-        pose = np.ascontiguousarray(snapshot.world_t(self._uid))
-        directions, origins = (np.empty((rays.size // 3, 3)) for _ in range(2))
-        frames = (np.ascontiguousarray(one).reshape(-1, 3) for one in (starts, rays))
-        scan.placed(pose, *frames, origins, directions)
+        origins, directions = self._placed(np.ascontiguousarray(snapshot.world_t(self._uid)), rays, starts)
         scene = elements.scene(snapshot.world_t_node)
         answer = self.caster.call("cast", scene, origins, directions, self._settings.max_range_meters)
         seen = _looked_at(self.caster, lambda: answers.seen(answer, scene, origins, directions, elements.reflectance))
         return seen, elements
+
+    def _names_of(self, structure: Structure, uids: tuple[int, ...]) -> tuple[str, ...]:
+        """Return the names of nodes, empty for one that is no more; those of before while the structure is the same."""
+        if self._named is None or self._named[0] is not structure or self._named[1] != uids:
+            nodes = structure.nodes
+            self._named = structure, uids, tuple(nodes[uid].name if uid in nodes else "" for uid in uids)
+        return self._named[2]
+
+    def _placed(self, pose: Floats, rays: Floats, starts: Floats) -> tuple[Floats, Floats]:
+        """Return origins and directions (n, 3) in the world; while the sensor stays where it is, those of before."""
+        if rays is self._rays and self._last is not None and np.array_equal(self._last[0], pose):
+            return self._last[1:]
+        directions, origins = (np.empty((rays.size // 3, 3)) for _ in range(2))
+        frames = (np.ascontiguousarray(one).reshape(-1, 3) for one in (starts, rays))
+        scan.placed(pose, *frames, origins, directions)
+        if rays is self._rays:
+            # A component may be handed them again.
+            for array in (origins, directions):
+                array.setflags(write=False)
+            self._last = pose, origins, directions
+        return origins, directions
 
 
 def _looked_at(running: Running, look: Callable[[], Answer]) -> Answer:
