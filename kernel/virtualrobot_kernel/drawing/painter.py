@@ -215,8 +215,7 @@ class Painter:
         return self._lens[1]
 
     def _subject(self, seen: _Seen, world_t_element: Pose, lights: Lights, background: Color) -> Subject:
-        places = np.zeros(len(seen.elements.figures), np.int32)  # nobody asks for a segmentation
-        return Subject(world_t_element, places, seen.looks, lights, background)
+        return Subject(world_t_element, seen.elements.node_of, seen.looks, lights, background)
 
     def _color(self, subject: Subject, lens: Lens, pose: Pose) -> Pixels:
         color = render(self._scene, subject, lens, pose, (ImageKind.COLOR,)).color
