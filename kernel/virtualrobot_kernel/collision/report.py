@@ -8,14 +8,11 @@ from typing import TypeAlias
 import numpy as np
 
 from virtualrobot_kernel.collision.scene import Collision
-from virtualrobot_kernel.collision.touching import Contacts
+from virtualrobot_kernel.collision.touching import MOST_POINTS, Contacts, spread
 from virtualrobot_kernel.world.state import Snapshot
 
 REMEMBERED = 1000
 """How many events a report remembers."""
-
-MOST_POINTS = 64
-"""How many contacts of two nodes are remembered, about: meshes meet in thousands."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,12 +100,11 @@ class Report:
 
 
 def thinned(collision: Collision) -> Collision:
-    """Return two nodes that touch with at most about `MOST_POINTS` contacts, spread over all, at least one of each."""
-    total = sum(len(one.points) for one in collision.contacts)
-    if total <= MOST_POINTS:
+    """Return two nodes that touch with those points alone that are told, spread over all their figures."""
+    counts = [len(one.points) for one in collision.contacts]
+    if sum(counts) <= MOST_POINTS:
         return collision
-    step = -(-total // MOST_POINTS)
-    return replace(
-        collision,
-        contacts=tuple(Contacts(np.ascontiguousarray(one.points[::step]), one.normal) for one in collision.contacts),
-    )
+    told = np.zeros(sum(counts), np.bool_)
+    told[spread(len(told))] = True
+    each = zip(collision.contacts, np.split(told, np.cumsum(counts[:-1])), strict=True)
+    return replace(collision, contacts=tuple(Contacts(one.points[own], one.normal) for one, own in each if own.any()))

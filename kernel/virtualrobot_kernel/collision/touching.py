@@ -8,6 +8,7 @@ from typing import Any
 
 import fcl
 import numpy as np
+from numpy.typing import NDArray
 
 from virtualrobot_kernel.collision.depth import depth_of
 from virtualrobot_kernel.collision.nearest import Floats, segments_nearest
@@ -15,6 +16,9 @@ from virtualrobot_kernel.collision.placed import Placed, piece_distance
 
 MOST = 256
 """The most contacts of two pieces."""
+
+MOST_POINTS = 64
+"""How many points are told of two things that touch: meshes meet in thousands."""
 
 _ONE_CONTACT = fcl.CollisionRequest(num_max_contacts=1, enable_contact=False)
 
@@ -28,6 +32,11 @@ class Contacts:
 
     points: Floats
     normal: Floats
+
+
+def spread(count: int) -> NDArray[np.intp]:
+    """Return which of so many points are told: all, or `MOST_POINTS` from the first to the last."""
+    return np.arange(count) if count <= MOST_POINTS else np.linspace(0, count - 1, MOST_POINTS).astype(np.intp)
 
 
 def touching(first: Placed, second: Placed, one: int, other: int, pieces: Sequence[tuple[int, int]]) -> Contacts | None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.pairs import Pair, near_pairs
 from virtualrobot_kernel.collision.placed import Placed
+from virtualrobot_kernel.collision.touching import spread
 from virtualrobot_kernel.sensing.contact_content import Contact, ContactContent
 from virtualrobot_kernel.sensing.felt import Felt, felt_sides
 from virtualrobot_kernel.sensing.reading import Moment
@@ -20,9 +21,6 @@ from virtualrobot_kernel.world.structure import Node, Structure
 
 DEADLINE_SECONDS = 10.0
 """Solids of meshes that are new are made within a reading."""
-
-MOST_POINTS = 64
-"""How many points are told of two elements that touch, spread over all."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,9 +78,7 @@ class ContactReader:
                 yield Contact(element, other, pair.distance, pair.points[0], pair.points[1], None)
             return
         points = pair.contacts[region.holds(pair.contacts)]
-        if len(points) > MOST_POINTS:
-            points = points[np.linspace(0, len(points) - 1, MOST_POINTS).astype(int)]
-        yield from (Contact(element, other, 0.0, point, point, pair.normal) for point in points)
+        yield from (Contact(element, other, 0.0, point, point, pair.normal) for point in points[spread(len(points))])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,6 +11,7 @@ from virtualrobot_kernel.api.convert.values import by_name, check_enum, vector_m
 from virtualrobot_kernel.collision.allowed import Cause
 from virtualrobot_kernel.collision.bodies import BODILESS, Bodies
 from virtualrobot_kernel.collision.geometry import CollisionShapes
+from virtualrobot_kernel.collision.report import thinned
 from virtualrobot_kernel.collision.scene import Collision, Detail, Nearest
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.planning.robots import standing_at
@@ -19,9 +20,6 @@ from virtualrobot_kernel.world.commands import SetAllowedPairs
 from virtualrobot_kernel.world.figures import Mesh
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind, Structure
-
-MOST_POINTS = 64
-"""How many points are told of two nodes that touch, spread over all."""
 
 DETAILS = {
     collision_pb2.COLLISION_DETAIL_UNSPECIFIED: Detail.PAIRS,
@@ -71,17 +69,13 @@ def collision_message(structure: Structure, found: Collision) -> collision_pb2.C
 
 def pair_message(names: tuple[str, str], found: Collision) -> collision_pb2.CollisionPair:
     """Return two nodes of these names that touch as a message."""
-    points = np.concatenate([np.zeros((0, 3)), *(one.points for one in found.contacts)])
-    normals = np.concatenate([np.zeros((0, 3)), *(np.tile(one.normal, (len(one.points), 1)) for one in found.contacts)])
-    told = np.arange(len(points))
-    if len(points) > MOST_POINTS:
-        told = np.linspace(0, len(points) - 1, MOST_POINTS).astype(int)
     return collision_pb2.CollisionPair(
         first=names[0],
         second=names[1],
         contacts=[
-            collision_pb2.CollisionContact(point=vector_message(points[at]), normal=vector_message(normals[at]))
-            for at in told.tolist()
+            collision_pb2.CollisionContact(point=vector_message(point), normal=vector_message(one.normal))
+            for one in thinned(found).contacts
+            for point in one.points
         ],
         depth_meters=found.depth.meters if found.depth else None,
         depth_approximate=found.depth is not None and found.depth.approximate,
