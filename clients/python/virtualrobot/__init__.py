@@ -64,10 +64,10 @@ if TYPE_CHECKING:
     from virtualrobot.range_sensors import raster as raster
     from virtualrobot.range_sensors import ring as ring
     from virtualrobot.range_sensors import spinning as spinning
+    from virtualrobot.readings import Reading as Reading
+    from virtualrobot.readings import SensorStatus as SensorStatus
     from virtualrobot.robot import Robot as Robot
-    from virtualrobot.sensors import Reading as Reading
     from virtualrobot.sensors import Sensor as Sensor
-    from virtualrobot.sensors import SensorStatus as SensorStatus
     from virtualrobot.setpoints import SetpointStream as SetpointStream
     from virtualrobot.setpoints import StreamState as StreamState
 
@@ -96,8 +96,9 @@ _MODULES = {
     "plans": ("MotionCheck", "MotionPlan", "Violation", "ViolationKind"),
     "program": ("Program",),
     "range_sensors": ("RangeReading", "beams", "fan", "range_sensor", "raster", "ring", "spinning"),
+    "readings": ("Reading", "SensorStatus"),
     "robot": ("Robot",),
-    "sensors": ("Reading", "Sensor", "SensorStatus"),
+    "sensors": ("Sensor",),
     "setpoints": ("SetpointStream", "StreamState"),
 }  # fmt: skip
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}

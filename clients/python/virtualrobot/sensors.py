@@ -2,122 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing
-from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Any
 
-from virtualrobot.cameras import CameraReading, camera_reading_of, image_kinds
-from virtualrobot.contact_sensors import contacts_of
+from virtualrobot.cameras import image_kinds
 from virtualrobot.errors import UnknownNameError
-from virtualrobot.geometry import Matrix
-from virtualrobot.motion_sensors import encoder_reading_of, imu_reading_of, pose_reading_of, wrench_reading_of
 from virtualrobot.newest import newest
-from virtualrobot.range_sensors import RangeReading, frame_of, range_reading_of
+from virtualrobot.range_sensors import frame_of
+from virtualrobot.readings import ComponentTrial, Reading, SensorPreset, SensorStatus, reading_of, status_of
 from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
-from virtualrobot.v1 import sensing_pb2, sensor_pb2
-from virtualrobot.wire import Stamp, pose_of, settings_message, stamp_of
+from virtualrobot.v1 import sensor_pb2
+from virtualrobot.wire import settings_message
 
 MOST_NAMES = 8
 """How many names an error tells."""
-
-VALUES: dict[str, Callable[[Any], Any]] = {
-    "range": range_reading_of,
-    "camera": camera_reading_of,
-    "contact": contacts_of,
-    "imu": imu_reading_of,
-    "encoders": encoder_reading_of,
-    "pose": pose_reading_of,
-    "wrench": wrench_reading_of,
-}
-"""Makes the value of a reading from its message, by the field of the contract."""
-
-
-@dataclass(frozen=True, slots=True)
-class SensorStatus:
-    """How a sensor is.
-
-    Attributes:
-        name: its node.
-        kind: of node, such as `range_sensor`.
-        state: stopped, running or fault.
-        fault: why it cannot read; empty while it is well.
-        rate_hertz: readings a second of simulation time, while it runs.
-        readings: how many it has given since it was started.
-        missed: how many it was late for and left out since then.
-        mean_reading_seconds: the mean time that a reading takes.
-    """
-
-    name: str
-    kind: str
-    state: str
-    fault: str
-    rate_hertz: float
-    readings: int
-    missed: int
-    mean_reading_seconds: float
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Reading:
-    """What a sensor said.
-
-    Attributes:
-        stamp: when the world was as the sensor saw it.
-        sensor: its node.
-        state: stopped, running or fault.
-        fault: why there is no value; empty where there is one.
-        number: counts the readings since the sensor was started, from 1; of single ones, those asked for.
-        missed: how many the sensor was late for and left out so far.
-        world_t_sensor: (4, 4) where the sensor was.
-        value: what it said: a RangeReading, CameraReading, ImuReading, EncoderReading, PoseReading or WrenchReading; of
-            a contact sensor a tuple of Contact; None where nothing.
-    """
-
-    stamp: Stamp
-    sensor: str
-    state: str
-    fault: str
-    number: int
-    missed: int
-    world_t_sensor: Matrix
-    value: Any
-
-    @property
-    def range(self) -> RangeReading:
-        """What a range sensor measured; raises TypeError for a reading that is none."""
-        if not isinstance(self.value, RangeReading):
-            said = self.fault or f"it holds {type(self.value).__name__}"
-            raise TypeError(f"the reading of {self.sensor!r} has no distances: {said}")
-        return self.value
-
-    @property
-    def camera(self) -> CameraReading:
-        """What a camera saw; raises TypeError for a reading that is none."""
-        if not isinstance(self.value, CameraReading):
-            said = self.fault or f"it holds {type(self.value).__name__}"
-            raise TypeError(f"the reading of {self.sensor!r} has no pictures: {said}")
-        return self.value
-
-
-@dataclass(frozen=True, slots=True)
-class ComponentTrial:
-    """What trying a range sensor's components has shown: the time of one reading, and how many rays it casts."""
-
-    cast_seconds: float
-    model_seconds: float
-    rays: int
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SensorPreset:
-    """A device that a range sensor may be set as: what it is, where its numbers come from, how it is set."""
-
-    name: str
-    description: str
-    source: str
-    settings: sensing_pb2.RangeSensor
 
 
 class Sensor:
@@ -222,19 +122,7 @@ class Sensors(Mapping[str, Sensor]):
     def statuses(self) -> list[SensorStatus]:
         """Return how all sensors are, in the order of their creation."""
         response = self._services.sensor.ListSensors(sensor_pb2.ListSensorsRequest())
-        return [
-            SensorStatus(
-                one.name,
-                one.kind,
-                _state(one.state),
-                one.fault,
-                one.rate_hertz,
-                one.readings,
-                one.missed,
-                one.mean_reading_seconds,
-            )
-            for one in response.sensors
-        ]
+        return list(map(status_of, response.sensors))
 
     def status(self, name: str) -> SensorStatus:
         """Return how a sensor is; raises UnknownNameError, a KeyError, when there is none of this name."""
@@ -291,21 +179,6 @@ def _there(name: str, known: Iterable[str]) -> str:
     return f"there are {', '.join(map(repr, names[:MOST_NAMES]))}{more}" if names else "there is none yet"
 
 
-def reading_of(message: sensor_pb2.SensorReading) -> Reading:
-    """Return what a sensor said from a message."""
-    field = message.WhichOneof("reading")
-    return Reading(
-        stamp=stamp_of(message.stamp),
-        sensor=message.sensor,
-        state=_state(message.state),
-        fault=message.fault,
-        number=message.number,
-        missed=message.missed,
-        world_t_sensor=pose_of(message.world_t_sensor),
-        value=VALUES[field](getattr(message, field)) if field else None,
-    )
-
-
 def _watched(
     services: Services, names: Iterable[str], options: sensor_pb2.ReadingOptions, max_rate: float
 ) -> Iterator[Reading]:
@@ -325,7 +198,3 @@ def _options(
         elements=elements,
         images=image_kinds(images),
     )
-
-
-def _state(number: int) -> str:
-    return sensor_pb2.SensorState.Name(number).removeprefix("SENSOR_STATE_").lower()  # pyright: ignore[reportArgumentType] a number of the enum

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from virtualrobot.cameras import CameraReading
-    from virtualrobot.sensors import Reading
+    from virtualrobot.readings import Reading
 
 KINDS = ("color", "depth", "segmentation", "normals")
 

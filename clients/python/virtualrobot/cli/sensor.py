@@ -15,7 +15,7 @@ from virtualrobot.cli.sensor_words import contact_lines, said
 from virtualrobot.cli.settings import settings_from, settings_option
 
 if TYPE_CHECKING:
-    from virtualrobot.sensors import Reading, SensorPreset, SensorStatus
+    from virtualrobot.readings import Reading, SensorPreset, SensorStatus
 
 _EXAMPLES = """
 \b
