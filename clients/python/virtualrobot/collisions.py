@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from virtualrobot.allowed_pairs import AllowedPairs
 from virtualrobot.collision_meshes import CollisionMesh, list_meshes, use_hulls
+from virtualrobot.collision_settings import CollisionRules
 from virtualrobot.collision_values import Collision, collision_of, point_of
 from virtualrobot.collision_watch import CollisionReport, watch_collisions
 from virtualrobot.configurations import ConfigurationsCheck, check_message, gathered
@@ -26,13 +27,6 @@ DETAILS = {
     "first": collision_pb2.COLLISION_DETAIL_FIRST,
     "pairs": collision_pb2.COLLISION_DETAIL_PAIRS,
     "contacts": collision_pb2.COLLISION_DETAIL_CONTACTS,
-}
-
-MODES = {
-    "off": collision_pb2.COLLISION_MODE_OFF,
-    "monitor": collision_pb2.COLLISION_MODE_MONITOR,
-    "stop": collision_pb2.COLLISION_MODE_STOP,
-    "guard": collision_pb2.COLLISION_MODE_GUARD,
 }
 
 
@@ -71,38 +65,7 @@ class Distance:
     points: NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True)
-class GuardCost:
-    """What guarding has cost.
-
-    Attributes:
-        ticks: how many were checked.
-        mean_seconds: the mean time of one, in s of the wall clock, and `worst_seconds` the longest.
-    """
-
-    ticks: int
-    mean_seconds: float
-    worst_seconds: float
-
-
-@dataclass(frozen=True, slots=True)
-class CollisionSettings:
-    """What is done about collisions.
-
-    Attributes:
-        mode: for robots without a mode of their own: off, monitor, stop or guard.
-        robots: the modes of robots that have one of their own.
-        look_ahead_seconds: how far ahead running motions are checked; 0 means not at all.
-        paddings: by how much the figures of nodes count as thicker, in meters.
-    """
-
-    mode: str
-    robots: Mapping[str, str]
-    look_ahead_seconds: float
-    paddings: Mapping[str, float]
-
-
-class Collisions:
+class Collisions(CollisionRules):
     """Collisions in the world of one kernel.
 
     Example:
@@ -113,7 +76,7 @@ class Collisions:
 
     def __init__(self, services: Services) -> None:
         """Handle the collisions of one kernel."""
-        self._services = services
+        super().__init__(services)
         self.allowed = AllowedPairs(services)
 
     def check(
@@ -266,69 +229,7 @@ class Collisions:
         """
         return watch_collisions(self._services)
 
-    @property
-    def settings(self) -> CollisionSettings:
-        """What is done about collisions."""
-        settings = self._services.collision.GetCollisionSettings(collision_pb2.GetCollisionSettingsRequest()).settings
-        return CollisionSettings(
-            _mode_name(settings.mode),
-            {robot.robot: _mode_name(robot.mode) for robot in settings.robots},
-            settings.look_ahead_seconds,
-            {node.node: node.padding_meters for node in settings.paddings},
-        )
-
-    @property
-    def guard_cost(self) -> GuardCost:
-        """What guarding has cost since the kernel's start."""
-        cost = self._services.collision.GetCollisionSettings(collision_pb2.GetCollisionSettingsRequest()).guard_cost
-        return GuardCost(cost.ticks, cost.mean_seconds, cost.worst_seconds)
-
-    def set(
-        self,
-        mode: str = "",
-        *,
-        robots: Mapping[str, str] | None = None,
-        look_ahead_seconds: float | None = None,
-        paddings: Mapping[str, float] | None = None,
-    ) -> None:
-        """Change what is done about collisions; what is not given stays. Saved with the scene.
-
-        Args:
-            mode: for robots without a mode of their own: `off`, `monitor` (they are reported), `stop` (and stop the
-                robots) or `guard` (robots brake before they collide).
-            robots: robots that get a mode of their own; an empty one takes it away.
-            look_ahead_seconds: how far ahead running motions are checked, 0 to 60; 0 means not at all.
-            paddings: by how much the figures of nodes count as thicker, 0 to 1 m: two nodes touch where they are nearer
-                than the paddings of both together.
-
-        Raises:
-            UnknownNameError: when there is no such robot or node.
-            LimitError: for a look-ahead or a padding out of range.
-        """
-        request = collision_pb2.SetCollisionSettingsRequest(
-            mode=_mode(mode),
-            robots=[
-                collision_pb2.RobotCollisionMode(robot=robot, mode=_mode(own)) for robot, own in (robots or {}).items()
-            ],
-            look_ahead_seconds=look_ahead_seconds,
-            paddings=[
-                collision_pb2.NodePadding(node=node, padding_meters=padding)
-                for node, padding in (paddings or {}).items()
-            ],
-        )
-        self._services.collision.SetCollisionSettings(request)
-
 
 def _messages(configurations: Configurations | None) -> Iterator[collision_pb2.RobotConfiguration]:
     for robot, positions in (configurations or {}).items():
         yield collision_pb2.RobotConfiguration(robot=robot, joint_positions=joint_map(positions))
-
-
-def _mode(name: str) -> collision_pb2.CollisionMode:
-    if name and name not in MODES:
-        raise InvalidArgumentError(f"a collision mode is one of {', '.join(MODES)}, not {name!r}")
-    return MODES[name] if name else collision_pb2.COLLISION_MODE_UNSPECIFIED
-
-
-def _mode_name(mode: collision_pb2.CollisionMode) -> str:
-    return next(name for name, number in MODES.items() if number == mode)

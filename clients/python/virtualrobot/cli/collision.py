@@ -12,9 +12,10 @@ from virtualrobot.cli.options import FiniteRange, Target, target_options
 if TYPE_CHECKING:
     from virtualrobot.allowed_pairs import AllowedPair, SampledPair
     from virtualrobot.collision_meshes import CollisionMesh
+    from virtualrobot.collision_settings import CollisionSettings, GuardCost
     from virtualrobot.collision_values import Collision
     from virtualrobot.collision_watch import CollisionReport
-    from virtualrobot.collisions import CollisionSettings, Distance, GuardCost
+    from virtualrobot.collisions import Distance
     from virtualrobot.connection import Client
 
 MODES = ("off", "monitor", "stop", "guard", "inherit")
