@@ -102,9 +102,8 @@ class Kernel:
 
     def start_viewer(self) -> str:
         """Start the drawing thread and return the viewer's address."""
-        from virtualrobot_kernel.drawing.viewer import (
-            Viewer,
-        )  # loading it takes a second that the first call need not wait
+        # Loading it takes a second that the first call need not wait.
+        from virtualrobot_kernel.drawing.viewer import Viewer
 
         port = self._settings.viewer_port
         viewer = Viewer(
