@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
+from virtualrobot_kernel.errors import UnknownNameError
 from virtualrobot_kernel.planning.actuators import actuator_limits
-from virtualrobot_kernel.planning.free_joints import solve_inverse
+from virtualrobot_kernel.planning.free_joints import reached, solve_inverse
 from virtualrobot_kernel.planning.moves import goal_positions
 from virtualrobot_kernel.planning.planned_move import PoseGoal, world_t_goal
 from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_of, standing_at
@@ -152,16 +152,7 @@ def _placed(
 def _reaching(snapshot: Snapshot, robot: Node, goal: PoseGoal, solver_of: SolverOf, seed: int) -> Floats:
     """Return configurations (m, k) that reach a pose, those first that a move from here would take."""
     world_t_tcp = world_t_goal(snapshot, goal)
-    arm, result = solve_inverse(snapshot, robot, world_t_tcp, {}, solver_of, goal.configuration)
-    if not len(result.solutions):
-        raise KernelError(
-            f"{robot.name!r} cannot reach the pose: {result.reason}",
-            reason=Reason.UNREACHABLE,
-            robot=robot.name,
-            position_error_meters=result.position_error,
-            rotation_error_radians=result.rotation_error,
-        )
-    found = list(result.solutions)
+    arm, found = reached(snapshot, robot, world_t_tcp, solver_of, goal.configuration)
     chain, rng = arm.serial(), np.random.default_rng(seed)
     lower = np.maximum(chain.lower, -np.pi)
     upper = np.maximum(np.minimum(chain.upper, np.pi), lower)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.kinematics import InverseOptions, InverseResult, Kinematics, SerialChain
 
-from virtualrobot_kernel.errors import KernelError, UnknownNameError
+from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
 from virtualrobot_kernel.motion.nullspace import (
     Rough,
@@ -111,6 +111,30 @@ def solve_inverse(
             field="arm_angle_radians",
         )
     return arm, result._replace(solutions=_expanded(arm, reduced, result.solutions))
+
+
+def reached(
+    snapshot: Snapshot,
+    robot: Node,
+    world_t_tcp: Pose,
+    solver_of: SolverOf,
+    configuration: str = "",
+    redundancy: Redundancy = FREE,
+) -> tuple[Arm, list[NDArray[np.float64]]]:
+    """Return the arm and its solutions (k,), at least one, as `solve_inverse` does from where the joints are.
+
+    Raise KernelError (UNREACHABLE) when there is none.
+    """
+    arm, result = solve_inverse(snapshot, robot, world_t_tcp, {}, solver_of, configuration, redundancy)
+    if not len(result.solutions):
+        raise KernelError(
+            f"{robot.name!r} cannot reach the pose: {result.reason}",
+            reason=Reason.UNREACHABLE,
+            robot=robot.name,
+            position_error_meters=result.position_error,
+            rotation_error_radians=result.rotation_error,
+        )
+    return arm, list(result.solutions)
 
 
 def _preferred(

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
+from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.circle import arc
 from virtualrobot_kernel.motion.course import Course
@@ -19,7 +19,7 @@ from virtualrobot_kernel.motion.plan import Plan, plan_circ, plan_lin, plan_ptp,
 from virtualrobot_kernel.motion.spline import spline
 from virtualrobot_kernel.planning.actuators import check_plans
 from virtualrobot_kernel.planning.carried import Carriers, carried_by, carriers, in_order, plan_carried
-from virtualrobot_kernel.planning.free_joints import led_tcp, solve_inverse
+from virtualrobot_kernel.planning.free_joints import led_tcp, reached
 from virtualrobot_kernel.planning.jog import CartesianJog, JogFrame, JointJog, cartesian_jog, joint_jog
 from virtualrobot_kernel.planning.planned_move import (
     PlannedMove,
@@ -352,16 +352,8 @@ def _solved(
     snapshot: Snapshot, node: Node, goal: PoseGoal, solver_of: SolverOf, redundancy: Redundancy
 ) -> tuple[Arm, NDArray[np.float64]]:
     world_t_tcp = world_t_goal(snapshot, goal)
-    arm, result = solve_inverse(snapshot, node, world_t_tcp, {}, solver_of, goal.configuration, redundancy)
-    if not len(result.solutions):
-        raise KernelError(
-            f"{node.name!r} cannot reach the pose: {result.reason}",
-            reason=Reason.UNREACHABLE,
-            robot=node.name,
-            position_error_meters=result.position_error,
-            rotation_error_radians=result.rotation_error,
-        )
-    return arm, result.solutions[0]
+    arm, solutions = reached(snapshot, node, world_t_tcp, solver_of, goal.configuration, redundancy)
+    return arm, solutions[0]
 
 
 def _nearest_turn(goal: NDArray[np.float64], start: NDArray[np.float64], limits: JointLimits) -> NDArray[np.float64]:
