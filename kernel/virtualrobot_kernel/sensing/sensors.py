@@ -13,8 +13,9 @@ from functools import partial
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.sensing.readers import READERS, SensingRoom
 from virtualrobot_kernel.sensing.reading import Reader, Reading, SensorState
+from virtualrobot_kernel.sensing.schedule import Instant, Schedule
 from virtualrobot_kernel.sensing.settings import rate_hertz
-from virtualrobot_kernel.sensing.station import Instant, Schedule, Station
+from virtualrobot_kernel.sensing.station import Station
 from virtualrobot_kernel.sensing.turns import Turns
 from virtualrobot_kernel.world.apply_sensors import sensor_node, sensor_nodes
 from virtualrobot_kernel.world.clock import Mode

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import math
 import queue
 import threading
 import time
@@ -17,6 +16,7 @@ import numpy as np
 from virtualrobot_kernel.background import give_way
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.sensing.reading import Content, Moment, Reader, Reading, SensorState
+from virtualrobot_kernel.sensing.schedule import Instant, Schedule
 from virtualrobot_kernel.sensing.turns import Turns
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Node
@@ -25,36 +25,6 @@ MAKE_SECONDS = 60.0
 """How long a sensor may take until it is ready: two components may have to be started in processes of their own."""
 
 log = logging.getLogger(__name__)
-
-
-@dataclass(slots=True)
-class Schedule:
-    """Which readings are due: number k at the first tick at or after k periods from the start, so without drift.
-
-    Attributes:
-        start: the tick at which the sensor was started.
-        period: ticks between readings, 1 or more.
-        count: how many have been due so far.
-    """
-
-    start: int
-    period: float
-    count: int = 0
-
-    def due(self, tick: int) -> int:
-        """Return how many have become due since this was last asked."""
-        # A tick that is late only by rounding is in time: 0.1 s are 25 ticks of 4 ms.
-        count = math.floor((tick - self.start) / self.period + 1e-6)
-        new, self.count = max(count - self.count, 0), max(count, self.count)
-        return new
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Instant:
-    """The world at one tick, and ticks before it, the oldest first."""
-
-    snapshot: Snapshot
-    history: tuple[Snapshot, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -293,12 +263,8 @@ class Station:
         self._give_back()
 
     def _moment(self, instant: Instant, number: int, reader: Reader) -> Moment:
-        snapshot = instant.snapshot
-        oldest = snapshot.state.tick - math.ceil(reader.history_seconds / snapshot.tick_seconds - 1e-6)
-        past = tuple(one for one in instant.history if oldest <= one.state.tick < snapshot.state.tick)
         seed: Any = getattr(self.node.data, "seed", 0)  # contact sensors have no noise
-        elapsed = snapshot.state.tick - self.schedule.start if self.schedule is not None else 0
-        return Moment(snapshot, past, number, np.random.default_rng((seed, number)), elapsed)
+        return instant.moment(number, reader.history_seconds, seed, self.schedule)
 
     def _failed(self, error: Exception) -> None:
         """Take what a reader raised for the sensor's fault."""

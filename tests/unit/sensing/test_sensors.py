@@ -10,7 +10,7 @@ import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.sensing import sensors as module
 from virtualrobot_kernel.sensing.reading import Moment, SensorState
-from virtualrobot_kernel.sensing.station import Schedule
+from virtualrobot_kernel.sensing.schedule import Schedule
 from virtualrobot_kernel.world.clock import Mode
 from virtualrobot_kernel.world.commands import CreateNodes, RemoveNode, RunSensors, UpdateNode
 from virtualrobot_kernel.world.figures import Figure, Sphere
