@@ -142,7 +142,7 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
         """Tell what may touch, in a worker thread."""
         snapshot = self._rooms.world.snapshot
         structure = snapshot.structure
-        among = nodes_below(structure, request.nodes) if request.nodes else set(structure.nodes)
+        among = nodes_below(structure, request.nodes) or set(structure.nodes)
 
         def work() -> collision_pb2.ListAllowedPairsResponse:
             with self._rooms.collisions.scene() as scene:
@@ -158,7 +158,7 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
         """Tell what meshes collide as, in a worker thread."""
         snapshot = self._rooms.world.snapshot
         structure = snapshot.structure
-        among = nodes_below(structure, request.nodes) if request.nodes else set(structure.nodes)
+        among = nodes_below(structure, request.nodes) or set(structure.nodes)
 
         def work() -> collision_pb2.ListCollisionMeshesResponse:
             meshes = list(mesh_messages(structure, self._rooms.collisions.shapes, among))
