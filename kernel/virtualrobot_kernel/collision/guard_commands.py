@@ -14,18 +14,6 @@ from virtualrobot_kernel.world.state import Snapshot
 _ROUNDING = 1e-9
 
 
-def stands_as_before(before: Snapshot, after: Snapshot) -> bool:
-    """Return whether commands have changed nothing that can touch, nor what may touch or is guarded."""
-    return (
-        before.structure is after.structure
-        and before.state.q is after.state.q
-        and before.state.parent_t_node is after.state.parent_t_node
-        and before.state.tool_states is after.state.tool_states
-        and before.state.allowed_pairs is after.state.allowed_pairs
-        and before.state.collisions is after.state.collisions
-    )
-
-
 def check(before: Snapshot, after: Snapshot, batch: Sequence[Command], touching: Iterable[Pair]) -> None:
     """Raise KernelError (COLLISION) when commands have brought one of these pairs (uids) into touch.
 

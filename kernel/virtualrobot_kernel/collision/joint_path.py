@@ -178,22 +178,6 @@ def of_program(q: Array, q_index: Indices, program: Program) -> JointPath:
     )
 
 
-def retimed(path: JointPath, begin: float, rate: float = 1.0, start: float | None = None) -> JointPath:
-    """Return a way by another time: at `begin` it is where it was at `start` (None: its begin), and goes at `rate`."""
-    start = path.begin if start is None else start
-
-    def own(time: float) -> float:
-        return start + (time - begin) * rate
-
-    return JointPath(
-        begin,
-        begin + (path.end - start) / rate,
-        lambda time: path.at(own(time)),
-        lambda first, last: path.travel(own(first), own(last)),
-        path.wobble,
-    )
-
-
 def together(paths: Sequence[JointPath]) -> JointPath:
     """Return what several ways are at once, by the same time; each moves coordinates that no other one moves."""
     moved = [np.flatnonzero(path.travel(path.begin, path.end)) for path in paths]
