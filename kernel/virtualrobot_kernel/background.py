@@ -1,4 +1,4 @@
-"""Threads that give way: what they make may be late, what ticks and calls make may not."""
+"""Work that gives way: what it makes may be late, what ticks and calls make may not."""
 
 from __future__ import annotations
 
@@ -21,3 +21,9 @@ def give_way() -> None:
         with contextlib.suppress(OSError):
             thread = threading.get_native_id()
             os.setpriority(os.PRIO_PROCESS, thread, os.getpriority(os.PRIO_PROCESS, thread) + NICENESS)
+
+
+def spare_cores() -> int:
+    """Return how many cores this process may use, but one, which is for ticks and calls; at least one."""
+    count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return max(1, count - 1)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import threading
 from collections import deque
 from collections.abc import Callable
 from typing import Any
 
+from virtualrobot_kernel.background import spare_cores
 from virtualrobot_kernel.collision.process import Job, Process
 from virtualrobot_kernel.collision.shipping import World, world_of
 from virtualrobot_kernel.errors import KernelError, Reason
@@ -40,7 +40,7 @@ class Processes:
             idle_seconds: how long a process waits for another job.
             silent_seconds: how long a job may be silent.
         """
-        self.count = count or max(1, _cores() - 1)
+        self.count = count or spare_cores()
         self._shapes = shapes
         self._idle_seconds = idle_seconds
         self._silent_seconds = silent_seconds
@@ -131,13 +131,6 @@ class Processes:
         if last is None or last[0] is not structure:
             self._last = last = structure, world_of(structure, self._shapes)
         return last[1]
-
-
-def _cores() -> int:
-    """Return how many cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _shutting_down() -> KernelError:
