@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 
@@ -24,8 +25,12 @@ def importers() -> Iterator[Importers]:
 
 
 def _workers() -> list[psutil.Process]:
-    children = psutil.Process().children(recursive=True)
-    return [child for child in children if "virtualrobot_sdk.worker" in " ".join(child.cmdline())]
+    found = []
+    for child in psutil.Process().children():
+        with contextlib.suppress(psutil.NoSuchProcess):  # kernels of other tests end meanwhile
+            if "virtualrobot_sdk.worker" in " ".join(child.cmdline()):
+                found.append(child)
+    return found
 
 
 def _linked(importers: Importers, part: str) -> bytes:
