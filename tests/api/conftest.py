@@ -95,7 +95,8 @@ class KernelProcess:
 
     def end(self, seconds: float = 30.0) -> int:
         """Ask the kernel to end and return its exit code."""
-        self.ask_to_end()
+        if self.process.poll() is None:
+            self.process.terminate()
         try:
             return self.process.wait(seconds)
         finally:
@@ -108,6 +109,8 @@ class KernelProcess:
         """Let the kernel end while the tests go on; the session's end waits for it."""
         if self.process.poll() is None:
             self.process.terminate()
+            # Else it would be among the children of the tests until then, as a zombie.
+            threading.Thread(target=self.process.wait, daemon=True).start()
 
 
 StartKernel = Callable[..., KernelProcess]
