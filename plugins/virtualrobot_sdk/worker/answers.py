@@ -38,6 +38,12 @@ class ForeignType(pickle.UnpicklingError):
     """An answer holds something of a type that does not belong to Python, NumPy or the SDK."""
 
 
+class _Pickler(pickle.Pickler):
+    def reducer_override(self, value: object, /) -> Any:  # noqa: ANN401  as pickle has it
+        """Name members of enums by class and value: early 3.11 names them by `getattr`, which does not travel."""
+        return (type(value), (value.value,)) if isinstance(value, Enum) else NotImplemented
+
+
 class _Unpickler(pickle.Unpickler):
     def find_class(self, module_name: str, global_name: str, /) -> Any:  # noqa: ANN401  it finds any class
         """Return the class or function of this name, if it is one that the parent may import."""
@@ -48,7 +54,9 @@ class _Unpickler(pickle.Unpickler):
 
 def pack(outcome: Outcome, *values: object) -> bytes:
     """Return an answer as bytes; raises what pickle raises for values that cannot travel."""
-    return pickle.dumps((outcome.value, *values), protocol=5)
+    content = io.BytesIO()
+    _Pickler(content, protocol=5).dump((outcome.value, *values))
+    return content.getvalue()
 
 
 def unpack(content: bytes | bytearray, asked: str) -> Any:  # noqa: ANN401  the component says what its method returns
