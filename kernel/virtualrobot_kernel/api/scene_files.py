@@ -14,6 +14,7 @@ from virtualrobot_kernel.api.convert.nodes import node_message
 from virtualrobot_kernel.api.convert.states import robot_states, robots_named, signal_message
 from virtualrobot_kernel.api.convert.values import finite, masked
 from virtualrobot_kernel.api.model_files import files_of, found_figures, read_model, spec_of
+from virtualrobot_kernel.collision.node_pairs import names_of
 from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.formats import scene_file
 from virtualrobot_kernel.formats.bundle import bundle
@@ -125,7 +126,7 @@ def write_scene(snapshot: Snapshot, bundled: bool) -> tuple[str, list[tuple[str,
     if snapshot.state.speed_factor != 1.0:
         scene.speed_factor = snapshot.state.speed_factor
     for pair, why in snapshot.state.allowed_pairs.items():
-        first, second = (structure.nodes[uid].name for uid in pair)
+        first, second = names_of(pair, structure)
         scene.allowed_pairs.add(first=first, second=second, reason=why)
     if snapshot.state.collisions != NOTHING_SET:
         scene.collision_settings.CopyFrom(settings_message(snapshot))

@@ -18,6 +18,7 @@ from virtualrobot_kernel.collision.allowed import Pair
 from virtualrobot_kernel.collision.along import Switch, first_along, program_switches
 from virtualrobot_kernel.collision.bodies import made_of
 from virtualrobot_kernel.collision.joint_path import JointPath, of_laws, of_program, together
+from virtualrobot_kernel.collision.node_pairs import names_of
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.collision.swept import SweptContact
 from virtualrobot_kernel.collision.transitions import STOPPING, Halt, watched
@@ -25,7 +26,7 @@ from virtualrobot_kernel.motion.moving import Phase
 from virtualrobot_kernel.motion.outlook import Outlook, outlook
 from virtualrobot_kernel.motion.program_run import ProgramRun
 from virtualrobot_kernel.world.apply_motions import override
-from virtualrobot_kernel.world.state import Motion, Snapshot
+from virtualrobot_kernel.world.state import Motion, Snapshot, unchanged
 from virtualrobot_kernel.world.structure import JointType, LinkData
 
 IN_ADVANCE = 0.25
@@ -86,7 +87,7 @@ class _Proof:
         then, now, time = self._snapshot.state, snapshot.state, snapshot.simulation_time
         return (
             time < self._expires
-            and all(one is other for one, other in zip(made_of(self._snapshot), made_of(snapshot), strict=True))
+            and unchanged(made_of(self._snapshot), made_of(snapshot))
             and then.parent_t_node is now.parent_t_node
             and then.collisions is now.collisions
             and self._touching == frozenset(touching)
@@ -256,7 +257,7 @@ def _halt(
     robots = tuple(found[False] or found[True])
     if not robots:
         return None
-    first, second = (structure.nodes[uid].name for uid in (contact.first, contact.second))
+    first, second = names_of((contact.first, contact.second), structure)
     seconds = contact.time - snapshot.simulation_time
     groups = scene.bodies.allowed.groups
     own = frozenset(groups[uid] for uid in (contact.first, contact.second)) & frozenset(by)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from functools import lru_cache
 
@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from virtualrobot_kernel.collision.allowed import Pair
 from virtualrobot_kernel.collision.joint_path import JointPath
-from virtualrobot_kernel.collision.scene import CollisionScene, Detail, Nearest
+from virtualrobot_kernel.collision.scene import CollisionScene, Nearest
 from virtualrobot_kernel.collision.swept import RESOLUTION, SweptContact, first_contact
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.braking import Way
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import Kind, Structure
+from virtualrobot_kernel.world.structure import Structure
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -27,8 +27,6 @@ APART = 5.0 * RESOLUTION
 
 LEVER = 4.0
 """How far (m) a joint's axis is from what it moves, at the most, where the resolution follows from joints."""
-
-ROUNDING = 1e-9
 
 
 def contact_on(
@@ -77,8 +75,7 @@ def _touching(
 ) -> Nearest | None:
     """Return two nodes that touch, of the pairs that `contact_on` asks; None: there are none."""
     scene.place(snapshot)
-    pairs = ((one.first, one.second) for one in scene.collisions(Detail.PAIRS, robots))
-    pair = next((pair for pair in pairs if pair not in tolerated), None)
+    pair = min(scene.touching(robots).difference(tolerated), default=None)
     return scene.distances([pair[0]], [pair[1]], 0.0)[0] if pair else None
 
 
@@ -95,19 +92,6 @@ def distance(scene: CollisionScene, snapshot: Snapshot, pair: Pair, reach: float
     scene.place(snapshot)
     found = scene.distances([pair[0]], [pair[1]], reach)
     return found[0].distance if found else np.inf
-
-
-def carriers(structure: Structure, uid: int) -> Iterator[int]:
-    """Yield the robots (uids) whose joints can move a node."""
-    for one in structure.ancestors(uid):
-        if one.kind is Kind.ROBOT:
-            yield one.uid
-
-
-def moves(before: Snapshot, after: Snapshot, pair: Pair) -> bool:
-    """Return whether two nodes (uids) are elsewhere, seen from each other, than they were."""
-    was, now = (np.linalg.solve(world.world_t(pair[0]), world.world_t(pair[1])) for world in (before, after))
-    return bool(np.abs(was - now).max() > ROUNDING)
 
 
 @lru_cache(maxsize=4)

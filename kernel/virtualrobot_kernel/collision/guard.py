@@ -15,30 +15,26 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from virtualrobot_kernel.collision.allowed import Pair
-from virtualrobot_kernel.collision.brake_check import (
-    APART,
-    ROUNDING,
-    carriers,
-    contact_on,
-    distance,
-    moves,
-    pictured,
-)
+from virtualrobot_kernel.collision.brake_check import APART, contact_on, distance, pictured
 from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.guard_commands import check
+from virtualrobot_kernel.collision.node_pairs import movers, moves, names_of
 from virtualrobot_kernel.collision.path_proofs import Doubt, PathProofs
-from virtualrobot_kernel.collision.scene import CollisionScene, Detail
+from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.collision.swept import SweptContact
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.braking import HARMLESS, RATES, Way, braking, going
 from virtualrobot_kernel.world.collisions import CollisionMode
 from virtualrobot_kernel.world.commands import Command, HaltRobots
-from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot, State
+from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot, State, unchanged
 from virtualrobot_kernel.world.store import World
 
 LOOKS = 12
 """At so many ticks of a way at the most, the first and the last among them, it is asked whether two come nearer."""
+
+ROUNDING = 1e-9
+"""Times (s) and distances (m) that differ by no more than this are the same."""
 
 log = logging.getLogger(__name__)
 
@@ -150,7 +146,7 @@ class CollisionGuard:
         """Oversee the world while a robot is guarded; told in the world thread of all that is published."""
         now = self._world.snapshot
         settings = now.structure, now.state.collisions
-        if _same(settings, self._settings):
+        if unchanged(self._settings, settings):
             return
         self._settings = settings
         robots = self._robots = _guarded(now)
@@ -163,13 +159,13 @@ class CollisionGuard:
         """Return whether there is more in the world than time that goes on since this was asked last."""
         state = now.state
         seen = (now.structure, state.collisions, state.parent_t_node, state.allowed_pairs)
-        changed = not _same(seen, self._seen)
+        changed = not unchanged(self._seen, seen)
         self._seen = seen
         return changed or (self._touching is not None and self._touching[0] is now)
 
     def _all_touching(self, snapshot: Snapshot, robots: frozenset[int]) -> frozenset[Pair]:
         self._scene.place(snapshot)
-        return frozenset((one.first, one.second) for one in self._scene.collisions(Detail.PAIRS, robots))
+        return frozenset(self._scene.touching(robots))
 
     def _threat(self, now: Snapshot, later: State | None) -> _Threat | None:
         """Return what would touch on the way to `later`, if it is not None, and on the brake from there; or None."""
@@ -261,13 +257,10 @@ class CollisionGuard:
         )
 
     def _told(self, now: Snapshot, pair: Pair, seconds: float) -> _Threat:
-        first, second = (now.structure.nodes[uid].name for uid in pair)
-        robots = frozenset(uid for one in pair for uid in carriers(now.structure, one))
-        return _Threat(robots, f"{first!r} would touch {second!r} in {max(seconds, 0.0):.3f} s if it went on")
-
-
-def _same(one: Sequence[object], other: Sequence[object]) -> bool:
-    return len(one) == len(other) and all(a is b for a, b in zip(one, other, strict=True))
+        first, second = names_of(pair, now.structure)
+        return _Threat(
+            movers(pair, now.structure), f"{first!r} would touch {second!r} in {max(seconds, 0.0):.3f} s if it went on"
+        )
 
 
 def _guarded(snapshot: Snapshot) -> frozenset[int]:

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-import numpy as np
-
 from virtualrobot_kernel.collision.allowed import Pair
+from virtualrobot_kernel.collision.node_pairs import movers, moves, names_of
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.commands import Command, SetToolState
 from virtualrobot_kernel.world.state import Snapshot
-
-_ROUNDING = 1e-9
 
 
 def check(before: Snapshot, after: Snapshot, batch: Sequence[Command], touching: Iterable[Pair]) -> None:
@@ -23,8 +20,8 @@ def check(before: Snapshot, after: Snapshot, batch: Sequence[Command], touching:
     tools = {after.structure.node(one.tool).uid for one in batch if isinstance(one, SetToolState)}
     hands = {robot.uid for tool in tools if (robot := after.structure.robot_of(tool))}
     for pair in sorted(touching):
-        if not _stood_so(before, after, pair) and not any(_of_robots(after, uid, hands) for uid in pair):
-            first, second = (after.structure.nodes[uid].name for uid in pair)
+        if not _stood_so(before, after, pair) and hands.isdisjoint(movers(pair, after.structure)):
+            first, second = names_of(pair, after.structure)
             raise KernelError(
                 f"{first!r} would touch {second!r}, and a guarded robot may not; put it elsewhere, let the two "
                 "touch, or end the guard",
@@ -40,9 +37,4 @@ def _stood_so(before: Snapshot, after: Snapshot, pair: Pair) -> bool:
         node = before.structure.nodes.get(uid)
         if node is None or node.figures is not after.structure.nodes[uid].figures:
             return False
-    was, now = (np.linalg.solve(world.world_t(pair[0]), world.world_t(pair[1])) for world in (before, after))
-    return bool(np.abs(was - now).max() <= _ROUNDING)
-
-
-def _of_robots(snapshot: Snapshot, uid: int, robots: set[int]) -> bool:
-    return any(node.uid in robots for node in snapshot.structure.ancestors(uid))
+    return not moves(before, after, pair)

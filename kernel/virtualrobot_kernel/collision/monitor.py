@@ -18,13 +18,14 @@ from virtualrobot_kernel.collision.ahead import LookAhead
 from virtualrobot_kernel.collision.allowed import Pair
 from virtualrobot_kernel.collision.bodies import made_of
 from virtualrobot_kernel.collision.geometry import CollisionShapes
+from virtualrobot_kernel.collision.node_pairs import names_of
 from virtualrobot_kernel.collision.report import REMEMBERED, Ended, Event, Failed, Report, Stopped, Touch, What, thinned
 from virtualrobot_kernel.collision.scene import Collision, CollisionScene, Detail
-from virtualrobot_kernel.collision.transitions import STOPPING, Halt, Scope, halt_of, names_of, transitions, watched
+from virtualrobot_kernel.collision.transitions import STOPPING, Halt, Scope, halt_of, transitions, watched
 from virtualrobot_kernel.world.clock import Mode
 from virtualrobot_kernel.world.commands import Command, HaltRobots
 from virtualrobot_kernel.world.listeners import Listeners
-from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion, Snapshot
+from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion, Snapshot, unchanged
 from virtualrobot_kernel.world.store import World
 
 PERIOD_SECONDS = 0.02
@@ -217,7 +218,7 @@ class Monitor:
             scene.place(snapshot)
             bodies = scene.bodies
             scope = Scope(modes, bodies.elements.keys(), bodies.allowed)
-            found = frozenset((pair.first, pair.second) for pair in scene.collisions(Detail.PAIRS, modes.keys()))
+            found = frozenset(scene.touching(modes.keys()))
         changed = transitions(self._scope, touches.keys(), scope, found)
         happened: list[What] = [Ended(touches.pop(pair), apart) for pair, apart in changed.ended.items()]
         structure = snapshot.structure
@@ -278,7 +279,7 @@ def _differ(before: Snapshot, now: Snapshot, closely: bool = False) -> bool:
     old, new = before.world_t_node, now.world_t_node
     return (
         before.state.collisions is not now.state.collisions
-        or any(one is not other for one, other in zip(made_of(before), made_of(now), strict=True))
+        or not unchanged(made_of(before), made_of(now))
         or not (old is new or (closely and np.array_equal(old, new)))
     )
 

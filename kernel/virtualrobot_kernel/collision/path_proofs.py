@@ -25,7 +25,7 @@ from virtualrobot_kernel.motion.moving import Moving
 from virtualrobot_kernel.motion.planned import Track
 from virtualrobot_kernel.motion.program import Program
 from virtualrobot_kernel.motion.program_run import ProgramRun
-from virtualrobot_kernel.world.state import Motion, Snapshot, State
+from virtualrobot_kernel.world.state import Motion, Snapshot, State, unchanged
 
 Booleans = NDArray[np.bool_]
 Integers = NDArray[np.int64]
@@ -202,8 +202,7 @@ class PathProofs:
         """Forget what was known of another world, or of one whose joints have been put elsewhere since."""
         state = now.state
         world = (now.structure, state.collisions, state.parent_t_node, state.allowed_pairs, state.tool_states)
-        same = len(world) == len(self._world) and all(a is b for a, b in zip(world, self._world, strict=True))
-        if not same or not any(state.q is one for one in self._q):
+        if not unchanged(self._world, world) or not any(state.q is one for one in self._q):
             self._stages, self._boxes = {}, UnitBoxes(self._scene)
         self._world, self._q = world, (state.q, later.q)
 

@@ -17,7 +17,7 @@ from virtualrobot_kernel.collision.pairs import box_distances, is_near, pair_of,
 from virtualrobot_kernel.collision.placed import Placed
 from virtualrobot_kernel.collision.remembered import Remembered
 from virtualrobot_kernel.collision.touching import Contacts, touches
-from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.state import Snapshot, unchanged
 
 Floats = NDArray[np.float64]
 
@@ -95,7 +95,7 @@ class CollisionScene:
     def place(self, snapshot: Snapshot) -> None:
         """Make this the scene of a snapshot: only what moved is put elsewhere, only what is new is made."""
         before, world_t_node = self._bodies, snapshot.world_t_node
-        if before is not None and all(old is new for old, new in zip(before.made_of, made_of(snapshot), strict=True)):
+        if before is not None and unchanged(before.made_of, made_of(snapshot)):
             if world_t_node is not self._world_t_node:
                 self._placed.follow(world_t_node, self._world_t_node, before.rows, before.node_t_element)
         else:
@@ -141,6 +141,10 @@ class CollisionScene:
             depths[pair] = depth
             found.setdefault(pair, []).append(contacts)
         return [Collision(*pair, tuple(contacts), depths[pair]) for pair, contacts in sorted(found.items())]
+
+    def touching(self, robots: Collection[int] | None = None) -> set[Pair]:
+        """Return the pairs of nodes (uids) that touch and may not, as `collisions` asks them."""
+        return self._touching(False, robots)
 
     def self_collisions(self, robot: int) -> set[Pair]:
         """Return the pairs of nodes of a robot (uid) that touch and may not."""

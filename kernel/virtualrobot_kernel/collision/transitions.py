@@ -6,9 +6,10 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 
 from virtualrobot_kernel.collision.allowed import AllowedPairs, Pair
+from virtualrobot_kernel.collision.node_pairs import movers, names_of
 from virtualrobot_kernel.world.collisions import CollisionMode
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import Kind, Structure
+from virtualrobot_kernel.world.structure import Structure
 
 STOPPING = frozenset({CollisionMode.STOP, CollisionMode.GUARD})
 """Modes of robots that a collision stops; a guarded one should not come into any."""
@@ -88,17 +89,11 @@ def transitions(before: Scope, touching: Collection[Pair], now: Scope, found: It
     )
 
 
-def names_of(pair: Pair, structure: Structure) -> tuple[str, str]:
-    """Return the names of two nodes."""
-    return structure.nodes[pair[0]].name, structure.nodes[pair[1]].name
-
-
 def halt_of(pair: Pair, scope: Scope, structure: Structure) -> Halt | None:
     """Return whom a touch that begins stops: all robots that move one of the nodes; None where no mode wants that."""
     groups = scope.allowed.groups
     by = frozenset(groups[uid] for uid in pair if scope.modes.get(groups[uid]) in STOPPING)
     if not by:
         return None
-    movers = {node.uid for uid in pair for node in structure.ancestors(uid) if node.kind is Kind.ROBOT}
     first, second = names_of(pair, structure)
-    return Halt(tuple(sorted(movers)), f"{first!r} touches {second!r}", by)
+    return Halt(tuple(sorted(movers(pair, structure))), f"{first!r} touches {second!r}", by)

@@ -8,11 +8,11 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot_kernel.numeric.forest import FIXED, FLOATING, PLANAR
-from virtualrobot_kernel.world.structure import Structure
+from virtualrobot_kernel.numeric.forest import FIXED
+from virtualrobot_kernel.world.structure import JointType, Structure
 
-WIDTHS = {FLOATING: 7, PLANAR: 3}
-"""How many coordinates joints have that have more than one."""
+WIDTHS = {kind.code: kind.coordinate_count for kind in JointType}
+"""How many coordinates a joint has, by the code of its type."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,6 +48,6 @@ def units_of(structure: Structure) -> Units:
                 rows[rows == shared] = unit
                 coordinates[coordinates == shared] = unit
             unit = unit or shared
-            coordinates[first : first + WIDTHS.get(kind, 1)] = unit
+            coordinates[first : first + WIDTHS[kind]] = unit
         rows[row] = unit
     return Units(count, rows, coordinates)

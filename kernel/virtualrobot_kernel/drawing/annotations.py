@@ -104,15 +104,22 @@ class ContactLayer:
             self._handle.remove()
             self._handle = None
         if len(points):
-            self._handle = self._server.scene.add_point_cloud(
-                "/contacts",
-                points,
-                CONTACT_COLOR,
-                point_size=0.5 * CONTACT_SIZE,  # viser draws points twice as wide as this says
-                point_shape="circle",
-                point_shading="flat",
-                precision="float32",
-            )
+            self._handle = add_dots(self._server.scene, "/contacts", points, CONTACT_COLOR, CONTACT_SIZE)
+
+
+def add_dots(
+    scene: viser.SceneApi, name: str, points: NDArray, colors: tuple[int, int, int] | NDArray[np.uint8], size: float
+) -> viser.PointCloudHandle:
+    """Return the handle of round dots at points (n, 3), `size` meters wide; colours are (n, 3) or one for all."""
+    return scene.add_point_cloud(
+        name,
+        points,
+        colors,
+        point_size=0.5 * size,  # viser draws points twice as wide as this says
+        point_shape="circle",
+        point_shading="flat",
+        precision="float32",
+    )
 
 
 def _added(server: viser.ViserServer, name: str, figure: Figure) -> Any:  # noqa: ANN401  see _Drawn
@@ -122,15 +129,7 @@ def _added(server: viser.ViserServer, name: str, figure: Figure) -> Any:  # noqa
         case Points(positions, colors, size) if positions:
             points = np.frombuffer(positions, np.float64).reshape(-1, 3)
             own = np.frombuffer(colors, np.uint8).reshape(-1, 3) if colors else color
-            return server.scene.add_point_cloud(
-                name,
-                points,
-                own,
-                point_size=0.5 * size,  # viser draws points twice as wide as this says
-                point_shape="circle",
-                point_shading="flat",
-                precision="float32",
-            )
+            return add_dots(server.scene, name, points, own, size)
         case Lines(segments, width) if segments:
             points = np.frombuffer(segments, np.float64).reshape(-1, 2, 3)
             return server.scene.add_line_segments(name, points, color, thickness=width, thickness_units="screen")

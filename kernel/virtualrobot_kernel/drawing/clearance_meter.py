@@ -8,7 +8,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 
 from virtualrobot_kernel.collision.bodies import made_of
 from virtualrobot_kernel.collision.clearances import Clearance, Measure, Measured
-from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.state import Snapshot, unchanged
 
 PERIOD_SECONDS = 0.05
 """The least time from one measuring to the next."""
@@ -45,10 +45,7 @@ class ClearanceMeter:
             self._asked, self._found = (), {}
             return {}
         about = (wanted, snapshot.world_t_node, *made_of(snapshot))
-        moved = len(about) != len(self._asked) or any(
-            one is not other for one, other in zip(about, self._asked, strict=True)
-        )
-        if moved and self._running is None and time.monotonic() >= self._due:
+        if not unchanged(self._asked, about) and self._running is None and time.monotonic() >= self._due:
             self._asked = about
             self._running = self._thread.submit(self._timed, snapshot, wanted)
         return {one: self._found[one] for one in wanted if one in self._found}

@@ -18,7 +18,7 @@ from virtualrobot_kernel.world.visibility import inherited_visibility
 def is_there(structure: Structure, ghost: Ghost) -> bool:
     """Return whether the robot of a ghost is there and has the coordinates that it had."""
     robot = structure.robots.get(ghost.robot)
-    return robot is not None and all(sum(j.type.coordinate_count for j in robot.joints) == len(q) for q in ghost.rows)
+    return robot is not None and all(robot.q_slice.stop - robot.q_slice.start == len(q) for q in ghost.rows)
 
 
 def ghost_figures(snapshot: Snapshot, ghosts: tuple[Ghost, ...]) -> Iterator[tuple[int, Figure]]:

@@ -10,6 +10,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from virtualrobot_kernel.drawing.annotations import add_dots
 from virtualrobot_kernel.drawing.batches import wxyz_of
 from virtualrobot_kernel.drawing.inks import FRUSTUM_COLOR, FRUSTUM_WIDTH, RAY_WIDTH, SCAN_POINT_SIZE
 from virtualrobot_kernel.sensing.overlays import (
@@ -26,7 +27,7 @@ from virtualrobot_kernel.sensing.overlays import (
 )
 from virtualrobot_kernel.sensing.reading import Reading
 from virtualrobot_kernel.world.sensing import CameraSensor, RangeSensor
-from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.state import Snapshot, unchanged
 
 MOST_PIXELS = 320
 """The greatest side of a picture that is sent to browsers."""
@@ -43,7 +44,7 @@ class _Drawn:
 
     def is_of(self, made_of: tuple[object, object]) -> bool:
         """Return whether it shows just these objects."""
-        return all(mine is other for mine, other in zip(self.made_of, made_of, strict=True))
+        return unchanged(self.made_of, made_of)
 
 
 class SensorLayer:
@@ -100,15 +101,7 @@ class SensorLayer:
             return self._scene.add_line_segments(
                 _name(shown), points, colors, thickness=RAY_WIDTH, thickness_units="screen"
             )
-        return self._scene.add_point_cloud(
-            _name(shown),
-            points,
-            colors,
-            point_size=0.5 * SCAN_POINT_SIZE,  # viser draws points twice as wide as this says
-            point_shape="circle",
-            point_shading="flat",
-            precision="float32",
-        )
+        return add_dots(self._scene, _name(shown), points, colors, SCAN_POINT_SIZE)
 
     def _frustum(self, uid: int, camera: CameraSensor, pyramid: Frustum, pictures: Pictures | None) -> Shown:
         """Show a camera's pyramid, with the first of its pictures in it or without."""

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.collision.allowed import Pair
+from virtualrobot_kernel.collision.node_pairs import names_of
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.paths.program import free_program
@@ -213,7 +214,7 @@ class _Task:
 
 
 def _collision(snapshot: Snapshot, query: PathQuery, where: str, pair: Pair) -> KernelError:
-    first, second = (snapshot.structure.nodes[uid].name for uid in pair)
+    first, second = names_of(pair, snapshot.structure)
     return KernelError(
         f"{where} {query.robot!r} is in collision: {first!r} touches {second!r}",
         reason=Reason.COLLISION,

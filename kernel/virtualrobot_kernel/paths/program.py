@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.collision.joint_path import of_program
+from virtualrobot_kernel.collision.node_pairs import names_of
 from virtualrobot_kernel.collision.swept import SweptContact
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.program import Program
@@ -83,7 +84,7 @@ def _shrink(zones: list[float], program: Program, contact: SweptContact) -> bool
 
 
 def _refuse(snapshot: Snapshot, query: PathQuery, contact: SweptContact) -> NoReturn:
-    first, second = (snapshot.structure.nodes[uid].name for uid in (contact.first, contact.second))
+    first, second = names_of((contact.first, contact.second), snapshot.structure)
     raise KernelError(
         f"the motion of {query.robot!r} along the path that was found would touch: {first!r} meets {second!r}; "
         "give another seed",

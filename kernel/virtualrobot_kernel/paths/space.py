@@ -9,18 +9,17 @@ from numpy.typing import NDArray
 
 from virtualrobot_kernel.collision.allowed import Pair
 from virtualrobot_kernel.collision.joint_path import JointPath, line
+from virtualrobot_kernel.collision.node_pairs import ROUNDING, moves
 from virtualrobot_kernel.collision.scene import CollisionScene, Detail
 from virtualrobot_kernel.collision.swept import SweptContact, first_contact
 from virtualrobot_kernel.paths.query import PathQuery
 from virtualrobot_kernel.planning.robots import standing_at
-from virtualrobot_kernel.world.change import inverse
 from virtualrobot_kernel.world.state import Snapshot
 
 Floats = NDArray[np.float64]
 
 _ELSEWHERE = 0.1
 """How far joints are moved, in rad or m, to see what goes with what."""
-_STILL = 1e-9
 
 
 class PathSpace:
@@ -39,12 +38,10 @@ class PathSpace:
         """How many configurations and lines were checked."""
         scene.place(snapshot)
         moved = standing_at(snapshot, query.q_index, self.start + _ELSEWHERE * np.arange(1, len(self.start) + 1))
-        self._bent = moved.world_t_node
-        rows = np.abs(self._bent - snapshot.world_t_node).max(axis=(1, 2)) > _STILL
+        rows = np.abs(moved.world_t_node - snapshot.world_t_node).max(axis=(1, 2)) > ROUNDING
         groups = scene.bodies.allowed.groups
         self._robots = {groups[uid] for uid, row in snapshot.structure.rows.items() if rows[row] and groups.get(uid)}
-        touching = [(one.first, one.second) for one in scene.collisions(Detail.PAIRS, self._robots)]
-        self._standing = {pair for pair in touching if not self._moves(pair)}
+        self._standing = {pair for pair in scene.touching(self._robots) if not moves(snapshot, moved, pair)}
 
     def contact(self, q: Floats) -> Pair | None:
         """Return two nodes (uids) that touch at q (k,) and may not, or None."""
@@ -102,9 +99,3 @@ class PathSpace:
             tolerated=self._standing,
             given_up=self._given_up,
         )
-
-    def _moves(self, pair: Pair) -> bool:
-        """Return whether the arm moves one node of a pair against the other."""
-        rows = [self._snapshot.structure.rows[uid] for uid in pair]
-        apart = [inverse(poses[rows[0]]) @ poses[rows[1]] for poses in (self._snapshot.world_t_node, self._bent)]
-        return bool(np.abs(apart[0] - apart[1]).max() > _STILL)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -149,3 +149,8 @@ class Snapshot:
     def world_t(self, uid: int) -> NDArray[np.float64]:
         """Return where a node is in the world's frame, shape (4, 4)."""
         return self.world_t_node[self.structure.rows[uid]]
+
+
+def unchanged(before: Sequence[object], now: Sequence[object]) -> bool:
+    """Return whether parts of two snapshots are the same objects: what nothing has changed is handed on, not copied."""
+    return len(before) == len(now) and all(one is other for one, other in zip(before, now, strict=True))
