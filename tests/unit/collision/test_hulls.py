@@ -65,7 +65,7 @@ def test_a_hull_is_touched_where_coal_says(rng: np.random.Generator, vertices: i
     request.gjk_tolerance, request.gjk_max_iterations = 1e-9, 1000
     touched = 0
     for _ in range(60):
-        poses = near(rng, 0.3), near(rng, 0.6)
+        poses = near(rng, 0.3), near(rng, 0.4)
         at = [coal.Transform3s(pose[:3, :3], pose[:3, 3]) for pose in poses]
         gap = coal.distance(theirs, at[0], against, at[1], request, coal.DistanceResult())
         (pair,) = near_pairs(Placed([made], poses[0][None]), Placed([bare], poses[1][None]), 9.0)
@@ -73,7 +73,7 @@ def test_a_hull_is_touched_where_coal_says(rng: np.random.Generator, vertices: i
             assert (pair.normal is not None) == (gap < 0.0)
             assert pair.distance == pytest.approx(max(gap, 0.0), abs=3e-6)
             touched += gap < 0.0
-    assert 5 < touched < 60
+    assert 0 < touched < 60
 
 
 def test_a_hull_of_few_corners_misses_nothing(rng: np.random.Generator) -> None:

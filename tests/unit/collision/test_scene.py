@@ -217,8 +217,8 @@ def test_picking_a_part_among_500_finds_what_a_new_scene_finds(rng: np.random.Ge
     parts = CreateNodes(tuple(part(f"p{i}", shifted(*place)) for i, place in enumerate(places)))
     snapshot = after(cell(), parts)
     scene = scene_of(snapshot)
-    for _ in range(5):
-        snapshot = after(snapshot, PickPart("arm", f"p{rng.integers(500)}", max_distance=10.0))
+    for chosen in rng.choice(500, 5, replace=False):
+        snapshot = after(snapshot, PickPart("arm", f"p{chosen}", max_distance=10.0))
         snapshot = after(snapshot, SetJointPositions("arm", {"a": rng.uniform(-1, 1), "b": rng.uniform(-1, 1)}))
         assert touching(snapshot, scene) == touching(snapshot)
 

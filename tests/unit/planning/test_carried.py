@@ -121,7 +121,7 @@ def test_a_line_on_a_table_that_tilts_and_turns(world: Change, rng: np.random.Ge
     plate = snapshot.world_t(snapshot.structure.node("table.plate").uid)
     start = np.linalg.inv(plate) @ tcp_frame(snapshot, snapshot.structure.node("arm"))
     for _ in range(3):
-        goal = shifted_goal(rng, start, 0.1)
+        goal = shifted_goal(rng, start, 0.06)
         table = PointToPoint("table", {"tilt": float(rng.uniform(-0.2, 0.2)), "turn": float(rng.uniform(-0.3, 0.3))})
         line = Linear("arm", PoseGoal(goal, "table.plate", moving=True), max_velocity=0.2)
         planned = run(snapshot, line, table)

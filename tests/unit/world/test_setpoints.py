@@ -186,7 +186,7 @@ def test_a_run_with_setpoints_is_replayed_bit_for_bit(cell: Change, rng: np.rand
         entries.append(Entry(change.state.tick, "", commands))
         change = after(change, *commands)
 
-    do(StartFollowing("arm", ("a", "b"), POSITION, 0.05), StartFollowing("arm", ("f",), VELOCITY, 1.0))
+    do(StartFollowing("arm", ("a", "b"), POSITION, 0.2), StartFollowing("arm", ("f",), VELOCITY, 1.0))
     place = np.zeros(2)
     steering = PauseMotion("motion-1"), ResumeMotion("motion-1"), SetSpeedFactor("arm", 0.5)
     for _ in range(150):
