@@ -184,7 +184,10 @@ def test_a_cancelled_line_stays_on_its_line_and_stops_no_later_than_its_plan(
 
 def test_all_robots_of_a_cancelled_group_stop_each_on_its_own_path(rng: np.random.Generator) -> None:
     for _ in range(3):
-        plan = random_group(rng)
+        # So far that half-way it has no sooner stop at its goal.
+        limits = random_limits(rng, 6)
+        far = plan_ptp(rng.uniform(limits.lower, -1.0), rng.uniform(1.0, limits.upper), limits)
+        plan = plan_together([far, random_line(rng, "panda")[0]])
         tau = plan.duration * float(rng.uniform(0.01, 0.5))
         motion = at(plan, tau).cancel()
         stop = stopped(at(plan, tau))
