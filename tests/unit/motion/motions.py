@@ -114,7 +114,8 @@ def random_arc(rng: np.random.Generator, name: str) -> RandomArc:
             shape = Via(start[:3, 3] + rng.uniform(-0.1, 0.1, 3))
         else:
             axis, radial = rng.normal(size=3), rng.normal(size=3) * 0.05
-            center, angle = start[:3, 3] + np.cross(axis, radial), float(rng.uniform(-3.0, 3.0) * np.pi)
+            center, angle = start[:3, 3] + np.cross(axis, radial), float(rng.uniform(0.05, 3.0) * np.pi)
+            angle *= float(rng.choice([-1.0, 1.0]))  # on an arc of micrometres nobody tells shares from positions
             turn = rotation_matrix(angle * axis / np.linalg.norm(axis))
             goal[:3, 3] = center + turn @ (start[:3, 3] - center)
             shape = Center(center, axis, angle)

@@ -79,8 +79,9 @@ def test_requests_at_random_times_keep_path_and_limits(kind: str, rng: np.random
                 taus.append(nominal_times(motion))
                 still.add(len(samples) - 1)
             else:
-                samples.extend(step.sample() for step in fine_steps(motion))
-                taus.extend(nominal_times(step) for step in fine_steps(motion))
+                for step in fine_steps(motion):
+                    samples.append(step.sample())
+                    taus.append(nominal_times(step))
             if motion.ended:
                 break
         assert motion.ended

@@ -38,7 +38,8 @@ def test_each_pose_is_passed_and_all_limits_are_kept(name: str, rng: np.random.G
         np.testing.assert_allclose(chain.forward(path.evaluate(u))[-1] @ tool, goal, atol=1e-9)
     for u in rng.uniform(0.0, 1.0, 300):
         assert np.abs(course.deviation(u, chain.forward(path.evaluate(u))[-1] @ tool)).max() < 1e-6
-    assert np.all(np.diff(plan.tracks[0].time_law.evaluate(tau)[:, 0]) >= 0.0)
+    # Just before its end it moves by less than is rounded.
+    assert np.all(np.diff(plan.tracks[0].time_law.evaluate(tau)[:, 0]) >= -1e-15)
 
 
 @pytest.mark.parametrize("name", ["iiwa", "puma560"])
