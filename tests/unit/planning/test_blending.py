@@ -17,7 +17,7 @@ from virtualrobot_kernel.planning.blending import PlannedRun, arrived, plan_run
 from virtualrobot_kernel.planning.notes import NoteKind
 from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.planning.program import MoveStepWish, Zone
-from virtualrobot_kernel.planning.robots import tcp_frame
+from virtualrobot_kernel.planning.robots import arm_of, tcp_frame
 from virtualrobot_kernel.planning.wishes import Circular, JointTrajectory, Linear, Move, PointToPoint
 from virtualrobot_kernel.world.index import replaced
 from virtualrobot_kernel.world.state import Snapshot
@@ -97,7 +97,7 @@ def test_all_pairs_keep_limits_and_leave_their_paths_only_in_the_zone(
     rng: np.random.Generator, first: str, second: str
 ) -> None:
     name = str(rng.choice(["puma560", "iiwa", "panda", "xarm6"]))
-    for _ in range(20):
+    for _ in range(100):
         snapshot, steps = random_steps(rng, name, [first, second], Zone(meters=float(rng.uniform(0.02, 0.08))))
         runs, notes = plan_run(snapshot, steps, solver)
         if len(runs) == 1:
@@ -165,7 +165,7 @@ def test_two_robots_that_go_over_a_corner_together_are_never_slower_than_with_a_
 def line_steps(
     rng: np.random.Generator, ways: list[list[float]], zone: Zone, speed: float, acceleration: float
 ) -> tuple[Snapshot, list[MoveStepWish]]:
-    """Return a world and lines of the TCP along some ways in m, for which the arm has room."""
+    """Return a world and lines of the TCP along some ways in m, which keep the arm away from singularities."""
     for _ in range(200):
         snapshot = cell_of(rng, "puma560")
         pose = tcp_frame(snapshot, snapshot.structure.node("arm0", Kind.ROBOT)).copy()
@@ -176,10 +176,12 @@ def line_steps(
             move = Linear("arm0", PoseGoal(pose), max_velocity=speed, max_acceleration=acceleration)
             steps.append(MoveStepWish((move,), zone if place < len(ways) - 1 else None))
         try:
-            plan_run(snapshot, steps, solver)
+            runs, _ = plan_run(snapshot, steps, solver)
         except KernelError:
             continue
-        return snapshot, steps
+        jacobian = solver(snapshot, arm_of(snapshot, snapshot.structure.node("arm0", Kind.ROBOT))).jacobian
+        if min(np.linalg.svd(jacobian(q), compute_uv=False)[-1] for run in runs for q in joints_of(run)[::200]) > 0.1:
+            return snapshot, steps
     raise AssertionError("no lines of 200 could be planned")
 
 
@@ -236,7 +238,7 @@ def test_lines_keep_the_larger_limits_of_both_in_their_zone(rng: np.random.Gener
 
 
 def test_a_gentle_corner_of_lines_is_passed_at_speed(rng: np.random.Generator) -> None:
-    """Where joints have room: a few arms are so close to a singularity that their joints slow them down by a tenth."""
+    """Where joints have room: the joints of a few arms slow them down by a tenth."""
     ways = [[0.15, 0.0, 0.0], [0.15, 0.005, 0.0]]
     speeds = []
     for _ in range(7):
@@ -250,7 +252,7 @@ def test_a_gentle_corner_of_lines_is_passed_at_speed(rng: np.random.Generator) -
 
 
 def test_two_robots_in_step_stay_in_the_smallest_of_their_zones(rng: np.random.Generator) -> None:
-    for _ in range(20):
+    for _ in range(100):
         snapshot = cell_of(rng, "puma560", "panda")
         there, steps = snapshot, []
         try:
@@ -350,7 +352,7 @@ def test_pause_resume_override_and_cancel_never_leave_the_path(rng: np.random.Ge
     for cancelled in (False, True):
         motion = running.start(run.plan, float(rng.uniform(0.01, 1.0)))
         last = 0.0
-        for tick in range(20_000):
+        for tick in range(100_000):
             if rng.random() < 0.01:
                 motion = motion.pause() if motion.phase is Phase.RUNNING else motion.resume()
             override = float(rng.uniform(0.1, 1.0)) if rng.random() < 0.02 else motion.override

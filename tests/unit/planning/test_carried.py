@@ -121,8 +121,8 @@ def test_a_line_on_a_table_that_tilts_and_turns(world: Change, rng: np.random.Ge
     plate = snapshot.world_t(snapshot.structure.node("table.plate").uid)
     start = np.linalg.inv(plate) @ tcp_frame(snapshot, snapshot.structure.node("arm"))
     for _ in range(3):
-        goal = shifted_goal(rng, start, 0.06)
-        table = PointToPoint("table", {"tilt": float(rng.uniform(-0.2, 0.2)), "turn": float(rng.uniform(-0.3, 0.3))})
+        goal = shifted_goal(rng, start, 0.03)
+        table = PointToPoint("table", {"tilt": float(rng.uniform(-0.1, 0.1)), "turn": float(rng.uniform(-0.2, 0.2))})
         line = Linear("arm", PoseGoal(goal, "table.plate", moving=True), max_velocity=0.2)
         planned = run(snapshot, line, table)
         assert {robot for robot, _ in planned.joints} == {"arm", "table"}
@@ -182,7 +182,7 @@ def test_a_spline_on_the_turning_table_and_one_in_the_world_from_a_rail(
         ("table.plate", np.linalg.inv(plate) @ first, PointToPoint("table", {"turn": -0.3})),
         ("world", first, PointToPoint("rail", {"slide": 0.3})),
     ):
-        goals = [shifted_goal(rng, start, 0.06) for _ in range(3)]
+        goals = [shifted_goal(rng, start, 0.04) for _ in range(3)]
         own = reference != "world"
         wishes = tuple(PoseGoal(goal, reference, moving=own) for goal in goals)
         planned = run(snapshot, Spline("arm", wishes, max_velocity=0.2), carrier)

@@ -35,10 +35,10 @@ def random_moves(change: Change, rng: np.random.Generator, kind: str) -> list[Mo
     if kind == "linear":
         return [Linear("arm", PoseGoal(shifted(*rng.uniform(-0.08, 0.08, 3)) @ here))]
     if kind == "circular":
-        via, goal = (here[:3, 3] + rng.uniform(-0.05, 0.05, 3) for _ in range(2))
-        there = here.copy()
-        there[:3, 3] = goal
-        return [Circular("arm", Via(via), there)]
+        # The way is by the side of the chord: one beyond its end could need nearly all of a circle of metres.
+        chord = rng.uniform(-0.08, 0.08, 3)
+        via = here[:3, 3] + 0.5 * chord + np.cross(rng.uniform(-0.5, 0.5, 3), chord)
+        return [Circular("arm", Via(via), shifted(*chord) @ here)]
     if kind == "trajectory":
         snapshot = pictured(change)
         start = snapshot.state.q[arm_of(snapshot, snapshot.structure.node("arm")).q_index]

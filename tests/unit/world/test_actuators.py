@@ -58,7 +58,7 @@ def test_positions_are_linear_in_the_joints_and_lead_back(rng: np.random.Generat
     world = geared(*coupled(ratios, offset))
     world = after(world, SetJointPositions("arm", {"a": joints[0], "b": joints[1]}))
     found = actuator_positions(world.structure, node(world), world.state.q)
-    np.testing.assert_allclose(found, ratios @ joints + offset, rtol=1e-12)
+    np.testing.assert_allclose(found, ratios @ joints + offset, rtol=1e-12, atol=1e-12)
     back = joint_positions(node(world), dict(zip(("one", "two"), found, strict=True)))
     np.testing.assert_allclose([back["a"], back["b"]], joints, atol=1e-11)
 

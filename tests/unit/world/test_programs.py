@@ -66,7 +66,8 @@ def program(rng: np.random.Generator, state: State, joint: str, column: int) -> 
 
 def steered(rng: np.random.Generator, state: State) -> Command:
     """Return something that anyone may do while programs run."""
-    id = f"motion-{int(rng.integers(1, state.motion_count + 2))}"
+    ended_or_none = f"motion-{int(rng.integers(1, state.motion_count + 2))}"
+    id = str(rng.choice([*(motion.id for motion in state.motions), ended_or_none]))
     choices: list[Command] = [
         PauseMotion(id),
         ResumeMotion(id),
@@ -84,6 +85,9 @@ def test_a_run_is_replayed_bit_for_bit(world: World, rng: np.random.Generator) -
     world.submit([arm(), *(CreateSignal(Signal(name, False)) for name in NAMES)]).result(GUARD)
     seen: list[State] = []
     world.listen(lambda: seen.append(world.snapshot.state))
+    in_vain = Stage(None, (), ((0.0, 0),), wait=Wait(0.1, "a", True))
+    world.submit([StartMotion((("arm", "a"),), Program((in_vain,), np.zeros(1), 1))]).result(GUARD)
+    world.step(50).result(GUARD)
     for _ in range(200):
         state = world.snapshot.state
         moving = {name for motion in state.motions for _, name in motion.joints}
