@@ -42,7 +42,7 @@ def test_distances_are_without_the_paddings(rng: np.random.Generator, one: str, 
     """Of random pairs: what is nearer than both paddings touches, what isn't is so much nearer; points stay."""
     touched = 0
     for _ in range(20):
-        poses = near(rng, 0.4), near(rng, 0.4)
+        poses = near(rng, 0.3), near(rng, 0.3)
         bare = [placed((GEOMETRIES[name], pose)) for name, pose in zip((one, other), poses, strict=True)]
         (true,) = near_pairs(bare[0], bare[1], FAR)
         paddings = rng.uniform(0.0, 0.2, 2)

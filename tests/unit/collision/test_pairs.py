@@ -20,6 +20,8 @@ EVERYWHERE = float("inf")
 CURVED = {"cylinder", "cone"}
 EXACT = 1e-8
 """What coal's convex solver leaves, and more than ours."""
+NEAR = 1e-4
+"""At distances below this (m) it leaves more."""
 STAND_IN = (np.pi / SEGMENTS) ** 2 / 2 * 0.1
 """Of the cylinder and the cone, whose radius is 0.1 m; of two of them, twice as much."""
 
@@ -33,7 +35,7 @@ def test_distances_and_touches_agree_with_coal(rng: np.random.Generator, one: st
         theirs = distance_by_coal(GEOMETRIES[one], pose, GEOMETRIES[other], place)
         first, second = placed((GEOMETRIES[one], pose)), placed((GEOMETRIES[other], place))
         (pair,) = near_pairs(first, second, FAR)
-        if theirs > 1e-6:
+        if theirs > NEAR:
             apart += 1
             assert pair.normal is None
             assert -EXACT <= pair.distance - theirs <= tolerance
@@ -42,7 +44,7 @@ def test_distances_and_touches_agree_with_coal(rng: np.random.Generator, one: st
             for geometry, at, point in zip((one, other), (pose, place), pair.points, strict=True):
                 dot = distance_by_coal(GEOMETRIES[geometry], at, Sphere(1e-5), shifted(*point))
                 assert dot <= 1e-8 and (geometry in ("torus", *CURVED) or dot >= -3e-5)
-        elif theirs < -1e-6 or {one, other} == {"torus"}:
+        elif theirs < -1e-6 or (theirs <= 0.0 and {one, other} == {"torus"}):
             assert pair.distance == 0.0
             assert pair.normal is not None and np.linalg.norm(pair.normal) == pytest.approx(1.0)
             assert len(pair.contacts) >= 1
@@ -51,7 +53,7 @@ def test_distances_and_touches_agree_with_coal(rng: np.random.Generator, one: st
 
 def test_spheres_by_formula(rng: np.random.Generator) -> None:
     pose, place = random_pose(rng), random_pose(rng)
-    place[:3, 3] += 2.0
+    place[:3, 3] += 3.0
     (pair,) = near_pairs(placed((Sphere(0.2), pose)), placed((Sphere(0.3), place)), FAR)
     between = place[:3, 3] - pose[:3, 3]
     length = np.linalg.norm(between)

@@ -120,6 +120,8 @@ def coal_touches(scene: CollisionScene, pairs: Sequence[tuple[int, int]]) -> set
     bodies, poses = scene.bodies, scene.world_t_element
     at = [coal.Transform3s(pose[:3, :3], pose[:3, 3]) for pose in poses]
     request = coal.CollisionRequest()
+    # By itself coal takes what is nearer than 1e-6 m for touching.
+    request.gjk_tolerance, request.gjk_max_iterations = 1e-9, 1000
     found = set()
     for pair in pairs:
         for one in bodies.elements[pair[0]]:
