@@ -407,8 +407,10 @@ def test_random_cells_are_stopped_before_anything_touches(rng: np.random.Generat
                 uid = snapshot.structure.node(f"s{number}").uid
                 if uid not in moving:
                     cell.start(PointToPoint(f"s{number}", {"turn": float(rng.uniform(-3.0, 3.0))}))
-            for motion in cell.world.snapshot.state.motions:
-                if motion.cancellation is None and rng.random() < 0.3:
+            for id in [motion.id for motion in cell.world.snapshot.state.motions]:
+                # One that has not begun to move ends at once when another one goes on.
+                motion = next((one for one in cell.world.snapshot.state.motions if one.id == id), None)
+                if motion is not None and motion.cancellation is None and rng.random() < 0.3:
                     paused = motion.running.phase.value in ("PAUSED", "PAUSING")
                     cell.do(ResumeMotion(motion.id) if paused else PauseMotion(motion.id))
             cell.step(int(rng.integers(20, 150)))
