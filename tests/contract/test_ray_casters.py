@@ -8,8 +8,8 @@ import numpy as np
 import pybullet
 import pytest
 from scipy.spatial.transform import Rotation
-from virtualrobot_sdk.rays import NO_ELEMENT, RayScene, Round, Shape
-from virtualrobot_sdk.testing.ray_answers import CasterFacts
+from virtualrobot_sdk.rays import NO_ELEMENT, Hits, RayScene, Round, Shape
+from virtualrobot_sdk.testing.ray_answers import CasterFacts, apart
 from virtualrobot_sdk.testing.ray_casters import RayCasterContract
 from virtualrobot_sdk.testing.ray_curves import curve_hits, random_primitive, revolved
 from virtualrobot_sdk.testing.ray_truth import (
@@ -83,6 +83,18 @@ def test_facets_are_not_exact_curves(seed: int) -> None:
     assert re.search(r"it must be element 0 at|it must be nothing", found), found
 
 
+@pytest.mark.parametrize("slant", [1.0, 0.1, 0.002])
+def test_a_surface_that_is_off_moves_hits_by_its_slant(slant: float) -> None:
+    """By 1 / slant of what it is off: so much may be off what a caster of this precision meets."""
+    directions = np.array([[np.sqrt(1.0 - slant**2), 0.0, -slant]])
+    for part, is_apart in ((0.9, False), (1.1, True)):
+        true, found = (
+            Hits(np.array([distance]), np.zeros(1, np.int32), np.array([[0.0, 0.0, 1.0]]))
+            for distance in (2.0, 2.0 + part * 1e-5 / slant)
+        )
+        assert apart(found, true, directions, 1e-5).tolist() == [is_apart]
+
+
 @pytest.mark.parametrize(
     ("shape", "volume", "part_cut_off"),
     [
@@ -135,7 +147,9 @@ def test_the_kit_s_normals_of_curves_are_their_slopes(kind: Round, rng: np.rando
     origins, directions = random_rays(rng, 300, RayScene((revolved(primitive, 24),), pose[None]))
     truth = curve_hits(primitive, pose, origins, directions)
     for _ in range(2):
-        beside = origins + np.cross(directions, rng.normal(size=3)) * 1e-5
+        # So close by that the line is one even where the tip of a cone bends it most.
+        sideways = np.cross(directions, rng.normal(size=3))
+        beside = origins + 1e-8 * sideways / np.linalg.norm(sideways, axis=1, keepdims=True)
         other = curve_hits(primitive, pose, beside, directions)
         both = truth.sure & other.sure & (truth.hits.element == 0)
         here, there = (
@@ -182,7 +196,7 @@ def test_the_kit_s_reference_is_pybullet_s(rng: np.random.Generator) -> None:
     bodies = np.array([answer[0] for answer in answers])
     distances = np.array([answer[2] for answer in answers]) * LONGEST
     is_hit = truth.sure & (truth.hits.element != NO_ELEMENT)
-    assert is_hit.sum() > 200
+    assert is_hit.sum() > 100
     np.testing.assert_array_equal(bodies[truth.sure], truth.hits.element[truth.sure])
     assert np.abs(distances - truth.hits.distance)[is_hit].max() < 1e-4
     normals = np.array([answer[4] for answer in answers])

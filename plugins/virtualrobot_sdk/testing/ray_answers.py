@@ -16,6 +16,8 @@ from virtualrobot_sdk.testing.trial import Trial, numbers
 
 _NORMAL = 1e-3
 """How far a normal may be from the triangle's (length of the difference)."""
+_GRAZING = 1e-3
+"""At a smaller slant (cosine to the normal) than this a hit may be no farther off than at this one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +61,7 @@ def compared(trial: RayTrial, found: Hits, true: Hits, sure: Booleans, origins: 
 def apart(found: Hits, true: Hits, directions: Floats, precision: float) -> Booleans:
     """Return whether each ray (n,) meets another element, or the surface by more than `precision` (m) elsewhere."""
     # A surface that is met at a slant moves the hit by more than it moves itself.
-    slant = np.maximum(0.05, np.abs((true.normal * directions).sum(axis=1)))
+    slant = np.maximum(_GRAZING, np.abs((true.normal * directions).sum(axis=1)))
     turned = np.linalg.norm(found.normal - true.normal, axis=1) > _NORMAL
     return (_error(found, true) * slant > precision) | (found.element != true.element) | turned
 
