@@ -20,7 +20,7 @@ COMPONENTS = "tests.contract.components.importers"
 BUNDLED = "virtualrobot_plugins.importers"
 FILES = Path(__file__).resolve().parent.parent / "unit" / "plugins" / "importers" / "files"
 
-TWO = b"include more.tri\n" + b"".join(b"%d 0 0\n0 1 0\n0 0 1\n" % i for i in range(1, 9))
+TWO = b"include more.tri\n" + b"".join(b"%d 0 0\n0 1 0\n0 0 1\n" % i for i in range(1, 13))
 FACTS = ImporterFacts({"two.tri": TWO}, {"more.tri": b"0 0 0\n1 0 0\n0 1 0\n"})
 XACRO = (
     b'<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:property name="length" value="0.5"/>'

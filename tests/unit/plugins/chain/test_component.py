@@ -123,7 +123,9 @@ def test_a_loose_tolerance_takes_the_nearest_posture(iiwa: ChainKinematics) -> N
 
 
 def test_a_target_written_with_five_digits_is_taken(iiwa: ChainKinematics, rng: np.random.Generator) -> None:
-    target = iiwa.forward(rng.uniform(iiwa.lower, iiwa.upper) / 2)[-1]
+    q = rng.uniform(iiwa.lower, iiwa.upper) / 2
+    q[3] = rng.choice([-1.0, 1.0]) * rng.uniform(0.1, 1.0)  # stretched, the arm would not reach what is rounded up
+    target = iiwa.forward(q)[-1]
     result = iiwa.inverse(np.round(target, 5))
     assert result.status is InverseStatus.SOLVED
     np.testing.assert_allclose(iiwa.forward(result.solutions[0])[-1], target, atol=2e-5)

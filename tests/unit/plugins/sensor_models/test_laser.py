@@ -59,12 +59,11 @@ def test_distances_are_told_in_steps(rng: np.random.Generator) -> None:
 def test_echoes_are_lost_by_reflectance_slant_and_distance(spread: float, rng: np.random.Generator) -> None:
     """A target at 1/s of the threshold's power is found with probability Phi((s - 1) / spread)."""
     model = laser(detection_range_meters=18.0, detection_reflectance=0.1, detection_spread=spread)
-    for distance, incidence, reflectance in ((18.0, 0.0, 0.1), (54.0, 0.0, 0.9), (10.0, 1.3, 0.12), (20.0, 0.3, 0.13)):
+    borderline = (18.0, 0.0, 0.1), (54.0, 0.0, 0.9), (10.0, 1.3, 0.12), (20.0, 0.3, 0.13)
+    for distance, incidence, reflectance in (*borderline, (5.0, 0.0, 0.1), (5.0, 1.57, 0.1)):
         over = reflectance * np.cos(incidence) / 0.1 * (18.0 / distance) ** 2 - 1.0
         said = model.apply(hits(np.full(MANY, distance), incidence, reflectance), rng)
         assert_part(said.valid, float(stats.norm.cdf(over / spread)))
-    assert model.apply(hits(np.full(100, 5.0), 0.0, 0.1), rng).valid.all()
-    assert not model.apply(hits(np.full(100, 5.0), 1.57, 0.1), rng).valid.any()
 
 
 def test_a_target_of_nine_times_the_reflectance_is_found_three_times_as_far(rng: np.random.Generator) -> None:

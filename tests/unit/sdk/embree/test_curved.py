@@ -43,13 +43,14 @@ def outside(primitive: Primitive, points: np.ndarray) -> np.ndarray:
 
 
 def rays_at(primitive: Primitive, rng: np.random.Generator, n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return rays in the frame of the surface: half from outside towards it, half from within it."""
+    """Return rays in the frame of the surface: half from outside towards it, half from within it, none from on it."""
     size = primitive.radius + primitive.length / 2
     height = primitive.length / 2 if primitive.kind in (Round.CYLINDER, Round.CONE) else size
     aims = rng.uniform(-1.0, 1.0, (n, 3)) * (primitive.radius, primitive.radius, height)
     directions = rng.normal(size=(n, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    away = np.where(np.arange(n) % 2 == 0, rng.uniform(2.0 * size, FAR, n), 0.0)
+    is_far = (np.arange(n) % 2 == 0) | (np.abs(outside(primitive, aims)) < 1e-5)
+    away = np.where(is_far, rng.uniform(2.0 * size, FAR, n), 0.0)
     return aims - away[:, None] * directions, directions
 
 
@@ -77,8 +78,9 @@ def test_hits_are_on_the_surface_and_nothing_comes_before(kind: Round, rng: np.r
     normals = found.normal @ pose[:3, :3]
     slant = np.abs((normals * along).sum(axis=1))
     off = np.abs(outside(primitive, points))
-    # Along the ray the error is that of the surface by the slant; at grazing ones single precision decides hit or miss.
-    assert (off[is_hit] / np.maximum(slant[is_hit], 0.05) < 1e-6 * FAR).all()
+    # Along the ray the error is that of the surface by the slant; at grazing ones single precision decides hit or miss:
+    # origin and direction of a ray from afar are rounded in the frame of the surface, by up to 2e-6 m across the ray.
+    assert (off[is_hit] / np.maximum(slant[is_hit], 0.15) < 1e-6 * FAR).all()
     assert off[is_hit & (slant > 0.1)].max() < 3e-6
     # Between start and hit, or all along a ray that misses, the side does not change.
     is_inside = outside(primitive, starts) < 0.0
@@ -99,13 +101,14 @@ def test_normals_are_gradients(kind: Round, rng: np.random.Generator) -> None:
     is_hit = np.isfinite(found.distance)
     points = (origins + np.where(is_hit, found.distance, 0.0)[:, None] * directions)[is_hit]
     step = 1e-4
-    gradient = np.stack(
-        [outside(primitive, points + step * axis) - outside(primitive, points - step * axis) for axis in np.eye(3)], -1
-    ) / (2 * step)
-    length = np.linalg.norm(gradient, axis=1)
-    smooth = length > 0.999  # not across an edge
+    here = outside(primitive, points)[:, None]
+    ahead, behind = (
+        np.stack([outside(primitive, points + side * step * axis) for axis in np.eye(3)], -1) for side in (1, -1)
+    )
+    gradient = (ahead - behind) / (2 * step)
+    smooth = (np.abs(ahead + behind - 2 * here) < 0.01 * step).all(axis=1)  # not across an edge
     assert smooth.mean() > 0.9
-    apart = np.linalg.norm(gradient / length[:, None] - found.normal[is_hit], axis=1)
+    apart = np.linalg.norm(gradient / np.linalg.norm(gradient, axis=1)[:, None] - found.normal[is_hit], axis=1)
     assert apart[smooth].max() < 0.01
     assert np.median(apart) < 1e-5
     np.testing.assert_allclose(np.linalg.norm(found.normal[is_hit], axis=1), 1.0, atol=1e-6)

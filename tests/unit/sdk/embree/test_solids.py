@@ -28,7 +28,7 @@ def test_plane(rng: np.random.Generator) -> None:
     found = traced(plane(4.0), pose, origins, directions)
     along = -origins[:, 2] / directions[:, 2]
     beside = np.abs(origins + along[:, None] * directions)[:, :2].max(axis=1)
-    sure = (np.abs(beside - 2.0) > 1e-3) & (np.abs(directions[:, 2]) > 1e-2)
+    sure = (np.abs(beside - 2.0) > 1e-3) & (np.abs(directions[:, 2]) > 1e-2) & (np.abs(origins[:, 2]) > 1e-5)
     expected = np.where((along > 0.0) & (beside < 2.0), along, np.inf)
     assert np.isfinite(expected).sum() > 200
     np.testing.assert_array_equal(np.isfinite(found.distance)[sure], np.isfinite(expected)[sure])
@@ -42,7 +42,7 @@ def test_box_from_outside_and_inside(rng: np.random.Generator) -> None:
     """The ray is in the box between the last plane that it enters by and the first that it leaves by: slabs."""
     sides, pose, directions = rng.uniform(0.3, 3.0, 3), random_pose(rng, 2.0), units(rng, RAYS)
     is_inside = np.arange(RAYS) % 2 == 0
-    aims = rng.uniform(-0.5, 0.5, (RAYS, 3)) * sides
+    aims = rng.uniform(-0.499, 0.499, (RAYS, 3)) * sides  # what starts on a face may start outside
     origins = aims - np.where(is_inside, 0.0, 6.0)[:, None] * directions
     one, other = (-sides / 2 - origins) / directions, (sides / 2 - origins) / directions
     enters, leaves = np.minimum(one, other).max(axis=1), np.maximum(one, other).min(axis=1)
