@@ -64,7 +64,7 @@ def test_other_joints_are_not_busy(stepped: Stubs) -> None:
 
 def test_a_watch_ends_with_the_end_and_progress_only_grows(stubs: Stubs) -> None:
     load(stubs, IIWA, "arm")
-    ask = start(stubs, joints("arm", lbr_iiwa_joint_1=1.0))
+    ask = start(stubs, joints("arm", 0.1, lbr_iiwa_joint_1=1.0))
     messages = list(stubs.motion.WatchMotion(motion_pb2.WatchMotionRequest(id=ask.id, max_rate_hertz=250), timeout=60))
     progress = [message.motion.progress for message in messages]
     assert progress == sorted(progress)

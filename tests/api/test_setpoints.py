@@ -140,7 +140,7 @@ def test_joints_that_move_are_busy_and_can_be_preempted(stepped: Stubs) -> None:
     thread = threading.Thread(target=tick)
     thread.start()
     try:
-        stream = Sender(stepped, busy_policy=motion_pb2.BUSY_POLICY_PREEMPT)
+        stream = Sender(stepped, busy_policy=motion_pb2.BUSY_POLICY_PREEMPT, timeout_seconds=LONG)
     finally:
         ticking.set()
         thread.join()
@@ -187,7 +187,7 @@ def test_a_stream_ends_with_its_world(stepped: Stubs) -> None:
 def test_a_stream_can_be_preempted(stubs: Stubs) -> None:
     load(stubs, IIWA, "arm")
     first, second = Sender(stubs, timeout_seconds=LONG), Sender(stubs, joints=(SECOND,), timeout_seconds=LONG)
-    third = Sender(stubs, busy_policy=motion_pb2.BUSY_POLICY_PREEMPT)
+    third = Sender(stubs, busy_policy=motion_pb2.BUSY_POLICY_PREEMPT, timeout_seconds=LONG)
     assert first.rest().motion.cancel_cause == motion_pb2.CANCEL_CAUSE_PREEMPTED
     assert [motion(stubs, one.id).phase for one in (second, third)] == [RUNNING, RUNNING]
 
@@ -269,7 +269,11 @@ def test_a_flood_of_setpoints_is_read_and_the_newest_counts(stubs: Stubs, kernel
     for _ in range(20_000):
         stream.send(0.1)
     stream.give(0.2)
-    threading.Event().wait(0.5)
+    waiting = threading.Event()
+    for _ in range(3000):
+        if state(stubs, "arm").velocities[0] == pytest.approx(0.2):
+            break
+        waiting.wait(0.01)
     assert state(stubs, "arm").velocities[0] == pytest.approx(0.2)
     assert resident(kernel) - before < 20_000, "kB: 20,000 setpoints kept would be more"
     stream.end()

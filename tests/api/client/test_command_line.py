@@ -92,7 +92,7 @@ def test_refusals_are_one_line(run: Run, iiwa: Robot) -> None:
 
 
 def test_motions_go_on_and_are_stopped(run: Run, client: Client, iiwa: Robot) -> None:
-    assert "started motion-" in run("move", "iiwa", "lbr_iiwa_joint_1=1", "--speed", "0.01", "--no-wait")
+    assert "started motion-" in run("move", "iiwa", "lbr_iiwa_joint_1=1", "--speed", "0.001", "--no-wait")
     motion = client.motions()[0]
     assert f"motion {motion.id} of iiwa: running" in run("state")
     assert motion.id in run("move", "iiwa", "lbr_iiwa_joint_1=0", code=1)
@@ -104,12 +104,13 @@ def test_motions_go_on_and_are_stopped(run: Run, client: Client, iiwa: Robot) ->
 
 @pytest.mark.skipif(os.name == "nt", reason="a process cannot be sent Ctrl-C alone on Windows")
 def test_ctrl_c_stops_the_robot(client: Client, environment: None, iiwa: Robot) -> None:
-    command = [sys.executable, "-m", "virtualrobot", "move", "iiwa", "lbr_iiwa_joint_1=1", "--speed", "0.01"]
+    command = [sys.executable, "-m", "virtualrobot", "move", "iiwa", "lbr_iiwa_joint_1=1", "--speed", "0.001"]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
         assert process.stderr is not None
         next(state for state in iiwa.watch() if state.motion_ids)
         motion = client.motions()[0]
-        next(message for message in motion.watch() if message.progress > 0)
+        # Two seconds later the command knows its motion, too.
+        next(message for message in motion.watch() if message.progress > 0.02)
         process.send_signal(signal.SIGINT)
         assert process.wait(30) == 130
         assert process.stderr.read() == f"{motion.id} cancelled\n"

@@ -104,7 +104,7 @@ def test_the_end_of_the_client_is_the_end_of_its_lease(client: Client, iiwa: Rob
 
 def slow_of(client: Client) -> str:
     robot = client.robot("iiwa")
-    return robot.start(robot.ptp(BENT, speed_factor=0.01), wait=False, on_disconnect="continue").id
+    return robot.start(robot.ptp(BENT, speed_factor=0.001), wait=False, on_disconnect="continue").id
 
 
 PROGRAM = """
@@ -113,7 +113,7 @@ import virtualrobot
 client = virtualrobot.connect(sys.argv[1], sys.argv[2])
 lease = client.lease("iiwa")
 robot = client.robot("iiwa")
-print(robot.start(robot.ptp([1.0] * 7, speed_factor=0.01), wait=False, on_disconnect="continue").id, flush=True)
+print(robot.start(robot.ptp([1.0] * 7, speed_factor=0.001), wait=False, on_disconnect="continue").id, flush=True)
 lease.wait_for_loss()
 """
 

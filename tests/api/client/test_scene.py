@@ -91,7 +91,7 @@ def test_a_cleared_world_takes_the_same_names_again(client: Client) -> None:
         arm = client.load_robot(IIWA, name="arm")
         client.scene.add_part("box", virtualrobot.box(0.1, 0.1, 0.1), parent=arm.flange)
         client.signals.create("box arrived")
-        motion = arm.move_joints([0.5] * 7, wait=False)
+        motion = arm.move_joints([0.5] * 7, speed_factor=0.003, wait=False)
     client.scene.clear()
     with pytest.raises(virtualrobot.MotionCancelledError):
         motion.wait()

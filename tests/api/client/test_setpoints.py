@@ -88,6 +88,7 @@ def test_a_program_that_steps_the_clock_knows_when_its_setpoints_count(client: C
 
 
 def test_a_refused_setpoint_is_raised(client: Client, iiwa: Robot) -> None:
+    client.clock.speed_factor = 0.02  # a quarter of a second after its start the stream could be there
     stream = iiwa.stream("position", [FIRST], timeout=LONG)
     with pytest.raises(virtualrobot.LimitError, match="'lbr_iiwa_joint_1' would go from 0 to 2") as refused:
         stream.send([2.0], wait=True)
@@ -139,7 +140,7 @@ def test_a_block_that_fails_stops_the_joints(client: Client, iiwa: Robot) -> Non
 
 
 def test_a_busy_robot_is_refused_or_preempted(client: Client, iiwa: Robot) -> None:
-    motion = iiwa.move_joints(BENT, speed_factor=0.1, wait=False)
+    motion = iiwa.move_joints(BENT, speed_factor=0.003, wait=False)
     with pytest.raises(virtualrobot.RobotBusyError):
         iiwa.stream()
     with iiwa.stream("velocity", timeout=LONG, preempt=True) as stream:

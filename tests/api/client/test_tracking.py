@@ -28,14 +28,17 @@ def test_a_move_goes_along_while_another_program_has_the_belt(
     client: Client, client_kernel: KernelProcess, arm: Robot
 ) -> None:
     goal = belt_t(client, arm.tcp @ pose(z=0.05))
-    with client.robot("conveyor").lease():
+    with (
+        client.robot("conveyor").lease(),
+        virtualrobot.connect(client_kernel.address, client_kernel.token) as other,
+    ):
+        follower = other.robot("arm")
         client.robot("conveyor").move_joints({"belt": 50.0}, speed_factor=0.2, wait=False)
-        with virtualrobot.connect(client_kernel.address, client_kernel.token) as other:
-            # Reading the belt needs no lease.
-            motion = other.robot("arm").move_linear(
-                goal, reference="conveyor.belt", tracking=Tracking("conveyor.belt", 0.6, 0.12), wait=False
-            )
-            motion.wait()
+        # Reading the belt needs no lease.
+        motion = follower.move_linear(
+            goal, reference="conveyor.belt", tracking=Tracking("conveyor.belt", 0.6, 0.12), wait=False
+        )
+        motion.wait()
     assert motion.progress == 1.0
     np.testing.assert_allclose(belt_t(client, arm.tcp)[2, 3], goal[2, 3], atol=1e-5)
 
