@@ -111,7 +111,7 @@ def processes(kernel: KernelProcess) -> list[psutil.Process]:
 
 def ended(kernel: KernelProcess, count: int = 0) -> bool:
     """Return whether the kernel comes to have `count` processes at most: those of nobody end behind the calls."""
-    for _ in range(200):
+    for _ in range(600):
         if len(processes(kernel)) <= count:
             return True
         time.sleep(0.05)

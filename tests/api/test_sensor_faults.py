@@ -57,7 +57,7 @@ def process_of(stubs: Stubs, component: str, sensor: str) -> int:
 
 CASTERS = {
     "raising": "ZeroDivisionError: a ray too many",
-    "hanging": "0.5 s",
+    "hanging": "within 2 s",
     "dying": "ended|died|killed|SIGKILL",
     "short": r"\(3,\)",
     "nan": "NaN",

@@ -9,6 +9,8 @@ from virtualrobot_plugins.chain.component import ChainKinematics
 from virtualrobot_sdk.kinematics import InverseOptions, SerialChain
 
 DEFAULTS = InverseOptions()
+LONG = 30.0
+"""A deadline (s) of components that go wrong otherwise: a busy machine shall not find them hanging before that."""
 
 
 @dataclass(frozen=True)

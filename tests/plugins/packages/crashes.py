@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 
-from arm_for_tests import DEFAULTS, Arm, Settings
+from arm_for_tests import DEFAULTS, LONG, Arm, Settings
 from virtualrobot_sdk.hookspecs import Register, hookimpl
 from virtualrobot_sdk.kinematics import Floats, InverseOptions, InverseResult
 
@@ -24,4 +24,4 @@ class Crashes(Arm):
 @hookimpl
 def virtualrobot_register_kinematics(register: Register) -> None:
     """Register it."""
-    register("crashes", Crashes, Settings)
+    register("crashes", Crashes, Settings, deadline_seconds=LONG)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import msgspec
-from arm_for_tests import ReadyChain
+from arm_for_tests import LONG, ReadyChain
 from virtualrobot_sdk.errors import ArgumentError
 from virtualrobot_sdk.hookspecs import Register, hookimpl
 from virtualrobot_sdk.kinematics import Floats, InverseOptions, InverseResult, SerialChain
@@ -43,4 +43,4 @@ class Good(ReadyChain):
 @hookimpl
 def virtualrobot_register_kinematics(register: Register) -> None:
     """Register it."""
-    register("good", Good, Settings)
+    register("good", Good, Settings, deadline_seconds=LONG)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from arm_for_tests import DEFAULTS, Arm
+from arm_for_tests import DEFAULTS, LONG, Arm
 from arm_for_tests import Settings as Common
 from virtualrobot_sdk.hookspecs import Register, hookimpl
 from virtualrobot_sdk.kinematics import Floats, InverseOptions, InverseResult, SerialChain
@@ -38,4 +38,4 @@ class Leaks(Arm):
 @hookimpl
 def virtualrobot_register_kinematics(register: Register) -> None:
     """Register it."""
-    register("leaks", Leaks, Settings)
+    register("leaks", Leaks, Settings, deadline_seconds=LONG)

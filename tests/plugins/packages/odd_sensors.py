@@ -12,6 +12,9 @@ from virtualrobot_sdk.rays import NO_ELEMENT, Hits, RayScene, Readings, TrueHits
 
 api_version = "1.0"
 
+LONG = 30.0
+"""A deadline (s) of components that go wrong otherwise: a busy machine shall not find them hanging before that."""
+
 
 class Wall:
     """A ray caster that hits nothing; from the second call on it does something else."""
@@ -108,16 +111,16 @@ class EndlessBeam(OddModel):
 @hookimpl
 def virtualrobot_register_ray_casters(register: Register) -> None:
     """Register the casters."""
-    register("raising", RaisingCaster)
-    register("hanging", HangingCaster, deadline_seconds=0.5)
-    register("dying", DyingCaster)
-    register("short", ShortCaster)
-    register("nan", NanCaster)
-    register("ghost", GhostCaster)
+    register("raising", RaisingCaster, deadline_seconds=LONG)
+    register("hanging", HangingCaster, deadline_seconds=2.0)
+    register("dying", DyingCaster, deadline_seconds=LONG)
+    register("short", ShortCaster, deadline_seconds=LONG)
+    register("nan", NanCaster, deadline_seconds=LONG)
+    register("ghost", GhostCaster, deadline_seconds=LONG)
 
 
 @hookimpl
 def virtualrobot_register_sensor_models(register: Register) -> None:
     """Register the models."""
-    register("one_too_many", OddModel)
-    register("backwards", EndlessBeam)
+    register("one_too_many", OddModel, deadline_seconds=LONG)
+    register("backwards", EndlessBeam, deadline_seconds=LONG)

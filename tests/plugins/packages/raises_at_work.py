@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from arm_for_tests import DEFAULTS, Arm, Settings
+from arm_for_tests import DEFAULTS, LONG, Arm, Settings
 from virtualrobot_sdk.hookspecs import Register, hookimpl
 from virtualrobot_sdk.kinematics import Floats, InverseOptions, InverseResult
 
@@ -22,4 +22,4 @@ class RaisesAtWork(Arm):
 @hookimpl
 def virtualrobot_register_kinematics(register: Register) -> None:
     """Register it."""
-    register("raises_at_work", RaisesAtWork, Settings)
+    register("raises_at_work", RaisesAtWork, Settings, deadline_seconds=LONG)

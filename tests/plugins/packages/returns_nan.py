@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from arm_for_tests import DEFAULTS, Arm, Settings
+from arm_for_tests import DEFAULTS, LONG, Arm, Settings
 from virtualrobot_sdk.hookspecs import Register, hookimpl
 from virtualrobot_sdk.kinematics import Floats, InverseOptions, InverseResult
 
@@ -24,4 +24,4 @@ class ReturnsNan(Arm):
 @hookimpl
 def virtualrobot_register_kinematics(register: Register) -> None:
     """Register it."""
-    register("returns_nan", ReturnsNan, Settings)
+    register("returns_nan", ReturnsNan, Settings, deadline_seconds=LONG)

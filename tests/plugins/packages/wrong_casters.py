@@ -12,6 +12,9 @@ from virtualrobot_sdk.rays import NO_ELEMENT, Hits, RayScene
 
 api_version = "1.0"
 
+LONG = 30.0
+"""A deadline (s) of components that go wrong otherwise: a busy machine shall not find them hanging before that."""
+
 
 class Blind:
     """Hits nothing."""
@@ -71,9 +74,9 @@ class Slow(Blind):
 @hookimpl
 def virtualrobot_register_ray_casters(register: Register) -> None:
     """Register them."""
-    register("blind", Blind)
-    register("raises", Raises)
-    register("hangs", Hangs, deadline_seconds=0.3)
-    register("crashes", Crashes)
-    register("wrong_shape", WrongShape)
-    register("slow", Slow)
+    register("blind", Blind, deadline_seconds=LONG)
+    register("raises", Raises, deadline_seconds=LONG)
+    register("hangs", Hangs, deadline_seconds=2.0)
+    register("crashes", Crashes, deadline_seconds=LONG)
+    register("wrong_shape", WrongShape, deadline_seconds=LONG)
+    register("slow", Slow, deadline_seconds=LONG)

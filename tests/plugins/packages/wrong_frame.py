@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from arm_for_tests import DEFAULTS, Arm, Settings
+from arm_for_tests import DEFAULTS, LONG, Arm, Settings
 from virtualrobot_sdk.hookspecs import Register, hookimpl
 from virtualrobot_sdk.kinematics import Floats, InverseOptions, InverseResult
 
@@ -34,4 +34,4 @@ class WrongFrame(Arm):
 @hookimpl
 def virtualrobot_register_kinematics(register: Register) -> None:
     """Register it."""
-    register("wrong_frame", WrongFrame, Settings)
+    register("wrong_frame", WrongFrame, Settings, deadline_seconds=LONG)

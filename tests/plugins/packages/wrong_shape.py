@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from arm_for_tests import DEFAULTS, Arm, Settings
+from arm_for_tests import DEFAULTS, LONG, Arm, Settings
 from virtualrobot_sdk.hookspecs import Register, hookimpl
 from virtualrobot_sdk.kinematics import Floats, InverseOptions, InverseResult
 from virtualrobot_sdk.rays import Readings, TrueHits
@@ -35,10 +35,10 @@ class ReadingOfEachRay:
 @hookimpl
 def virtualrobot_register_kinematics(register: Register) -> None:
     """Register it."""
-    register("wrong_shape", WrongShape, Settings)
+    register("wrong_shape", WrongShape, Settings, deadline_seconds=LONG)
 
 
 @hookimpl
 def virtualrobot_register_sensor_models(register: Register) -> None:
     """Register it."""
-    register("wrong_shape", ReadingOfEachRay)
+    register("wrong_shape", ReadingOfEachRay, deadline_seconds=LONG)
