@@ -41,15 +41,19 @@ def test_hulls_are_those_of_qhull(rng: np.random.Generator, kind: str) -> None:
     mesh = trimesh.Trimesh(points, faces, process=False)
     theirs = ConvexHull(points)
     assert mesh.is_watertight and mesh.is_winding_consistent
-    assert mesh.volume == pytest.approx(theirs.volume, rel=1e-6)
+    assert mesh.volume == pytest.approx(theirs.volume, rel=1e-9, abs=exceeded * theirs.area)
     assert mesh.area == pytest.approx(theirs.area, rel=1e-6)
     a, b, c = (points[faces[:, corner]] for corner in range(3))
     normals = np.cross(b - a, c - a)
     length = np.linalg.norm(normals, axis=1)
-    real = length > 1e-7 * length.max()
+    real = length > 0.0
     above = ((points[None] - a[real, None]) * (normals[real] / length[real, None])[:, None]).sum(axis=2)
-    assert above.max() <= 1e-6 * np.ptp(points, axis=0).max()
-    assert exceeded <= 1e-6 * np.ptp(points, axis=0).max()
+    most = 1e-6 * np.ptp(points, axis=0).max()
+    # High above the plane of a sliver a point may be beside its edge.
+    for point in points[(above > most).any(axis=0)]:
+        near = trimesh.triangles.closest_point(points[faces], np.tile(point, (len(faces), 1)))
+        assert np.linalg.norm(near - point, axis=1).min() <= most
+    assert exceeded <= most
 
 
 def test_few_corners_leave_out_what_they_say(rng: np.random.Generator) -> None:

@@ -152,7 +152,7 @@ def length(way: np.ndarray) -> np.ndarray:
 def test_no_corner_goes_farther_than_told(kinds: list[int], rng: np.random.Generator) -> None:
     """In the world, and two seen from what carries both, which is how much nearer they can come to each other."""
     tight = []
-    for _ in range(6):
+    for _ in range(12):  # of those with floating joints one in four has no tight bound
         told = swept(rng, kinds)
         gone = length(told.ways)
         assert (gone.max(axis=1) <= told.travels + 1e-9).all()

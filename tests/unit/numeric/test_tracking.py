@@ -65,7 +65,8 @@ def test_the_tool_is_where_the_frame_takes_it(name: str, frame_type: int, rng: n
 
 def test_where_the_frame_stands_still_so_does_the_arm(rng: np.random.Generator) -> None:
     one, _ = follower("iiwa", rng, PRISMATIC)
-    nominal = rng.uniform(-1.0, 1.0, (5, 7))
+    nominal = rng.uniform(-1.0, 1.0, (50, 7))
+    nominal = nominal[np.linalg.svd(one.jacobians(nominal))[1][:, 5] > 0.01][:5]  # at a singularity no step is made
     q, error = one.postures(nominal, np.zeros(5), nominal)
     assert np.abs(q - nominal).max() < 1e-12
     assert error.max() < 1e-12
