@@ -95,7 +95,11 @@ def roll_pitch_yaw_of(matrix: ArrayLike) -> Matrix:
     pitch = np.arctan2(-r[2, 0], cosine)
     if cosine < 1e-9:
         return np.array([0.0, pitch, np.arctan2(-r[0, 1], r[1, 1])])
-    return np.array([np.arctan2(r[2, 1], r[2, 2]), pitch, np.arctan2(r[1, 0], r[0, 0])])
+    yaw = np.arctan2(r[1, 0], r[0, 0])
+    c, s = np.cos(yaw), np.sin(yaw)
+    # Of Rz(-yaw) r, so that it makes up for a yaw that rounding decides, near +-90 degrees of pitch.
+    roll = np.arctan2(s * r[0, 2] - c * r[1, 2], c * r[1, 1] - s * r[0, 1])
+    return np.array([roll, pitch, yaw])
 
 
 def checked_pose(value: ArrayLike) -> Matrix:

@@ -27,6 +27,17 @@ def test_angles_come_back(rng: np.random.Generator) -> None:
         np.testing.assert_allclose(again, matrix, atol=1e-9)
 
 
+@pytest.mark.parametrize("off", [1e-12, 1e-9, 1e-8, 1e-6, 1e-3])
+def test_angles_come_back_near_a_quarter_turn_of_pitch(off: float, rng: np.random.Generator) -> None:
+    """Of matrices that were computed: their small entries are off by as much as their large ones."""
+    for turn in Rotation.random(100, rng=rng).as_matrix():
+        roll, yaw = rng.uniform(-np.pi, np.pi, 2)
+        matrix = np.eye(4)
+        matrix[:3, :3] = turn @ (turn.T @ virtualrobot.pose(roll=roll, pitch=np.pi / 2 - off, yaw=yaw)[:3, :3])
+        again = virtualrobot.pose(0, 0, 0, *roll_pitch_yaw_of(matrix))
+        np.testing.assert_allclose(again, matrix, rtol=0.0, atol=2e-9 if off < 1e-8 else 1e-14)
+
+
 def test_quaternions_agree_with_scipy(rng: np.random.Generator) -> None:
     halves = [Rotation.from_rotvec(np.pi * axis) for axis in (*np.eye(3), np.array([1, 1, 0]) / np.sqrt(2))]
     for rotation in [*Rotation.random(300, rng=rng), *halves, Rotation.identity()]:
