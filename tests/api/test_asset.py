@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import shutil
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
@@ -92,12 +93,16 @@ def test_an_upload_that_breaks_off_leaves_nothing(stepped: Stubs, rng: np.random
     data = rng.bytes(3 * MEBIBYTE)
     half = data[: 2 * MEBIBYTE]
 
+    begun = threading.Event()
+
     def broken() -> Iterator[asset_pb2.UploadRequest]:
         yield from chunks(half, sha256(data))
+        begun.wait()
         call.cancel()
         yield Upload(chunk=data[2 * MEBIBYTE :])
 
     call = stepped.asset.Upload.future(broken())
+    begun.set()
     with pytest.raises(grpc.FutureCancelledError):
         call.result(30)
     assert not stepped.asset.Find(Find(sha256s=[sha256(data), sha256(half)])).sha256s

@@ -28,7 +28,8 @@ def test_point_to_point_is_a_straight_line_in_joint_space(stepped: Stubs, rng: n
         done = (np.array(now.positions) - first) / travel
         assert np.ptp(done) < 1e-9, "every joint has done the same share of its way"
         shares.append(float(done[0]))
-    assert np.all(np.diff(shares) > 0.0)
+    # What is left for the last tick may be so little of it that nothing is seen of it.
+    assert np.all(np.diff(shares)[:-1] > 0.0) and shares[-1] >= shares[-2]
     assert shares[-1] == pytest.approx(1.0, abs=1e-12)
     assert not np.any(state(stepped, "arm").velocities)
     assert len(shares) - 1 == pytest.approx(ask.planned_duration_seconds / TICK, abs=1.0)

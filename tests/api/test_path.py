@@ -91,7 +91,7 @@ def test_an_arm_comes_round_a_wall_and_touches_nothing_on_its_way(stepped: Stubs
     straight = motion_pb2.Move(robot="arm", point_to_point=joint_goal(right))
     assert any("wall" in pair for pair in drive(stepped, [_alone(straight)]))
     put(stepped, ROBOTS[kind][1])
-    path = found(stepped, asked(right, seed=seed % 2**32, time_limit_seconds=30.0))
+    path = found(stepped, asked(right, seed=seed % 2**32, time_limit_seconds=60.0))
     assert not path.straight and path.length > path.straight_length > 0.0 and path.planner == "RRTConnect"
     assert len(path.steps) == len(path.waypoints) - 1 >= 2 and path.planning_seconds > 0.0
     assert drive(stepped, list(path.steps)) == set()
@@ -126,7 +126,7 @@ def test_the_held_part_goes_along(stepped: Stubs) -> None:
     apply(stepped, create(beam))
     before = touching(stepped)
     assert before == []
-    path = found(stepped, asked(RIGHT, time_limit_seconds=30.0))
+    path = found(stepped, asked(RIGHT, time_limit_seconds=60.0))
     assert not path.straight
     assert drive(stepped, list(path.steps)) == set()
 
@@ -138,7 +138,7 @@ def test_a_pose_is_reached_from_elsewhere(stepped: Stubs) -> None:
     there = state(stepped, "arm").world_t_tcp
     goal = motion_pb2.PointToPoint(pose=motion_pb2.PoseGoal(reference_t_tcp=there))
     start = motion_pb2.JointGoal(joint_positions=LEFT)
-    path = found(stepped, asked(goal, start=start, time_limit_seconds=30.0))
+    path = found(stepped, asked(goal, start=start, time_limit_seconds=60.0))
     assert not path.straight
     first = dict(zip(path.joint_names, path.waypoints[0].positions, strict=True))
     assert {name: first[name] for name in LEFT} == pytest.approx(LEFT)
@@ -159,7 +159,7 @@ def test_who_goes_away_ends_the_search_and_the_next_one_begins(stepped: Stubs) -
     call = stepped.path.FindPath(asked(right, planner="InformedRRTstar", time_limit_seconds=600.0))
     assert not next(iter(call)).HasField("path")
     call.cancel()
-    assert len(found(stepped, asked(right)).waypoints) > 1
+    assert len(found(stepped, asked(right, time_limit_seconds=60.0)).waypoints) > 1
 
 
 def test_time_goes_on_while_a_path_is_looked_for(stubs: Stubs) -> None:
