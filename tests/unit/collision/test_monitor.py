@@ -19,18 +19,21 @@ from virtualrobot_kernel.world.commands import (
     AttachNode,
     ClearWorld,
     Command,
+    CreateNodes,
     HaltRobots,
     RemoveNode,
     SetAllowedPairs,
     SetJointPositions,
     UpdateNode,
 )
+from virtualrobot_kernel.world.figures import Box
 from virtualrobot_kernel.world.journal import MemoryJournal
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot
 from virtualrobot_kernel.world.store import World
 from virtualrobot_kernel.world.structure import Kind
 
 from tests.unit.collision.carts import ACCELERATION, WAIT, block, cart, drive, first_tick, mode, place, replayed
+from tests.unit.collision.sweepers import body
 from tests.unit.collision.worlds import SHAPES
 from tests.unit.world.builders import shifted
 
@@ -348,7 +351,7 @@ def test_in_real_time_the_world_waits_for_nothing(monkeypatch: pytest.MonkeyPatc
     """While one check takes its time, a robot goes all its way; then the newest state is checked."""
     cell = Cell(Mode.REALTIME)
     try:
-        cell.do(cart("cart"), block("box", 0.3), mode("stop"))
+        cell.do(cart("cart"), block("box", 1.5), mode("stop"))
         begun, go_on, told = Event(), Event(), Event()
         place = CollisionScene.place
 
@@ -358,7 +361,7 @@ def test_in_real_time_the_world_waits_for_nothing(monkeypatch: pytest.MonkeyPatc
             place(scene, snapshot)
 
         monkeypatch.setattr(CollisionScene, "place", held)
-        cell.do(drive(0.0, 0.3))
+        cell.do(drive(0.0, 1.5))
         assert begun.wait(WAIT)
         while cell.world.snapshot.state.motions:
             told.wait(0.01)
@@ -377,7 +380,9 @@ def test_robots_stop_before_contacts_are_known(monkeypatch: pytest.MonkeyPatch) 
     """Where things touch takes longer to find than that they do; a stop waits for the latter only."""
     cell = Cell(Mode.REALTIME)
     try:
-        cell.do(cart("cart"), block("box", 0.5), mode("stop"))
+        # So long that it is touched until the end of the way: a check may be late.
+        box = body("box", Box((3.0, 0.2, 0.2)), shifted(x=2.0))
+        cell.do(cart("cart"), CreateNodes((box,)), mode("stop"))
         go_on, told = Event(), Event()
         collisions = CollisionScene.collisions
 

@@ -13,6 +13,7 @@ from concurrent.futures import wait
 import numpy as np
 import psutil
 import pytest
+from virtualrobot_kernel.collision import process
 from virtualrobot_kernel.collision.configurations import CHECK_BLOCK
 from virtualrobot_kernel.collision.process import Job
 from virtualrobot_kernel.collision.processes import Processes
@@ -64,7 +65,10 @@ def until(true: Callable[[], object]) -> None:
 
 def gone(pid: int) -> bool:
     """Return whether there is no such process."""
-    return not psutil.pid_exists(pid) or psutil.Process(pid).status() == psutil.STATUS_ZOMBIE
+    try:
+        return psutil.Process(pid).status() == psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return True
 
 
 def test_a_job_sees_the_world_of_its_snapshot(processes: Processes, rng: np.random.Generator) -> None:
@@ -127,7 +131,10 @@ def test_a_block_of_configurations_agrees_with_checks_one_by_one(
     assert 0 < free < len(rows)
 
 
-def test_reports_come_while_it_runs_and_giving_up_frees_the_process(processes: Processes) -> None:
+def test_reports_come_while_it_runs_and_giving_up_frees_the_process(
+    processes: Processes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(process, "GRACE_SECONDS", LONG)
     heard: list[tuple[int, int]] = []
     job = processes.submit(f"{PATH}counts_until_given_up", cell(), told=heard.append)
     until(lambda: len(heard) > 3)
@@ -188,7 +195,7 @@ def test_a_process_that_dies_while_it_has_nothing_to_do_costs_no_job_anything(pr
 def test_a_job_that_hangs_is_ended(job: str) -> None:
     if job == "holds_the_lock" and sys.platform == "win32":
         pytest.skip("needs the C library's sleep")
-    some = Processes(ShapeLibrary(LIBRARY.load), count=1, silent_seconds=2.0)
+    some = Processes(ShapeLibrary(LIBRARY.load), count=1, silent_seconds=4.0)
     try:
         error = reason_of(some.submit(f"{PATH}{job}", world()))
         assert error.reason is Reason.INTERNAL
@@ -238,7 +245,7 @@ def test_closing_ends_all(processes: Processes) -> None:
     some.close()
     assert reason_of(waits).reason is Reason.SHUTTING_DOWN
     assert reason_of(runs).reason is Reason.SHUTTING_DOWN
-    assert gone(heard[0][0])
+    until(lambda: gone(heard[0][0]))
     with pytest.raises(KernelError, match="ending"):
         some.submit(f"{PATH}echoes", world(), 7)
 
