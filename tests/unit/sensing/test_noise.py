@@ -8,7 +8,7 @@ from scipy.stats import chi2, norm, t
 from virtualrobot_kernel.sensing.noise import BLOCK, Noise
 from virtualrobot_kernel.world.sensing import NoiseModel
 
-ALARM = 1e-7
+ALARM = 1e-8
 """Of each side of each test."""
 TICK = 0.004
 
