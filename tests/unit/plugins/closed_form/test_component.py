@@ -167,7 +167,9 @@ def test_a_model_that_rounds_its_angles_is_solved_exactly(rng: np.random.Generat
         result = kinematics.inverse(target, InverseOptions(respect_limits=False))
         assert len(result.solutions) == 8 or result.reason
         assert max(np.abs(search.forward(one)[-1] - target).max() for one in result.solutions) < 1e-9
-        assert result.reason or distances(result.solutions, q).min() < 1e-5
+        # Solutions are polished to within 1e-10 of the pose: near a singularity that is farther from the posture.
+        blur = 2e-9 / np.linalg.svd(search.jacobian(q), compute_uv=False)[-1]
+        assert result.reason or distances(result.solutions, q).min() < 1e-5 + blur
 
 
 @pytest.mark.parametrize(
