@@ -8,7 +8,7 @@ point on it is the same way. Waypoints are never given to ruckig: they would go 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from contextlib import suppress
+from math import ceil, log2
 from typing import NamedTuple
 
 import ruckig
@@ -23,10 +23,6 @@ MOST_SECONDS = 600.0
 reason.
 """
 
-_LESS = (0.999, 0.99, 0.97, 0.95, 0.9, 0.8, 0.7, 0.5)
-_SHARES = tuple(pair for share in _LESS for pair in ((1.0, share), (share, 1.0), (share, share)))
-"""Shares of the limits of acceleration and jerk that are tried where ruckig fails."""
-
 
 class JointState(NamedTuple):
     """Positions, velocities and accelerations of k joints: rad or m, per s, per s²."""
@@ -39,7 +35,8 @@ class JointState(NamedTuple):
 class _Leg(NamedTuple):
     """A way of k joints, as ruckig sees it from `origin` (k,), which moves with the velocities `drift` (k,).
 
-    It ends with the velocities `last` (k,); where `rests`, it ends in the origin.
+    It ends with the velocities `last` (k,); where `rests`, it ends in the origin. The trajectory of each joint is in
+    `units` (k,) of rad or m.
     """
 
     trajectory: ruckig.Trajectory
@@ -47,19 +44,27 @@ class _Leg(NamedTuple):
     drift: Sequence[float]
     last: Sequence[float]
     rests: bool
+    units: Sequence[float]
+
+    def extrema(self) -> list[tuple[float, float]]:
+        """Return how far each joint goes from its origin, at least and at most, until its way has ended."""
+        return [
+            (unit * most.min, unit * most.max)
+            for unit, most in zip(self.units, self.trajectory.position_extrema, strict=True)
+        ]
 
     def at(self, time: float) -> list[tuple[float, float, float]]:
         """Return position, velocity and acceleration of each joint; without rounding where its way has ended."""
         ends = self.trajectory.independent_min_durations
         states = []
-        for q, v, a, end, origin, drift, last in zip(
-            *self.trajectory.at_time(time), ends, self.origin, self.drift, self.last, strict=True
+        for q, v, a, end, origin, drift, last, unit in zip(
+            *self.trajectory.at_time(time), ends, self.origin, self.drift, self.last, self.units, strict=True
         ):
             at = origin + drift * time
             if end > time:
-                states.append((at + q, drift + v, a))
+                states.append((at + unit * q, drift + unit * v, unit * a))
             else:
-                states.append((at if self.rests else at + q, last, 0.0))
+                states.append((at if self.rests else at + unit * q, last, 0.0))
         return states
 
 
@@ -177,7 +182,7 @@ def _within_limits(
     if not bounds.couplings and _far_from_limits(now, states, bounds, dt):
         return Way((leg,), (0,) * len(states), bounds), JointState(*zip(*states, strict=True))
     q, v, a = zip(*states, strict=True)
-    extrema = _brake(JointState(q, v, a), bounds).trajectory.position_extrema
+    extrema = _brake(JointState(q, v, a), bounds).extrema()
     chosen, spans = [], []
     for joint, (lower, upper) in enumerate(zip(bounds.lower, bounds.upper, strict=True)):
         between = 0.0
@@ -188,8 +193,9 @@ def _within_limits(
             # and where it turned twice by this; from standstill, or fast, it doesn't turn.
             slow = min(abs(now.v[joint]), abs(v[joint])) < bounds.jerk[joint] * dt**2 / 8.0
             between = bounds.jerk[joint] * dt**3 / 12.0 if slow else 0.0
-        lowest = min(now.q[joint], q[joint] + extrema[joint].min) - between
-        highest = max(now.q[joint], q[joint] + extrema[joint].max) + between
+        least, most = extrema[joint]
+        lowest = min(now.q[joint], q[joint] + least) - between
+        highest = max(now.q[joint], q[joint] + most) + between
         chosen.append(1 if lowest < lower or highest > upper else 0)
         spans.append((lowest, highest))
     if bounds.couplings:
@@ -228,8 +234,8 @@ def _brake_coupled(now: JointState, bounds: Bounds, chosen: list[int], spans: li
     First those brake that lead an actuator beyond its limit, so that others may lead it back. By induction all can
     brake within the limits, now and, as what is left of a braking joint's span becomes smaller, after this tick, too.
     """
-    extrema = _brake(now, bounds).trajectory.position_extrema
-    braking = [(min(q, q + most.min), max(q, q + most.max)) for q, most in zip(now.q, extrema, strict=True)]
+    extrema = _brake(now, bounds).extrema()
+    braking = [(min(q, q + least), max(q, q + most)) for q, (least, most) in zip(now.q, extrema, strict=True)]
 
     def brakes(columns: Iterable[int]) -> bool:
         moving = [column for column in columns if chosen[column] != 2]
@@ -264,29 +270,33 @@ def _brake(now: JointState, bounds: Bounds) -> _Leg:
 
 
 def _to_velocities(now: JointState, wanted: Sequence[float], bounds: Bounds) -> _Leg:
-    count = len(now.q)
-    given = ruckig.InputParameter(count)
-    given.control_interface = ruckig.ControlInterface.Velocity
-    given.current_velocity = now.v
-    given.target_velocity = wanted
-    trajectory = ruckig.Trajectory(count)
+    units = [1.0] * len(now.q)
     try:
-        _calculate(given, now.a, bounds, trajectory)
+        trajectory = _velocities(now, wanted, bounds, units)
     except (ruckig.RuckigError, ValueError):
-        # Its last check is about rounding and fails on some ways of joints that are very fast: with other numbers it
-        # doesn't.
-        for share, jerk_share in _SHARES:
-            less = bounds._replace(
-                acceleration=[share * most for most in bounds.acceleration],
-                jerk=[jerk_share * most for most in bounds.jerk],
-            )
-            with suppress(ruckig.RuckigError, ValueError):
-                _calculate(given, now.a, less, trajectory)
-                break
-        else:
-            raise
+        # Its last check is that the end is met to amounts that are fixed, which rounding exceeds where a joint is very
+        # fast. In units in which nothing but the jerk is above 1 it doesn't; powers of 2 round nothing.
+        units = [
+            2.0 ** ceil(log2(max(1.0, abs(v), abs(a), abs(speed), most)))
+            for v, a, speed, most in zip(now.v, now.a, wanted, bounds.acceleration, strict=True)
+        ]
+        trajectory = _velocities(now, wanted, bounds, units)
     # Seen from where each joint is now.
-    return _Leg(trajectory, now.q, [0.0] * count, wanted, False)
+    return _Leg(trajectory, now.q, [0.0] * len(now.q), wanted, False, units)
+
+
+def _velocities(now: JointState, wanted: Sequence[float], bounds: Bounds, units: Sequence[float]) -> ruckig.Trajectory:
+    def scaled(values: Sequence[float]) -> list[float]:
+        return [value / unit for value, unit in zip(values, units, strict=True)]
+
+    given = ruckig.InputParameter(len(now.q))
+    given.control_interface = ruckig.ControlInterface.Velocity
+    given.current_velocity = scaled(now.v)
+    given.target_velocity = scaled(wanted)
+    bounds = bounds._replace(acceleration=scaled(bounds.acceleration), jerk=scaled(bounds.jerk))
+    trajectory = ruckig.Trajectory(len(now.q))
+    _calculate(given, scaled(now.a), bounds, trajectory)
+    return trajectory
 
 
 def _to_rest(
@@ -317,7 +327,7 @@ def _to_rest(
         _calculate(given, now.a, bounds, trajectory)
     except (ruckig.RuckigError, ValueError):
         return None
-    return _Leg(trajectory, origin, drift, drift, True)
+    return _Leg(trajectory, origin, drift, drift, True, [1.0] * count)
 
 
 def _calculate(

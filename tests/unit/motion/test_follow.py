@@ -11,7 +11,7 @@ from virtualrobot_kernel.errors import KernelError, LimitError, Reason
 from virtualrobot_kernel.motion.follow import AHEAD_SECONDS, SMOOTHING_SECONDS, Following, SetpointMode, start
 from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.moving import Phase
-from virtualrobot_kernel.motion.online import Coupling, JointState
+from virtualrobot_kernel.motion.online import Bounds, Coupling, JointState, follow_velocities
 
 from .motions import TICK, random_limits
 
@@ -173,6 +173,27 @@ def test_joints_of_any_speed_follow_and_stop(mode: SetpointMode, rng: np.random.
             following = following.set(near(following, rng).tolist()).advance(TICK, float(rng.choice([1.0, 1e-9])))
         for _ in range(3):
             following = following.cancel().advance(TICK, 1.0)
+
+
+def test_very_fast_joints_change_their_speed_where_rounding_exceeds_what_ruckig_checks() -> None:
+    """Its check of the end, to fixed amounts, failed on both of these states, also with lower limits."""
+    for v, a, wanted, acceleration, jerk in (
+        (1754.7030618850015, 877351.5309425007, 33.4907569895765, 3041013.98073439, 219337882.73562518),
+        (-1968.194052937362, -423316.2443106997, 0.0, 1803601.9998175611, 314882422.9557921),
+    ):
+        before = JointState((0.0,), (v,), (a,))
+        bounds = Bounds([-1e9], [1e9], [acceleration], [jerk], ())
+        way, _ = follow_velocities(before, [wanted], bounds, [1e5], TICK)
+        step = way.duration / 1000
+        for place in range(1, 1001):
+            after = way.at(step * place)
+            mean_v, mean_a = (before.v[0] + after.v[0]) / 2, (before.a[0] + after.a[0]) / 2
+            assert abs(after.a[0]) <= acceleration * (1.0 + 1e-9)
+            assert abs(after.a[0] - before.a[0]) <= jerk * step * (1.0 + 1e-6)
+            assert abs(after.v[0] - before.v[0] - mean_a * step) <= jerk * step**2 / 4
+            assert abs(after.q[0] - before.q[0] - mean_v * step) <= acceleration * step**2 / 4
+            before = after
+        assert way.at(way.duration)[1:] == ((wanted,), (0.0,))
 
 
 def test_velocities_are_reached_exactly() -> None:
