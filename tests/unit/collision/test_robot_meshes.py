@@ -66,12 +66,14 @@ def test_links_of_two_robots_against_coal(rng: np.random.Generator, name: str) -
     pairs = near_pairs(placed(ours), placed(theirs), FAR)
     assert len(pairs) == len(ours) * len(theirs)
     models = coal_models(ours, read)
+    touch, apart = coal.CollisionRequest(), coal.DistanceRequest()
+    touch.gjk_tolerance = apart.gjk_tolerance = 1e-9  # by itself it takes what is nearer than 1e-6 m for touching
     checked = rng.choice(len(pairs), min(len(pairs), 60), replace=False)
     for pair in (pairs[i] for i in checked):
         (mesh, pose), (other, place) = ours[pair.first], theirs[pair.second]
         at, to = (coal.Transform3s(each[:3, :3], each[:3, 3]) for each in (pose, place))
-        collides = coal.collide(models[mesh], at, models[other], to, coal.CollisionRequest(), coal.CollisionResult())
-        distance = coal.distance(models[mesh], at, models[other], to, coal.DistanceRequest(), coal.DistanceResult())
+        collides = coal.collide(models[mesh], at, models[other], to, touch, coal.CollisionResult())
+        distance = coal.distance(models[mesh], at, models[other], to, apart, coal.DistanceResult())
         if collides or distance <= 0.0:
             assert pair.distance <= 1e-9
         else:
