@@ -15,6 +15,8 @@ from virtualrobot_sdk.testing.chains import iiwa as iiwa_by_table
 from ..closed_form import arms
 
 NAMES = ("iiwa", "iiwa7", "wam")
+STRAIGHT = {"iiwa": 0.0, "iiwa7": 0.0, "wam": np.arctan2(0.045, 0.55) + np.arctan2(0.045, 0.3)}
+"""Where joint 4 stretches the arm."""
 QUARTER = np.pi / 2
 
 

@@ -7,10 +7,15 @@ import pytest
 from virtualrobot_sdk.kinematics import InverseOptions
 
 from ..closed_form.arms import distances
-from .arms import NAMES, arm, between, chain_of_arm, elbow_angle, numeric
+from .arms import NAMES, STRAIGHT, arm, between, chain_of_arm, elbow_angle, numeric
 
 POSES = 150
 STARTS = 15
+
+
+def is_stretched(name: str, q: np.ndarray) -> bool:
+    """Return whether a posture hardly tells on which side its elbow is: below 2e-7 it counts as on the line."""
+    return abs(np.sin(q[3] - STRAIGHT[name])) < 1e-5
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -52,7 +57,7 @@ def test_the_seed_s_posture_comes_first_with_its_arm_angle(name: str, rng: np.ra
         result = kinematics.inverse(kinematics.forward(q)[-1], InverseOptions(seed=q))
         np.testing.assert_allclose(result.solutions[0], q, atol=1e-6)
         assert len(result.arm_angles) == len(result.solutions)
-        assert between(result.arm_angles[0], elbow_angle(name, q)) < 1e-6
+        assert is_stretched(name, q) or between(result.arm_angles[0], elbow_angle(name, q)) < 1e-6
         for one, angle in zip(result.solutions, result.arm_angles, strict=True):
             assert between(angle, kinematics.arm_angle(one)) < 1e-5
         assert (result.solutions >= chain.lower).all()
@@ -67,11 +72,10 @@ def test_the_seed_s_posture_comes_first_with_its_arm_angle(name: str, rng: np.ra
 @pytest.mark.parametrize("name", NAMES)
 def test_the_signs_in_a_name_are_those_of_joints_2_4_and_6(name: str, rng: np.random.Generator) -> None:
     """On these arms 0 is straight, but for the elbow of the WAM, whose offset makes it straight elsewhere."""
-    straight = np.arctan2(0.045, 0.55) + np.arctan2(0.045, 0.3) if name == "wam" else 0.0
     for q in rng.uniform(-np.pi, np.pi, (100, 7)):
         found = arm(name).inverse(arm(name).forward(q)[-1], InverseOptions(seed=q, respect_limits=False))
-        signs = "".join("+" if np.sin(value) > 0 else "-" for value in (q[1], q[3] - straight, q[5]))
-        assert [word[-1] for word in found.configurations[0].split()[:3]] == list(signs)
+        signs = "".join("+" if np.sin(value) > 0 else "-" for value in (q[1], q[3] - STRAIGHT[name], q[5]))
+        assert is_stretched(name, q) or [word[-1] for word in found.configurations[0].split()[:3]] == list(signs)
 
 
 def test_a_joint_with_room_for_two_turns_comes_with_both() -> None:

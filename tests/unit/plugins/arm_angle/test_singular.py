@@ -7,10 +7,7 @@ import pytest
 from virtualrobot_plugins.closed_form.branches import SINGULAR
 from virtualrobot_sdk.kinematics import InverseOptions
 
-from .arms import NAMES, arm, axes, chain_of_arm, meeting
-
-STRAIGHT = {"wam": np.arctan2(0.045, 0.55) + np.arctan2(0.045, 0.3)}
-"""Where joint 4 stretches the arm; 0 where it has no offset."""
+from .arms import NAMES, STRAIGHT, arm, axes, chain_of_arm, meeting
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -23,7 +20,7 @@ def test_a_singular_posture_is_found_again(
     for _ in range(10):
         q = rng.uniform(np.maximum(chain.lower, -2.5), np.minimum(chain.upper, 2.5))
         for joint in joints:
-            q[joint] = off * rng.choice([-1, 1]) + (STRAIGHT.get(name, 0.0) if joint == 3 else 0.0)
+            q[joint] = off * rng.choice([-1, 1]) + (STRAIGHT[name] if joint == 3 else 0.0)
         target = kinematics.forward(q)[-1]
         result = kinematics.inverse(target, InverseOptions(seed=q))
         assert len(result.solutions), result.reason
@@ -33,7 +30,7 @@ def test_a_singular_posture_is_found_again(
         # Joints that are drawn, and those of other branches, may be nearly straight too.
         every = kinematics.inverse(target, InverseOptions(seed=q, respect_limits=False)).solutions
         for joint, word in ((1, "the shoulder"), (3, "the elbow"), (5, "the wrist")):
-            straight = STRAIGHT.get(name, 0.0) if joint == 3 else 0.0
+            straight = STRAIGHT[name] if joint == 3 else 0.0
             is_near = np.abs(np.sin(every[:, joint] - straight)).min() < SINGULAR
             assert is_near or joint not in joints
             assert (word in result.reason) == is_near
