@@ -43,9 +43,10 @@ def lines_until(process: subprocess.Popen[str], beginning: str) -> list[str]:
     raise AssertionError(f"it ended before {beginning!r}: {lines}")
 
 
+@pytest.mark.timeout(300)
 def test_it_runs_to_its_end() -> None:
     with started(25) as process:
-        output, _ = process.communicate(timeout=110)
+        output, _ = process.communicate(timeout=280)
     assert process.returncode == 0, output
     assert "viewer at" not in output
     assert [int(number) for number in re.findall(r"^box +(\d+) of 36: ", output, re.MULTILINE)] == list(range(1, 37))
@@ -62,7 +63,7 @@ def test_an_interrupt_ends_it_and_its_kernel(sign: signal.Signals) -> None:
         assert any(re.fullmatch(r"kernel at 127\.0\.0\.1:\d+", line) for line in lines), lines
         (kernel,) = children(process.pid)
         process.send_signal(sign)
-        output, _ = process.communicate(timeout=30)
+        output, _ = process.communicate(timeout=60)
         assert process.returncode == 130, output
         assert "Traceback" not in output
         assert output.split()[-1] == "stopped"
@@ -90,7 +91,7 @@ def test_it_says_in_one_line_why_it_ends_when_its_kernel_is_killed() -> None:
         lines_until(process, "box  1 of")
         (kernel,) = children(process.pid)
         os.kill(kernel, signal.SIGKILL)
-        output, _ = process.communicate(timeout=30)
+        output, _ = process.communicate(timeout=60)
         assert process.returncode == 1, output
         assert "Traceback" not in output
         assert output.splitlines()[-1].startswith("virtualrobot: no kernel answers at "), output
