@@ -16,7 +16,7 @@ import pytest
 import virtualrobot
 from virtualrobot.kernel_process import KernelProcess
 
-from tests.apps.vision import WHEEL_RADIUS, build_line_floor, build_platform, line_at
+from tests.apps.vision import WHEEL_RADIUS, WHEEL_TUBE, build_line_floor, build_platform, line_at
 
 
 @pytest.fixture(scope="module")
@@ -50,15 +50,18 @@ def test_a_yellow_valve_wheel_is_found_and_its_place_too(
     wheel = seen.mask("valve")
     assert (wheel & (yellow > 0)).sum() > 0.85 * wheel.sum()
     assert (~wheel & (yellow > 0)).sum() < 0.1 * wheel.sum()
-    # The ellipse's middle is where the wheel's centre is projected to.
+    # The ellipse's middle is where the wheel's centre is projected to, but for perspective: 3.8 pixels at most here.
     camera_t_wheel = np.linalg.inv(eye) @ facing
     middle, _ = cv2.projectPoints(camera_t_wheel[None, :3, 3], np.zeros(3), np.zeros(3), seen.camera_matrix, None)
-    np.testing.assert_allclose((x, y), middle.ravel(), atol=4.0)
+    np.testing.assert_allclose((x, y), middle.ravel(), atol=4.5)
     # By depth, the place and the size too: the rim is of the wheel's plane.
     rim = seen.points(eye)[wheel]
     np.testing.assert_allclose(np.median(rim, axis=0), center, atol=0.06)
     distance = camera_t_wheel[2, 3]
-    assert 0.5 * long * distance / seen.camera_matrix[0, 0] == pytest.approx(WHEEL_RADIUS, rel=0.15)
+    # A circle off the camera's axis is seen stretched by up to 1 / cos of the angle; two pixels are 3% of it.
+    radius, stretch = 0.5 * long * distance / seen.camera_matrix[0, 0], np.linalg.norm(camera_t_wheel[:3, 3]) / distance
+    outline = WHEEL_RADIUS + WHEEL_TUBE
+    assert 0.97 * outline < radius < 1.03 * outline * stretch
 
 
 def test_a_robot_that_looks_follows_a_black_line(
