@@ -58,7 +58,7 @@ def test_what_is_behind_something_is_not_seen() -> None:
     assert seen_from(cast, points, np.array([2.0, 0.25, 0.1])).tolist() == [False, True]
 
 
-def scan(origin: np.ndarray, rng: np.random.Generator, count: int = 20_000) -> np.ndarray:
+def scan(origin: np.ndarray, rng: np.random.Generator, count: int) -> np.ndarray:
     """Return the echoes of random beams from a place."""
     directions = rng.normal(size=(count, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
@@ -71,10 +71,11 @@ def scan(origin: np.ndarray, rng: np.random.Generator, count: int = 20_000) -> n
 def test_a_map_of_true_echoes_is_true(resolution: float, rng: np.random.Generator) -> None:
     """An exact echo is on a surface, and its voxel is the one that holds it, or shares a side that it lies on."""
     grown = octree_map.OctreeMap(resolution)
+    beams = round(200.0 / resolution**2)  # as many for each voxel; with too few, some of what is seen has no echo
     points = surface_points(cast, LOW, HIGH, 0.5 * resolution)
     visible = np.zeros(len(points), np.bool_)
     for origin in rng.uniform([-0.3, -0.3, 0.6], [1.3, 1.3, 1.2], (6, 3)):
-        grown.insert(scan(origin, rng), origin)
+        grown.insert(scan(origin, rng, beams), origin)
         visible |= seen_from(cast, points, origin)
     keys, odds = grown.voxels(LOW, HIGH)
     result = compare(cast, keys[odds > 0.0], resolution, points, visible)
