@@ -162,8 +162,8 @@ def _preferred(
         if len(off) and off.min() < _FOUND:
             j = int(off.argmin())
             best, name, angles = again.solutions[j], again.configurations[j], again.arm_angles[j : j + 1]
-        elif result.configurations[i]:
-            # What has left the wanted configuration is of no use.
+        elif result.configurations[i] or result.arm_angles:
+            # What has left the wanted configuration is of no use, nor is what nobody tells the arm angle of.
             best, name, angles = given, result.configurations[i], result.arm_angles[i : i + 1]
         else:
             name, angles = "", ()

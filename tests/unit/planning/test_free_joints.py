@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.motion.cartesian_plan import plan_lin
@@ -22,9 +23,12 @@ from virtualrobot_kernel.planning.planned_move import joint_limits
 from virtualrobot_kernel.planning.redundancy import FREE, Preference, Redundancy
 from virtualrobot_kernel.planning.robots import arm_of, tcp_frame, tip_of
 from virtualrobot_kernel.planning.solvers import Solvers
+from virtualrobot_plugins.chain.component import ChainKinematics
+from virtualrobot_sdk.kinematics import InverseOptions, InverseResult
 
 from .robots import standing
 
+DEFAULTS = InverseOptions()
 MODELS = ("panda", "iiwa", "nine_axis")
 LIMITS = Redundancy(preference=Preference.JOINT_LIMITS)
 MANIPULABILITY = Redundancy(preference=Preference.MANIPULABILITY)
@@ -191,6 +195,29 @@ def test_a_wish_of_an_arm_without_a_joint_to_spare_changes_nothing(solvers: Solv
     _, plain = solve_inverse(snapshot, node, target, {}, solvers.of, redundancy=alone)
     _, wished = solve_inverse(snapshot, node, target, {}, solvers.of, redundancy=locked)
     np.testing.assert_array_equal(wished.solutions, plain.solutions)
+
+
+class FewPostures(ChainKinematics):
+    """A component without names that knows few postures of a pose, each by its arm angle, wherever it is asked from."""
+
+    def inverse(self, base_t_tip: ArrayLike, _: InverseOptions = DEFAULTS, /) -> InverseResult:
+        ways = [super(FewPostures, self).inverse(base_t_tip, InverseOptions(seed=seed)) for seed in self._seeds()]
+        solutions = np.concatenate([way.solutions[:1] for way in ways])
+        return ways[0]._replace(
+            solutions=solutions, configurations=("",) * len(solutions), arm_angles=tuple(solutions[:, 0].tolist())
+        )
+
+    def _seeds(self) -> np.ndarray:
+        return self.middle + np.outer((0.2, -0.2), np.ones(len(self.joint_names)))
+
+
+def test_a_posture_whose_arm_angle_nobody_tells_is_left_as_it_was() -> None:
+    snapshot, node = standing("iiwa", {"lbr_iiwa_joint_2": 0.4, "lbr_iiwa_joint_4": -1.2, "lbr_iiwa_joint_6": 0.8})
+    _, found = solve_inverse(
+        snapshot, node, tcp_frame(snapshot, node), {}, lambda _, arm: FewPostures(arm.serial()), redundancy=LIMITS
+    )
+    assert len(found.solutions) == 2
+    np.testing.assert_array_equal(found.arm_angles, found.solutions[:, 0])
 
 
 def test_a_posture_of_unknown_joints_is_refused(solvers: Solvers) -> None:
