@@ -83,7 +83,7 @@ class ClosedFormKinematics(BranchKinematics):
         """Polish EAIK's angles; where the pose is singular or has none, those of poses close by too, and the seed."""
         near = self._always_polish and not flags
         target, limits, seed = asked[:3]
-        candidates = polished(self._chain, self._angles, target, seed, limits, close_by=not near)
+        candidates = polished(self._chain, self._angles, target, seed, limits, None if near else self._model)
         found, solutions, codes = self._found(candidates, asked)
         count, branches, more, clashes, position_error, rotation_error = found
         # Close to where two branches meet, the arm that was meant may have none, or one for both.
@@ -99,7 +99,7 @@ class ClosedFormKinematics(BranchKinematics):
             target = self._chain.forward(q)[-1]
             angles = self._angles(target)
             if self._always_polish:
-                angles = polished(self._chain, self._angles, target, q, self._free, close_by=False)
+                angles = polished(self._chain, self._angles, target, q, self._free)
             asked = target, self._free, q, True, POLISHED, POLISHED
             (count, _, _, clashes, *_), solutions, _ = self._found(angles, asked)
             if clashes or not count or np.abs(solutions[0] - q).max() > 1e-5:

@@ -71,6 +71,20 @@ def test_at_a_singular_pose_no_posture_that_is_not_singular_is_missed(
                 assert distances(solutions, other).min() < 1e-4
 
 
+@pytest.mark.parametrize("name", NAMED)
+def test_next_to_a_straight_wrist_a_posture_is_met_without_a_seed(name: str, rng: np.random.Generator) -> None:
+    """It bends by less than rounding to six digits does; of each branch there is one posture, and it is this one."""
+    for offset in (1e-7, 1e-6, 1e-5):
+        for q in singular_postures(name, WRIST, 4, rng):
+            q[TURNED[WRIST]] += offset * rng.choice([-1.0, 1.0])
+            if np.abs(factors(name, q)[[SHOULDER, ELBOW]]).min() < 0.05:
+                continue  # next to two singularities at once 1e-10 tells even less of the posture
+            solutions = (
+                closed_form(name).inverse(numeric(name).forward(q)[-1], InverseOptions(respect_limits=False)).solutions
+            )
+            assert distances(solutions, q).min() < 1e-2, (offset, q.tolist())
+
+
 @pytest.mark.parametrize("name", ["ur5", "irb140", "puma560"])
 def test_all_joints_at_zero_are_met(name: str) -> None:
     """Zero is where models are drawn: often stretched and with a straight wrist at once."""
