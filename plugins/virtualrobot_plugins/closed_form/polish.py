@@ -67,8 +67,7 @@ def _bent(chain: ChainKinematics, angles: Angles, target: Floats, model: Model) 
         pose[:3, 3] += (target[:3, :3] - pose[:3, :3]) @ tip_t_centre
         return [*np.ascontiguousarray(angles(pose).T)]
 
-    aside = np.cross(last_axis, np.eye(3)[np.abs(last_axis).argmin()])
-    for rough in turned(aside):
+    for rough in turned(np.eye(3)[np.abs(last_axis).argmin()]):
         axis = chain.jacobian(rough)[3:, 3]
         bend = np.cross(axis, last_axis) * np.sign(axis @ last_axis)
         if not 0.0 < np.linalg.norm(bend) < _BARELY:
