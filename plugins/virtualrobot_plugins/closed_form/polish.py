@@ -65,7 +65,7 @@ def _bent(chain: ChainKinematics, angles: Angles, target: Floats, model: Model) 
         pose = target.copy()
         pose[:3, :3] = turn @ target[:3, :3]
         pose[:3, 3] += (target[:3, :3] - pose[:3, :3]) @ tip_t_centre
-        return [*np.ascontiguousarray(angles(pose).T)]
+        return [q for q in np.ascontiguousarray(angles(pose).T) if np.isfinite(q).all()]
 
     for rough in turned(np.eye(3)[np.abs(last_axis).argmin()]):
         axis = chain.jacobian(rough)[3:, 3]
