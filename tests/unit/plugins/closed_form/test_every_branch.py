@@ -32,7 +32,7 @@ def missed(name: str, poses: int, rng: np.random.Generator) -> list[str]:
         for other in [q, *(end for end in ends if end is not None)]:
             met += 1
             # The search ends within 1e-10 of the pose: near a singularity that is farther from the posture.
-            blur = 2e-9 / np.linalg.svd(search.jacobian(other), compute_uv=False)[-1] if k == 6 else 0.0
+            blur = 2e-9 / np.linalg.svd(search.jacobian(other), compute_uv=False)[-1]
             if distances(result.solutions, other).min() > 1e-5 + blur and not result.reason:
                 found.append(f"pose of {q.tolist()}: {other.tolist()}")
     # The search itself must work: each pose is met more often than by its own posture.
