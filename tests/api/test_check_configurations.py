@@ -58,9 +58,17 @@ def test_configurations_are_checked_in_the_world_as_it_was_at_the_call(stubs: St
 def computing(kernel: KernelProcess) -> list[psutil.Process]:
     """Return the processes of a kernel that compute; those that wait for work take no time at all."""
     children = psutil.Process(kernel.process.pid).children()
-    before = [sum(child.cpu_times()[:2]) for child in children]
+    before = [spent(child) for child in children]
     time.sleep(0.2)
-    return [child for child, then in zip(children, before, strict=True) if sum(child.cpu_times()[:2]) > then + 0.015]
+    return [child for child, then in zip(children, before, strict=True) if spent(child) > then + 0.015]
+
+
+def spent(process: psutil.Process) -> float:
+    """Return the seconds of a core that a process has had; 0 when it has ended."""
+    try:
+        return sum(process.cpu_times()[:2])
+    except psutil.NoSuchProcess:
+        return 0.0
 
 
 def until(true: Callable[[], object]) -> None:
@@ -105,8 +113,8 @@ def test_a_process_that_is_killed_is_an_error_of_its_call_only(stubs: Stubs, ker
     load(stubs, IIWA, "arm")
     stream = checks(stubs, rows_of(np.zeros((250_000, 7))))
     assert [next(stream).progress for _ in range(2)][1] > 0.0
-    until(lambda: [one.kill() for one in computing(kernel)])
-    failed = refusal(lambda: list(stream))
+    # Again and again: on a busy machine another child of the kernel may be the only one that got on meanwhile.
+    failed = refusal(lambda: [one.kill() for _ in stream for one in computing(kernel)])
     assert (failed.code, failed.reason) == (grpc.StatusCode.INTERNAL, "INTERNAL")
     assert "SIGKILL" in failed.message or sys.platform == "win32"
     *_, last = checks(stubs, rows_of(np.zeros((1, 7))))
