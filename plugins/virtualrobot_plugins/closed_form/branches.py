@@ -15,8 +15,10 @@ from virtualrobot_plugins.closed_form.model import FIXED, NAMED, NUMBERS, PARALL
 
 SAME = 1e-6
 """Postures closer than this in every joint (rad), but for full turns, are one: EAIK tells no more of them apart."""
-SINGULAR = 1e-4
+SINGULAR = 2e-5
 """Below this (of 1, or of the arm's reach) shoulder, elbow or wrist count as singular, and are looked at again."""
+SINGULAR_OF_SEVEN = 1e-4
+"""The same of an arm of seven axes, which may be near two singularities at once and whose posture they blur more."""
 NEAR = 1e-6
 """Angles that miss the target by less than this (m, rad) may be polished to a solution: where an arm is stretched."""
 MOST_BRANCHES = 16
@@ -154,11 +156,11 @@ def _signed_branch(q: Floats, numbers: Floats) -> tuple[int, int]:
     wrist = math.sin(q[5] - numbers[2])
     number = (4 if shoulder < 0.0 else 0) + (2 if elbow < 0.0 else 0) + (1 if wrist < 0.0 else 0)
     flags = 0
-    if abs(shoulder) < SINGULAR:
+    if abs(shoulder) < SINGULAR_OF_SEVEN:
         flags |= SHOULDER
-    if abs(elbow) < SINGULAR:
+    if abs(elbow) < SINGULAR_OF_SEVEN:
         flags |= ELBOW
-    if abs(wrist) < SINGULAR:
+    if abs(wrist) < SINGULAR_OF_SEVEN:
         flags |= WRIST
     return number, flags
 

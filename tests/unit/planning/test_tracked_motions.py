@@ -195,7 +195,7 @@ def test_the_belt_of_this_tick_counts_also_when_it_starts_later(rng: np.random.G
     cell = random_cell(rng, "iiwa", "belt", 0.3, 0.15)
     cell.apply(SetSpeedFactor("arm", 0.3), cell.command)
     cell.tick()
-    cell.run_belt(10.0, 0.1)  # a motion that is younger than the one that goes along
+    cell.run_belt(10.0, 0.02)  # a motion that is younger than the one that goes along
     assert [bool(motion.followed) for motion in cell.change.state.motions] == [True, False]
     while not cell.motion.running.ended:
         before = cell.joints
