@@ -91,7 +91,7 @@ def test_a_line_covers_its_width_times_its_length(rng: np.random.Generator) -> N
     picture, depth = canvas(100, 100)
     ends = np.array([[[*a, 1.0], [*b, 1.0]]])
     draw_lines(picture, depth, ends, WHITE, np.array([width]), BIAS)
-    length = np.linalg.norm(b - a)
+    length = float(np.linalg.norm(b - a))
     area = length * width + np.pi * (width / 2) ** 2
     assert picture[..., 0].sum() / 255.0 == pytest.approx(area, abs=0.13 * length)
 
