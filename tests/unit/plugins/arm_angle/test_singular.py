@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from virtualrobot_plugins.closed_form.branches import SINGULAR
+from virtualrobot_plugins.closed_form.branches import SINGULAR_OF_SEVEN
 from virtualrobot_sdk.kinematics import InverseOptions
 
 from .arms import NAMES, STRAIGHT, arm, axes, chain_of_arm, meeting
@@ -31,7 +31,7 @@ def test_a_singular_posture_is_found_again(
         every = kinematics.inverse(target, InverseOptions(seed=q, respect_limits=False)).solutions
         for joint, word in ((1, "the shoulder"), (3, "the elbow"), (5, "the wrist")):
             straight = STRAIGHT[name] if joint == 3 else 0.0
-            is_near = np.abs(np.sin(every[:, joint] - straight)).min() < SINGULAR
+            is_near = np.abs(np.sin(every[:, joint] - straight)).min() < SINGULAR_OF_SEVEN
             assert is_near or joint not in joints
             assert (word in result.reason) == is_near
 
