@@ -32,39 +32,62 @@ class JointState(NamedTuple):
     a: tuple[float, ...]
 
 
+class _Range(NamedTuple):
+    min: float
+    max: float
+
+
+class _Scaled(NamedTuple):
+    """A trajectory whose joints are in `units` (k,) of rad or m, asked as one in rad and m is."""
+
+    trajectory: ruckig.Trajectory
+    units: Sequence[float]
+
+    @property
+    def duration(self) -> float:
+        return self.trajectory.duration
+
+    @property
+    def independent_min_durations(self) -> Sequence[float]:
+        return self.trajectory.independent_min_durations
+
+    @property
+    def position_extrema(self) -> Sequence[_Range]:
+        extrema = self.trajectory.position_extrema
+        return [_Range(unit * most.min, unit * most.max) for unit, most in zip(self.units, extrema, strict=True)]
+
+    def at_time(self, time: float) -> tuple[Sequence[float], ...]:
+        """Return positions, velocities and accelerations (k,)."""
+        return tuple(
+            [unit * value for unit, value in zip(self.units, values, strict=True)]
+            for values in self.trajectory.at_time(time)
+        )
+
+
 class _Leg(NamedTuple):
     """A way of k joints, as ruckig sees it from `origin` (k,), which moves with the velocities `drift` (k,).
 
-    It ends with the velocities `last` (k,); where `rests`, it ends in the origin. The trajectory of each joint is in
-    `units` (k,) of rad or m.
+    It ends with the velocities `last` (k,); where `rests`, it ends in the origin.
     """
 
-    trajectory: ruckig.Trajectory
+    trajectory: ruckig.Trajectory | _Scaled
     origin: Sequence[float]
     drift: Sequence[float]
     last: Sequence[float]
     rests: bool
-    units: Sequence[float]
-
-    def extrema(self) -> list[tuple[float, float]]:
-        """Return how far each joint goes from its origin, at least and at most, until its way has ended."""
-        return [
-            (unit * most.min, unit * most.max)
-            for unit, most in zip(self.units, self.trajectory.position_extrema, strict=True)
-        ]
 
     def at(self, time: float) -> list[tuple[float, float, float]]:
         """Return position, velocity and acceleration of each joint; without rounding where its way has ended."""
         ends = self.trajectory.independent_min_durations
         states = []
-        for q, v, a, end, origin, drift, last, unit in zip(
-            *self.trajectory.at_time(time), ends, self.origin, self.drift, self.last, self.units, strict=True
+        for q, v, a, end, origin, drift, last in zip(
+            *self.trajectory.at_time(time), ends, self.origin, self.drift, self.last, strict=True
         ):
             at = origin + drift * time
             if end > time:
-                states.append((at + unit * q, drift + unit * v, unit * a))
+                states.append((at + q, drift + v, a))
             else:
-                states.append((at if self.rests else at + unit * q, last, 0.0))
+                states.append((at if self.rests else at + q, last, 0.0))
         return states
 
 
@@ -182,7 +205,7 @@ def _within_limits(
     if not bounds.couplings and _far_from_limits(now, states, bounds, dt):
         return Way((leg,), (0,) * len(states), bounds), JointState(*zip(*states, strict=True))
     q, v, a = zip(*states, strict=True)
-    extrema = _brake(JointState(q, v, a), bounds).extrema()
+    extrema = _brake(JointState(q, v, a), bounds).trajectory.position_extrema
     chosen, spans = [], []
     for joint, (lower, upper) in enumerate(zip(bounds.lower, bounds.upper, strict=True)):
         between = 0.0
@@ -193,9 +216,8 @@ def _within_limits(
             # and where it turned twice by this; from standstill, or fast, it doesn't turn.
             slow = min(abs(now.v[joint]), abs(v[joint])) < bounds.jerk[joint] * dt**2 / 8.0
             between = bounds.jerk[joint] * dt**3 / 12.0 if slow else 0.0
-        least, most = extrema[joint]
-        lowest = min(now.q[joint], q[joint] + least) - between
-        highest = max(now.q[joint], q[joint] + most) + between
+        lowest = min(now.q[joint], q[joint] + extrema[joint].min) - between
+        highest = max(now.q[joint], q[joint] + extrema[joint].max) + between
         chosen.append(1 if lowest < lower or highest > upper else 0)
         spans.append((lowest, highest))
     if bounds.couplings:
@@ -234,8 +256,8 @@ def _brake_coupled(now: JointState, bounds: Bounds, chosen: list[int], spans: li
     First those brake that lead an actuator beyond its limit, so that others may lead it back. By induction all can
     brake within the limits, now and, as what is left of a braking joint's span becomes smaller, after this tick, too.
     """
-    extrema = _brake(now, bounds).extrema()
-    braking = [(min(q, q + least), max(q, q + most)) for q, (least, most) in zip(now.q, extrema, strict=True)]
+    extrema = _brake(now, bounds).trajectory.position_extrema
+    braking = [(min(q, q + most.min), max(q, q + most.max)) for q, most in zip(now.q, extrema, strict=True)]
 
     def brakes(columns: Iterable[int]) -> bool:
         moving = [column for column in columns if chosen[column] != 2]
@@ -270,9 +292,8 @@ def _brake(now: JointState, bounds: Bounds) -> _Leg:
 
 
 def _to_velocities(now: JointState, wanted: Sequence[float], bounds: Bounds) -> _Leg:
-    units = [1.0] * len(now.q)
     try:
-        trajectory = _velocities(now, wanted, bounds, units)
+        trajectory = _velocities(now, wanted, bounds)
     except (ruckig.RuckigError, ValueError):
         # Its last check is that the end is met to amounts that are fixed, which rounding exceeds where a joint is very
         # fast. In units in which nothing but the jerk is above 1 it doesn't; powers of 2 round nothing.
@@ -280,22 +301,24 @@ def _to_velocities(now: JointState, wanted: Sequence[float], bounds: Bounds) -> 
             2.0 ** ceil(log2(max(1.0, abs(v), abs(a), abs(speed), most)))
             for v, a, speed, most in zip(now.v, now.a, wanted, bounds.acceleration, strict=True)
         ]
-        trajectory = _velocities(now, wanted, bounds, units)
+
+        def scaled(values: Sequence[float]) -> list[float]:
+            return [value / unit for value, unit in zip(values, units, strict=True)]
+
+        less = bounds._replace(acceleration=scaled(bounds.acceleration), jerk=scaled(bounds.jerk))
+        slower = now._replace(v=scaled(now.v), a=scaled(now.a))
+        trajectory = _Scaled(_velocities(slower, scaled(wanted), less), units)
     # Seen from where each joint is now.
-    return _Leg(trajectory, now.q, [0.0] * len(now.q), wanted, False, units)
+    return _Leg(trajectory, now.q, [0.0] * len(now.q), wanted, False)
 
 
-def _velocities(now: JointState, wanted: Sequence[float], bounds: Bounds, units: Sequence[float]) -> ruckig.Trajectory:
-    def scaled(values: Sequence[float]) -> list[float]:
-        return [value / unit for value, unit in zip(values, units, strict=True)]
-
+def _velocities(now: JointState, wanted: Sequence[float], bounds: Bounds) -> ruckig.Trajectory:
     given = ruckig.InputParameter(len(now.q))
     given.control_interface = ruckig.ControlInterface.Velocity
-    given.current_velocity = scaled(now.v)
-    given.target_velocity = scaled(wanted)
-    bounds = bounds._replace(acceleration=scaled(bounds.acceleration), jerk=scaled(bounds.jerk))
+    given.current_velocity = now.v
+    given.target_velocity = wanted
     trajectory = ruckig.Trajectory(len(now.q))
-    _calculate(given, scaled(now.a), bounds, trajectory)
+    _calculate(given, now.a, bounds, trajectory)
     return trajectory
 
 
@@ -327,7 +350,7 @@ def _to_rest(
         _calculate(given, now.a, bounds, trajectory)
     except (ruckig.RuckigError, ValueError):
         return None
-    return _Leg(trajectory, origin, drift, drift, True, [1.0] * count)
+    return _Leg(trajectory, origin, drift, drift, True)
 
 
 def _calculate(
