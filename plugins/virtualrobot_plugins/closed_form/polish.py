@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from virtualrobot_sdk.kinematics import Floats
+from virtualrobot_sdk.kinematics import REVOLUTE, Floats
+from virtualrobot_sdk.reference import joint_motion
 
 from virtualrobot_plugins.chain.component import ChainKinematics
 from virtualrobot_plugins.closed_form.library import Angles
@@ -59,11 +60,9 @@ def _bent(chain: ChainKinematics, angles: Angles, target: Floats, model: Model) 
 
     def turned(axis: Floats) -> list[Floats]:
         """Return the angles of the target turned about the wrist's centre by `_CLOSE` about an axis (3,)."""
-        x, y, z = axis / np.linalg.norm(axis)
-        cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-        turn = np.eye(3) + np.sin(_CLOSE) * cross + (1.0 - np.cos(_CLOSE)) * cross @ cross
+        turn = joint_motion(REVOLUTE, axis / np.linalg.norm(axis), np.array(_CLOSE))
         pose = target.copy()
-        pose[:3, :3] = turn @ target[:3, :3]
+        pose[:3, :3] = turn[:3, :3] @ target[:3, :3]
         pose[:3, 3] += (target[:3, :3] - pose[:3, :3]) @ tip_t_centre
         return [q for q in np.ascontiguousarray(angles(pose).T) if np.isfinite(q).all()]
 
@@ -85,14 +84,9 @@ def _turned(q: Floats, seed: Floats) -> Floats:
 def _poses_around(target: Floats) -> list[Floats]:
     """Return six poses around a pose: each a small shift along an axis of the base and a turn about another."""
     poses = []
-    for axis in range(3):
-        i, j = (axis + 1) % 3, (axis + 2) % 3
+    for i, axis in enumerate(np.eye(3)):
         for sign in (-1.0, 1.0):
-            turn = np.eye(4)
-            turn[i, i] = turn[j, j] = np.cos(_CLOSE)
-            turn[j, i] = sign * np.sin(_CLOSE)
-            turn[i, j] = -turn[j, i]
-            pose = target @ turn
-            pose[i, 3] += sign * _CLOSE
+            pose = target @ joint_motion(REVOLUTE, axis, np.array(sign * _CLOSE))
+            pose[(i + 1) % 3, 3] += sign * _CLOSE
             poses.append(pose)
     return poses

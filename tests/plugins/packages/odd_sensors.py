@@ -6,14 +6,12 @@ import os
 import signal
 
 import numpy as np
+from arm_for_tests import LONG
 from virtualrobot_sdk.hookspecs import Register, hookimpl
 from virtualrobot_sdk.kinematics import Floats
 from virtualrobot_sdk.rays import NO_ELEMENT, Hits, RayScene, Readings, TrueHits
 
 api_version = "1.0"
-
-LONG = 30.0
-"""A deadline (s) of components that go wrong otherwise: a busy machine shall not find them hanging before that."""
 
 
 class Wall:

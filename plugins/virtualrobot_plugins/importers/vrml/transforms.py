@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot_sdk.kinematics import REVOLUTE
+from virtualrobot_sdk.reference import joint_motion
 
 from virtualrobot_plugins.importers.vrml.fields import Bound
 
 
 def rotation(axis_angle: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the matrix (3, 3) for an axis of any length and an angle in radians, by Rodrigues' formula."""
+    """Return the matrix (3, 3) for an axis of any length and an angle in radians."""
     length = float(np.linalg.norm(axis_angle[:3]))
     if length == 0.0:
         return np.eye(3)
-    x, y, z = axis_angle[:3] / length
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    angle = float(axis_angle[3])
-    return np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * (cross @ cross)
+    return joint_motion(REVOLUTE, axis_angle[:3] / length, np.asarray(axis_angle[3]))[:3, :3]
 
 
 def transform_matrix(node: Bound) -> NDArray[np.float64]:
