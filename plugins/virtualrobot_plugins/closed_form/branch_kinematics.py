@@ -37,7 +37,6 @@ class BranchKinematics(ABC):
         self._limits = np.stack([chain.lower, chain.upper])
         self._free = np.stack([np.full(n, -np.inf), np.full(n, np.inf)])
         self._middle = self._chain.middle
-        self._plain = self._limits, self._middle, False, *_TOLERANCES
         self._room = self._most = MOST_BRANCHES
 
     def _use(self, scheme: Scheme, model: Model) -> None:
@@ -79,7 +78,7 @@ class BranchKinematics(ABC):
     def _asked(self, target: Floats, options: InverseOptions, has_arm_angle: bool = False) -> Asked:
         """Return what is asked of a target; raise ArgumentError when an option makes no sense."""
         if options is DEFAULTS:
-            return target, *self._plain
+            return target, self._limits, self._middle, False, *_TOLERANCES
         check_options(options, has_arm_angle)
         if options.configuration:
             check_configuration(options.configuration, self._scheme, self._names_of_joints)

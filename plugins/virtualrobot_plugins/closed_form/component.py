@@ -19,8 +19,6 @@ from virtualrobot_plugins.closed_form.names import NAMELESS, scheme_of
 from virtualrobot_plugins.closed_form.polish import polished
 
 _TRIALS = 24
-_SOLVED = InverseStatus.SOLVED
-"""Looked up once, not in each of the calls of a few microseconds."""
 _SINGULAR = {
     SHOULDER: "the shoulder (the wrist's centre is above or below joint 1)",
     ELBOW: "the elbow (the arm is stretched or folded)",
@@ -78,7 +76,7 @@ class ClosedFormKinematics(BranchKinematics):
         solutions, names = self._named(solutions, codes, options.configuration)
         reason = _said_of(flags) if flags else ""
         if names:
-            return InverseResult(_SOLVED, solutions, names, *errors, 0, 0, reason)
+            return InverseResult(InverseStatus.SOLVED, solutions, names, *errors, 0, 0, reason)
         return self._none(target, options, branches, errors, (reason,))
 
     def _looked_again(self, asked: Asked, flags: int) -> tuple[Found, Floats, Codes]:
