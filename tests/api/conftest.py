@@ -28,8 +28,8 @@ from virtualrobot.v1 import (
     view_pb2_grpc,
 )
 
-START_SECONDS = 300
-"""A guard against a kernel that never answers; the very first start compiles for about a minute."""
+START_SECONDS = 900
+"""A guard against a kernel that never answers; the very first start compiles for about a minute of a core."""
 
 EMPTY_SCENE = "schema_version: 1\n"
 

@@ -60,8 +60,8 @@ def free(stubs: Stubs) -> None:
 
 
 def slow(robot: str) -> motion_pb2.Move:
-    """Return a move that takes half a minute."""
-    return joints(robot, 0.03, lbr_iiwa_joint_1=2.0)
+    """Return a move that takes more than a minute."""
+    return joints(robot, 0.003, lbr_iiwa_joint_1=2.0)
 
 
 def update(name: str, node: nodes_pb2.Node, *fields: str) -> scene_pb2.Command:

@@ -175,7 +175,7 @@ token = leases.Acquire(lease_pb2.AcquireRequest(robots=[robot], owner="doomed"))
 told = leases.KeepAlive(lease_pb2.KeepAliveRequest(token=token))
 next(told)
 goal = motion_pb2.JointGoal(joint_positions={"lbr_iiwa_joint_1": 2.0})
-move = motion_pb2.Move(robot=robot, speed_factor=0.03, point_to_point=motion_pb2.PointToPoint(joints=goal))
+move = motion_pb2.Move(robot=robot, speed_factor=0.003, point_to_point=motion_pb2.PointToPoint(joints=goal))
 request = motion_pb2.StartMotionRequest(moves=[move], on_disconnect=motion_pb2.DISCONNECT_POLICY_CONTINUE)
 print(motions.StartMotion(request, metadata=[("virtualrobot-lease", token)]).motion.id, flush=True)
 for _ in told:

@@ -141,10 +141,10 @@ def test_names_and_mask_choose_what_is_told(stepped: Stubs) -> None:
 
 
 def carried(stubs: Stubs, count: int) -> None:
-    """Load an arm that carries many boxes, and let it move for several seconds."""
+    """Load an arm that carries many boxes, and let it move for more than a minute."""
     load(stubs, IIWA, "arm")
     apply(stubs, *(create(box(f"b{i}", parent="arm.lbr_iiwa_link_7")) for i in range(count)))
-    start(stubs, joints("arm", lbr_iiwa_joint_1=2.0, lbr_iiwa_joint_2=1.0, speed_factor=0.2))
+    start(stubs, joints("arm", lbr_iiwa_joint_1=2.0, lbr_iiwa_joint_2=1.0, speed_factor=0.003))
 
 
 def test_a_slow_reader_skips_states_and_ends_with_the_last_one(stepped: Stubs, stepped_kernel: KernelProcess) -> None:
@@ -168,9 +168,9 @@ def test_a_slow_reader_skips_states_and_ends_with_the_last_one(stepped: Stubs, s
 def test_no_more_messages_than_asked_for(stubs: Stubs) -> None:
     carried(stubs, 1)
     watch = stubs.scene.WatchScene(WATCH(max_rate_hertz=20))
-    times = [next(watch).stamp.wall_time.ToNanoseconds() for _ in range(12)]
-    # Told times are those of states, which are published every 4 ms; a rate is an upper bound on average.
-    assert (times[-1] - times[0]) / 1e9 > (len(times) - 1) / 20.0 - 0.05
+    times = [next(watch).stamp.wall_time.ToNanoseconds() for _ in range(21)]
+    # Told times are those of states, and the last one may be old already; a rate is an upper bound on average.
+    assert (times[-1] - times[0]) / 1e9 > 0.75 * (len(times) - 1) / 20.0
     watch.cancel()
 
 

@@ -90,8 +90,9 @@ def test_the_command_refuses_other_pictures(tmp_path: Path) -> None:
 
 
 def test_real_time_works_as_well() -> None:
-    """As often as states come; the arm rests at the end."""
+    """As often as states come; the arm rests at the end. Slowly: the stream may be silent for 0.2 s of its time."""
     with KernelProcess(headless=True) as process, virtualrobot.connect(process.address) as client:
+        client.clock.speed_factor = 0.2
         cell = replace(avoidance.CELLS["iiwa"], ball=((0.2, -0.25, 0.75), (0.2, -0.3, 0.75)))
         avoidance.build(client, cell)
         record = avoidance.run(client, cell, True, 1.0, Gains(), "")

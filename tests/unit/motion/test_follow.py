@@ -62,7 +62,7 @@ def near(following: Following, rng: np.random.Generator) -> np.ndarray:
 def test_random_setpoints_keep_every_limit_also_between_ticks(mode: SetpointMode, rng: np.random.Generator) -> None:
     for _ in range(4):
         limits = random_limits(rng, 3)
-        following = start(mode, limits, rng.uniform(limits.lower, limits.upper), timeout=1.0)
+        following = start(mode, limits, rng.uniform(limits.lower, limits.upper), timeout=10.0)
         override, pace = 1.0, rng.choice([0.05, 0.3, 1.0])
         for _ in range(500):
             if rng.random() < pace:

@@ -107,13 +107,15 @@ def test_the_first_excursion_is_found_between_the_breaks(rng: np.random.Generato
         lower, upper = dense.min(axis=0), dense.max(axis=0)
         # The dense grid misses a peak by less than 1e-4 of the range, so just outside it nothing is found ...
         assert function.first_excursion(lower - 1e-3, upper + 1e-3, 0.0) is None
-        # ... and a bound below the peak is crossed where the dense values cross it.
+        # ... and a bound below the peak is crossed no later than by the dense values, which miss what peaks just above.
         upper[1] -= 0.05 * (upper[1] - lower[1])
         excursion = function.first_excursion(lower - 1e-3, upper + np.array([1e-3, 0.0]), 0.0)
         assert excursion is not None
         assert excursion.component == 1
         first = float(np.linspace(function.start, function.end, 20001)[int(np.argmax(dense[:, 1] > upper[1]))])
-        assert excursion.entered == pytest.approx(first, abs=(function.end - function.start) / 10000)
+        assert excursion.entered <= first
+        there = function.evaluate(excursion.entered)[1]
+        assert there == pytest.approx(upper[1], abs=1e-6) if excursion.entered > function.start else there > upper[1]
         assert function.evaluate(excursion.parameter)[1] == pytest.approx(excursion.value, abs=1e-9)
         assert excursion.value > upper[1]
 

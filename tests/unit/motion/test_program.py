@@ -20,10 +20,9 @@ JOINTS = 3
 
 
 def ptp(rng: np.random.Generator, start: np.ndarray) -> Plan:
-    """Return a random motion of some joints from where they are."""
-    limits = random_limits(rng, len(start))
-    goal = np.clip(start + rng.uniform(-0.5, 0.5, len(start)), limits.lower, limits.upper)
-    return plan_ptp(np.clip(start, limits.lower, limits.upper), goal, limits)
+    """Return a random motion of some joints from where they are, within ±2 rad, which all random limits hold."""
+    goal = rng.uniform(np.maximum(start - 0.5, -2.0), np.minimum(start + 0.5, 2.0))
+    return plan_ptp(start, goal, random_limits(rng, len(start)))
 
 
 def chained(rng: np.random.Generator, *stages: str) -> Program:
