@@ -36,17 +36,21 @@ class Track:
         q, q1, q2, q3 = self.path.states(law[0, :, 0], 3)
         return np.stack([q, q1 * u1, q2 * u1**2 + q1 * u2, q3 * u1**3 + 3.0 * q2 * u1 * u2 + q1 * u3])
 
-    def grid(self, points: int) -> Array:
-        """Return nominal times (m,) that cover the law evenly, each of its breaks from both sides included.
+    @property
+    def sides(self) -> Array:
+        """Nominal times (m,) on both sides of each break of the law.
 
         Where law and path break together rounding may find the piece of the law on one side and that of the path on the
         other, with derivatives that there are nowhere. So the sides are a little away from the break.
         """
         breaks = self.time_law.breaks
-        points = max(points, 8 * len(self.path.coefficients))
         aside = _ASIDE * (breaks[-1] - breaks[0])
-        sides = np.clip(np.concatenate([breaks - aside, breaks + aside]), breaks[0], breaks[-1])
-        return np.concatenate([np.linspace(breaks[0], breaks[-1], points), sides])
+        return np.clip(np.concatenate([breaks - aside, breaks + aside]), breaks[0], breaks[-1])
+
+    def grid(self, points: int) -> Array:
+        """Return nominal times (m,) that cover the law evenly, each of its breaks from both sides included."""
+        points = max(points, 8 * len(self.path.coefficients))
+        return np.concatenate([np.linspace(self.time_law.start, self.time_law.end, points), self.sides])
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,11 +58,14 @@ class Braking:
     """Derivatives of a plan on an even grid of nominal time, for n joints and the u of l lines and arcs.
 
     table (N, 3, n + l): first to third derivative at N - 1 times from 0 to the plan's duration, then zeros.
+    beyond (N, 2, n + l): how far the second and third one get beyond those of both rows at the breaks of the laws
+    between a row and the next: a time-optimal acceleration is a saw, a pulse of jerk may be shorter than a step.
     max_acceleration, max_jerk (n + l,): the limits of what runs on it. stop_time (s): how long a smooth stop from top
     speed takes.
     """
 
     table: Array
+    beyond: Array
     max_acceleration: Array
     max_jerk: Array
     stop_time: float
@@ -141,15 +148,25 @@ class Plan:
 def _braking(plan: Plan) -> Braking:
     times = np.linspace(0.0, plan.duration, int(np.clip(plan.duration / _TABLE_STEP, *_TABLE_ROWS)))
     courses = [(track.time_law, *track.course_limits) for track in plan.tracks if track.course_limits]
-    derivatives = [plan.derivatives(times)[1:], *(law.states(times, 3)[1:] for law, _, _ in courses)]
-    table = np.concatenate(derivatives, axis=2).transpose(1, 0, 2)
+
+    def rows(at: Array) -> Array:
+        derivatives = [plan.derivatives(at)[1:], *(law.states(at, 3)[1:] for law, _, _ in courses)]
+        return np.concatenate(derivatives, axis=2).transpose(1, 0, 2)
+
+    table = rows(times)
     table = np.concatenate([table, np.zeros((1, *table.shape[1:]))])
+    sides = np.concatenate([track.sides for track in plan.tracks])
+    before = np.searchsorted(times[1:-1], sides, side="right")
+    ends = np.stack([table[before, 1:], table[before + 1, 1:]])
+    between = rows(sides)[:, 1:]
+    beyond = np.zeros((len(table), 2, table.shape[2]))
+    np.maximum.at(beyond, before, np.maximum(between - ends.max(axis=0), ends.min(axis=0) - between))
     accelerations = np.array([*plan.max_acceleration, *(acceleration for _, acceleration, _ in courses)])
     jerks = np.array([*plan.max_jerk, *(jerk for _, _, jerk in courses)])
     peak = np.abs(table[:, 0]).max(axis=0)
     # Peaks of a quintic step from 1 to 0 in time T: |rate'| 15/8 / T, |rate''| 10/sqrt(3) / T².
     seconds = np.maximum(1.875 * peak / accelerations, np.sqrt(10.0 / np.sqrt(3.0) * peak / jerks))
-    return Braking(table, accelerations, jerks, float(seconds.max(initial=0.0)))
+    return Braking(table, beyond, accelerations, jerks, float(seconds.max(initial=0.0)))
 
 
 def peaks(track: Track, points: int = 2000) -> Array:

@@ -139,12 +139,16 @@ def _excess(
     r, r1, r2 = (values.reshape(-1, 1) for values in (rates, slopes, curvatures))
     before = (taus * ((last - 1) / plan.duration)).astype(np.intp).ravel()
     worst = np.zeros(len(lengths))
-    # Both rows beside each time, since jerk may jump between them; past the end of the plan the joints stand still,
-    # which is the last row. Velocity needs no check: a rate of at most 1 never exceeds the plan's own.
+    # Both rows beside each time and what is beyond them in between, since acceleration and jerk may jump there; past
+    # the end of the plan the joints stand still, which is the last row. Velocity needs no check: a rate of at most 1
+    # never exceeds the plan's own.
+    peak2, peak3 = braking.beyond[:, :, :columns].take(np.clip(before, 0, last), axis=0).transpose(1, 0, 2)
+    more = np.stack([peak2 * r**2, peak3 * r**3 + peak2 * np.abs(3.0 * r * r1)])
     for rows in (before, before + 1):
         s1, s2, s3 = braking.table[:, :, :columns].take(np.clip(rows, 0, last), axis=0).transpose(1, 0, 2)
-        ratio = np.abs(s2 * r**2 + s1 * r1) / max_acceleration
-        np.maximum(ratio, np.abs(s3 * r**3 + s2 * (3.0 * r * r1) + s1 * r2) / max_jerk, out=ratio)
+        ratio = (np.abs(s2 * r**2 + s1 * r1) + more[0]) / max_acceleration
+        jerk = np.abs(s3 * r**3 + s2 * (3.0 * r * r1) + s1 * r2) + more[1]
+        np.maximum(ratio, jerk / max_jerk, out=ratio)
         np.maximum(worst, ratio.reshape(len(lengths), -1).max(axis=1), out=worst)
     worst -= 1.0
     outside = (rates < -_ROUNDING).any(axis=1) | (rates > 1.0 + _ROUNDING).any(axis=1)

@@ -177,10 +177,7 @@ def plans(rng: np.random.Generator) -> list[Plan]:
 
 
 def test_pause_resume_override_and_cancel_stay_on_the_path_and_within_its_limits(rng: np.random.Generator) -> None:
-    """Whatever is asked, and whenever; accelerations to the slack of ramps, 0.5%, and their samples.
-
-    The time-optimal acceleration of a curve is a saw, which rises by up to 2.5% from one sample to the next, 2 ms on.
-    """
+    """Whatever is asked, and whenever; accelerations to the slack of ramps, 0.5%, and their samples."""
     for plan in plans(rng):
         track = plan.tracks[0]
         for action in ("cancel", "pause", "override"):
@@ -200,7 +197,7 @@ def test_pause_resume_override_and_cancel_stay_on_the_path_and_within_its_limits
                     for step in fine_steps(motion):
                         q, v, a = step.sample()
                         assert np.all(np.abs(v) <= plan.max_velocity * (1 + 1e-9))
-                        assert np.all(np.abs(a) <= plan.max_acceleration * 1.03)
+                        assert np.all(np.abs(a) <= plan.max_acceleration * 1.006)
                         np.testing.assert_allclose(q, track.path.evaluate(step.path_states[0][0]), atol=1e-9)
             assert motion.ended
             if action != "cancel":
