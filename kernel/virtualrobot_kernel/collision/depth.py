@@ -33,7 +33,7 @@ class Depth:
 
     Attributes:
         meters: how far the second must be moved until they only touch.
-        way: (3,) the unit vector along which, in the world's frame.
+        way: (3,) the unit vector along which, in the world's frame; from the first to the second.
         approximate: whether this is so of convex hulls, or to more than EXACT.
     """
 
@@ -42,17 +42,18 @@ class Depth:
     approximate: bool
 
 
-def depth_of(placed: Placed, one: int, other: int) -> Depth:
-    """Return how deep two elements that touch are in each other, with their radii and paddings.
+def depth_of(first: Placed, second: Placed, one: int, other: int) -> Depth:
+    """Return how deep an element of each set that touch are in each other, with their radii and paddings.
 
     Of convex ones it is exact, to TOLERANCE; meshes that are not convex count as their hulls, and the depth is
     approximate.
     """
-    outlines = placed.solids[one].outline, placed.solids[other].outline
-    poses = placed.world_t_element[one], placed.world_t_element[other]
+    sides = (first, one), (second, other)
+    outlines = [placed.solids[each].outline for placed, each in sides]
+    poses = [placed.world_t_element[each] for placed, each in sides]
     origin = poses[0][:3, 3]
     ours, theirs = (outline.placed(pose, origin) for outline, pose in zip(outlines, poses, strict=True))
-    thickness = sum(placed.solids[each].radius + placed.padding[each] for each in (one, other))
+    thickness = sum(placed.solids[each].radius + placed.padding[each] for placed, each in sides)
     found = np.empty(5)
     most = min(MOST, WORK // max(len(ours[0]) + len(theirs[0]), 1))
     penetration(*ours, *theirs, thickness, TOLERANCE, most, found)

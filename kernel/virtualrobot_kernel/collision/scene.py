@@ -134,7 +134,7 @@ class CollisionScene:
             contacts = self._contacts(*((one, other) if uids[one] == pair[0] else (other, one)))
             if contacts is None:
                 continue
-            depth = depth_of(self._placed, one, other)
+            depth = depth_of(self._placed, self._placed, one, other)
             if pair in depths:
                 # What is out of one figure may be in another still.
                 depth = replace(max(depth, depths[pair], key=lambda one: one.meters), approximate=True)

@@ -42,8 +42,9 @@ def spread(count: int) -> NDArray[np.intp]:
 def touching(first: Placed, second: Placed, one: int, other: int, pieces: Sequence[tuple[int, int]]) -> Contacts | None:
     """Return where two elements touch; None where they don't.
 
-    Whether they touch, FCL says of their solids: exactly, also where one is inside the other. Where they do, convex
-    solids tell points and normal; spheres and capsules among themselves are in closed form. A sphere or a capsule
+    Whether they touch, FCL says of their solids: exactly, also where one is inside the other. Where they do, it tells
+    the points of convex solids, whose normal is the way of their depth; spheres and capsules among themselves are in
+    closed form. A sphere or a capsule
     touches a mesh at its points that are nearest to the core. The surfaces of meshes, and of boxes, cylinders and cones
     with them, meet in curves: the points are the middles of the pieces of these, and the normal is that of the plane
     through them.
@@ -59,7 +60,7 @@ def touching(first: Placed, second: Placed, one: int, other: int, pieces: Sequen
         return _of_rounds(first, second, one, other)
     solid, against = first.whole(one), second.whole(other)
     if solid and against:
-        return _of_solids(_collide(solid, against)) or _flush(first, second, one, other, pieces)
+        return _of_solids(first, second, one, other, pieces)
     if first.solids[one].radius or second.solids[other].radius:
         contacts = _of_round(first, second, one, other, pieces)
         if contacts is None or contacts.points.size:
@@ -125,25 +126,22 @@ def _collide(one: Any, other: Any) -> list[Any]:  # noqa: ANN401 FCL has no type
     return result.contacts
 
 
-def _of_solids(contacts: Sequence[Any]) -> Contacts | None:
-    if not contacts:
-        return None
-    deepest = max(contacts, key=lambda one: one.penetration_depth)
-    return Contacts(np.array([contact.pos for contact in contacts]), np.array(deepest.normal))
+def _of_solids(
+    first: Placed, second: Placed, one: int, other: int, pieces: Sequence[tuple[int, int]]
+) -> Contacts | None:
+    """Return where two convex solids touch, and the way in which they are out of each other the soonest.
 
-
-def _flush(first: Placed, second: Placed, one: int, other: int, pieces: Sequence[tuple[int, int]]) -> Contacts | None:
-    """Return where two solids touch that FCL, asked for contacts, tells none of; None where they don't touch.
-
-    So it does with every second box that stands on another one.
+    FCL's own normals come from the search whose depths are not used either: of a cone that stands on a box one in 800
+    was off by up to 0.2.
     """
-    if not _meet(first.whole(one), second.whole(other)):
-        return None
-    _, points = min((piece_distance(first, second, row, to) for row, to in pieces), key=lambda found: found[0])
-    pair = Placed(
-        [first.solids[one], second.solids[other]], np.stack([first.world_t_element[one], second.world_t_element[other]])
-    )
-    return Contacts(points.mean(axis=0)[None], depth_of(pair, 0, 1).way)
+    points = [contact.pos for contact in _collide(first.whole(one), second.whole(other))]
+    if not points:
+        # Asked for contacts, FCL tells none of every second box that stands on another one.
+        if not _meet(first.whole(one), second.whole(other)):
+            return None
+        _, nearest = min((piece_distance(first, second, row, to) for row, to in pieces), key=lambda found: found[0])
+        points = [nearest.mean(axis=0)]
+    return Contacts(np.array(points), depth_of(first, second, one, other).way)
 
 
 def _of_rounds(first: Placed, second: Placed, one: int, other: int) -> Contacts | None:

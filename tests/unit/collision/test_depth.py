@@ -29,7 +29,12 @@ from tests.unit.world.builders import random_pose, shifted
 
 def depth(one: Geometry, pose: Pose, other: Geometry, place: Pose) -> Depth:
     """Return how deep two figures are in each other."""
-    return depth_of(placed((one, pose), (other, place)), 0, 1)
+    return depth_of_two(placed((one, pose), (other, place)))
+
+
+def depth_of_two(pair: Placed) -> Depth:
+    """Return how deep the two elements of a set are in each other."""
+    return depth_of(pair, pair, 0, 1)
 
 
 @lru_cache
@@ -111,9 +116,8 @@ def test_paddings_count_and_what_is_apart_is_less_deep_by_it(rng: np.random.Gene
         pose, place = near(rng, 0.1), shifted(x=0.6) @ near(rng, 0.1)
         pair = placed((one, pose), (other, place))
         padded = Placed(pair.solids, pair.world_t_element, None, np.array([0.3, 0.9]))
-        assert depth_of(padded, 0, 1).meters == pytest.approx(
-            1.2 - apart_by_coal(one, pose, other, place), abs=2 * TOLERANCE
-        )
+        truth = 1.2 - apart_by_coal(one, pose, other, place)
+        assert depth_of_two(padded).meters == pytest.approx(truth, abs=2 * TOLERANCE)
 
 
 def in_parts(mesh: trimesh.Trimesh, count: int = 1) -> Placed:
@@ -141,7 +145,7 @@ def test_a_convex_mesh_is_exact_and_others_are_their_hulls(rng: np.random.Genera
     pair = in_parts(box, 2)
     place = rng.uniform(0.0, 0.05, 3)
     pair.move(np.array([np.eye(4), shifted(*place)]))
-    found = depth_of(pair, 0, 1)
+    found = depth_of_two(pair)
     assert found.meters == pytest.approx(min((0.4, 0.3, 0.2) - place), abs=1e-7) and not found.approximate
 
 
@@ -151,7 +155,7 @@ def test_a_mesh_of_many_corners_is_approximate(rng: np.random.Generator) -> None
     outline = pair.solids[0].outline
     assert len(outline.corners) <= CORNERS and not outline.exact
     pair.move(np.array([np.eye(4), shifted(0.3, 0.4, 0.3)]))
-    found = depth_of(pair, 0, 1)
+    found = depth_of_two(pair)
     truth = 1.0 - float(np.linalg.norm((0.3, 0.4, 0.3)))
     assert truth - 0.01 < found.meters <= truth and found.approximate
 

@@ -63,15 +63,14 @@ def test_a_thing_on_a_table(rng: np.random.Generator, small: str, table: str) ->
     on_top = world @ shifted(rng.uniform(-0.5, 0.5), rng.uniform(-0.5, 0.5), 0.2 - DEEP)
     down = -world[:3, 2]
     pair = contact(SMALL[small], on_top, TABLES[table], world)
-    # Contacts of convex solids tell the way out of the deepest point, and cones are turned by their slope at the rim.
-    np.testing.assert_allclose(normal_of(pair), down, atol=1e-3)
+    np.testing.assert_allclose(normal_of(pair), down, atol=1e-6)
     points = (pair.contacts - world[:3, 3]) @ world[:3, :3]
     assert np.abs(points[:, 2] - 0.1).max() <= DEEP
     beside = (pair.contacts - on_top[:3, 3]) @ world[:3, :3]
     assert np.abs(beside[:, :2]).max() <= 0.1 + 1e-6
     np.testing.assert_array_equal(pair.points, [pair.contacts[0]] * 2)
     reversed_pair = contact(TABLES[table], world, SMALL[small], on_top)
-    np.testing.assert_allclose(normal_of(reversed_pair), -down, atol=1e-3)
+    np.testing.assert_allclose(normal_of(reversed_pair), -down, atol=1e-6)
 
 
 def test_a_peg_through_a_ring_does_not_touch(rng: np.random.Generator) -> None:
