@@ -18,8 +18,9 @@ from virtualrobot_plugins.arm_angle.geometry import arm_of, model_of
 from virtualrobot_plugins.arm_angle.intervals import meetings_of, ranges_between_limits
 from virtualrobot_plugins.chain.serial import reach_bound
 from virtualrobot_plugins.closed_form.branch_kinematics import DEFAULTS, POLISHED, BranchKinematics
-from virtualrobot_plugins.closed_form.branches import ELBOW, LOOSE, SHOULDER, WRIST, Asked, Found
+from virtualrobot_plugins.closed_form.branches import Asked, Found
 from virtualrobot_plugins.closed_form.names import NAMELESS
+from virtualrobot_plugins.closed_form.singularities import ELBOW, LOOSE, SHOULDER, WRIST
 
 MARGIN = math.radians(0.5)
 """How far from the end of a range of arm angles the elbow is put (rad), where the range has room for it."""

@@ -11,12 +11,13 @@ from virtualrobot_sdk.kinematics import Floats, InverseOptions, InverseResult, I
 
 from virtualrobot_plugins.chain.serial import reach_bound
 from virtualrobot_plugins.closed_form.branch_kinematics import DEFAULTS, POLISHED, BranchKinematics
-from virtualrobot_plugins.closed_form.branches import ELBOW, LOOSE, SHOULDER, WRIST, Asked, Codes, Found
+from virtualrobot_plugins.closed_form.branches import Asked, Codes, Found
 from virtualrobot_plugins.closed_form.geometry import MOST_JOINTS, axes_of, check_joints, idealised, upright_frames
 from virtualrobot_plugins.closed_form.library import solver_of
 from virtualrobot_plugins.closed_form.model import model_of
 from virtualrobot_plugins.closed_form.names import NAMELESS, scheme_of
 from virtualrobot_plugins.closed_form.polish import polished
+from virtualrobot_plugins.closed_form.singularities import ELBOW, LOOSE, SHOULDER, WRIST
 
 _TRIALS = 24
 _SINGULAR = {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from virtualrobot_plugins.closed_form.branches import SINGULAR_OF_SEVEN
+from virtualrobot_plugins.closed_form.singularities import SINGULAR_OF_SEVEN
 from virtualrobot_sdk.kinematics import InverseOptions
 
 from .arms import NAMES, STRAIGHT, arm, axes, chain_of_arm, meeting
