@@ -13,6 +13,7 @@ import trimesh
 from virtualrobot_kernel.collision.depth import TOLERANCE, Depth, depth_of
 from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.outline import CORNERS, outline_of
+from virtualrobot_kernel.collision.pairs import pair_within
 from virtualrobot_kernel.collision.placed import Placed
 from virtualrobot_kernel.collision.scene import Detail
 from virtualrobot_kernel.collision.tessellation import box_triangles
@@ -21,7 +22,7 @@ from virtualrobot_kernel.world.commands import CreateNodes
 from virtualrobot_kernel.world.figures import Box, Capsule, Cylinder, Figure, Geometry, Mesh, Pose, Sphere
 from virtualrobot_kernel.world.structure import Kind, NodeSpec
 
-from tests.unit.collision.solids import GEOMETRIES, TORUS, coal, in_coal, near, placed, torus
+from tests.unit.collision.solids import GEOMETRIES, PRIMITIVES, TORUS, coal, in_coal, near, placed, torus
 from tests.unit.collision.test_scene import mover
 from tests.unit.collision.worlds import scene_of, world
 from tests.unit.world.builders import random_pose, shifted
@@ -81,6 +82,24 @@ def test_moved_by_the_depth_two_only_touch_and_coal_knows_no_shorter_way(
         back = depth(GEOMETRIES[other], place, GEOMETRIES[one], pose)
         assert back.meters == pytest.approx(found.meters, abs=2 * TOLERANCE)
     assert seen > 10 and equal > 0.6 * seen
+
+
+@pytest.mark.parametrize(("one", "other"), tuple(combinations_with_replacement(PRIMITIVES, 2)))
+def test_the_normal_of_primitives_is_the_way_of_their_depth(rng: np.random.Generator, one: str, other: str) -> None:
+    """Moved along it by the depth, and hardly more, they are apart, as coal says; by hardly less they are not."""
+    seen = 0
+    while seen < 10:
+        pose, place = near(rng, 0.15), near(rng, 0.15)
+        pair = placed((PRIMITIVES[one], pose), (PRIMITIVES[other], place))
+        found = pair_within(pair, pair, 0, 1, 0.0)
+        if found is None or found.normal is None:
+            continue
+        seen += 1
+        for beyond in (-1e-5, 1e-5):
+            moved = place.copy()
+            moved[:3, 3] += (depth_of_two(pair).meters + beyond) * found.normal
+            gap = apart_by_coal(PRIMITIVES[one], pose, PRIMITIVES[other], moved)
+            assert gap < 1e-7 if beyond < 0.0 else gap > 0.0
 
 
 def test_depths_by_formula(rng: np.random.Generator) -> None:
