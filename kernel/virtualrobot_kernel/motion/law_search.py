@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
+from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial, merged
 from virtualrobot_kernel.motion.rates import Rate
 
 #: Cells of a path: at least, and on each piece at least.
@@ -57,7 +57,7 @@ class Cells:
 
 def nodes_of(rates: Sequence[Rate]) -> Array:
     """Return the nodes (N + 1,) of the path of the first rate: its breaks, where ranges end, and points between."""
-    edges = np.unique(np.concatenate([rates[0].polynomial.breaks, *([rate.begin, rate.end] for rate in rates)]))
+    edges = merged([rates[0].polynomial.breaks, *([rate.begin, rate.end] for rate in rates)])
     each = max(_CELLS_PER_PIECE, -(-_CELLS // (len(edges) - 1)))
     steps = np.arange(each) / each
     return np.append((edges[:-1, None] + np.diff(edges)[:, None] * steps).ravel(), edges[-1])
@@ -70,7 +70,7 @@ def cells_of(rates: Sequence[Rate]) -> Cells:
     points = np.stack([nodes[:-1], 0.5 * (nodes[:-1] + nodes[1:]), inside], axis=1)
     columns: list[list[Array]] = []
     for rate in rates:
-        active = (nodes[:-1] >= rate.begin) & (nodes[1:] <= rate.end)
+        active = (points[:, 1] >= rate.begin) & (points[:, 1] <= rate.end)
         f, f1, f2 = rate.polynomial.states(points[active].ravel(), 2).reshape(3, int(active.sum()), 3, -1, rate.size)
         velocity, acceleration, jerk = rate.limits
         lengths = [np.linalg.norm(vector, axis=3) for vector in (f, f1, f2)]
@@ -251,8 +251,14 @@ def moving_average(nodes: Array, speeds: Array, window: float) -> PiecewisePolyn
 
 
 def integrated(start: float, seconds: Array, jerks: Array, goal: float) -> PiecewisePolynomial:
-    """Return the cubic pieces from rest at `start` with jerks (K,) for `seconds` (K,), scaled to end at `goal`."""
+    """Return the cubic pieces from rest at `start` with jerks (K,) for `seconds` (K,) to rest, scaled to end at `goal`.
+
+    What the jerks lack of that, by the rounding of their seconds, is made up by the least change of them.
+    """
     breaks = np.concatenate([[0.0], np.cumsum(seconds)])
+    left = breaks[-1] - breaks[1:]
+    to_rest = np.stack([seconds, seconds * (left + 0.5 * seconds)])  # times jerks: s'' and s' at the end
+    jerks = jerks - np.linalg.lstsq(to_rest, to_rest @ jerks)[0]
     slope = np.concatenate([[0.0], np.cumsum(jerks * seconds)])[:-1]
     speed = np.concatenate([[0.0], np.cumsum(seconds * (slope + 0.5 * seconds * jerks))])[:-1]
     steps = seconds * (speed + seconds * (0.5 * slope + seconds * jerks / 6.0))

@@ -250,11 +250,19 @@ def joined(parts: Sequence[PiecewisePolynomial]) -> PiecewisePolynomial:
 
 def stacked(parts: Sequence[PiecewisePolynomial]) -> PiecewisePolynomial:
     """Return one function whose components are those of functions on the same range, one after the other."""
-    breaks = np.unique(np.concatenate([part.breaks for part in parts]))
-    apart = np.diff(breaks, append=np.inf) > _SHORTEST * (breaks[-1] - breaks[0])
-    parts = [part._with_breaks(np.append(breaks[apart][:-1], breaks[-1])) for part in parts]
+    breaks = merged([part.breaks for part in parts])
+    parts = [part._with_breaks(breaks) for part in parts]
     terms = max(part.coefficients.shape[1] for part in parts)
     return PiecewisePolynomial(parts[0].breaks, np.concatenate([_padded(part, terms) for part in parts], axis=2))
+
+
+def merged(breaks: Sequence[ArrayLike]) -> Array:
+    """Return all breaks in increasing order, the first and the last exactly; those apart by rounding are one."""
+    ordered = np.unique(np.concatenate(breaks))
+    apart = np.diff(ordered, append=np.inf) > _SHORTEST * (ordered[-1] - ordered[0])
+    kept = ordered[apart]
+    kept[0] = ordered[0]
+    return kept
 
 
 def _padded(part: PiecewisePolynomial, terms: int) -> Array:
