@@ -83,8 +83,9 @@ def test_it_is_what_the_ticks_are(
         chance = rng.random()
         motion = change.state.motions[0]
         if isinstance(motion.running, Following):
-            wanted = change.state.q[motion.q_index] + rng.uniform(-0.01, 0.01, 7)
-            wanted = wanted if motion.running.mode is SetpointMode.POSITION else rng.uniform(-1.0, 1.0, 7)
+            limits, wanted = motion.running.limits, rng.uniform(-1.0, 1.0, 7)
+            if motion.running.mode is SetpointMode.POSITION:
+                wanted = np.clip(change.state.q[motion.q_index] + 0.01 * wanted, limits.lower, limits.upper)
             change = after(change, SetSetpoint(motion.id, tuple(wanted.tolist())))
         elif chance < 0.01:
             change = after(change, SetSpeedFactor("", float(rng.uniform(0.1, 1.0))))
