@@ -8,7 +8,7 @@ and leaves it by a law of its own, whatever the frame does meanwhile.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,8 +80,7 @@ class Following:
 
     start: the joint's coordinate when it was planned (rad or m); low, high: between which displacements from there it
     is followed, one of them 0. max_velocity, max_acceleration: those of the joint that the arms keep up with.
-    own_acceleration, own_jerk: what catching up and leaving may add, per s² and s³ of the joint. Derived:
-    leave_seconds, how long leaving takes, however fast the frame is.
+    own_acceleration, own_jerk: what catching up and leaving may add, per s² and s³ of the joint.
     """
 
     followers: tuple[Follower, ...]
@@ -92,15 +91,6 @@ class Following:
     max_acceleration: float
     own_acceleration: float
     own_jerk: float
-    leave_seconds: float = field(init=False)
-
-    def __post_init__(self) -> None:
-        """Derive how long leaving takes: what the greatest speed while catching up needs."""
-        speed = OVERSHOOT * self.max_velocity
-        along = max(self.max_acceleration, self.own_acceleration)
-        # Of the cubic in `Leave`: acceleration 3/2 v/T, jerk 6 v/T² + 4 a/T.
-        by_jerk = (2.0 * along + math.sqrt(4.0 * along**2 + 6.0 * self.own_jerk * speed)) / self.own_jerk
-        object.__setattr__(self, "leave_seconds", max(1.5 * speed / self.own_acceleration, by_jerk))
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,6 +157,17 @@ class Leave:
     def end(self) -> float:
         """Where it comes to rest."""
         return self.place + self.length * (self.speed / 2.0 + self.slope * self.length / 12.0)
+
+
+def leave(following: Following, place: float, speed: float, slope: float) -> Leave:
+    """Return the law that comes to rest from a place with its derivatives as soon as the following's own limits allow.
+
+    The cubic's jerk is at most 6 v/T² + 4 a/T, its acceleration on the way 3/2 v/T and a third of the one at first.
+    """
+    speed_size, slope_size, jerk = abs(speed), abs(slope), following.own_jerk
+    by_jerk = (2.0 * slope_size + math.sqrt(4.0 * slope_size**2 + 6.0 * jerk * speed_size)) / jerk
+    length = max(1.5 * speed_size / following.own_acceleration, by_jerk, float(_LENGTHS[0]))
+    return Leave(place, speed, slope, length)
 
 
 def _to_zero(value: float, first: float, second: float) -> tuple[float, ...]:

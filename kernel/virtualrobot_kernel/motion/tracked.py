@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.motion.frame_following import CatchUp, Following, Leave, catch_up
+from virtualrobot_kernel.motion.frame_following import CatchUp, Following, Leave, catch_up, leave
 from virtualrobot_kernel.motion.moving import ENDED, NOTHING, Given, Moving, Phase
 from virtualrobot_kernel.motion.polynomial import Array
 
@@ -108,7 +108,8 @@ class Tracked:
             inner = now.inner.advance(dt, override, given)
             now = replace(now, inner=inner, signals=inner.signals, phase=inner.phase)
             if inner.ended:
-                now = replace(now, leaving=_leave(now), elapsed=0.0, phase=Phase.STOPPING)
+                leaving = leave(now.following, now.place, now.speed, now.slope)
+                now = replace(now, leaving=leaving, elapsed=0.0, phase=Phase.STOPPING)
         return _posed(now, dt)
 
     def pause(self) -> Tracked:
@@ -162,8 +163,8 @@ def _gone_along(now: Tracked, dt: float, given: Given) -> Tracked:
             return replace(now, seen=(place, speed))  # how fast the frame accelerates is known with the next tick
         catching, elapsed = catch_up(following, place, speed, slope), 0.0
     gap, gap_speed, gap_slope = catching.state(elapsed)
-    leave = Leave(place - gap, speed - gap_speed, slope - gap_slope, following.leave_seconds)
-    if not following.low - _ROUNDING <= leave.end <= following.high + _ROUNDING:
+    at = leave(following, place - gap, speed - gap_speed, slope - gap_slope)
+    if not following.low - _ROUNDING <= at.end <= following.high + _ROUNDING:
         words = (
             f"what it went along with is {place:.6g} from where it was when the motion was planned, and its window "
             f"is {following.low:.6g} to {following.high:.6g}"
@@ -171,9 +172,9 @@ def _gone_along(now: Tracked, dt: float, given: Given) -> Tracked:
         return _stopping(now, (WINDOW_LEFT, words))
     return replace(
         now,
-        place=leave.place,
-        speed=leave.speed,
-        slope=leave.slope,
+        place=at.place,
+        speed=at.speed,
+        slope=at.slope,
         elapsed=elapsed,
         seen=(place, speed),
         catching=catching,
@@ -201,15 +202,11 @@ def _trouble(now: Tracked, place: float, speed: float, dt: float) -> tuple[str, 
     return None
 
 
-def _leave(now: Tracked) -> Leave:
-    return Leave(now.place, now.speed, now.slope, now.following.leave_seconds)
-
-
 def _stopping(now: Tracked, trouble: tuple[str, str] | None = None) -> Tracked:
     """Return the motion leaving the frame from where it is; while it had not caught up yet, it had not begun."""
     inner = now.inner.cancel() if now.in_step else now.inner.abort()
-    leave = _leave(now)
-    return replace(now, inner=inner, leaving=leave, elapsed=0.0, early=True, trouble=trouble, phase=Phase.STOPPING)
+    leaving = leave(now.following, now.place, now.speed, now.slope)
+    return replace(now, inner=inner, leaving=leaving, elapsed=0.0, early=True, trouble=trouble, phase=Phase.STOPPING)
 
 
 def _left(now: Tracked, dt: float, override: float, given: Given) -> Tracked:

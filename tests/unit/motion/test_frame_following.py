@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from virtualrobot_kernel.motion.frame_following import OVERSHOOT, Following, Leave, catch_up
+from virtualrobot_kernel.motion.frame_following import OVERSHOOT, Following, catch_up, leave
 
 
 def following(rng: np.random.Generator) -> Following:
@@ -47,27 +47,26 @@ def test_nothing_to_catch_up_with_takes_no_time(rng: np.random.Generator) -> Non
     assert law.state(0.0) == (0.0, 0.0, 0.0)
 
 
-def test_leaving_comes_to_rest_where_it_says_within_the_limits(rng: np.random.Generator) -> None:
+@pytest.mark.parametrize("accelerates", [False, True])
+def test_leaving_comes_to_rest_where_it_says_within_the_limits(accelerates: bool, rng: np.random.Generator) -> None:
     for _ in range(50):
         one = following(rng)
         speed = float(rng.uniform(-1.0, 1.0)) * OVERSHOOT * one.max_velocity
-        leave = Leave(float(rng.normal()), speed, 0.0, one.leave_seconds)
-        times = np.linspace(0.0, leave.length, 2001)
-        place, first, second = np.array([leave.state(t) for t in times]).T
+        slope = float(rng.uniform(-1.0, 1.0)) * one.max_acceleration if accelerates else 0.0
+        law = leave(one, float(rng.normal()), speed, slope)
+        times = np.linspace(0.0, law.length, 2001)
+        place, first, second = np.array([law.state(t) for t in times]).T
         step = times[1]
-        assert (place[0], first[0], second[0]) == pytest.approx((leave.place, speed, 0.0))
-        assert place[-1] == pytest.approx(leave.end, abs=1e-12)
-        assert leave.state(2.0 * leave.length) == (place[-1], 0.0, 0.0)
+        assert (place[0], first[0], second[0]) == pytest.approx((law.place, speed, slope))
+        assert place[-1] == pytest.approx(law.end, abs=1e-12)
+        assert law.state(2.0 * law.length) == (place[-1], 0.0, 0.0)
         assert np.abs(np.diff(place) - 0.5 * step * (first[1:] + first[:-1])).max() < one.own_jerk * step**3
         assert np.abs(np.diff(first) - 0.5 * step * (second[1:] + second[:-1])).max() < 1e-3 * step
-        assert np.abs(second).max() <= one.own_acceleration * 1.001
+        assert np.abs(second).max() <= max(abs(slope), one.own_acceleration + abs(slope) / 3.0) * 1.001
         assert np.abs(np.diff(second) / step).max() <= one.own_jerk * 1.001
 
 
-def test_an_accelerating_arm_leaves_smoothly_too(rng: np.random.Generator) -> None:
+def test_leaving_takes_as_long_as_its_speed_needs(rng: np.random.Generator) -> None:
     one = following(rng)
-    leave = Leave(0.0, 0.5 * one.max_velocity, -one.max_acceleration, one.leave_seconds)
-    assert leave.state(0.0) == pytest.approx((0.0, leave.speed, leave.slope))
-    near = [leave.state(t)[0] for t in (0.0, 1e-4, 2e-4)]
-    assert (near[1] - near[0]) / 1e-4 == pytest.approx(leave.speed, abs=1e-3)
-    assert leave.state(leave.length)[0] == pytest.approx(leave.end, abs=1e-12)
+    lengths = [leave(one, 0.0, share * one.max_velocity, 0.0).length for share in (0.0, 0.01, 0.1, 1.0)]
+    assert lengths == sorted(lengths) and lengths[0] == 0.01 and lengths[1] < 0.2 * lengths[3]

@@ -113,10 +113,10 @@ def test_whatever_the_belt_does_and_whoever_asks(arm: str, kind: str, rng: np.ra
 
 def test_a_pause_stands_still_in_the_moving_frame(rng: np.random.Generator) -> None:
     cell = random_cell(rng, "iiwa", "belt", 0.4, 0.15)
-    cell.run_belt(10.0, 0.2)
+    cell.run_belt(10.0, 0.1)  # so slowly that the window is not left before
     # At full speed so short a motion is at its jerk limit all the time, and a pause lets it end.
     cell.apply(SetSpeedFactor("arm", 0.2), cell.command)
-    while cell.motion.running.progress < 0.3:
+    while cell.motion.running.progress < 0.2:
         cell.tick()
     cell.apply(PauseMotion(cell.motion.id))
     while cell.motion.running.phase is not Phase.PAUSED:
@@ -126,7 +126,7 @@ def test_a_pause_stands_still_in_the_moving_frame(rng: np.random.Generator) -> N
     for _ in range(25):
         cell.tick()
         assert np.abs(cell.tray_t_tcp() - there).max() < 1e-9
-    assert cell.tracked.place == pytest.approx(place + 25 * TICK * 0.12)
+    assert cell.tracked.place == pytest.approx(place + 25 * TICK * 0.06)
 
 
 def test_a_belt_that_stands_costs_no_time(rng: np.random.Generator) -> None:
@@ -214,7 +214,7 @@ def test_the_same_commands_at_the_same_ticks_give_the_same_bits(rng: np.random.G
         again.run_belt(10.0, 0.2)
         again.apply(again.command)
         for tick in range(300):
-            if tick == 150:
+            if tick == 50:
                 again.apply(CancelMotion(again.motion.id))
             again.tick()
         ends.append(again.change.state.q)
