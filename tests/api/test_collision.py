@@ -232,7 +232,7 @@ def test_many_ask_at_once(stubs: Stubs, rng: np.random.Generator) -> None:
     for thread in threads:
         thread.join()
     assert [found[place] for place in range(len(requests))] == expected
-    assert len({frozenset(one) for one in expected}) > 1
+    assert len({frozenset(one) for one in expected}) > 5
 
 
 def test_what_makes_no_sense_is_refused_by_name(stubs: Stubs) -> None:

@@ -44,10 +44,9 @@ def touching(first: Placed, second: Placed, one: int, other: int, pieces: Sequen
 
     Whether they touch, FCL says of their solids: exactly, also where one is inside the other. Where they do, it tells
     the points of convex solids, whose normal is the way of their depth; spheres and capsules among themselves are in
-    closed form. A sphere or a capsule
-    touches a mesh at its points that are nearest to the core. The surfaces of meshes, and of boxes, cylinders and cones
-    with them, meet in curves: the points are the middles of the pieces of these, and the normal is that of the plane
-    through them.
+    closed form. A sphere or a capsule touches a mesh at its points that are nearest to the core. The surfaces of
+    meshes, and of boxes, cylinders and cones with them, meet in curves: the points are the middles of the pieces of
+    these, and the normal is that of the plane through them.
 
     Args:
         first: holds the element `one`.
@@ -134,10 +133,11 @@ def _of_solids(
     FCL's own normals come from the search whose depths are not used either: of a cone that stands on a box one in 800
     was off by up to 0.2.
     """
-    points = [contact.pos for contact in _collide(first.whole(one), second.whole(other))]
+    solids = first.whole(one), second.whole(other)
+    points = [contact.pos for contact in _collide(*solids)]
     if not points:
         # Asked for contacts, FCL tells none of every second box that stands on another one.
-        if not _meet(first.whole(one), second.whole(other)):
+        if not _meet(*solids):
             return None
         _, nearest = min((piece_distance(first, second, row, to) for row, to in pieces), key=lambda found: found[0])
         points = [nearest.mean(axis=0)]

@@ -143,11 +143,11 @@ def _excess(
     # the end of the plan the joints stand still, which is the last row. Velocity needs no check: a rate of at most 1
     # never exceeds the plan's own.
     peak2, peak3 = braking.beyond[:, :, :columns].take(np.clip(before, 0, last), axis=0).transpose(1, 0, 2)
-    more = np.stack([peak2 * r**2, peak3 * r**3 + peak2 * np.abs(3.0 * r * r1)])
+    more_acceleration, more_jerk = peak2 * r**2, peak3 * r**3 + peak2 * np.abs(3.0 * r * r1)
     for rows in (before, before + 1):
         s1, s2, s3 = braking.table[:, :, :columns].take(np.clip(rows, 0, last), axis=0).transpose(1, 0, 2)
-        ratio = (np.abs(s2 * r**2 + s1 * r1) + more[0]) / max_acceleration
-        jerk = np.abs(s3 * r**3 + s2 * (3.0 * r * r1) + s1 * r2) + more[1]
+        ratio = (np.abs(s2 * r**2 + s1 * r1) + more_acceleration) / max_acceleration
+        jerk = np.abs(s3 * r**3 + s2 * (3.0 * r * r1) + s1 * r2) + more_jerk
         np.maximum(ratio, jerk / max_jerk, out=ratio)
         np.maximum(worst, ratio.reshape(len(lengths), -1).max(axis=1), out=worst)
     worst -= 1.0

@@ -108,8 +108,7 @@ class Tracked:
             inner = now.inner.advance(dt, override, given)
             now = replace(now, inner=inner, signals=inner.signals, phase=inner.phase)
             if inner.ended:
-                leaving = leave(now.following, now.place, now.speed, now.slope)
-                now = replace(now, leaving=leaving, elapsed=0.0, phase=Phase.STOPPING)
+                now = replace(now, leaving=_leave(now), elapsed=0.0, phase=Phase.STOPPING)
         return _posed(now, dt)
 
     def pause(self) -> Tracked:
@@ -202,11 +201,16 @@ def _trouble(now: Tracked, place: float, speed: float, dt: float) -> tuple[str, 
     return None
 
 
+def _leave(now: Tracked) -> Leave:
+    return leave(now.following, now.place, now.speed, now.slope)
+
+
 def _stopping(now: Tracked, trouble: tuple[str, str] | None = None) -> Tracked:
     """Return the motion leaving the frame from where it is; while it had not caught up yet, it had not begun."""
     inner = now.inner.cancel() if now.in_step else now.inner.abort()
-    leaving = leave(now.following, now.place, now.speed, now.slope)
-    return replace(now, inner=inner, leaving=leaving, elapsed=0.0, early=True, trouble=trouble, phase=Phase.STOPPING)
+    return replace(
+        now, inner=inner, leaving=_leave(now), elapsed=0.0, early=True, trouble=trouble, phase=Phase.STOPPING
+    )
 
 
 def _left(now: Tracked, dt: float, override: float, given: Given) -> Tracked:

@@ -95,9 +95,10 @@ def test_the_normal_of_primitives_is_the_way_of_their_depth(rng: np.random.Gener
         if found is None or found.normal is None:
             continue
         seen += 1
+        meters = depth_of_two(pair).meters
         for beyond in (-1e-5, 1e-5):
             moved = place.copy()
-            moved[:3, 3] += (depth_of_two(pair).meters + beyond) * found.normal
+            moved[:3, 3] += (meters + beyond) * found.normal
             gap = apart_by_coal(PRIMITIVES[one], pose, PRIMITIVES[other], moved)
             assert gap < 1e-7 if beyond < 0.0 else gap > 0.0
 
