@@ -91,8 +91,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{KERNEL}/paths": room("paths"),
     f"{KERNEL}/paths/search.py": room("paths", "ompl"),
     f"{KERNEL}/sensing": room("sensing", "virtualrobot_sdk"),
-    # The browser by viser; files of pictures, and the letters in them, by Pillow.
-    f"{KERNEL}/drawing": room("drawing", "virtualrobot_sdk", "viser", "PIL"),
+    # The browser by viser, whose server is that of websockets; files of pictures, and the letters in them, by Pillow.
+    f"{KERNEL}/drawing": room("drawing", "virtualrobot_sdk", "viser", "websockets", "PIL"),
     f"{KERNEL}/api": room(
         *("api", *CONTRACT, "grpc", "grpc_status", "grpc_health", "grpc_reflection", "google.rpc"),
         *("virtualrobot_sdk", "virtualrobot.resolver"),
