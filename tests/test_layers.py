@@ -43,7 +43,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{KERNEL}/motion/time_optimal.py": (*MOTION, "toppra"),
     f"{KERNEL}/motion/online.py": (*MOTION, "ruckig"),
     # An arm goes along with a frame by Newton steps in the tick, compiled.
-    f"{KERNEL}/motion/frame_following.py": (*MOTION, "virtualrobot_kernel.numeric.tracking"),
+    f"{KERNEL}/motion/conveyor_tracking.py": (*MOTION, "virtualrobot_kernel.numeric.tracking"),
     # Each native library has one room.
     KERNEL: ROOM,
     # The composition root knows every room; `serve` writes the token where the client's rule says.
