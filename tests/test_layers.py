@@ -73,7 +73,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{KERNEL}/motion/time_optimal.py": (*MOTION, "toppra"),
     f"{KERNEL}/motion/online.py": (*MOTION, "ruckig"),
     # In the tick an arm goes along with a frame by compiled Newton steps.
-    f"{KERNEL}/motion/frame_following.py": (*MOTION, "virtualrobot_kernel.numeric.tracking"),
+    f"{KERNEL}/motion/conveyor_tracking.py": (*MOTION, "virtualrobot_kernel.numeric.tracking"),
     # Plugins are found by entry point; no room imports one.
     f"{KERNEL}/components": room("components", "virtualrobot_sdk"),
     f"{KERNEL}/planning": room("planning", "virtualrobot_sdk"),
