@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import zlib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,8 @@ import pytest
 # A shell that starts the tests in the background makes them ignore Ctrl-C, and they would hand that on to the processes
 # that some tests send Ctrl-C to.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+pytest_plugins = ["tests.kernels"]
 
 GIVEN_SEED = os.environ.get("VIRTUALROBOT_TEST_SEED", "")
 """What repeats a failure, or hunts for one; without it each test has the seed of its name."""
@@ -26,6 +29,12 @@ def seed_of(node: pytest.Item | pytest.Collector) -> int:
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Give the plugins' test suites, and programs that a test starts, the seed of the test's class or file."""
     os.environ["VIRTUALROBOT_TEST_SEED"] = str(seed_of(item.parent or item))
+
+
+def pytest_make_parametrize_id(val: object) -> str | None:
+    """Name a file by its last two names, so that tests and their seeds are called the same on every machine."""
+    path = Path(val) if isinstance(val, str | Path) and os.path.isabs(val) else None
+    return "/".join(path.parts[-2:]) if path else None
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ import pytest
 from virtualrobot.v1 import asset_pb2, kernel_pb2, nodes_pb2, scene_pb2
 
 from tests.api.asking import MODELS, load, refusal
-from tests.api.conftest import Stubs
+from tests.kernels import Stubs
 from tests.api.reading import scene, unchanged
 
 MEBIBYTE = 1024 * 1024

@@ -10,7 +10,7 @@ import pytest
 from virtualrobot.v1 import geometry_pb2, motion_pb2, nodes_pb2, scene_pb2
 
 from tests.api.asking import IIWA, apply, box, create, joints, load, refusal, start
-from tests.api.conftest import Stubs
+from tests.kernels import Stubs
 from tests.api.moving import about, circular, linear, to_pose, trajectory
 from tests.api.reading import array, unchanged
 from tests.api.test_asset import upload

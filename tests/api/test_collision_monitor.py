@@ -11,7 +11,7 @@ from google.protobuf.field_mask_pb2 import FieldMask
 from virtualrobot.v1 import collision_pb2, geometry_pb2, motion_pb2, nodes_pb2, scene_pb2
 
 from tests.api.asking import IIWA, apply, box, create, ended, joints, load, start
-from tests.api.conftest import EMPTY_SCENE, KernelProcess, Stubs
+from tests.kernels import EMPTY_SCENE, KernelProcess, Stubs
 from tests.api.leasing import Holder, free
 from tests.api.moving import CANCELLED, SUCCEEDED, motion
 from tests.api.reading import state, step

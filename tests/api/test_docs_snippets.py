@@ -29,7 +29,7 @@ from textwrap import dedent
 import pytest
 from virtualrobot.v1 import kernel_pb2
 
-from tests.api.conftest import KernelProcess, KernelsAhead, StartKernel
+from tests.kernels import KernelProcess, KernelsAhead, StartKernel
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")))

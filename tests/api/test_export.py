@@ -13,7 +13,7 @@ import trimesh
 from virtualrobot.v1 import geometry_pb2, nodes_pb2, scene_pb2
 
 from tests.api.asking import IIWA, MODELS, PANDA, apply, box, create, load, refusal
-from tests.api.conftest import StartKernel, Stubs
+from tests.kernels import StartKernel, Stubs
 from tests.api.reading import matrix, pose, random_matrix, scene, unchanged
 from tests.api.test_asset import download
 from tests.api.test_robot import drawn, put, robot

@@ -6,7 +6,7 @@ import numpy as np
 from virtualrobot.v1 import collision_pb2, geometry_pb2, motion_pb2, nodes_pb2, scene_pb2
 
 from tests.api.asking import IIWA, apply, box, create, load, refusal, start
-from tests.api.conftest import Stubs
+from tests.kernels import Stubs
 from tests.api.moving import CANCELLED, READY, finished, linear
 from tests.api.reading import matrix, state, step
 from tests.api.test_robot import put

@@ -21,7 +21,7 @@ from virtualrobot.v1 import (
 )
 
 from tests.api.asking import IIWA, apply, box, create, joints, load, refusal, start
-from tests.api.conftest import KernelProcess, Stubs
+from tests.kernels import KernelProcess, Stubs
 from tests.api.leasing import Holder, all_free, leases, two_arms, update
 from tests.api.reading import state
 

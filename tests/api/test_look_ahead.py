@@ -7,7 +7,7 @@ import pytest
 from virtualrobot.v1 import collision_pb2, motion_pb2, scene_pb2
 
 from tests.api.asking import IIWA, apply, box, create, ended, joints, load, start
-from tests.api.conftest import Stubs
+from tests.kernels import Stubs
 from tests.api.moving import CANCELLED, RUNNING, SUCCEEDED, motion
 from tests.api.reading import step
 

@@ -11,7 +11,7 @@ import pytest
 from virtualrobot.v1 import motion_pb2, scene_pb2
 
 from tests.api.asking import IIWA, ended, joints, load, refusal, start
-from tests.api.conftest import KernelProcess, Stubs
+from tests.kernels import KernelProcess, Stubs
 from tests.api.moving import CANCELLED, RUNNING, SUCCEEDED, motion
 from tests.api.reading import state
 

@@ -15,7 +15,7 @@ from virtualrobot import Client, InvalidArgumentError, PluginFailedError, Robot,
 from virtualrobot.v1 import robot_pb2, scene_pb2
 
 from tests.api.asking import IIWA
-from tests.api.conftest import EMPTY_SCENE, KernelProcess, StartKernel
+from tests.kernels import EMPTY_SCENE, KernelProcess, StartKernel
 from tests.plugins.install import environment, install
 
 REACHED = pose(0.5, 0.1, 0.5, roll=np.pi)

@@ -12,7 +12,7 @@ from google.protobuf.field_mask_pb2 import FieldMask
 from virtualrobot.v1 import nodes_pb2, robot_pb2, scene_pb2
 
 from tests.api.asking import IIWA, MODELS, PANDA, apply, create, joints, load, refusal, start
-from tests.api.conftest import Stubs
+from tests.kernels import Stubs
 from tests.api.reading import array, matrices, matrix, pose, random_matrix, state, step, unchanged, values
 from tests.api.test_scene import remove, update
 

@@ -13,7 +13,7 @@ import pytest
 from virtualrobot.v1 import lease_pb2, motion_pb2, nodes_pb2, robot_pb2, scene_pb2
 
 from tests.api.asking import IIWA, PANDA, apply, create, ended, joints, load, refusal, start
-from tests.api.conftest import EMPTY_SCENE, KernelProcess, Stubs
+from tests.kernels import EMPTY_SCENE, KernelProcess, Stubs
 from tests.api.leasing import Holder, all_free
 from tests.api.moving import CANCELLED, RUNNING, SUCCEEDED, TICK, finished, motion
 from tests.api.reading import state, step

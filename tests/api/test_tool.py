@@ -7,7 +7,7 @@ import pytest
 from virtualrobot.v1 import motion_pb2, nodes_pb2, scene_pb2
 
 from tests.api.asking import IIWA, PANDA, apply, box, create, joints, load, refusal, start
-from tests.api.conftest import Stubs
+from tests.kernels import Stubs
 from tests.api.moving import READY, RUNNING, SUCCEEDED, finished, linear, motion
 from tests.api.reading import matrix, pose, random_matrix, scene, state, step, unchanged
 from tests.api.test_robot import drawn, forward, inverse, put, robot

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from virtualrobot.v1 import geometry_pb2, motion_pb2, nodes_pb2, scene_pb2, signal_pb2
 
 from tests.api.asking import IIWA, apply, box, create, joints, load, refusal, start
-from tests.api.conftest import Stubs
+from tests.kernels import Stubs
 from tests.api.moving import CANCELLED, RUNNING, SUCCEEDED, TICK, finished, linear, motion
 from tests.api.reading import matrix, pose, scene, state, step, unchanged
 from tests.api.test_robot import put

@@ -9,7 +9,7 @@ import pytest
 from virtualrobot.v1 import nodes_pb2, robot_pb2, scene_pb2
 
 from tests.api.asking import load, refusal
-from tests.api.conftest import Stubs
+from tests.kernels import Stubs
 from tests.api.reading import pose, scene, unchanged
 
 CELL = """<?xml version="1.0"?>

@@ -7,7 +7,7 @@ import pytest
 from virtualrobot.v1 import motion_pb2, signal_pb2
 
 from tests.api.asking import joints
-from tests.api.conftest import Stubs
+from tests.kernels import Stubs
 from tests.api.moving import SUCCEEDED, linear, motion
 from tests.api.reading import matrix, state, step
 from tests.api.test_program import dwell, move, put, ready, run, shifted, signals

@@ -11,7 +11,7 @@ import virtualrobot
 from virtualrobot import cli
 from virtualrobot.v1 import scene_pb2
 
-from tests.api.conftest import EMPTY_SCENE, KernelProcess, StartKernel
+from tests.kernels import EMPTY_SCENE, KernelProcess, StartKernel
 
 IIWA = "package://pybullet_data/kuka_iiwa/model.urdf"
 PANDA = "package://pybullet_data/franka_panda/panda.urdf"

@@ -16,7 +16,7 @@ from virtualrobot import Client, Phase, Robot, cli
 from virtualrobot.kernel_process import KernelProcess as ChildKernel
 
 from tests.api.client.conftest import IIWA, MODELS, Run
-from tests.api.conftest import KernelProcess
+from tests.kernels import KernelProcess
 
 
 def test_first_steps(run: Run, client: Client) -> None:

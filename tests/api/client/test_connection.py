@@ -11,7 +11,7 @@ import trustme
 import virtualrobot
 from virtualrobot import session
 
-from tests.api.conftest import KernelProcess, StartKernel
+from tests.kernels import KernelProcess, StartKernel
 
 
 def test_address_and_token_come_from_the_environment(

@@ -16,7 +16,7 @@ from virtualrobot import Client, Robot
 
 from tests.api.client.conftest import IIWA, Run
 from tests.api.client.test_motion import BENT, begun, slow
-from tests.api.conftest import KernelProcess
+from tests.kernels import KernelProcess
 
 
 @pytest.fixture

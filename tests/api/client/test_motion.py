@@ -15,7 +15,7 @@ import virtualrobot
 from virtualrobot import Client, Phase, Robot, pose
 
 from tests.api.client.conftest import IIWA
-from tests.api.conftest import KernelProcess
+from tests.kernels import KernelProcess
 
 BENT = np.array([0.0, 0.5, 0.0, -1.2, 0.0, 0.8, 0.0])
 

@@ -11,7 +11,7 @@ import virtualrobot
 from virtualrobot import Client, pose
 
 from tests.api.client.conftest import IIWA
-from tests.api.conftest import StartKernel
+from tests.kernels import StartKernel
 from tests.plugins.install import environment
 
 PLUGIN = '''

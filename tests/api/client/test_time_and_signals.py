@@ -9,7 +9,7 @@ import pytest
 import virtualrobot
 from virtualrobot import Client, Robot
 
-from tests.api.conftest import KernelProcess
+from tests.kernels import KernelProcess
 
 
 def test_time_goes_on_by_steps(client: Client, iiwa: Robot) -> None:

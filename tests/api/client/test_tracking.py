@@ -7,7 +7,7 @@ import pytest
 import virtualrobot
 from virtualrobot import Client, LimitError, Robot, Tracking, UnreachableError, pose
 
-from tests.api.conftest import KernelProcess
+from tests.kernels import KernelProcess
 
 
 @pytest.fixture

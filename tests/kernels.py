@@ -15,7 +15,9 @@ import pytest
 from virtualrobot.v1 import (
     asset_pb2_grpc,
     collision_pb2_grpc,
+    kernel_pb2,
     kernel_pb2_grpc,
+    lease_pb2,
     lease_pb2_grpc,
     motion_pb2_grpc,
     path_pb2_grpc,
@@ -66,6 +68,8 @@ class KernelProcess:
     viewer_url: str = ""
     environment: dict[str, str] = field(default_factory=dict)
     """What was set for it beside the environment of the tests."""
+    mode: kernel_pb2.ClockMode = kernel_pb2.CLOCK_MODE_REALTIME
+    """How its time runs when nobody changes that."""
     ready: threading.Event = field(default_factory=threading.Event)
     """Set when it listens (and shows its viewer, if it has one), or has ended."""
 
@@ -148,6 +152,8 @@ def launch_kernel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StartKer
             env={**os.environ, **(environment or {})},
         )
         kernel = KernelProcess(process, token_file=token_file, environment=environment or {})
+        if "--stepped" in options:
+            kernel.mode = kernel_pb2.CLOCK_MODE_STEPPED
         started.append(kernel)
 
         def read() -> None:
@@ -179,64 +185,58 @@ def start_kernel(launch_kernel: StartKernel) -> StartKernel:
     return lambda *options, **named: launch_kernel(*options, **named).await_start()
 
 
-class KernelsAhead:
-    """Equal kernels, one for each use: the next one starts while the tests work with the one before.
-
-    A start takes two seconds of one core, and the tests seldom need both.
-    """
-
-    def __init__(self, launch: Callable[[], KernelProcess], uses: int) -> None:
-        """Keep how a kernel is launched, and how many are needed."""
-        self._launch, self._uses = launch, uses
-        self._next: KernelProcess | None = None
-
-    def take(self) -> KernelProcess:
-        """Return a kernel that nobody has used."""
-        kernel = (self._next or self._launch()).await_start()
-        self._uses -= 1
-        self._next = self._launch() if self._uses > 0 else None
-        return kernel
-
-
-def files_that_use(fixture: str, session: pytest.Session) -> int:
-    """Return how many test files of this run use a fixture."""
-    return len({item.path for item in session.items if fixture in getattr(item, "fixturenames", ())})
-
-
-@pytest.fixture(scope="session")
-def kernels_ahead(launch_kernel: StartKernel, request: pytest.FixtureRequest) -> KernelsAhead:
-    """Return kernels whose time follows the wall clock."""
-    return KernelsAhead(launch_kernel, files_that_use("kernel", request.session))
-
-
-@pytest.fixture(scope="session")
-def stepped_kernels_ahead(launch_kernel: StartKernel, request: pytest.FixtureRequest) -> KernelsAhead:
-    """Return kernels whose time goes on by Step only."""
-    return KernelsAhead(lambda: launch_kernel("--stepped"), files_that_use("stepped_kernel", request.session))
-
-
-@pytest.fixture(scope="module")
-def kernel(kernels_ahead: KernelsAhead) -> Iterator[KernelProcess]:
-    """Return a kernel whose time follows the wall clock; one for each test file."""
-    process = kernels_ahead.take()
-    yield process
-    process.ask_to_end()
-
-
-@pytest.fixture(scope="module")
-def stepped_kernel(stepped_kernels_ahead: KernelsAhead) -> Iterator[KernelProcess]:
-    """Return a kernel whose time goes on by Step only; one for each test file."""
-    process = stepped_kernels_ahead.take()
-    yield process
-    process.ask_to_end()
-
-
 def emptied(process: KernelProcess) -> Iterator[Stubs]:
-    """Yield stubs to a kernel whose world is empty."""
+    """Yield stubs to a kernel from which all is taken that clients have left."""
     stubs = process.stubs()
+    for lease in stubs.lease.ListLeases(lease_pb2.ListLeasesRequest()).leases:
+        taken = stubs.lease.Take(lease_pb2.TakeRequest(robots=lease.robots))
+        stubs.lease.Release(lease_pb2.ReleaseRequest(token=taken.token))
+    stubs.kernel.SetClock(kernel_pb2.SetClockRequest(mode=process.mode, speed_factor=1.0))
+    # Nodes, signals, motions, speed factor, collision settings and the view.
     stubs.scene.LoadScene(scene_pb2.LoadSceneRequest(text=EMPTY_SCENE))
     yield stubs
     stubs.channel.close()
+
+
+class SharedKernel:
+    """One kernel for all files of a worker that need no options: a start takes two seconds of a core."""
+
+    def __init__(self, start: Callable[[], KernelProcess]) -> None:
+        """Keep how it is started."""
+        self._start = start
+        self._kernel: KernelProcess | None = None
+
+    def take(self) -> KernelProcess:
+        """Return the kernel, emptied; another one when a test has ended it."""
+        if self._kernel is None or self._kernel.process.poll() is not None:
+            self._kernel = self._start()
+        for _ in emptied(self._kernel):
+            pass
+        return self._kernel
+
+
+@pytest.fixture(scope="session")
+def shared_kernel(start_kernel: StartKernel) -> SharedKernel:
+    """Return the kernel whose time follows the wall clock."""
+    return SharedKernel(start_kernel)
+
+
+@pytest.fixture(scope="session")
+def shared_stepped_kernel(start_kernel: StartKernel) -> SharedKernel:
+    """Return the kernel whose time goes on by Step only."""
+    return SharedKernel(lambda: start_kernel("--stepped"))
+
+
+@pytest.fixture(scope="module")
+def kernel(shared_kernel: SharedKernel) -> KernelProcess:
+    """Return a kernel whose time follows the wall clock."""
+    return shared_kernel.take()
+
+
+@pytest.fixture(scope="module")
+def stepped_kernel(shared_stepped_kernel: SharedKernel) -> KernelProcess:
+    """Return a kernel whose time goes on by Step only."""
+    return shared_stepped_kernel.take()
 
 
 @pytest.fixture
