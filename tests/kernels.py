@@ -66,8 +66,6 @@ class KernelProcess:
     token: str = ""
     token_file: Path | None = None
     viewer_url: str = ""
-    environment: dict[str, str] = field(default_factory=dict)
-    """What was set for it beside the environment of the tests."""
     mode: kernel_pb2.ClockMode = kernel_pb2.CLOCK_MODE_REALTIME
     """How its time runs when nobody changes that."""
     ready: threading.Event = field(default_factory=threading.Event)
@@ -151,7 +149,7 @@ def launch_kernel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StartKer
             text=True,
             env={**os.environ, **(environment or {})},
         )
-        kernel = KernelProcess(process, token_file=token_file, environment=environment or {})
+        kernel = KernelProcess(process, token_file=token_file)
         if "--stepped" in options:
             kernel.mode = kernel_pb2.CLOCK_MODE_STEPPED
         started.append(kernel)

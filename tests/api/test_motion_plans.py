@@ -10,9 +10,9 @@ import pytest
 from virtualrobot.v1 import motion_pb2, scene_pb2, signal_pb2
 
 from tests.api.asking import IIWA, PANDA, apply, joints, load, refusal, start
-from tests.kernels import Stubs
 from tests.api.moving import READY, TICK, linear, to_pose, trajectory
 from tests.api.reading import matrices, matrix, state, step, values
+from tests.kernels import Stubs
 
 Wish = motion_pb2.Move | motion_pb2.ProgramStep
 

@@ -13,9 +13,9 @@ from virtualrobot.v1 import geometry_pb2, nodes_pb2, plugin_pb2, plugin_pb2_grpc
 from virtualrobot.wire import array_message, array_of
 
 from tests.api.asking import IIWA, apply, box, create, load, refusal
-from tests.kernels import EMPTY_SCENE, KernelProcess, StartKernel, Stubs
 from tests.api.reading import scene
 from tests.api.test_scene import update
+from tests.kernels import EMPTY_SCENE, KernelProcess, StartKernel, Stubs
 from tests.plugins.install import environment, install
 
 FLANGE = "arm.lbr_iiwa_link_7"

@@ -11,8 +11,8 @@ import pytest
 from virtualrobot.v1 import kernel_pb2, ray_pb2
 
 from tests.api.asking import IIWA, apply, box, create, load, refusal
-from tests.kernels import KernelProcess, StartKernel, Stubs
 from tests.api.test_ray import ball
+from tests.kernels import KernelProcess, StartKernel, Stubs
 from tests.plugins.install import environment, install
 
 BUNDLED = ["embree", "bullet", "reference"]

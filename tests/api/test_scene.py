@@ -11,8 +11,8 @@ from google.protobuf.field_mask_pb2 import FieldMask
 from virtualrobot.v1 import geometry_pb2, nodes_pb2, scene_pb2, signal_pb2
 
 from tests.api.asking import IIWA, apply, box, create, load, refusal
-from tests.kernels import KernelProcess, Stubs
 from tests.api.reading import matrices, matrix, pose, random_matrix, scene, unchanged
+from tests.kernels import KernelProcess, Stubs
 
 GET = scene_pb2.GetSceneRequest
 

@@ -13,7 +13,6 @@ import pytest
 from virtualrobot.v1 import plugin_pb2, plugin_pb2_grpc, sensing_pb2, sensor_pb2
 
 from tests.api.asking import apply, refusal
-from tests.kernels import KernelProcess, StartKernel, Stubs, emptied
 from tests.api.reading import array, step, values
 from tests.api.test_scene import remove
 from tests.api.test_sensor import (
@@ -30,6 +29,7 @@ from tests.api.test_sensor import (
     status,
     stop,
 )
+from tests.kernels import KernelProcess, StartKernel, Stubs, emptied
 from tests.plugins.install import environment, install
 
 

@@ -11,10 +11,10 @@ from scipy import stats
 from virtualrobot.v1 import geometry_pb2, nodes_pb2, scene_pb2, sensor_pb2
 
 from tests.api.asking import apply, create, refusal
-from tests.kernels import StartKernel, Stubs
 from tests.api.reading import step, values
 from tests.api.test_scene import remove
 from tests.api.test_sensor import FAULT, RUNNING, latest, read, sensor, start, status
+from tests.kernels import StartKernel, Stubs
 from tests.plugins.install import environment, install, write_package
 
 ALARM = 1e-9
