@@ -7,11 +7,11 @@ from collections.abc import AsyncIterator
 from virtualrobot.v1 import view_pb2, view_pb2_grpc
 
 from virtualrobot_kernel.api.capture import CaptureCalls
-from virtualrobot_kernel.api.convert.values import stamp
 from virtualrobot_kernel.api.convert.view import changed_settings, view_message
 from virtualrobot_kernel.api.measure import MeasureCalls
 from virtualrobot_kernel.api.pick import PickCalls
 from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.messages.values import stamp
 
 
 class ViewServicer(CaptureCalls, MeasureCalls, PickCalls, view_pb2_grpc.ViewServiceServicer):
