@@ -9,7 +9,7 @@ from urllib.parse import unquote
 
 from virtualrobot.resolver import Resolver, UnresolvedUriError, is_relative, join_uri
 
-from virtualrobot_kernel.errors import KernelError, MissingFileError
+from virtualrobot_kernel.errors import MissingFileError
 from virtualrobot_kernel.formats.assets import AssetStore
 
 
@@ -83,12 +83,6 @@ class Files:
             raise _missing(uri, referrer, [*tried, *map(str, error.tried)], str(error)) from error
         except (OSError, ValueError) as error:  # a name too long, a null character, a folder that may not be read
             raise _missing(uri, referrer, [*tried, str(error)]) from error
-
-
-def located(error: KernelError, place: str) -> KernelError:
-    """Put `place` (file, line, element) before the error's message and return the error."""
-    error.args = (f"{place}: {error}",)
-    return error
 
 
 def _missing(uri: str, referrer: str, tried: list[str], resolved: str = "") -> MissingFileError:
