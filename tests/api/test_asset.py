@@ -125,7 +125,7 @@ def test_what_is_not_held_is_refused(stepped: Stubs, rng: np.random.Generator) -
 
 
 def references(stubs: Stubs, key: str, uri: str) -> list[str]:
-    return list(stubs.asset.ListReferences(References(sha256=key, uri=uri)).uris)
+    return [file.uri for file in stubs.asset.ListReferences(References(sha256=key, uri=uri)).files]
 
 
 def test_references_are_listed_as_written(stepped: Stubs) -> None:
@@ -177,6 +177,54 @@ def test_a_model_that_the_kernel_cannot_see_comes_from_its_client(
         for name in ("sent", "seen")
     }
     assert hashes["sent"] == hashes["seen"], "the very same meshes"
+
+
+MATERIAL = b"mtllib %s\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+TEXTURED = b"newmtl m\nmap_Kd %s\n"
+WORLD = (
+    b'#VRML V2.0 utf8\nShape { appearance Appearance { texture ImageTexture { url "%s" } } geometry IndexedFaceSet {'
+    b" coord Coordinate { point [0 0 0, 1 0 0, 0 1 0] } coordIndex [0 1 2 -1] } }\n"
+)
+
+
+@pytest.mark.parametrize("way", ["material", "texture", "vrml"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "{}",
+        "file://{}",
+        "package://pybullet_data{up}{}",
+        "package://p/{}",
+        "package://x{}",
+        "package://pybullet_data/{}",
+    ],
+)
+def test_an_uploaded_mesh_reads_no_file_of_the_kernels_disk(
+    stepped: Stubs, tmp_path: Path, way: str, name: str
+) -> None:
+    """The secret is on the disk of the kernel, which these tests share; whether it is there makes no difference."""
+    secret = tmp_path / "secret.png"
+    named = name.format(secret, up="/.." * len(MODELS.parts)).encode()
+    main = b"x.wrl" if way == "vrml" else b"x.obj"
+    sent = {main: (WORLD if way == "vrml" else MATERIAL) % (b"x.mtl" if way == "texture" else named)}
+    if way == "texture":
+        sent[b"x.mtl"] = TEXTURED % named
+    files = [nodes_pb2.AssetFile(uri=uri.decode(), sha256=upload(stepped, data)) for uri, data in sent.items()]
+    told = []
+    content = str(tmp_path).encode()
+    for there in (False, True):
+        if there:
+            secret.write_bytes(content)
+        answer = load(stepped, main.decode(), f"mesh_{len(told)}", files=files)
+        mesh = next(node for node in nodes(stepped) if node.name == f"mesh_{len(told)}").figures[0].mesh
+        assert {file.sha256 for file in mesh.files} <= {file.sha256 for file in files}
+        told.append(list(answer.warnings))
+    assert told[0] == told[1]
+    assert not stepped.asset.Find(Find(sha256s=[sha256(content)])).sha256s
+
+
+def nodes(stubs: Stubs) -> list[nodes_pb2.Node]:
+    return list(stubs.scene.GetScene(scene_pb2.GetSceneRequest()).nodes)
 
 
 def test_a_missing_upload_names_the_file_and_what_was_tried(stepped: Stubs) -> None:

@@ -148,18 +148,18 @@ class Assets:
             settings=settings if referrer == upload.uri else None,
         )
         try:
-            uris = self._services.asset.ListReferences(request, timeout=LONG_TIMEOUT_SECONDS).uris
+            files = self._services.asset.ListReferences(request, timeout=LONG_TIMEOUT_SECONDS).files
         except _UNREADABLE:
             if referrer == upload.uri:
                 raise
             # What reads the main file says what is wrong with this one, if it reads it at all.
             return {}
         here: dict[str, Path] = {}
-        for uri in uris:
+        for file in files:
             try:
-                here[join_uri(referrer, uri)] = resolver.resolve(uri, path)
+                here[join_uri(referrer, file.uri)] = resolver.resolve(file.uri, path, file.sha256)
             except UnresolvedUriError as error:
-                upload.missing[uri] = error
+                upload.missing[file.uri] = error
         return here
 
     def _send_all(self, upload: Upload, paths: Mapping[str, Path]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator
 
-from virtualrobot.v1 import asset_pb2, asset_pb2_grpc
+from virtualrobot.v1 import asset_pb2, asset_pb2_grpc, nodes_pb2
 
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason
@@ -68,10 +68,11 @@ class AssetServicer(asset_pb2_grpc.AssetServiceServicer):
         store = self._rooms.assets
         data = store.get(request.sha256)
         known = {file.uri: store.get(file.sha256) for file in request.files}
-        uris = await asyncio.get_running_loop().run_in_executor(
+        found = await asyncio.get_running_loop().run_in_executor(
             self._rooms.workers,
             lambda: list_references(
                 data, request.uri, self._rooms.importers, known, settings(request.settings, "settings")
             ),
         )
-        return asset_pb2.ListReferencesResponse(uris=uris)
+        files = [nodes_pb2.AssetFile(uri=uri, sha256=sha256) for uri, sha256 in found.items()]
+        return asset_pb2.ListReferencesResponse(files=files)

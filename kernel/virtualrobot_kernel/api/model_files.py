@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import replace
-from pathlib import Path
 
 from virtualrobot.resolver import Resolver
 from virtualrobot.v1 import nodes_pb2, scene_pb2
@@ -23,10 +22,9 @@ from virtualrobot_kernel.world.figures import Figure, Mesh
 from virtualrobot_kernel.world.structure import WORLD_NAME, Kind, NodeSpec, PartData, RobotData
 
 
-def files_of(meshes: MeshLibrary, files: Iterable[nodes_pb2.AssetFile], packages: Mapping[str, str]) -> Files:
+def files_of(meshes: MeshLibrary, files: Iterable[nodes_pb2.AssetFile]) -> Files:
     """Return where a request's files come from: what was uploaded, then the kernel's disk."""
-    folders = {name: Path(folder) for name, folder in packages.items()}
-    return Files(meshes.store, {file.uri: file.sha256 for file in files}, Resolver(folders))
+    return Files(meshes.store, {file.uri: file.sha256 for file in files}, Resolver())
 
 
 def read_model(

@@ -80,7 +80,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         """Read a model in a worker thread, then add it as one change."""
         run = asyncio.get_running_loop().run_in_executor
         meshes = self._rooms.meshes
-        files = model_files.files_of(meshes, request.files, request.packages)
+        files = model_files.files_of(meshes, request.files)
         while True:
             structure = self._rooms.world.snapshot.structure
             read = partial(model_files.read_model, meshes, request, files, structure.uid_by_name)

@@ -47,7 +47,7 @@ def read_scene(
     """Return the commands that make the world of a scene file, and what was odd about its models."""
     uri = request.uri or "scene.yaml"
     scene = scene_file.parse(request.text, uri)
-    files = files_of(meshes, request.files, request.packages)
+    files = files_of(meshes, request.files)
     taken = dict(structure.uid_by_name) if request.add else {WORLD_NAME: 1}
     specs = [spec_of(node, f"{uri}: nodes[{place}]") for place, node in enumerate(scene.nodes)]
     # Tools and sensors of a scene file hang on links that come with its models: they wait for them.
@@ -154,7 +154,7 @@ def with_assets(
     meshes: MeshLibrary, commands: Sequence[Command], files: Files | None = None, referrer: str = ""
 ) -> list[Command]:
     """Return the commands with every mesh found, parsed once and named by its content."""
-    found = partial(found_figures, meshes, files=files or files_of(meshes, (), {}), referrer=referrer)
+    found = partial(found_figures, meshes, files=files or files_of(meshes, ()), referrer=referrer)
     result: list[Command] = []
     for command in commands:
         if isinstance(command, CreateNodes):

@@ -26,7 +26,7 @@ from google.protobuf import struct_pb2 as google_dot_protobuf_dot_struct__pb2
 from virtualrobot.v1 import nodes_pb2 as virtualrobot_dot_v1_dot_nodes__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1bvirtualrobot/v1/asset.proto\x12\x0fvirtualrobot.v1\x1a\x1cgoogle/protobuf/struct.proto\x1a\x1bvirtualrobot/v1/nodes.proto\"3\n\x12UploadAssetRequest\x12\x0e\n\x06sha256\x18\x01 \x01(\t\x12\r\n\x05\x63hunk\x18\x02 \x01(\x0c\"9\n\x13UploadAssetResponse\x12\x0e\n\x06sha256\x18\x01 \x01(\t\x12\x12\n\nsize_bytes\x18\x02 \x01(\x04\"&\n\x14\x44ownloadAssetRequest\x12\x0e\n\x06sha256\x18\x01 \x01(\t\"&\n\x15\x44ownloadAssetResponse\x12\r\n\x05\x63hunk\x18\x01 \x01(\x0c\"$\n\x11\x46indAssetsRequest\x12\x0f\n\x07sha256s\x18\x01 \x03(\t\"%\n\x12\x46indAssetsResponse\x12\x0f\n\x07sha256s\x18\x01 \x03(\t\"\x8a\x01\n\x15ListReferencesRequest\x12\x0e\n\x06sha256\x18\x01 \x01(\t\x12\x0b\n\x03uri\x18\x02 \x01(\t\x12)\n\x05\x66iles\x18\x03 \x03(\x0b\x32\x1a.virtualrobot.v1.AssetFile\x12)\n\x08settings\x18\x04 \x01(\x0b\x32\x17.google.protobuf.Struct\"&\n\x16ListReferencesResponse\x12\x0c\n\x04uris\x18\x01 \x03(\t2\x86\x03\n\x0c\x41ssetService\x12Z\n\x0bUploadAsset\x12#.virtualrobot.v1.UploadAssetRequest\x1a$.virtualrobot.v1.UploadAssetResponse(\x01\x12`\n\rDownloadAsset\x12%.virtualrobot.v1.DownloadAssetRequest\x1a&.virtualrobot.v1.DownloadAssetResponse0\x01\x12U\n\nFindAssets\x12\".virtualrobot.v1.FindAssetsRequest\x1a#.virtualrobot.v1.FindAssetsResponse\x12\x61\n\x0eListReferences\x12&.virtualrobot.v1.ListReferencesRequest\x1a\'.virtualrobot.v1.ListReferencesResponseb\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1bvirtualrobot/v1/asset.proto\x12\x0fvirtualrobot.v1\x1a\x1cgoogle/protobuf/struct.proto\x1a\x1bvirtualrobot/v1/nodes.proto\"3\n\x12UploadAssetRequest\x12\x0e\n\x06sha256\x18\x01 \x01(\t\x12\r\n\x05\x63hunk\x18\x02 \x01(\x0c\"9\n\x13UploadAssetResponse\x12\x0e\n\x06sha256\x18\x01 \x01(\t\x12\x12\n\nsize_bytes\x18\x02 \x01(\x04\"&\n\x14\x44ownloadAssetRequest\x12\x0e\n\x06sha256\x18\x01 \x01(\t\"&\n\x15\x44ownloadAssetResponse\x12\r\n\x05\x63hunk\x18\x01 \x01(\x0c\"$\n\x11\x46indAssetsRequest\x12\x0f\n\x07sha256s\x18\x01 \x03(\t\"%\n\x12\x46indAssetsResponse\x12\x0f\n\x07sha256s\x18\x01 \x03(\t\"\x8a\x01\n\x15ListReferencesRequest\x12\x0e\n\x06sha256\x18\x01 \x01(\t\x12\x0b\n\x03uri\x18\x02 \x01(\t\x12)\n\x05\x66iles\x18\x03 \x03(\x0b\x32\x1a.virtualrobot.v1.AssetFile\x12)\n\x08settings\x18\x04 \x01(\x0b\x32\x17.google.protobuf.Struct\"O\n\x16ListReferencesResponse\x12)\n\x05\x66iles\x18\x02 \x03(\x0b\x32\x1a.virtualrobot.v1.AssetFileJ\x04\x08\x01\x10\x02R\x04uris2\x86\x03\n\x0c\x41ssetService\x12Z\n\x0bUploadAsset\x12#.virtualrobot.v1.UploadAssetRequest\x1a$.virtualrobot.v1.UploadAssetResponse(\x01\x12`\n\rDownloadAsset\x12%.virtualrobot.v1.DownloadAssetRequest\x1a&.virtualrobot.v1.DownloadAssetResponse0\x01\x12U\n\nFindAssets\x12\".virtualrobot.v1.FindAssetsRequest\x1a#.virtualrobot.v1.FindAssetsResponse\x12\x61\n\x0eListReferences\x12&.virtualrobot.v1.ListReferencesRequest\x1a\'.virtualrobot.v1.ListReferencesResponseb\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
@@ -48,7 +48,7 @@ if not _descriptor._USE_C_DESCRIPTORS:
   _globals['_LISTREFERENCESREQUEST']._serialized_start=377
   _globals['_LISTREFERENCESREQUEST']._serialized_end=515
   _globals['_LISTREFERENCESRESPONSE']._serialized_start=517
-  _globals['_LISTREFERENCESRESPONSE']._serialized_end=555
-  _globals['_ASSETSERVICE']._serialized_start=558
-  _globals['_ASSETSERVICE']._serialized_end=948
+  _globals['_LISTREFERENCESRESPONSE']._serialized_end=596
+  _globals['_ASSETSERVICE']._serialized_start=599
+  _globals['_ASSETSERVICE']._serialized_end=989
 # @@protoc_insertion_point(module_scope)

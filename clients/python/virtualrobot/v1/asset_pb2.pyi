@@ -61,7 +61,7 @@ class ListReferencesRequest(_message.Message):
     def __init__(self, sha256: _Optional[str] = ..., uri: _Optional[str] = ..., files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ..., settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ...) -> None: ...
 
 class ListReferencesResponse(_message.Message):
-    __slots__ = ("uris",)
-    URIS_FIELD_NUMBER: _ClassVar[int]
-    uris: _containers.RepeatedScalarFieldContainer[str]
-    def __init__(self, uris: _Optional[_Iterable[str]] = ...) -> None: ...
+    __slots__ = ("files",)
+    FILES_FIELD_NUMBER: _ClassVar[int]
+    files: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.AssetFile]
+    def __init__(self, files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ...) -> None: ...
