@@ -125,7 +125,7 @@ class Kernel:
             text = path.read_text("utf-8")
         except (OSError, UnicodeDecodeError) as error:
             raise MissingFileError(f"cannot read the scene file {path}: {error}", file=path) from error
-        files = files_of(self._meshes, (), {})
+        files = files_of(self._meshes, ())
         commands, warnings = read_scene(text, str(path.resolve()), files, self._meshes)
         for warning in warnings:
             log.warning("%s: %s", path, warning)

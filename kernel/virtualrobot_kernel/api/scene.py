@@ -17,7 +17,7 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.export.model import export_model
 from virtualrobot_kernel.formats.model_table import list_models
 from virtualrobot_kernel.messages.nodes import node_message
-from virtualrobot_kernel.messages.values import mask_fields, masked, poses_array, stamp
+from virtualrobot_kernel.messages.values import expected_revision, mask_fields, masked, poses_array, stamp
 from virtualrobot_kernel.scenes.assets import files_of, with_assets
 from virtualrobot_kernel.scenes.models import read_model
 from virtualrobot_kernel.scenes.reading import read_scene
@@ -39,7 +39,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
     async def GetScene(self, request: scene_pb2.GetSceneRequest, context: object) -> scene_pb2.GetSceneResponse:
         """Tell nodes and where they are."""
         snapshot = self._rooms.world.snapshot
-        fields = mask_fields(request.node_mask, nodes_pb2.Node)
+        fields = mask_fields(request.read_mask, nodes_pb2.Node)
         structure = snapshot.structure
         nodes = [structure.node(name) for name in request.names] or _parents_first(structure)
         rows = [structure.rows[node.uid] for node in nodes]
@@ -53,7 +53,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         self, request: scene_pb2.WatchSceneRequest, context: object
     ) -> AsyncIterator[scene_pb2.WatchSceneResponse]:
         """Tell all nodes, then changes."""
-        fields = mask_fields(request.node_mask, nodes_pb2.Node)
+        fields = mask_fields(request.read_mask, nodes_pb2.Node)
         wanted = {self._rooms.world.snapshot.structure.node(name).uid for name in request.names}
         before: Snapshot | None = None
         async for snapshot in self._rooms.publications.snapshots(rate(request.max_rate_hertz)):
@@ -69,8 +69,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         if any(isinstance(command, (CreateNodes, UpdateNode)) for command in commands):
             run = asyncio.get_running_loop().run_in_executor
             commands = await run(self._rooms.workers, with_assets, self._rooms.meshes, commands)
-        expected = request.expected_structure_revision if request.HasField("expected_structure_revision") else None
-        applied = await self._submit(commands, context, expected)
+        applied = await self._submit(commands, context, expected_revision(request))
         nodes = applied.snapshot.structure.nodes
         return scene_pb2.ApplyResponse(
             stamp=stamp(applied.snapshot),
@@ -84,7 +83,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         """Read a model in a worker thread, then add it as one change."""
         run = asyncio.get_running_loop().run_in_executor
         meshes = self._rooms.meshes
-        files = files_of(meshes, request.files, request.packages)
+        files = files_of(meshes, request.files)
         while True:
             structure = self._rooms.world.snapshot.structure
             read = partial(read_model, meshes, request, files, structure.uid_by_name)
@@ -122,7 +121,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         """Read a scene file in a worker thread, then replace the world by it, as one change."""
         run = asyncio.get_running_loop().run_in_executor
         meshes = self._rooms.meshes
-        files = files_of(meshes, request.files, request.packages)
+        files = files_of(meshes, request.files)
         known = self._rooms.world.snapshot.structure.uid_by_name if request.add else None
         read = partial(read_scene, request.text, request.uri, files, meshes, known)
         commands, warnings = await run(self._rooms.workers, read)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 
 from virtualrobot.resolver import Resolver
 from virtualrobot.v1 import nodes_pb2
@@ -16,17 +15,16 @@ from virtualrobot_kernel.world.commands import Command, CreateNodes, UpdateNode
 from virtualrobot_kernel.world.figures import Figure, Mesh
 
 
-def files_of(meshes: MeshLibrary, files: Iterable[nodes_pb2.AssetFile], packages: Mapping[str, str]) -> Files:
+def files_of(meshes: MeshLibrary, files: Iterable[nodes_pb2.AssetFile]) -> Files:
     """Return where a request's files come from: what was uploaded, then the kernel's disk."""
-    folders = {name: Path(folder) for name, folder in packages.items()}
-    return Files(meshes.store, {file.uri: file.sha256 for file in files}, Resolver(folders))
+    return Files(meshes.store, {file.uri: file.sha256 for file in files}, Resolver())
 
 
 def with_assets(
     meshes: MeshLibrary, commands: Sequence[Command], files: Files | None = None, referrer: str = ""
 ) -> list[Command]:
     """Return the commands with every mesh found, parsed once and named by its content."""
-    found = partial(found_figures, meshes, files=files or files_of(meshes, (), {}), referrer=referrer)
+    found = partial(found_figures, meshes, files=files or files_of(meshes, ()), referrer=referrer)
     result: list[Command] = []
     for command in commands:
         if isinstance(command, CreateNodes):
