@@ -20,7 +20,7 @@ from virtualrobot_kernel.api.publications import Publications, ending
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.api.status import trailers
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.world.touched import named_nodes
+from virtualrobot_kernel.world.affected_robots import named_nodes
 
 OPEN = "/grpc.health.v1.Health/"
 """Calls of this service need no token."""
@@ -39,7 +39,8 @@ NAMED: dict[type, Callable[[Any], Iterable[str]]] = {
 }
 """The robots that requests name whose commands come late, after planning or trying: refused before that work is done.
 
-What is refused in the end is decided by the commands themselves, right before they are applied: `world/touched.py`.
+What is refused in the end is decided by the commands themselves, right before they are applied
+(`world/affected_robots.py`).
 """
 
 log = logging.getLogger(__name__)

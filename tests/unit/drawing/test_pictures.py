@@ -18,7 +18,7 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.numeric.strokes import BIAS, draw_discs, draw_floor, draw_lines
 from virtualrobot_kernel.sensing.lenses import Lens, lens_of, pinhole
 from virtualrobot_kernel.sensing.looks import LookLibrary
-from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
+from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.sensing import CameraSensor, Intrinsics, Projection
 
 from tests.drawing.cell import Cell
