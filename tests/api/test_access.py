@@ -176,8 +176,8 @@ def test_an_ending_kernel_says_so_to_who_waits_for_long_work(start_kernel: Start
     for check in checks:
         assert next(part.progress for part in check if part.progress) < 0.5
     shot = view_pb2.Shot(width=4000, height=3000)
-    picture = stubs.view.Capture.future(view_pb2.CaptureRequest(shot=shot), timeout=100)
-    film = stubs.view.Record(view_pb2.RecordRequest(shot=shot, frames_per_second=10), timeout=100)
+    picture = stubs.view.CaptureImage.future(view_pb2.CaptureImageRequest(shot=shot), timeout=100)
+    film = stubs.view.RecordFilm(view_pb2.RecordFilmRequest(shot=shot, frames_per_second=10), timeout=100)
     stubs.kernel.Shutdown(kernel_pb2.ShutdownRequest())
     waiting = [lambda check=check: [None for _ in check] for check in (*checks, film)]
     for wait in (picture.result, *waiting):
