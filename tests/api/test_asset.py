@@ -220,7 +220,7 @@ def test_an_uploaded_mesh_reads_no_file_of_the_kernels_disk(
         assert {file.sha256 for file in mesh.files} <= {file.sha256 for file in files}
         told.append(list(answer.warnings))
     assert told[0] == told[1]
-    assert not stepped.asset.Find(Find(sha256s=[sha256(content)])).sha256s
+    assert not stepped.asset.FindAssets(Find(sha256s=[sha256(content)])).sha256s
 
 
 def nodes(stubs: Stubs) -> list[nodes_pb2.Node]:
