@@ -247,7 +247,7 @@ class World:
         after = self._later(change.structure, change.state)
         for supervisor in admitting:
             supervisor.admit(before, after, commands)
-        self._journal.append(Entry(before.state.tick, author, commands))
+        self._journal.append(Entry(before.state.tick, author, commands), before.structure, before.state)
         self._publish(after)
         return change
 
@@ -309,9 +309,10 @@ class World:
     def _with_inputs(self, state: State) -> State:
         """Return a state with the inputs of the tick that begins."""
         if inputs := self._inputs():
-            state, entry = taken(self.snapshot, state, inputs, self._forward)
+            later, entry = taken(self.snapshot, state, inputs, self._forward)
             if entry is not None:
-                self._journal.append(entry)
+                self._journal.append(entry, self.snapshot.structure, state)
+            return later
         return state
 
     def _ticked(self, state: State) -> State:
