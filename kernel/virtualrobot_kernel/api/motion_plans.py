@@ -6,13 +6,13 @@ from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.api.collision import TURN
 from virtualrobot_kernel.api.convert.plans import check_message, plan_message
-from virtualrobot_kernel.api.convert.values import not_negative, stamp
 from virtualrobot_kernel.api.motion_calls import wished
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.collision.along import first_of_program
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.collision.swept import RESOLUTION
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.values import expected_revision, not_negative, stamp
 from virtualrobot_kernel.planning.check import check_motion
 from virtualrobot_kernel.planning.moves import moved_arms
 from virtualrobot_kernel.planning.plan_program import GivenUp, plan_wish
@@ -101,7 +101,7 @@ def _resolution(meters: float) -> float:
 def _snapshot(rooms: Rooms, motion: motion_pb2.StartMotionRequest) -> Snapshot:
     """Return the world as it is; raise KernelError when the motion is meant for another one."""
     snapshot = rooms.world.snapshot
-    check_revision(snapshot.structure, motion.expected_revision or None)
+    check_revision(snapshot.structure, expected_revision(motion))
     return snapshot
 
 

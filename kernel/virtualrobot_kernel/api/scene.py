@@ -11,14 +11,14 @@ from virtualrobot.v1 import nodes_pb2, scene_pb2, scene_pb2_grpc
 
 from virtualrobot_kernel.api import model_files, scene_files
 from virtualrobot_kernel.api.convert.commands import world_commands
-from virtualrobot_kernel.api.convert.nodes import node_message
-from virtualrobot_kernel.api.convert.values import mask_fields, masked, poses_array, stamp
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.readiness import ready_for_guard
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.export.model import export_model
 from virtualrobot_kernel.formats.model_table import list_models
+from virtualrobot_kernel.messages.nodes import node_message
+from virtualrobot_kernel.messages.values import expected_revision, mask_fields, masked, poses_array, stamp
 from virtualrobot_kernel.sensing.choices import check_choices
 from virtualrobot_kernel.world.commands import Command, CreateNodes, UpdateNode
 from virtualrobot_kernel.world.state import Snapshot
@@ -36,7 +36,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
     async def GetScene(self, request: scene_pb2.GetSceneRequest, context: object) -> scene_pb2.GetSceneResponse:
         """Tell nodes and where they are."""
         snapshot = self._rooms.world.snapshot
-        fields = mask_fields(request.node_mask, nodes_pb2.Node)
+        fields = mask_fields(request.read_mask, nodes_pb2.Node)
         structure = snapshot.structure
         nodes = [structure.node(name) for name in request.names] or _parents_first(structure)
         rows = [structure.rows[node.uid] for node in nodes]
@@ -50,7 +50,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         self, request: scene_pb2.WatchSceneRequest, context: object
     ) -> AsyncIterator[scene_pb2.WatchSceneResponse]:
         """Tell all nodes, then changes."""
-        fields = mask_fields(request.node_mask, nodes_pb2.Node)
+        fields = mask_fields(request.read_mask, nodes_pb2.Node)
         wanted = {self._rooms.world.snapshot.structure.node(name).uid for name in request.names}
         before: Snapshot | None = None
         async for snapshot in self._rooms.publications.snapshots(rate(request.max_rate_hertz)):
@@ -66,8 +66,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         if any(isinstance(command, (CreateNodes, UpdateNode)) for command in commands):
             run = asyncio.get_running_loop().run_in_executor
             commands = await run(self._rooms.workers, scene_files.with_assets, self._rooms.meshes, commands)
-        expected = request.expected_structure_revision if request.HasField("expected_structure_revision") else None
-        applied = await self._submit(commands, context, expected)
+        applied = await self._submit(commands, context, expected_revision(request))
         nodes = applied.snapshot.structure.nodes
         return scene_pb2.ApplyResponse(
             stamp=stamp(applied.snapshot),
@@ -81,7 +80,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         """Read a model in a worker thread, then add it as one change."""
         run = asyncio.get_running_loop().run_in_executor
         meshes = self._rooms.meshes
-        files = model_files.files_of(meshes, request.files, request.packages)
+        files = model_files.files_of(meshes, request.files)
         while True:
             structure = self._rooms.world.snapshot.structure
             read = partial(model_files.read_model, meshes, request, files, structure.uid_by_name)

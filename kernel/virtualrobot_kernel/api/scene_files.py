@@ -9,17 +9,17 @@ from functools import partial
 import numpy as np
 from virtualrobot.v1 import robot_pb2, scene_pb2
 
-from virtualrobot_kernel.api.convert.collision_settings import settings_command, settings_message
-from virtualrobot_kernel.api.convert.nodes import node_message
 from virtualrobot_kernel.api.convert.states import robot_states, robots_named, signal_message
-from virtualrobot_kernel.api.convert.values import finite, masked
 from virtualrobot_kernel.api.model_files import files_of, found_figures, read_model, spec_of
 from virtualrobot_kernel.collision.node_pairs import names_of
 from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.formats import scene_file
 from virtualrobot_kernel.formats.bundle import bundle
-from virtualrobot_kernel.formats.files import Files, located
+from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
+from virtualrobot_kernel.messages.collision_settings import settings_command, settings_message
+from virtualrobot_kernel.messages.nodes import node_message
+from virtualrobot_kernel.messages.values import finite, masked
 from virtualrobot_kernel.world.collisions import NOTHING_SET
 from virtualrobot_kernel.world.commands import (
     ClearWorld,
@@ -47,7 +47,7 @@ def read_scene(
     """Return the commands that make the world of a scene file, and what was odd about its models."""
     uri = request.uri or "scene.yaml"
     scene = scene_file.parse(request.text, uri)
-    files = files_of(meshes, request.files, request.packages)
+    files = files_of(meshes, request.files)
     taken = dict(structure.uid_by_name) if request.add else {WORLD_NAME: 1}
     specs = [spec_of(node, f"{uri}: nodes[{place}]") for place, node in enumerate(scene.nodes)]
     # Tools and sensors of a scene file hang on links that come with its models: they wait for them.
@@ -62,14 +62,14 @@ def read_scene(
         except KernelError as error:
             # What comes from a file names that itself.
             if wanted.HasField("denavit_hartenberg"):
-                located(error, f"{uri}: models[{place}]")
+                error.at(f"{uri}: models[{place}]")
             raise
         names.update(node.name for node in model.nodes)
         warnings.extend(model.warnings)
         commands.append(CreateNodes(model.nodes))
     for place, spec in enumerate(specs):
         if spec.parent not in names:
-            raise located(UnknownNameError(f"parent for {spec.name!r}", spec.parent, names), f"{uri}: nodes[{place}]")
+            raise UnknownNameError(f"parent for {spec.name!r}", spec.parent, names).at(f"{uri}: nodes[{place}]")
     commands.extend(with_assets(meshes, [CreateNodes(tuple(mounted))], files, request.uri) if mounted else [])
     for signal in scene.signals:
         commands.append(CreateSignal(Signal(signal.name, signal.value, signal.description)))
@@ -154,7 +154,7 @@ def with_assets(
     meshes: MeshLibrary, commands: Sequence[Command], files: Files | None = None, referrer: str = ""
 ) -> list[Command]:
     """Return the commands with every mesh found, parsed once and named by its content."""
-    found = partial(found_figures, meshes, files=files or files_of(meshes, (), {}), referrer=referrer)
+    found = partial(found_figures, meshes, files=files or files_of(meshes, ()), referrer=referrer)
     result: list[Command] = []
     for command in commands:
         if isinstance(command, CreateNodes):

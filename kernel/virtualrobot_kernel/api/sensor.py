@@ -12,11 +12,11 @@ from virtualrobot.v1 import sensor_pb2, sensor_pb2_grpc
 
 from virtualrobot_kernel.api.convert.presets import preset_message
 from virtualrobot_kernel.api.convert.readings import checked_options, fill_reading, is_large
-from virtualrobot_kernel.api.convert.robots import settings
-from virtualrobot_kernel.api.convert.values import stamp
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.messages.robots import settings
+from virtualrobot_kernel.messages.values import stamp
 from virtualrobot_kernel.sensing.range_reader import RangeReader
 from virtualrobot_kernel.sensing.reading import Moment, Reading, SensorState
 from virtualrobot_kernel.sensing.sensor_status import statuses
@@ -28,6 +28,11 @@ from virtualrobot_kernel.world.structure import Kind
 TOGETHER_BYTES = 1024 * 1024
 """Readings travel in one message as long as they are smaller than this together."""
 FASTEST_HERTZ = 10_000.0
+
+SENSOR_KINDS = {
+    kind: getattr(sensor_pb2, f"SENSOR_KIND_{kind.name.removesuffix('_SENSOR')}")
+    for kind in (Kind.RANGE_SENSOR, Kind.CAMERA_SENSOR, Kind.CONTACT_SENSOR, Kind.MOTION_SENSOR)
+}
 
 Told = TypeVar("Told")
 
@@ -47,7 +52,7 @@ class SensorServicer(sensor_pb2_grpc.SensorServiceServicer):
         told = [
             sensor_pb2.SensorStatus(
                 name=status.node.name,
-                kind=status.node.kind.value,
+                kind=SENSOR_KINDS[status.node.kind],
                 state=status.state.value,  # pyright: ignore[reportArgumentType] the values are the contract's
                 fault=status.fault,
                 rate_hertz=status.rate_hertz,

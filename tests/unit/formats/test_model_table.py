@@ -111,12 +111,7 @@ def test_what_only_meshes_take_is_refused_for_robots() -> None:
         import_model("model://ar_manipulator", disk(), LIBRARY, as_part=True)
 
 
-def test_a_folder_that_is_told_for_the_name_and_an_uploaded_file_win(tmp_path: Path) -> None:
-    told = Files(STORE, {}, Resolver({"iiwa": tmp_path}))
-    with pytest.raises(Exception, match="no model format has the ending ''"):
-        import_model("model://iiwa", told, LIBRARY)
-    (tmp_path / "a.urdf").write_text('<robot name="mine"><link name="a"/></robot>')
-    assert imported("model://iiwa/a.urdf", told, LIBRARY).nodes[0].name == "mine"
+def test_an_uploaded_file_of_the_name_wins() -> None:
     files = uploaded({"model://iiwa": b""})
     with pytest.raises(Exception, match="no model format has the ending ''"):
         import_model("model://iiwa", files, MeshLibrary(files.store))
