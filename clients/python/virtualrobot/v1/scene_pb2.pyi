@@ -25,12 +25,12 @@ DENAVIT_HARTENBERG_CONVENTION_STANDARD: DenavitHartenbergConvention
 DENAVIT_HARTENBERG_CONVENTION_MODIFIED: DenavitHartenbergConvention
 
 class GetSceneRequest(_message.Message):
-    __slots__ = ("names", "node_mask")
+    __slots__ = ("names", "read_mask")
     NAMES_FIELD_NUMBER: _ClassVar[int]
-    NODE_MASK_FIELD_NUMBER: _ClassVar[int]
+    READ_MASK_FIELD_NUMBER: _ClassVar[int]
     names: _containers.RepeatedScalarFieldContainer[str]
-    node_mask: _field_mask_pb2.FieldMask
-    def __init__(self, names: _Optional[_Iterable[str]] = ..., node_mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ...) -> None: ...
+    read_mask: _field_mask_pb2.FieldMask
+    def __init__(self, names: _Optional[_Iterable[str]] = ..., read_mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ...) -> None: ...
 
 class GetSceneResponse(_message.Message):
     __slots__ = ("stamp", "nodes", "world_t_node")
@@ -43,14 +43,14 @@ class GetSceneResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., nodes: _Optional[_Iterable[_Union[_nodes_pb2.Node, _Mapping]]] = ..., world_t_node: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
 
 class WatchSceneRequest(_message.Message):
-    __slots__ = ("names", "node_mask", "max_rate_hertz")
+    __slots__ = ("names", "read_mask", "max_rate_hertz")
     NAMES_FIELD_NUMBER: _ClassVar[int]
-    NODE_MASK_FIELD_NUMBER: _ClassVar[int]
+    READ_MASK_FIELD_NUMBER: _ClassVar[int]
     MAX_RATE_HERTZ_FIELD_NUMBER: _ClassVar[int]
     names: _containers.RepeatedScalarFieldContainer[str]
-    node_mask: _field_mask_pb2.FieldMask
+    read_mask: _field_mask_pb2.FieldMask
     max_rate_hertz: float
-    def __init__(self, names: _Optional[_Iterable[str]] = ..., node_mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ..., max_rate_hertz: _Optional[float] = ...) -> None: ...
+    def __init__(self, names: _Optional[_Iterable[str]] = ..., read_mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ..., max_rate_hertz: _Optional[float] = ...) -> None: ...
 
 class WatchSceneResponse(_message.Message):
     __slots__ = ("stamp", "nodes", "removed_uids", "moved_uids", "world_t_node")
@@ -129,14 +129,14 @@ class CreateNode(_message.Message):
     def __init__(self, node: _Optional[_Union[_nodes_pb2.Node, _Mapping]] = ...) -> None: ...
 
 class UpdateNode(_message.Message):
-    __slots__ = ("name", "node", "mask")
+    __slots__ = ("name", "node", "update_mask")
     NAME_FIELD_NUMBER: _ClassVar[int]
     NODE_FIELD_NUMBER: _ClassVar[int]
-    MASK_FIELD_NUMBER: _ClassVar[int]
+    UPDATE_MASK_FIELD_NUMBER: _ClassVar[int]
     name: str
     node: _nodes_pb2.Node
-    mask: _field_mask_pb2.FieldMask
-    def __init__(self, name: _Optional[str] = ..., node: _Optional[_Union[_nodes_pb2.Node, _Mapping]] = ..., mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ...) -> None: ...
+    update_mask: _field_mask_pb2.FieldMask
+    def __init__(self, name: _Optional[str] = ..., node: _Optional[_Union[_nodes_pb2.Node, _Mapping]] = ..., update_mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ...) -> None: ...
 
 class RemoveNode(_message.Message):
     __slots__ = ("name",)
