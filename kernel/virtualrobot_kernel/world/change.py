@@ -96,6 +96,7 @@ def rebuilt(change: Change, nodes: Mapping[int, Node], next_uid: int, poses: Map
             speed_factors={uid: factor for uid, factor in state.speed_factors.items() if uid in alive},
             allowed_pairs={pair: why for pair, why in state.allowed_pairs.items() if alive >= set(pair)},
             collisions=state.collisions.among(alive),
+            running_sensors={uid: start for uid, start in state.running_sensors.items() if uid in alive},
         ),
     )
 

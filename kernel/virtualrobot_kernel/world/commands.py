@@ -31,7 +31,7 @@ class CreateNodes:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UpdateNode:
-    """Changes what is not None."""
+    """Changes what is not None; `running` is for sensors."""
 
     name: str
     new_name: str | None = None
@@ -39,6 +39,7 @@ class UpdateNode:
     hidden: bool | None = None
     figures: tuple[Figure, ...] | None = None
     data: NodeData = None
+    running: bool | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +102,7 @@ class SetKinematics:
 
 @dataclass(frozen=True, slots=True)
 class RunSensors:
-    """Starts or stops sensors (empty: all); one that runs already is started anew."""
+    """Starts or stops sensors (empty: all); one that runs already goes on, and one with a fault is started anew."""
 
     sensors: tuple[str, ...]
     running: bool

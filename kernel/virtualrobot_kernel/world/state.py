@@ -108,6 +108,7 @@ class State:
     parent_t_node (N, 4, 4): where each node is in its parent's frame, a row for each node.
     allowed_pairs: nodes (uids, the smaller first) that clients let touch each other, and why.
     collisions: what is done about collisions.
+    running_sensors: the number of its start for each sensor (a uid) that runs; `sensor_starts` counts them all.
     epoch: counts how often the world was replaced as a whole.
     """
 
@@ -125,6 +126,8 @@ class State:
     speed_factor: float = 1.0
     allowed_pairs: Mapping[tuple[int, int], str] = field(default_factory=dict)
     collisions: CollisionSettings = NOTHING_SET
+    running_sensors: Mapping[int, int] = field(default_factory=dict)
+    sensor_starts: int = 0
     epoch: int = 0
 
 

@@ -241,7 +241,7 @@ class World:
         after = self._later(change.structure, change.state)
         for supervisor in admitting:
             supervisor.admit(before, after, commands)
-        self._journal.append(Entry(before.state.tick, author, commands))
+        self._journal.append(Entry(before.state.tick, author, commands), before.structure, before.state)
         self._publish(after)
         return change
 

@@ -216,7 +216,7 @@ NodeData = (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NodeSpec:
-    """A node to create: what importers and clients give."""
+    """A node to create: what importers and clients give. `running`: a sensor that runs from the start."""
 
     name: str
     kind: Kind
@@ -225,6 +225,7 @@ class NodeSpec:
     hidden: bool = False
     figures: tuple[Figure, ...] = ()
     data: NodeData = None
+    running: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

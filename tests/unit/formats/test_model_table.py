@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 from virtualrobot.resolver import Resolver
 from virtualrobot.v1 import scene_pb2
-from virtualrobot_kernel.api.model_files import read_model
 from virtualrobot_kernel.errors import KernelError, MalformedFileError, MissingFileError, UnknownNameError
 from virtualrobot_kernel.formats import model_table
 from virtualrobot_kernel.formats.assets import AssetStore
@@ -16,6 +15,7 @@ from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.model_table import KnownModel, find, list_models, named_by
 from virtualrobot_kernel.formats.models import import_model
+from virtualrobot_kernel.scenes.models import read_model
 from virtualrobot_kernel.world.structure import JointType, Kind, LinkData
 
 from tests.unit.formats.models import XacroAndSdf, disk, imported, uploaded
