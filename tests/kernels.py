@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -61,15 +62,24 @@ class KernelProcess:
     """A kernel in a process of its own; `lines` are what it has printed."""
 
     process: subprocess.Popen[str]
+    mode: kernel_pb2.ClockMode
+    """How its time runs when nobody changes that."""
     lines: list[str] = field(default_factory=list)
     address: str = ""
     token: str = ""
     token_file: Path | None = None
-    viewer_url: str = ""
-    mode: kernel_pb2.ClockMode = kernel_pb2.CLOCK_MODE_REALTIME
-    """How its time runs when nobody changes that."""
     ready: threading.Event = field(default_factory=threading.Event)
-    """Set when it listens (and shows its viewer, if it has one), or has ended."""
+    """Set when it listens, or has ended."""
+
+    def read(self) -> None:
+        """Read what it prints until it ends."""
+        assert self.process.stdout
+        for line in self.process.stdout:
+            self.lines.append(line.rstrip())
+            if line.startswith("listening on "):
+                self.address = line.removeprefix("listening on ").strip()
+                self.ready.set()
+        self.ready.set()
 
     def await_start(self) -> KernelProcess:
         """Return this kernel once it can be reached."""
@@ -95,7 +105,7 @@ class KernelProcess:
         """Return stubs on a new channel."""
         return Stubs(self.channel())
 
-    def end(self, seconds: float = 30.0) -> int:
+    def end(self, seconds: float = 120.0) -> int:
         """Ask the kernel to end and return its exit code."""
         if self.process.poll() is None:
             self.process.terminate()
@@ -107,38 +117,28 @@ class KernelProcess:
             if self.process.stdout:
                 self.process.stdout.close()
 
-    def ask_to_end(self) -> None:
-        """Let the kernel end while the tests go on; the session's end waits for it."""
-        if self.process.poll() is None:
-            self.process.terminate()
-            # Else it would be among the children of the tests until then, as a zombie.
-            threading.Thread(target=self.process.wait, daemon=True).start()
-
 
 StartKernel = Callable[..., KernelProcess]
 
 
-@pytest.fixture(scope="session")
-def launch_kernel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StartKernel]:
-    """Return a function that launches a kernel with the given options and doesn't wait; all end with the session.
+@contextmanager
+def kernels(folders: pytest.TempPathFactory) -> Iterator[StartKernel]:
+    """Give a function that starts a kernel with the given options and waits until it can be reached; end all of them.
 
     With `token` the kernel writes one that the stubs use; with neither, `no_token=False` leaves it to the options.
     """
     started: list[KernelProcess] = []
 
-    def launch(
+    def start(
         *options: str,
-        viewer: bool = False,
         token: bool = False,
         no_token: bool = True,
         environment: dict[str, str] | None = None,
     ) -> KernelProcess:
-        command = [sys.executable, "-m", "virtualrobot_kernel.serve", "--port", "0", *options]
+        command = [sys.executable, "-m", "virtualrobot_kernel.serve", "--port", "0", "--headless", *options]
         token_file: Path | None = None
-        if not viewer:
-            command.append("--headless")
         if token:
-            token_file = tmp_path_factory.mktemp("token") / "token"
+            token_file = folders.mktemp("token") / "token"
             command += ["--token-file", str(token_file)]
         elif no_token:
             command.append("--no-token")
@@ -149,42 +149,31 @@ def launch_kernel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StartKer
             text=True,
             env={**os.environ, **(environment or {})},
         )
-        kernel = KernelProcess(process, token_file=token_file)
-        if "--stepped" in options:
-            kernel.mode = kernel_pb2.CLOCK_MODE_STEPPED
+        mode = kernel_pb2.CLOCK_MODE_STEPPED if "--stepped" in options else kernel_pb2.CLOCK_MODE_REALTIME
+        kernel = KernelProcess(process, mode, token_file=token_file)
         started.append(kernel)
+        threading.Thread(target=kernel.read, daemon=True).start()
+        return kernel.await_start()
 
-        def read() -> None:
-            assert process.stdout
-            for line in process.stdout:
-                kernel.lines.append(line.rstrip())
-                if line.startswith("listening on "):
-                    kernel.address = line.removeprefix("listening on ").strip()
-                    if not viewer:
-                        kernel.ready.set()
-                if line.startswith("viewer at "):
-                    kernel.viewer_url = line.removeprefix("viewer at ").strip()
-                    kernel.ready.set()
-            kernel.ready.set()
-
-        threading.Thread(target=read, daemon=True).start()
-        return kernel
-
-    yield launch
-    for kernel in started:
-        kernel.ask_to_end()
-    for kernel in started:
-        kernel.end()
+    try:
+        yield start
+    finally:
+        running = [kernel for kernel in started if kernel.process.poll() is None]
+        for kernel in running:
+            kernel.process.terminate()
+        assert [kernel.end() for kernel in running] == [0] * len(running)
 
 
-@pytest.fixture(scope="session")
-def start_kernel(launch_kernel: StartKernel) -> StartKernel:
-    """Return a function that starts a kernel with the options of `launch_kernel` and waits until it can be reached."""
-    return lambda *options, **named: launch_kernel(*options, **named).await_start()
+@pytest.fixture(scope="module")
+def start_kernel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StartKernel]:
+    """Return a function that starts a kernel with options of its own, which ends with the test file."""
+    with kernels(tmp_path_factory) as start:
+        yield start
 
 
+@contextmanager
 def emptied(process: KernelProcess) -> Iterator[Stubs]:
-    """Yield stubs to a kernel from which all is taken that clients have left."""
+    """Give stubs to a kernel from which all is taken that clients have left."""
     stubs = process.stubs()
     for lease in stubs.lease.ListLeases(lease_pb2.ListLeasesRequest()).leases:
         taken = stubs.lease.Take(lease_pb2.TakeRequest(robots=lease.robots))
@@ -196,54 +185,53 @@ def emptied(process: KernelProcess) -> Iterator[Stubs]:
     stubs.channel.close()
 
 
-class SharedKernel:
-    """One kernel for all files of a worker that need no options: a start takes two seconds of a core."""
+class SharedKernels:
+    """Kernels for all files of a worker that need no options, one of a kind: a start takes two seconds of a core."""
 
-    def __init__(self, start: Callable[[], KernelProcess]) -> None:
-        """Keep how it is started."""
+    def __init__(self, start: StartKernel) -> None:
+        """Keep how they are started."""
         self._start = start
-        self._kernel: KernelProcess | None = None
+        self._running: dict[tuple[str, ...], KernelProcess] = {}
 
-    def take(self) -> KernelProcess:
-        """Return the kernel, emptied; another one when a test has ended it."""
-        if self._kernel is None or self._kernel.process.poll() is not None:
-            self._kernel = self._start()
-        for _ in emptied(self._kernel):
-            pass
-        return self._kernel
-
-
-@pytest.fixture(scope="session")
-def shared_kernel(start_kernel: StartKernel) -> SharedKernel:
-    """Return the kernel whose time follows the wall clock."""
-    return SharedKernel(start_kernel)
+    def lend(self, *options: str) -> Iterator[KernelProcess]:
+        """Yield the kernel with these options, or another one when a test has ended it; leave it idle."""
+        kernel = self._running.get(options)
+        if kernel is None or kernel.process.poll() is not None:
+            kernel = self._running[options] = self._start(*options)
+        yield kernel
+        if kernel.process.poll() is None:
+            with emptied(kernel):
+                pass
 
 
 @pytest.fixture(scope="session")
-def shared_stepped_kernel(start_kernel: StartKernel) -> SharedKernel:
-    """Return the kernel whose time goes on by Step only."""
-    return SharedKernel(lambda: start_kernel("--stepped"))
+def shared_kernels(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SharedKernels]:
+    """Return the kernels that files share."""
+    with kernels(tmp_path_factory) as start:
+        yield SharedKernels(start)
 
 
 @pytest.fixture(scope="module")
-def kernel(shared_kernel: SharedKernel) -> KernelProcess:
-    """Return a kernel whose time follows the wall clock."""
-    return shared_kernel.take()
+def kernel(shared_kernels: SharedKernels) -> Iterator[KernelProcess]:
+    """Return a kernel whose time follows the wall clock; others have used it."""
+    yield from shared_kernels.lend()
 
 
 @pytest.fixture(scope="module")
-def stepped_kernel(shared_stepped_kernel: SharedKernel) -> KernelProcess:
-    """Return a kernel whose time goes on by Step only."""
-    return shared_stepped_kernel.take()
+def stepped_kernel(shared_kernels: SharedKernels) -> Iterator[KernelProcess]:
+    """Return a kernel whose time goes on by Step only; others have used it."""
+    yield from shared_kernels.lend("--stepped")
 
 
 @pytest.fixture
 def stubs(kernel: KernelProcess) -> Iterator[Stubs]:
     """Return stubs to a kernel in REALTIME with an empty world."""
-    yield from emptied(kernel)
+    with emptied(kernel) as stubs:
+        yield stubs
 
 
 @pytest.fixture
 def stepped(stepped_kernel: KernelProcess) -> Iterator[Stubs]:
     """Return stubs to a kernel in STEPPED mode with an empty world."""
-    yield from emptied(stepped_kernel)
+    with emptied(stepped_kernel) as stubs:
+        yield stubs

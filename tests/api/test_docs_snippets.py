@@ -41,7 +41,7 @@ FENCE = re.compile(
 LIKE = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 OWN_KERNEL = re.compile(r"pip install|motion-1\b")
 """In pages that install something or that count motions; others share a kernel."""
-COMMAND_SECONDS = 60
+COMMAND_SECONDS = 300
 SPEED = 5.0
 """How much faster than the wall clock the kernels run, so that nobody waits for motions."""
 
@@ -88,7 +88,7 @@ def test_blocks_run(
     monkeypatch.chdir(tmp_path / "here")
     monkeypatch.setenv("VIRTUALROBOT_ADDRESS", kernel.address)
     monkeypatch.setenv("PATH", str(Path(sys.executable).parent), prepend=os.pathsep)
-    for stubs in emptied(kernel):
+    with emptied(kernel) as stubs:
         clock = kernel_pb2.SetClockRequest(mode=kernel_pb2.CLOCK_MODE_REALTIME, speed_factor=SPEED)
         stubs.kernel.SetClock(clock)
         run_page(page)

@@ -44,10 +44,8 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def odd_kernel(start_kernel: StartKernel, site: Path) -> Iterator[KernelProcess]:
-    process = start_kernel(environment=environment(site))
-    yield process
-    assert process.end() == 0
+def odd_kernel(start_kernel: StartKernel, site: Path) -> KernelProcess:
+    return start_kernel(environment=environment(site))
 
 
 @pytest.fixture

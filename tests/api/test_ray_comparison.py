@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import grpc
 import psutil
@@ -19,11 +19,9 @@ BUNDLED = ["embree", "bullet", "reference"]
 
 
 @pytest.fixture(scope="module")
-def kernel(start_kernel: StartKernel, tmp_path_factory: pytest.TempPathFactory) -> Iterator[KernelProcess]:
+def kernel(start_kernel: StartKernel, tmp_path_factory: pytest.TempPathFactory) -> KernelProcess:
     """Return a kernel with ray casters that go wrong."""
-    process = start_kernel(environment=environment(install(tmp_path_factory.mktemp("site"), "wrong_casters")))
-    yield process
-    assert process.end() == 0
+    return start_kernel(environment=environment(install(tmp_path_factory.mktemp("site"), "wrong_casters")))
 
 
 def compare(stubs: Stubs, *names: str, rays: int = 1000, seed: int = 0) -> list[ray_pb2.CompareRayCastersResponse]:

@@ -34,18 +34,17 @@ from tests.plugins.install import environment, install
 
 
 @pytest.fixture(scope="module")
-def odd_kernel(start_kernel: StartKernel, tmp_path_factory: pytest.TempPathFactory) -> Iterator[KernelProcess]:
+def odd_kernel(start_kernel: StartKernel, tmp_path_factory: pytest.TempPathFactory) -> KernelProcess:
     """Return a kernel with odd components."""
     site = install(tmp_path_factory.mktemp("site"), "odd_sensors")
-    process = start_kernel("--stepped", environment=environment(site))
-    yield process
-    process.end()
+    return start_kernel("--stepped", environment=environment(site))
 
 
 @pytest.fixture
 def odd(odd_kernel: KernelProcess) -> Iterator[Stubs]:
     """Return stubs to it, with an empty world."""
-    yield from emptied(odd_kernel)
+    with emptied(odd_kernel) as stubs:
+        yield stubs
 
 
 def process_of(stubs: Stubs, component: str, sensor: str) -> int:

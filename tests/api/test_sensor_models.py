@@ -185,11 +185,9 @@ def virtualrobot_register_sensor_models(register):
 def among_wrong(start_kernel: StartKernel, tmp_path: Path) -> Iterator[Stubs]:
     """Return stubs to a stepped kernel with two wrong sensor models."""
     write_package(install(tmp_path, "wrong_shape"), "raises_later", RAISES)
-    process = start_kernel("--stepped", environment=environment(tmp_path))
-    stubs = process.stubs()
+    stubs = start_kernel("--stepped", environment=environment(tmp_path)).stubs()
     yield stubs
     stubs.channel.close()
-    process.end()
 
 
 def test_a_wrong_model_costs_its_own_sensor_and_no_other(among_wrong: Stubs) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import socket
 import threading
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -16,11 +15,9 @@ from tests.kernels import KernelProcess, StartKernel
 
 
 @pytest.fixture(scope="module")
-def guarded(start_kernel: StartKernel) -> Iterator[KernelProcess]:
+def guarded(start_kernel: StartKernel) -> KernelProcess:
     """Return a kernel that wants a token."""
-    process = start_kernel(token=True)
-    yield process
-    process.end()
+    return start_kernel(token=True)
 
 
 def test_address_and_token_come_from_the_environment(guarded: KernelProcess, monkeypatch: pytest.MonkeyPatch) -> None:

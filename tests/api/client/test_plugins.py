@@ -80,7 +80,6 @@ def client(start_kernel: StartKernel, site: Path) -> Iterator[Client]:
         client.plugins.reload()
         client.load_robot(IIWA, name="iiwa")
         yield client
-    kernel.end()
 
 
 def test_the_bundled_components_are_listed(client: Client) -> None:
