@@ -5,16 +5,17 @@ from __future__ import annotations
 import base64
 import binascii
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from difflib import get_close_matches
 
 from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.json_format import ParseDict
 from google.protobuf.message import Message
-from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from virtualrobot_kernel.errors import MalformedFileError
 from virtualrobot_kernel.formats.xml import malformed
+from virtualrobot_kernel.formats.yaml_text import Check
 from virtualrobot_kernel.messages.fields import STRUCT, Field, is_map, is_repeated, map_value
 
 _NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?")
@@ -36,10 +37,12 @@ class SceneReader:
 
     uri: str
     kind: str = "scene"
-    _seen: set[int] = field(default_factory=set)
+    check: Check = lambda: None
+    """Called for each message; what it raises ends the reading."""
 
     def fill(self, message: Message, node: Node, path: str) -> None:
         """Set the fields of `message` from a YAML mapping; `path` says where in the file the mapping is."""
+        self.check()
         if message.DESCRIPTOR.full_name == STRUCT:
             ParseDict(self._plain_items(node, path), message)
             return
@@ -177,11 +180,7 @@ class SceneReader:
         return value.number
 
     def _visit(self, node: Node, path: str) -> None:
-        """Refuse what YAML can but scenes don't need: aliases, by which few lines may become gigabytes, and tags."""
-        if id(node) in self._seen:
-            refused = f"aliases (*name) are not read in {self.kind} files: write it out"
-            raise self._error(node, path or f"the {self.kind}", refused)
-        self._seen.add(id(node))
+        """Refuse what YAML can but scenes don't need: tags."""
         tag = str(node.tag or "")
         if tag and tag.removeprefix("tag:yaml.org,2002:") not in _TAGS:
             raise self._error(node, path or f"the {self.kind}", f"tags ({tag}) are not read in {self.kind} files")
