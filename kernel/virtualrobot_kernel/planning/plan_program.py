@@ -17,7 +17,7 @@ from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.motion.program import Program, Stage, Wait, of_plan
 from virtualrobot_kernel.planning.blending import PlannedRun, arrived, plan_run, run_together
-from virtualrobot_kernel.planning.moves import plan_moves, preconditions_by, search_of
+from virtualrobot_kernel.planning.moves import moved_arms, plan_moves, preconditions_by, search_of
 from virtualrobot_kernel.planning.notes import Note, NoteKind
 from virtualrobot_kernel.planning.program import (
     MAX_STEPS,
@@ -84,7 +84,9 @@ def plan_wish(
         motion = PlannedMotion(_start(snapshot, wish.moves, run), notes)
     if wish.tracking is None:
         return motion
-    command = tracked(snapshot, motion.command, wish.tracking, lambda: _go_on(given_up))
+    command = tracked(
+        snapshot, motion.command, wish.tracking, moved_arms(snapshot, wish.every_move), lambda: _go_on(given_up)
+    )
     return replace(motion, command=command)
 
 

@@ -23,6 +23,7 @@ from virtualrobot_kernel.world.commands import (
     SetSpeedFactor,
     SetToolState,
 )
+from virtualrobot_kernel.world.groups import named_group
 from virtualrobot_kernel.world.state import Selection
 from virtualrobot_kernel.world.structure import JointType, Kind, Node, RobotData, Structure, ToolData
 
@@ -120,10 +121,16 @@ def set_joint_positions(change: Change, command: SetJointPositions, forward: For
 
 
 def set_kinematics(change: Change, command: SetKinematics, forward: Forward) -> Change:
-    """Choose the component that solves a robot's kinematics."""
+    """Choose the component that solves the kinematics of a robot or of one of its groups."""
     node, _ = change.structure.robot(command.robot)
     assert isinstance(node.data, RobotData)
-    data = replace(node.data, kinematics=command.kinematics, kinematics_settings=command.settings)
+    choice = {"kinematics": command.kinematics, "kinematics_settings": command.settings}
+    if command.group:
+        own = named_group(node, command.group)
+        groups = (replace(group, **choice) if group is own else group for group in node.data.groups)
+        data = replace(node.data, groups=tuple(groups))
+    else:
+        data = replace(node.data, **choice)
     return replace(change, structure=index.replaced(change.structure, replace(node, data=data)))
 
 

@@ -92,11 +92,12 @@ class SetJointPositions:
 
 @dataclass(frozen=True, slots=True)
 class SetKinematics:
-    """Gives a robot another kinematics component; motions go on as they were planned."""
+    """Gives a robot, or its group of this name, another kinematics component; motions go on as they were planned."""
 
     robot: str
     kinematics: str
     settings: Mapping[str, Any]
+    group: str = ""
 
 
 @dataclass(frozen=True, slots=True)
