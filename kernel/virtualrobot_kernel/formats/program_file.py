@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from virtualrobot.v1 import motion_pb2
-from yaml.nodes import MappingNode
 
 from virtualrobot_kernel.formats.scene_file import composed
 from virtualrobot_kernel.formats.scene_reader import SceneReader
-from virtualrobot_kernel.formats.yaml_text import Check
+from virtualrobot_kernel.formats.yaml_text import Check, MappingNode
 
 SCHEMA_VERSION = 1
 """The version of the format that is read."""
@@ -21,7 +20,7 @@ def parse(text: str, uri: str = "program.yaml", check: Check = lambda: None) -> 
     """
     root = composed(text, uri, "program", SCHEMA_VERSION, check)
     rest = [(key, value) for key, value in root.value if key.value != "schema_version"]
-    fields = MappingNode(root.tag, rest, root.start_mark, root.end_mark)
+    fields = MappingNode(rest, root.line, root.tag)
     motion = motion_pb2.StartMotionRequest()
     SceneReader(uri, "program", check).fill(motion, fields, "")
     return motion

@@ -12,12 +12,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from virtualrobot.v1 import nodes_pb2, scene_pb2
-from yaml.nodes import MappingNode, Node
 
 from virtualrobot_kernel.formats.scene_reader import SceneReader
 from virtualrobot_kernel.formats.scene_writer import to_plain, write_yaml
 from virtualrobot_kernel.formats.xml import malformed
-from virtualrobot_kernel.formats.yaml_text import Check, compose
+from virtualrobot_kernel.formats.yaml_text import Check, MappingNode, Node, SequenceNode, compose
+from virtualrobot_kernel.world.consistency import check_count
 
 SCHEMA_VERSION = 1
 """The version of the format that is written and read."""
@@ -36,7 +36,11 @@ def parse(text: str, uri: str = "scene.yaml", check: Check = lambda: None) -> sc
         KernelError: TOO_LARGE, see `formats/yaml_text.py`.
     """
     scene = scene_pb2.SceneFile()
-    SceneReader(uri, check=check).fill(scene, composed(text, uri, "scene", SCHEMA_VERSION, check), "")
+    root = composed(text, uri, "scene", SCHEMA_VERSION, check)
+    for key, value in root.value:
+        if isinstance(value, SequenceNode) and key.value == "nodes":
+            check_count(len(value.value))  # before the long work
+    SceneReader(uri, check=check).fill(scene, root, "")
     return scene
 
 
@@ -75,11 +79,11 @@ def _of_version(root: Node | None, uri: str, kind: str, version: int) -> Mapping
     if root is None:
         raise malformed(uri, 1, f"the file is empty; {example}")
     if not isinstance(root, MappingNode):
-        raise malformed(uri, root.start_mark.line + 1, f"expected keys and values; {example}")
+        raise malformed(uri, root.line, f"expected keys and values; {example}")
     for key, value in root.value:
         if key.value == "schema_version":
             if value.value != str(version):
-                line = value.start_mark.line + 1
+                line = value.line
                 known = f"unknown version {value.value!r}; this kernel reads version {version}"
                 raise malformed(uri, line, known, "schema_version")
             return root

@@ -7,9 +7,9 @@ a library that makes whole trees cannot be asked for.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import yaml
-from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.xml import malformed
@@ -17,8 +17,8 @@ from virtualrobot_kernel.formats.xml import malformed
 MOST_CHARACTERS = 8_000_000
 """A text of comments is looked at as a whole, 100 MB/s; a saved scene of 10,000 boxes has 2 million."""
 
-MOST_VALUES = 1_000_000
-"""Keys and values; a saved scene of 10,000 boxes has 300,000."""
+MOST_EVENTS = 400_000
+"""A key and a value are an event each, a list and a mapping two; a saved scene of 10,000 boxes has 360,000."""
 
 DEEPEST = 32
 """Scenes are ten deep; settings of components are messages in the end, three for each level, and those end at 100."""
@@ -30,6 +30,38 @@ Check = Callable[[], None]
 """Raises when nobody waits any more for what is done."""
 
 _LOADER = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
+
+
+@dataclass(slots=True, eq=False)
+class ScalarNode:
+    """A text, and whether it is `plain`: without quotes. `line` counts from 1; `tag` is what is written as one."""
+
+    value: str
+    plain: bool
+    line: int
+    tag: str | None
+
+
+@dataclass(slots=True, eq=False)
+class SequenceNode:
+    """A list of nodes."""
+
+    value: list[Node]
+    line: int
+    tag: str | None
+
+
+@dataclass(slots=True, eq=False)
+class MappingNode:
+    """Pairs of keys and values in their order."""
+
+    value: list[tuple[Node, Node]]
+    line: int
+    tag: str | None
+
+
+# Light ones: those of libraries keep two marks each, and collecting millions of objects holds up everybody.
+Node = ScalarNode | SequenceNode | MappingNode
 
 
 def compose(text: str, uri: str, check: Check = lambda: None) -> Node | None:
@@ -46,8 +78,8 @@ def compose(text: str, uri: str, check: Check = lambda: None) -> Node | None:
         for number, event in enumerate(yaml.parse(text, _LOADER)):
             if number % CHECKED_EVERY == 0:
                 check()
-            if number > MOST_VALUES:
-                raise _too_large(uri, "more keys and values", MOST_VALUES)
+            if number > MOST_EVENTS:
+                raise _too_large(uri, "more keys and values", MOST_EVENTS)
             tree.take(event)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
@@ -70,13 +102,13 @@ class _Tree:
     def take(self, event: yaml.Event) -> None:
         """Go on by one event."""
         if isinstance(event, yaml.ScalarEvent):
-            self._add(ScalarNode(event.tag, event.value, event.start_mark, event.end_mark, event.style or None))
+            self._add(ScalarNode(event.value, not event.style, event.start_mark.line + 1, event.tag))
         elif isinstance(event, yaml.CollectionEndEvent):
             self._open.pop()
             self._keys.pop()
         elif isinstance(event, yaml.CollectionStartEvent):
             kind = MappingNode if isinstance(event, yaml.MappingStartEvent) else SequenceNode
-            node = kind(event.tag, [], event.start_mark, event.end_mark)
+            node = kind([], event.start_mark.line + 1, event.tag)
             self._add(node)
             if len(self._open) == DEEPEST:
                 raise self._error(event, f"nested too deeply: more than {DEEPEST} lists and mappings in each other")

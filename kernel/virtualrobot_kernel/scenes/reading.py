@@ -28,7 +28,6 @@ from virtualrobot_kernel.world.commands import (
     SetSpeedFactor,
     SetToolState,
 )
-from virtualrobot_kernel.world.consistency import check_count
 from virtualrobot_kernel.world.structure import WORLD_NAME, NodeSpec
 
 
@@ -55,7 +54,6 @@ def read_scene(
     """
     referrer, uri = uri, uri or "scene.yaml"
     scene = scene_file.parse(text, uri, check)
-    check_count(len(scene.nodes))
     taken = {WORLD_NAME} if known is None else set(known)
     specs = [spec_of(node, f"{uri}: nodes[{place}]") for place, node in enumerate(scene.nodes)]
     # Tools and sensors of a scene file hang on links that come with its models: they wait for them.

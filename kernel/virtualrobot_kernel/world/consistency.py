@@ -1,4 +1,4 @@
-"""Invariants of the tree whatever is changed: names that nodes keep of others lead somewhere, and there are not too many."""
+"""Invariants of the tree whatever is changed: names that nodes keep lead somewhere, and there are not too many."""
 
 from __future__ import annotations
 
