@@ -87,6 +87,6 @@ def test_what_no_position_is_is_refused(value: float) -> None:
 def test_no_triangle_and_too_many(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(ArgumentError, match="holds no triangle"):
         write_glb([Piece(TETRAHEDRON, np.zeros((0, 3), int))], "x")
-    monkeypatch.setattr(glb, "MAX_TRIANGLES", 3)
+    monkeypatch.setattr("virtualrobot_plugins.importers.glb.MAX_TRIANGLES", 3)
     with pytest.raises(ArgumentError, match="makes 4 triangles; at most 3 are read"):
         write_glb([Piece(TETRAHEDRON, TETRAHEDRON_FACES)], "x")
