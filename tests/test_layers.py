@@ -41,7 +41,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "collision": ("motion", "numeric", "planning", "shapes", "world"),
     "paths": ("collision", "motion", "planning", "world"),
     "sensing": ("collision", "components", "numeric", "planning", "shapes", "world"),
-    "drawing": ("collision", "formats", "numeric", "planning", "sensing", "shapes", "world"),
+    "drawing": ("collision", "numeric", "planning", "sensing", "shapes", "world"),
     "api": (
         *("collision", "components", "drawing", "formats", "inputs", "messages", "motion", "paths", "planning"),
         *("scenes", "sensing", "world"),
