@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import zlib
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,15 @@ GIVEN_SEED = os.environ.get("VIRTUALROBOT_TEST_SEED", "")
 def seed_of(node: pytest.Item | pytest.Collector) -> int:
     """Return the seed of a test, class or file: the same in every run and on every machine."""
     return int(GIVEN_SEED or zlib.crc32(node.nodeid.encode()))
+
+
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """Mark what `make test-all` does again with all draws, and what `make hunt` has other seeds for."""
+    fixtures = getattr(item, "fixturenames", ())
+    if "draws" in fixtures:
+        item.add_marker("drawn")
+    if "seed" in fixtures or hasattr(getattr(item, "cls", None), "seed"):
+        item.add_marker("seeded")
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -49,3 +59,10 @@ def seed(request: pytest.FixtureRequest) -> int:
 def rng(seed: int) -> np.random.Generator:
     """Return a generator on the printed seed."""
     return np.random.default_rng(seed)
+
+
+@pytest.fixture
+def draws(request: pytest.FixtureRequest) -> Callable[[int], int]:
+    """Return a function that says how many of so many draws are made: a fifth, unless long tests are wanted too."""
+    few = "not long" in request.config.option.markexpr
+    return lambda count: -(-count // 5) if few else count

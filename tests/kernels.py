@@ -176,8 +176,8 @@ def emptied(process: KernelProcess) -> Iterator[Stubs]:
     """Give stubs to a kernel from which all is taken that clients have left."""
     stubs = process.stubs()
     for lease in stubs.lease.ListLeases(lease_pb2.ListLeasesRequest()).leases:
-        taken = stubs.lease.Take(lease_pb2.TakeRequest(robots=lease.robots))
-        stubs.lease.Release(lease_pb2.ReleaseRequest(token=taken.token))
+        taken = stubs.lease.TakeLease(lease_pb2.TakeLeaseRequest(robots=lease.robots))
+        stubs.lease.ReleaseLease(lease_pb2.ReleaseLeaseRequest(token=taken.token))
     stubs.kernel.SetClock(kernel_pb2.SetClockRequest(mode=process.mode, speed_factor=1.0))
     # Nodes, signals, motions, speed factor, collision settings and the view.
     stubs.scene.LoadScene(scene_pb2.LoadSceneRequest(text=EMPTY_SCENE))
