@@ -43,15 +43,15 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{KERNEL}/motion/time_optimal.py": (*MOTION, "toppra"),
     f"{KERNEL}/motion/online.py": (*MOTION, "ruckig"),
     # An arm goes along with a frame by Newton steps in the tick, compiled.
-    f"{KERNEL}/motion/frame_following.py": (*MOTION, "virtualrobot_kernel.numeric.tracking"),
+    f"{KERNEL}/motion/conveyor_tracking.py": (*MOTION, "virtualrobot_kernel.numeric.tracking"),
     # Each native library has one room.
     KERNEL: ROOM,
     # The composition root knows every room; `serve` writes the token where the client's rule says.
     f"{KERNEL}/kernel.py": (*ROOM, "virtualrobot.v1"),
     f"{KERNEL}/serve.py": (*ROOM, "virtualrobot.session"),
     f"{KERNEL}/api": (*ROOM, *CONTRACT, "grpc", "grpc_status", "grpc_health", "grpc_reflection", "google.rpc"),
-    # The browser by viser; files of pictures, and the letters in them, by Pillow.
-    f"{KERNEL}/drawing": (*ROOM, "viser", "PIL"),
+    # The browser by viser, whose server is that of websockets; files of pictures, and the letters in them, by Pillow.
+    f"{KERNEL}/drawing": (*ROOM, "viser", "websockets", "PIL"),
     # FCL holds the interpreter's lock: whoever asks it goes through the bounded calls of this room.
     f"{KERNEL}/collision": (*ROOM, "fcl"),
     # OMPL holds the interpreter's lock: it runs in a process of its own, and only this file imports it.

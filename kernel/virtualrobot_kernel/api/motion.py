@@ -11,7 +11,7 @@ from functools import partial
 
 from virtualrobot.v1 import motion_pb2, motion_pb2_grpc
 
-from virtualrobot_kernel.api.author import author
+from virtualrobot_kernel.api.author import person
 from virtualrobot_kernel.api.convert.program import note_messages
 from virtualrobot_kernel.api.convert.states import motion_message
 from virtualrobot_kernel.api.convert.values import check_enum, stamp
@@ -156,7 +156,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
     async def Stop(self, request: motion_pb2.StopRequest, context: object) -> motion_pb2.StopResponse:
         """Cancel all motions, or all of some robots."""
         going = {motion.id for motion in self._rooms.world.snapshot.state.motions if not motion.cancellation}
-        applied = await self._submit([StopMotions(tuple(request.robots), f"stopped by {author(context)}")], context)
+        applied = await self._submit([StopMotions(tuple(request.robots), f"stopped by {person(context)}")], context)
         snapshot = applied.snapshot
         motions = (*snapshot.state.motions, *snapshot.state.ended)
         stopped = [one for one in motions if one.cancellation and one.id in going]

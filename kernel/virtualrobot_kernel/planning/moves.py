@@ -44,9 +44,9 @@ from virtualrobot_kernel.planning.wishes import (
 )
 from virtualrobot_kernel.world.actuators import joint_positions
 from virtualrobot_kernel.world.apply_robots import tool_state
-from virtualrobot_kernel.world.assumed import Assumed, Way, assume
 from virtualrobot_kernel.world.change import inverse
 from virtualrobot_kernel.world.figures import Pose
+from virtualrobot_kernel.world.preconditions import Preconditions, TcpPath, preconditions_of
 from virtualrobot_kernel.world.state import Selection, Snapshot
 from virtualrobot_kernel.world.structure import Kind, Node, RobotData
 
@@ -198,22 +198,22 @@ def solved_robots(snapshot: Snapshot, moves: Sequence[Move]) -> set[int]:
     }
 
 
-def assumed_by(snapshot: Snapshot, moves: Sequence[Move], joints: Iterable[tuple[str, str]]) -> Assumed:
+def preconditions_by(snapshot: Snapshot, moves: Sequence[Move], joints: Iterable[tuple[str, str]]) -> Preconditions:
     """Return what the plan of these moves, which moves these joints (robot, joint), assumes of the world."""
     structure = snapshot.structure
-    ways: list[Way] = []
+    ways: list[TcpPath] = []
     postures: list[tuple[int, str]] = []
     tool_states: list[tuple[int, str]] = []
     for move in moves:
         robot = structure.node(move.robot, Kind.ROBOT)
         if solved_robots(snapshot, [move]):
-            ways.append(Way(robot.uid, tuple(structure.node(name).uid for name in _references(move))))
+            ways.append(TcpPath(robot.uid, tuple(structure.node(name).uid for name in _references(move))))
         elif isinstance(move, ToolStateMove):
             tool_states.append((structure.node(_tool_positions(snapshot, robot, move)[0]).uid, move.state))
         elif isinstance(move, PointToPoint) and isinstance(move.goal, str):
             postures.append((robot.uid, move.goal))
     uids = ((structure.node(robot, Kind.ROBOT).uid, joint) for robot, joint in joints)
-    return assume(structure, snapshot.state, uids, ways, postures, tool_states)
+    return preconditions_of(structure, snapshot.state, uids, ways, postures, tool_states)
 
 
 def _references(move: Move) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.motion.program import Program, Stage, Wait, of_plan
 from virtualrobot_kernel.planning.blending import PlannedRun, arrived, plan_run, run_together
-from virtualrobot_kernel.planning.moves import assumed_by, plan_moves, search_of
+from virtualrobot_kernel.planning.moves import plan_moves, preconditions_by, search_of
 from virtualrobot_kernel.planning.notes import Note, NoteKind
 from virtualrobot_kernel.planning.program import (
     MAX_STEPS,
@@ -92,8 +92,8 @@ def _start(snapshot: Snapshot, moves: Sequence[Move], run: PlannedRun) -> StartM
     search = search_of(snapshot, moves)
     program = of_plan(run.plan, search.until if search else None)
     tool_states = tuple((0, *pair) for pair in run.tool_states)
-    assumed = assumed_by(snapshot, moves, run.joints)
-    return StartMotion(run.joints, program, tool_states, search.robot if search else "", assumed)
+    preconditions = preconditions_by(snapshot, moves, run.joints)
+    return StartMotion(run.joints, program, tool_states, search.robot if search else "", preconditions)
 
 
 def _program(snapshot: Snapshot, wish: MotionWish, solver_of: SolverOf, given_up: GivenUp) -> PlannedMotion:
@@ -217,7 +217,7 @@ def _command(snapshot: Snapshot, wish: MotionWish, parts: Sequence[_Part]) -> St
         Program(tuple(stages), np.array(start, dtype=np.float64), len(wish.steps)),
         tuple((part.steps[-1][1], *pair) for part in parts for pair in part.tool_states),
         search.robot if search else "",
-        assumed_by(snapshot, wish.every_move, joints),
+        preconditions_by(snapshot, wish.every_move, joints),
     )
 
 

@@ -10,7 +10,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from typing import Any, TypeGuard, TypeVar
 
 import numpy as np
 from virtualrobot_sdk.answers import check_solution, checked_frames, checked_jacobian, checked_result
@@ -30,6 +30,9 @@ from virtualrobot_kernel.world.structure import Node, NodeSpec, RobotData, Struc
 
 AUTOMATIC = ("closed_form", "arm_angle", "chain")
 """What a robot gets that names no component: the first that takes it; only the last one's refusal counts."""
+MOST_ENDS = 3
+"""After so many ends of its process, with fewer than FORGIVEN_CALLS calls between them, a component is not made anew."""
+FORGIVEN_CALLS = 100
 LOCKED_ARMS = 32
 """How many components of arms with locked joints are kept ready."""
 CHECK_SEED = 20061
@@ -101,6 +104,22 @@ class Tried:
     settings: Mapping[str, Any]
     solver: Solver
     check: SelfCheck
+    ends: int = 0
+    """How often its process has ended before this one."""
+    before: str = ""
+    """The latest fault of the process before this one."""
+
+    @property
+    def fault(self) -> str:
+        """Return its latest fault since it was chosen; empty while there was none."""
+        latest = self.solver.running.latest
+        return latest.reason if latest else self.before
+
+    @property
+    def ends_so_far(self) -> int:
+        """Return how often its process has ended, this one included; long good work is not held against it."""
+        running = self.solver.running
+        return (running.fault is not None) + (self.ends if running.calls < FORGIVEN_CALLS else 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,11 +202,13 @@ class Solvers:
         chain = arm.serial()
         name, settings = chosen(arm.robot)
         with self._lock_of(arm.robot.uid):
-            kept = self._kept.get(arm.robot.uid)
-            if kept is None or not _fits(kept, chain, name, settings):
+            kept = before = self._kept.get(arm.robot.uid)
+            if kept is None or not _fits(kept, chain, name, settings) or _ended(kept):
                 self._drop_all_but(snapshot.structure)
                 try:
                     kept = self._tried(snapshot, arm, name, settings)
+                    if before is not None and _ended(before) and _fits(before, chain, name, settings):
+                        kept = replace(kept, ends=before.ends_so_far, before=before.fault)
                 except KernelError as error:
                     # Kept too: nobody wants to wait for the same failure again.
                     kept = _Refused(chain, name, name or AUTOMATIC[-1], settings, error)
@@ -225,22 +246,17 @@ class Solvers:
             if node is None:
                 continue  # it is newer than the structure
             if isinstance(kept, _Refused):
-                found.append(Use(node.name, kept.kinematics, str(kept.error), 0, 0.0, 0))
+                found.append(Use(node.name, kept.kinematics, kept.fault, 0, 0.0, 0))
                 continue
             running = kept.solver.running
-            fault = running.fault.reason if running.fault else ""
-            process = 0 if fault else running.process_id
-            found.append(Use(node.name, kept.kinematics, fault, running.calls, running.mean_seconds, process))
+            process = 0 if running.fault else running.process_id
+            found.append(Use(node.name, kept.kinematics, kept.fault, running.calls, running.mean_seconds, process))
         return tuple(found)
 
     def fault_of(self, node: Node) -> str:
-        """Return why a robot's component is not asked any more; empty while it is well or was never asked."""
+        """Return the latest fault of a robot's component since it was chosen; empty where there was none."""
         kept = self._kept_as_chosen(node)
-        if kept is None:
-            return ""
-        if isinstance(kept, _Refused):
-            return str(kept.error)
-        return kept.solver.running.fault.reason if kept.solver.running.fault else ""
+        return kept.fault if kept is not None else ""
 
     def close(self) -> None:
         """End all components; no other is made."""
@@ -315,6 +331,16 @@ class _Refused:
     kinematics: str
     settings: Mapping[str, Any]
     error: KernelError
+
+    @property
+    def fault(self) -> str:
+        """Return why."""
+        return str(self.error)
+
+
+def _ended(kept: Tried | _Refused) -> TypeGuard[Tried]:
+    """Return whether a component's process has ended, and not so often that it is left at that."""
+    return isinstance(kept, Tried) and kept.solver.running.fault is not None and kept.ends_so_far < MOST_ENDS
 
 
 def _again(error: KernelError) -> KernelError:

@@ -23,6 +23,9 @@ PIVOTS = [3, 0, 1, 2]
 GREATEST = 1e12
 """The greatest length that is taken, in meters: beyond the orbit of Saturn."""
 
+MOST_DIMENSIONS = 8
+"""The most dimensions of an array that are looked at; NumPy has 64 at most, and no field wants more than three."""
+
 M = TypeVar("M", bound=Message)
 
 DTYPES = {
@@ -165,6 +168,10 @@ def array(message: geometry_pb2.NumericArray, shape: Sequence[int | None], what:
     if dtype is None:
         raise KernelError(f"{what}.type must say how the numbers are stored, such as NUMERIC_TYPE_FLOAT64", field=what)
     given = tuple(message.shape)
+    if len(given) > MOST_DIMENSIONS:
+        raise KernelError(
+            f"{what} may have {MOST_DIMENSIONS} dimensions, not {len(given)}", field=what, dimensions=len(given)
+        )
     if len(given) != len(shape) or any(
         want is not None and have != want for have, want in zip(given, shape, strict=False)
     ):

@@ -17,9 +17,9 @@ import numpy as np
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason
 from virtualrobot_kernel.motion import online
 from virtualrobot_kernel.motion.limits import TOLERANCE, JointLimits, checked_joints
-from virtualrobot_kernel.motion.moving import ENDED, NOTHING, Given, Phase
-from virtualrobot_kernel.motion.online import Bounds, Coupling, JointState, Way
+from virtualrobot_kernel.motion.online import Bounds, Coupling, JointState, StoppableTrajectory
 from virtualrobot_kernel.motion.polynomial import Array
+from virtualrobot_kernel.motion.running_motion import ENDED, NOTHING, Phase, TickContext
 
 AHEAD_SECONDS = 0.05
 """How much sooner than its joint at greatest speed a setpoint may be where it is: clients and networks are not even."""
@@ -37,15 +37,15 @@ _ROUNDING = 1e-9
 
 
 class SetpointMode(Enum):
-    """What setpoints are; the names equal those of `SetpointMode` in the contract."""
+    """Quantity that setpoints give; the names equal those of `SetpointMode` in the contract."""
 
     POSITION = "POSITION"
     VELOCITY = "VELOCITY"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Following:
-    """Where k joints are that follow setpoints.
+class SetpointMotion:
+    """State of a motion of k joints that follow setpoints.
 
     timeout: after how long without a setpoint it stops (s). newest: the last setpoint that came, (k,); fresh: since the
     last tick. counted: the setpoint that the last tick followed; age: how old it is (s), interval: how old the one
@@ -106,7 +106,7 @@ class Following:
         q, v, a = self.now
         return np.array(q), np.array(v), np.array(a)
 
-    def set(self, values: Sequence[float]) -> Following:
+    def set(self, values: Sequence[float]) -> SetpointMotion:
         """Return the motion with a newer setpoint (k,); one that stops, has ended or was closed follows no more.
 
         Raises KernelError when the values are not k finite numbers; LimitError, which names joint, value and limit, for
@@ -128,16 +128,16 @@ class Following:
             self._check_jump(wanted)
         return replace(self, newest=wanted, fresh=True)
 
-    def close(self) -> Following:
+    def close(self) -> SetpointMotion:
         """Return the motion going on to its newest setpoint, or to standstill, where it will have succeeded.
 
         Where an actuator's limits keep the joints from that setpoint it is cancelled as they stand.
         """
         return replace(self, closed=True, fresh=False, counted=self.newest, goal=self.newest, drift=self._at_rest)
 
-    def advance(self, dt: float, override: float, given: Given = NOTHING) -> Following:
+    def advance(self, dt: float, override: float, context: TickContext = NOTHING) -> SetpointMotion:
         """Return the motion `dt` seconds later; no joint goes faster than `override` in (0, 1] times its limit."""
-        del given  # it looks at its setpoints alone
+        del context  # it looks at its setpoints alone
         if self.ended:
             return self
         heard = self.heard()
@@ -156,7 +156,7 @@ class Following:
                 fault = ("SETPOINT_REFUSED", message)
         return replace(heard, now=now, phase=phase, fault=fault, goal=goal, age=heard.age + dt)
 
-    def way(self, dt: float, override: float) -> tuple[Way, JointState]:
+    def way(self, dt: float, override: float) -> tuple[StoppableTrajectory, JointState]:
         """Return the way of the joints in the next `dt` seconds, and where they are then."""
         if self.phase is not Phase.RUNNING or (self.closed and self.mode is SetpointMode.VELOCITY):
             return online.brake(self.now, self.bounds, dt)
@@ -171,7 +171,7 @@ class Following:
         ]
         return online.follow_positions(self.now, origin, drift, self.bounds, greatest, dt)
 
-    def pause(self) -> Following:
+    def pause(self) -> SetpointMotion:
         """Return the motion slowing to standstill; a pausing or paused one as it is.
 
         It goes on hearing setpoints, and is cancelled when none come. Raises KernelError (WRONG_STATE) when it is
@@ -182,7 +182,7 @@ class Following:
         self._refuse("paused")
         return replace(self, phase=Phase.PAUSING)
 
-    def resume(self) -> Following:
+    def resume(self) -> SetpointMotion:
         """Return the motion going on with the newest setpoint; a running one as it is.
 
         Raises KernelError (WRONG_STATE) when it is stopping or has ended.
@@ -192,17 +192,17 @@ class Following:
         self._refuse("resumed")
         return replace(self, phase=Phase.RUNNING)
 
-    def cancel(self) -> Following:
+    def cancel(self) -> SetpointMotion:
         """Return the motion braking to its end; a paused one ends at once, one that stops or has ended stays."""
         if self.phase in (*ENDED, Phase.STOPPING):
             return self
         return replace(self, phase=Phase.CANCELLED if self.phase is Phase.PAUSED else Phase.STOPPING)
 
-    def abort(self) -> Following:
+    def abort(self) -> SetpointMotion:
         """Return the motion ended where it is: what it moved is gone."""
         return replace(self, phase=Phase.CANCELLED)
 
-    def heard(self) -> Following:
+    def heard(self) -> SetpointMotion:
         """Return the motion that counts its newest setpoint; the goal of an old one stands, a too old one stops it."""
         if self.fresh:
             spare = tuple(min(AHEAD_SECONDS, value) for value in self._spare(self.newest))
@@ -323,7 +323,7 @@ def start(
     q: Sequence[float] | Array,
     timeout: float,
     couplings: Sequence[Coupling] = (),
-) -> Following:
+) -> SetpointMotion:
     """Return the motion at its start: at rest at `q` (k,), which is its first setpoint (a velocity of 0).
 
     Raises LimitError when a joint or an actuator is outside its limits, KernelError when the timeout is not finite and
@@ -354,7 +354,7 @@ def start(
     at = tuple(places.tolist())
     rest = (0.0,) * len(at)
     first = rest if mode is SetpointMode.VELOCITY else at
-    return Following(
+    return SetpointMotion(
         mode=mode,
         limits=limits,
         bounds=Bounds.of(limits, couplings),

@@ -1,4 +1,4 @@
-"""A motion that runs: nominal time tau on a plan, advanced at a rate. Pure: functions take a Running and return one.
+"""Execution of a plan: nominal time tau, advanced at a rate. Pure: functions take a PlanExecution and return one.
 
 Pause, resume and speed override change the rate dtau/dt alone, so they never leave the path. A change is a ramp that is
 twice differentiable, hence joint acceleration stays continuous, and short enough as the limits allow; while no ramp
@@ -17,10 +17,10 @@ from dataclasses import dataclass, replace
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.brake import PathState, brake_state, can_brake, choose_brakes, nominal_time
 from virtualrobot_kernel.motion.limits import checked_scale
-from virtualrobot_kernel.motion.moving import ENDED, NOTHING, Given, Phase
 from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 from virtualrobot_kernel.motion.ramp import RateRamp, choose_ramp
+from virtualrobot_kernel.motion.running_motion import ENDED, NOTHING, Phase, TickContext
 
 _RETRY = 0.02
 _SHORTEST_PATIENCE = 0.1
@@ -30,7 +30,7 @@ _SLOWING = (Phase.PAUSING, Phase.STOPPING)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Running:
+class PlanExecution:
     """Where a motion is on its plan.
 
     tau: nominal time gone by (s); rate: dtau/dt; rate_slope: d2tau/dt2 (1/s). override: the rate that is wanted while
@@ -103,18 +103,18 @@ class Running:
             return self.plan.sample_path(self.path_states)
         return self.plan.sample(self.tau, self.rate, self.rate_slope)
 
-    def advance(self, dt: float, override: float, given: Given = NOTHING) -> Running:
+    def advance(self, dt: float, override: float, context: TickContext = NOTHING) -> PlanExecution:
         """Return the motion `dt` seconds later, with the speed `override` in (0, 1] that holds from now on."""
-        del given  # what it does is in its plan
+        del context  # what it does is in its plan
         if self.ended:
             return self
         return _advanced(self if override == self.override else self.set_override(override), dt)
 
-    def set_override(self, override: float) -> Running:
+    def set_override(self, override: float) -> PlanExecution:
         """Return the motion with another speed override in (0, 1]; a paused or stopping one remembers it."""
         return _retarget(replace(self, override=checked_scale(override, "speed override"), waiting=0.0))
 
-    def pause(self) -> Running:
+    def pause(self) -> PlanExecution:
         """Return the motion slowing to standstill; a pausing or paused one as it is.
 
         Raises KernelError (WRONG_STATE) when it is stopping or has ended.
@@ -124,7 +124,7 @@ class Running:
         _refuse(self, "paused")
         return _retarget(replace(self, phase=Phase.PAUSING, waiting=0.0))
 
-    def resume(self) -> Running:
+    def resume(self) -> PlanExecution:
         """Return the motion going on after a pause; a running one as it is.
 
         Raises KernelError (WRONG_STATE) when it is stopping or has ended.
@@ -134,11 +134,11 @@ class Running:
         _refuse(self, "resumed")
         return _retarget(replace(self, phase=Phase.RUNNING, waiting=0.0))
 
-    def abort(self) -> Running:
+    def abort(self) -> PlanExecution:
         """Return the motion ended where it is: what it moved is gone."""
         return replace(self, phase=Phase.CANCELLED)
 
-    def cancel(self) -> Running:
+    def cancel(self) -> PlanExecution:
         """Return the motion braking to its end; a paused one ends at once; one that stops or has ended stays as it is.
 
         A motion that stands still no later at its goal than by braking runs on to it, and has succeeded then.
@@ -151,17 +151,17 @@ class Running:
         return _retarget(replace(self, phase=Phase.STOPPING, waiting=waiting))
 
 
-def start(plan: Plan, override: float) -> Running:
+def start(plan: Plan, override: float) -> PlanExecution:
     """Return the motion at the start of its plan, at rest; a plan of duration 0 has succeeded already.
 
     The rate is `override` from the first moment on: the plan itself starts at rest.
     """
     rate = checked_scale(override, "speed override")
     phase = Phase.RUNNING if plan.duration > 0.0 else Phase.SUCCEEDED
-    return Running(plan, phase, rate, 0.0, rate, 0.0, RateRamp(rate), 0.0, 0.0)
+    return PlanExecution(plan, phase, rate, 0.0, rate, 0.0, RateRamp(rate), 0.0, 0.0)
 
 
-def _advanced(running: Running, dt: float) -> Running:
+def _advanced(running: PlanExecution, dt: float) -> PlanExecution:
     if running.phase is Phase.PAUSED:
         return running
     if running.brakes:
@@ -183,7 +183,7 @@ def _advanced(running: Running, dt: float) -> Running:
         phase, tau, rate, slope = Phase.SUCCEEDED, running.plan.duration, 0.0, 0.0
     elif elapsed >= running.ramp.length and running.ramp.goal == 0.0 and phase in _SLOWING:
         phase = Phase.PAUSED if phase is Phase.PAUSING else Phase.CANCELLED
-    return Running(
+    return PlanExecution(
         running.plan,
         phase,
         running.override,
@@ -198,11 +198,11 @@ def _advanced(running: Running, dt: float) -> Running:
     )
 
 
-def _wanted(running: Running) -> float:
+def _wanted(running: PlanExecution) -> float:
     return 0.0 if running.phase in (*_SLOWING, Phase.PAUSED) else running.override
 
 
-def _brake_on(running: Running, dt: float) -> Running:
+def _brake_on(running: PlanExecution, dt: float) -> PlanExecution:
     elapsed = running.elapsed + dt
     taus = [
         nominal_time(track.time_law, brake_state(brake, elapsed)[0], running.tau)
@@ -214,7 +214,7 @@ def _brake_on(running: Running, dt: float) -> Running:
     return replace(running, phase=phase, tau=min(taus, default=running.tau), elapsed=elapsed)
 
 
-def _retarget(running: Running) -> Running:
+def _retarget(running: PlanExecution) -> PlanExecution:
     """Start the brakes or the ramp to the wanted rate when they fit, or when waiting has taken long enough."""
     if running.brakes:
         return running
@@ -248,14 +248,14 @@ def _retarget(running: Running) -> Running:
     return replace(running, ramp=choice.ramp, ramp_tau=running.tau, elapsed=0.0, waiting=0.0)
 
 
-def _time_left(running: Running) -> float:
+def _time_left(running: PlanExecution) -> float:
     """Return after how many seconds the motion stands still, at its goal or at the end of a ramp to rate 0."""
     ramp = running.ramp
     at_goal = ramp.time_when(running.plan.duration - running.ramp_tau)
     return (min(at_goal, ramp.length) if ramp.goal == 0.0 else at_goal) - running.elapsed
 
 
-def _refuse(running: Running, what: str) -> None:
+def _refuse(running: PlanExecution, what: str) -> None:
     if running.phase in (*ENDED, Phase.STOPPING):
         raise KernelError(
             f"a motion that is {running.phase.value} cannot be {what}; only one that is RUNNING, PAUSING or PAUSED can",

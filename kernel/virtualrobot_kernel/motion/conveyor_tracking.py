@@ -1,4 +1,4 @@
-"""Going along with a frame that one joint of another robot moves: which arms do, how far, how they begin and end.
+"""Tracking of a frame that one joint of another robot moves: which arms do, how far, how they begin and end.
 
 Where the frame is, is told by the joint's displacement since the motion was planned, in rad or m. An arm catches up
 with it by letting the difference go to zero along a quintic, so that from then on it is where the frame is, exactly;
@@ -30,7 +30,7 @@ _FIRST = np.array([np.polynomial.Polynomial.basis(i).deriv()(_SHARES) for i in r
 
 
 @dataclass(frozen=True, eq=False)
-class Follower:
+class TrackingArm:
     """An arm of k joints that goes along, and how the frame moves seen from its base.
 
     columns (k,): where its joints are among the motion's. chain: with the tool centre point as its tip; weight (1/m)
@@ -75,15 +75,15 @@ class Follower:
 
 
 @dataclass(frozen=True, eq=False)
-class Following:
-    """What arms go along with, and what was checked for them when it was planned.
+class ConveyorTracking:
+    """Frame that arms go along with, and what was checked for them when it was planned.
 
     start: the joint's coordinate when it was planned (rad or m); low, high: between which displacements from there it
     is followed, one of them 0. max_velocity, max_acceleration: those of the joint that the arms keep up with.
     own_acceleration, own_jerk: what catching up and leaving may add, per s² and s³ of the joint.
     """
 
-    followers: tuple[Follower, ...]
+    arms: tuple[TrackingArm, ...]
     start: float
     low: float
     high: float
@@ -112,10 +112,10 @@ class CatchUp:
         return value, first, second
 
 
-def catch_up(following: Following, gap: float, speed: float, slope: float) -> CatchUp:
+def catch_up(tracking: ConveyorTracking, gap: float, speed: float, slope: float) -> CatchUp:
     """Return the shortest of a list of quintics to zero from a difference with its derivatives that keeps the limits.
 
-    The limits: the difference's acceleration and jerk are the following's own, its speed what `OVERSHOOT` leaves. Where
+    The limits: the difference's acceleration and jerk are the tracking's own, its speed what `OVERSHOOT` leaves. Where
     none keeps them all, as from an acceleration beyond them, it is the one that exceeds them least.
     """
     if not (gap or speed or slope):
@@ -124,9 +124,9 @@ def catch_up(following: Following, gap: float, speed: float, slope: float) -> Ca
     second, third = _greatest(coefficients)
     away = (-(coefficients @ _FIRST) * np.sign(speed or gap)).max(axis=1) + _BETWEEN * third
     excess = np.maximum(
-        away / _LENGTHS / ((OVERSHOOT - 1.0) * following.max_velocity), third / _LENGTHS**3 / following.own_jerk
+        away / _LENGTHS / ((OVERSHOOT - 1.0) * tracking.max_velocity), third / _LENGTHS**3 / tracking.own_jerk
     )
-    excess = np.maximum(excess, second / _LENGTHS**2 / max(following.own_acceleration, abs(slope)))
+    excess = np.maximum(excess, second / _LENGTHS**2 / max(tracking.own_acceleration, abs(slope)))
     keeps = excess <= 1.0 + 1e-12
     place = int(np.argmax(keeps) if keeps.any() else np.argmin(excess))
     return CatchUp(float(_LENGTHS[place]), tuple(coefficients[place].tolist()))
@@ -159,14 +159,14 @@ class Leave:
         return self.place + self.length * (self.speed / 2.0 + self.slope * self.length / 12.0)
 
 
-def leave(following: Following, place: float, speed: float, slope: float) -> Leave:
-    """Return the law that comes to rest from a place with its derivatives as soon as the following's own limits allow.
+def leave(tracking: ConveyorTracking, place: float, speed: float, slope: float) -> Leave:
+    """Return the law that comes to rest from a place with its derivatives as soon as the tracking's own limits allow.
 
     The cubic's jerk is at most 6 v/T² + 4 a/T, its acceleration on the way 3/2 v/T and a third of the one at first.
     """
-    speed_size, slope_size, jerk = abs(speed), abs(slope), following.own_jerk
+    speed_size, slope_size, jerk = abs(speed), abs(slope), tracking.own_jerk
     by_jerk = (2.0 * slope_size + math.sqrt(4.0 * slope_size**2 + 6.0 * jerk * speed_size)) / jerk
-    length = max(1.5 * speed_size / following.own_acceleration, by_jerk, float(_LENGTHS[0]))
+    length = max(1.5 * speed_size / tracking.own_acceleration, by_jerk, float(_LENGTHS[0]))
     return Leave(place, speed, slope, length)
 
 

@@ -1,4 +1,4 @@
-"""Running motions: pause, resume, cancel and override at random times stay on the path and within the limits."""
+"""PlanExecution motions: pause, resume, cancel and override at random times stay on the path and within the limits."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.motion import running
+from virtualrobot_kernel.motion import plan_execution
 from virtualrobot_kernel.motion.limits import CartesianLimits
-from virtualrobot_kernel.motion.moving import Phase
 from virtualrobot_kernel.motion.plan import Plan, plan_lin, plan_ptp
-from virtualrobot_kernel.motion.running import Running
+from virtualrobot_kernel.motion.plan_execution import PlanExecution
+from virtualrobot_kernel.motion.running_motion import Phase
 
 from .motions import (
     FINE,
@@ -49,7 +49,7 @@ class Program:
     rng: np.random.Generator
     override: float = 1.0
 
-    def step(self, motion: Running) -> Running:
+    def step(self, motion: PlanExecution) -> PlanExecution:
         """Return the motion one tick later, perhaps after a request."""
         if self.rng.random() < 0.01:
             request = self.rng.choice(["pause", "resume", "override", "cancel"], p=[0.35, 0.3, 0.3, 0.05])
@@ -68,7 +68,7 @@ def test_requests_at_random_times_keep_path_and_limits(kind: str, rng: np.random
     for _ in range(4):
         plan = MAKERS[kind](rng)
         program = Program(rng, float(rng.choice([1.0, 0.3])))
-        motion = running.start(plan, program.override)
+        motion = plan_execution.start(plan, program.override)
         samples, still = [motion.sample()], set()
         taus = [nominal_times(motion)]
         for _ in range(20000):
@@ -114,7 +114,7 @@ def test_a_line_keeps_its_own_acceleration_through_pauses(
     travel = goal[:3, 3] - kinematics("panda").forward(start)[-1][:3, 3]
     length = float(np.linalg.norm(travel))
     program = Program(rng)
-    motion = running.start(plan, 1.0)
+    motion = plan_execution.start(plan, 1.0)
     while not motion.ended and motion.phase is not Phase.STOPPING:
         motion = program.step(motion)
         if motion.phase is not Phase.STOPPING:
@@ -129,7 +129,7 @@ def test_a_cancelled_line_stops_faster_than_its_own_acceleration() -> None:
     goal[:3, 3] += 0.0, 0.4, 0.0
     limits = CartesianLimits(velocity=0.25, acceleration=0.5, jerk=20.0)
     plan = plan_lin(chain, ready, goal, arm_limits("iiwa"), limits)
-    cruising = running.start(plan, 1.0).advance(0.5 * plan.duration, 1.0)
+    cruising = plan_execution.start(plan, 1.0).advance(0.5 * plan.duration, 1.0)
     shortest = 1.875 * 0.25 / 0.5
     assert shortest * 0.99 <= cruising.pause().ramp.length <= shortest * 1.2
     (brake,) = cruising.cancel().brakes
@@ -139,7 +139,7 @@ def test_a_cancelled_line_stops_faster_than_its_own_acceleration() -> None:
 def test_positions_of_an_interrupted_ptp_are_on_the_straight_line(rng: np.random.Generator) -> None:
     plan = random_ptp(rng)
     program = Program(rng)
-    motion = running.start(plan, 1.0)
+    motion = plan_execution.start(plan, 1.0)
     direction = (plan.goal - plan.start) / np.linalg.norm(plan.goal - plan.start)
     while not motion.ended:
         motion = program.step(motion)
@@ -149,7 +149,7 @@ def test_positions_of_an_interrupted_ptp_are_on_the_straight_line(rng: np.random
 
 def test_without_requests_the_motion_follows_the_plan(rng: np.random.Generator) -> None:
     plan = random_ptp(rng)
-    motion = running.start(plan, 1.0)
+    motion = plan_execution.start(plan, 1.0)
     ticks = 0
     while not motion.ended:
         motion = motion.advance(TICK, 1.0)
@@ -167,7 +167,7 @@ def test_without_requests_the_motion_follows_the_plan(rng: np.random.Generator) 
 def test_an_override_from_the_start_stretches_time(rng: np.random.Generator) -> None:
     plan = random_ptp(rng)
     override = float(rng.uniform(0.1, 0.9))
-    motion = running.start(plan, override)
+    motion = plan_execution.start(plan, override)
     ticks = 0
     while not motion.ended:
         motion = motion.advance(TICK, override)
@@ -176,7 +176,7 @@ def test_an_override_from_the_start_stretches_time(rng: np.random.Generator) -> 
 
 
 def test_a_change_of_override_settles_at_the_new_rate(rng: np.random.Generator) -> None:
-    motion = running.start(random_ptp(rng), 0.05)
+    motion = plan_execution.start(random_ptp(rng), 0.05)
     for override in (0.2, 0.1):
         settled = False
         while not motion.ended and not settled:
@@ -191,7 +191,7 @@ def test_a_stop_takes_little_longer_than_from_top_speed(kind: str, rng: np.rando
     plan = MAKERS[kind](rng)
     bound = max(plan.braking.stop_time, 0.1) + 1.2**9 * plan.braking.stop_time + 0.05
     for tau in rng.uniform(0.0, plan.duration, 10):
-        motion = running.start(plan, 1.0)
+        motion = plan_execution.start(plan, 1.0)
         motion = motion.advance(float(tau), 1.0).cancel()
         ticks = 0
         while not motion.ended:
@@ -207,7 +207,7 @@ def test_a_pause_from_top_speed_brakes_at_the_limit(rng: np.random.Generator) ->
     velocity, acceleration, jerk = (float(x[0]) for x in (limits.velocity, limits.acceleration, limits.jerk))
     shortest = max(1.875 * velocity / acceleration, float(np.sqrt(10 / np.sqrt(3) * velocity / jerk)))
     assert plan.braking.stop_time == pytest.approx(shortest, rel=1e-6)
-    motion = running.start(plan, 1.0).advance(plan.duration * 0.4, 1.0).pause()
+    motion = plan_execution.start(plan, 1.0).advance(plan.duration * 0.4, 1.0).pause()
     assert motion.phase is Phase.PAUSING
     assert motion.ramp.length == pytest.approx(shortest, rel=0.2)
     while motion.phase is not Phase.PAUSED:
@@ -225,7 +225,7 @@ def test_a_pause_from_top_speed_brakes_at_the_limit(rng: np.random.Generator) ->
 
 def test_a_pause_can_be_taken_back_midway_without_a_jump(rng: np.random.Generator) -> None:
     plan = plan_ptp([-1.9], [1.9], random_limits(rng, 1))
-    motion = running.start(plan, 1.0).advance(plan.duration * 0.3, 1.0).pause()
+    motion = plan_execution.start(plan, 1.0).advance(plan.duration * 0.3, 1.0).pause()
     motion = motion.advance(motion.ramp.length * float(rng.uniform(0.2, 0.8)), 1.0)
     resumed = motion.resume()
     assert resumed.phase is Phase.RUNNING
@@ -238,7 +238,7 @@ def test_a_pause_can_be_taken_back_midway_without_a_jump(rng: np.random.Generato
 
 def test_each_phase_answers_each_request(rng: np.random.Generator) -> None:
     plan = plan_ptp([-1.9], [1.9], random_limits(rng, 1))
-    going = running.start(plan, 1.0).advance(plan.duration * 0.4, 1.0)
+    going = plan_execution.start(plan, 1.0).advance(plan.duration * 0.4, 1.0)
     pausing = going.pause()
     assert pausing.pause() is pausing
     assert going.resume() is going
@@ -251,7 +251,7 @@ def test_each_phase_answers_each_request(rng: np.random.Generator) -> None:
     stopping = pausing.cancel()
     assert stopping.phase is Phase.STOPPING
     assert stopping.cancel() is stopping
-    for refused in (Running.pause, Running.resume):
+    for refused in (PlanExecution.pause, PlanExecution.resume):
         for motion in (stopping, paused.cancel()):
             with pytest.raises(KernelError, match=motion.phase.value) as refusal:
                 refused(motion)
@@ -267,13 +267,13 @@ def test_overrides_outside_0_to_1_are_refused(rng: np.random.Generator) -> None:
     plan = random_ptp(rng)
     for bad in (0.0, -0.5, 1.01, float("nan")):
         with pytest.raises(KernelError, match="speed override must be above 0 and at most 1"):
-            running.start(plan, bad)
+            plan_execution.start(plan, bad)
         with pytest.raises(KernelError, match="speed override"):
-            running.start(plan, 1.0).set_override(bad)
+            plan_execution.start(plan, 1.0).set_override(bad)
 
 
 def test_a_motion_without_length_has_succeeded_at_once(rng: np.random.Generator) -> None:
-    motion = running.start(plan_ptp([0.5, 0.1], [0.5, 0.1], random_limits(rng, 2)), 1.0)
+    motion = plan_execution.start(plan_ptp([0.5, 0.1], [0.5, 0.1], random_limits(rng, 2)), 1.0)
     assert motion.phase is Phase.SUCCEEDED
     assert motion.progress == 1.0
     np.testing.assert_array_equal(motion.sample()[0], [0.5, 0.1])
@@ -282,7 +282,7 @@ def test_a_motion_without_length_has_succeeded_at_once(rng: np.random.Generator)
 
 def test_the_path_state_is_the_derivative_of_the_path_parameter(rng: np.random.Generator) -> None:
     plan = random_ptp(rng)
-    motion = running.start(plan, 1.0).advance(0.4 * plan.duration, 1.0).pause()
+    motion = plan_execution.start(plan, 1.0).advance(0.4 * plan.duration, 1.0).pause()
     motion = motion.advance(0.5 * motion.ramp.length, 1.0)
     later = motion.advance(1e-6, 1.0)
     (u0, v0, a0), (u1, v1, a1) = motion.path_states[0], later.path_states[0]
@@ -296,7 +296,7 @@ def test_equal_programs_are_bit_equal(seed: int) -> None:
         rng = np.random.default_rng(seed)
         plan = random_ptp(rng)
         program = Program(rng)
-        motion = running.start(plan, 1.0)
+        motion = plan_execution.start(plan, 1.0)
         path = []
         while not motion.ended:
             motion = program.step(motion)

@@ -14,9 +14,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.motion.frame_following import CatchUp, Following, Leave, catch_up, leave
-from virtualrobot_kernel.motion.moving import ENDED, NOTHING, Given, Moving, Phase
+from virtualrobot_kernel.motion.conveyor_tracking import CatchUp, ConveyorTracking, Leave, catch_up, leave
 from virtualrobot_kernel.motion.polynomial import Array
+from virtualrobot_kernel.motion.running_motion import ENDED, NOTHING, Phase, RunningMotion, TickContext
 
 WINDOW_LEFT, TRACKING_LOST = "WINDOW_LEFT", "TRACKING_LOST"
 """Names of `CancelCause`."""
@@ -32,8 +32,8 @@ _LARGEST_ERROR = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Tracked:
-    """Where such a motion is.
+class TrackingMotion:
+    """State of a motion that tracks a frame.
 
     inner: the motion as if the frame stood still. place, speed, slope: the displacement of the frame that the arms are
     at, and its derivatives by time. seen: the joint's displacement and velocity in the last tick; None before the first
@@ -41,8 +41,8 @@ class Tracked:
     whether they leave before the motion is over. trouble: why, if nobody asked for it. q, v, a (n,): the joints.
     """
 
-    inner: Moving
-    following: Following
+    inner: RunningMotion
+    tracking: ConveyorTracking
     phase: Phase
     q: Array
     v: Array
@@ -97,39 +97,39 @@ class Tracked:
         """Return joint positions, velocities and accelerations (n,): rad or m, per s, per s²."""
         return self.q, self.v, self.a
 
-    def advance(self, dt: float, override: float, given: Given = NOTHING) -> Tracked:
-        """Return the motion `dt` seconds later; `given` must tell where the frame's joint is by then."""
+    def advance(self, dt: float, override: float, context: TickContext = NOTHING) -> TrackingMotion:
+        """Return the motion `dt` seconds later; `context` must tell where the frame's joint is by then."""
         if self.ended:
             return self
-        now = self if self.leaving else _gone_along(self, dt, given)
+        now = self if self.leaving else _gone_along(self, dt, context)
         if now.leaving:
-            now = _left(now, dt, override, given)
+            now = _left(now, dt, override, context)
         elif now.in_step:
-            inner = now.inner.advance(dt, override, given)
+            inner = now.inner.advance(dt, override, context)
             now = replace(now, inner=inner, signals=inner.signals, phase=inner.phase)
             if inner.ended:
                 now = replace(now, leaving=_leave(now), elapsed=0.0, phase=Phase.STOPPING)
         return _posed(now, dt)
 
-    def pause(self) -> Tracked:
-        """Return the motion slowing to standstill in the frame, with which it goes on; see `Moving.pause`."""
+    def pause(self) -> TrackingMotion:
+        """Return the motion slowing to standstill in the frame, with which it goes on; see `RunningMotion.pause`."""
         return self._asked(self.inner.pause, "paused")
 
-    def resume(self) -> Tracked:
-        """Return the motion going on after a pause; see `Moving.resume`."""
+    def resume(self) -> TrackingMotion:
+        """Return the motion going on after a pause; see `RunningMotion.resume`."""
         return self._asked(self.inner.resume, "resumed")
 
-    def cancel(self) -> Tracked:
+    def cancel(self) -> TrackingMotion:
         """Return the motion braking to its end while it leaves the frame; one that stops or has ended as it is."""
         if self.leaving or self.ended:
             return self
         return _stopping(self)
 
-    def abort(self) -> Tracked:
+    def abort(self) -> TrackingMotion:
         """Return the motion ended where it is: what it moved is gone."""
         return replace(self, phase=Phase.CANCELLED)
 
-    def _asked(self, change: Callable[[], Moving], what: str) -> Tracked:
+    def _asked(self, change: Callable[[], RunningMotion], what: str) -> TrackingMotion:
         if self.leaving or self.ended:
             raise KernelError(
                 f"a motion that is {self.phase.value} cannot be {what}; only one that is RUNNING, PAUSING, PAUSED or "
@@ -141,18 +141,18 @@ class Tracked:
         return replace(self, inner=inner, phase=inner.phase)
 
 
-def start(inner: Moving, following: Following) -> Tracked:
+def start(inner: RunningMotion, tracking: ConveyorTracking) -> TrackingMotion:
     """Return the motion at its start, at rest where the frame was when it was planned; `inner` has just started."""
     q, v, a = inner.sample()
-    return Tracked(inner, following, Phase.RUNNING, q, v, a, {})
+    return TrackingMotion(inner, tracking, Phase.RUNNING, q, v, a, {})
 
 
-def _gone_along(now: Tracked, dt: float, given: Given) -> Tracked:
+def _gone_along(now: TrackingMotion, dt: float, context: TickContext) -> TrackingMotion:
     """Return the motion with the frame where it is by now, or stopping when it can't or mustn't be followed there."""
-    following = now.following
-    if given.followed is None:
+    tracking = now.tracking
+    if context.tracked is None:
         return _stopping(now, (TRACKING_LOST, "the joint that it went along with is gone"))
-    place, speed = given.followed[0] - following.start, given.followed[1]
+    place, speed = context.tracked[0] - tracking.start, context.tracked[1]
     if trouble := _trouble(now, place, speed, dt):
         return _stopping(now, trouble)
     slope = 0.0 if now.seen is None else (speed - now.seen[1]) / dt
@@ -160,13 +160,13 @@ def _gone_along(now: Tracked, dt: float, given: Given) -> Tracked:
     if catching is None:
         if now.seen is None and (place or speed):
             return replace(now, seen=(place, speed))  # how fast the frame accelerates is known with the next tick
-        catching, elapsed = catch_up(following, place, speed, slope), 0.0
+        catching, elapsed = catch_up(tracking, place, speed, slope), 0.0
     gap, gap_speed, gap_slope = catching.state(elapsed)
-    at = leave(following, place - gap, speed - gap_speed, slope - gap_slope)
-    if not following.low - _ROUNDING <= at.end <= following.high + _ROUNDING:
+    at = leave(tracking, place - gap, speed - gap_speed, slope - gap_slope)
+    if not tracking.low - _ROUNDING <= at.end <= tracking.high + _ROUNDING:
         words = (
             f"what it went along with is {place:.6g} from where it was when the motion was planned, and its window "
-            f"is {following.low:.6g} to {following.high:.6g}"
+            f"is {tracking.low:.6g} to {tracking.high:.6g}"
         )
         return _stopping(now, (WINDOW_LEFT, words))
     return replace(
@@ -181,18 +181,18 @@ def _gone_along(now: Tracked, dt: float, given: Given) -> Tracked:
     )
 
 
-def _trouble(now: Tracked, place: float, speed: float, dt: float) -> tuple[str, str] | None:
-    following = now.following
-    if abs(speed) > _SLACK * following.max_velocity + _ROUNDING:
-        words = f"what it went along with moves at {speed:.6g} per second; {following.max_velocity:.6g} was the most"
+def _trouble(now: TrackingMotion, place: float, speed: float, dt: float) -> tuple[str, str] | None:
+    tracking = now.tracking
+    if abs(speed) > _SLACK * tracking.max_velocity + _ROUNDING:
+        words = f"what it went along with moves at {speed:.6g} per second; {tracking.max_velocity:.6g} was the most"
         return TRACKING_LOST, words
     if now.seen is None:
         return None
-    most = _SLACK * following.max_acceleration * dt + _ROUNDING
+    most = _SLACK * tracking.max_acceleration * dt + _ROUNDING
     if abs(speed - now.seen[1]) > most:
         words = (
             f"what it went along with accelerates by {(speed - now.seen[1]) / dt:.6g} per second squared; the arm "
-            f"keeps up with {following.max_acceleration:.6g}"
+            f"keeps up with {tracking.max_acceleration:.6g}"
         )
         return TRACKING_LOST, words
     jump = place - now.seen[0] - 0.5 * (speed + now.seen[1]) * dt
@@ -201,11 +201,11 @@ def _trouble(now: Tracked, place: float, speed: float, dt: float) -> tuple[str, 
     return None
 
 
-def _leave(now: Tracked) -> Leave:
-    return leave(now.following, now.place, now.speed, now.slope)
+def _leave(now: TrackingMotion) -> Leave:
+    return leave(now.tracking, now.place, now.speed, now.slope)
 
 
-def _stopping(now: Tracked, trouble: tuple[str, str] | None = None) -> Tracked:
+def _stopping(now: TrackingMotion, trouble: tuple[str, str] | None = None) -> TrackingMotion:
     """Return the motion leaving the frame from where it is; while it had not caught up yet, it had not begun."""
     inner = now.inner.cancel() if now.in_step else now.inner.abort()
     return replace(
@@ -213,13 +213,13 @@ def _stopping(now: Tracked, trouble: tuple[str, str] | None = None) -> Tracked:
     )
 
 
-def _left(now: Tracked, dt: float, override: float, given: Given) -> Tracked:
+def _left(now: TrackingMotion, dt: float, override: float, context: TickContext) -> TrackingMotion:
     assert now.leaving
     elapsed = now.elapsed + dt
     place, speed, slope = now.leaving.state(elapsed)
     inner, signals = now.inner, {}
     if not inner.ended:
-        inner = inner.advance(dt, override, given)
+        inner = inner.advance(dt, override, context)
         signals = inner.signals
     phase = now.phase
     if inner.ended and elapsed >= now.leaving.length:
@@ -229,15 +229,15 @@ def _left(now: Tracked, dt: float, override: float, given: Given) -> Tracked:
     )
 
 
-def _posed(now: Tracked, dt: float) -> Tracked:
+def _posed(now: TrackingMotion, dt: float) -> TrackingMotion:
     """Return the motion with its joints where its own motion and the frame's have them, by now."""
     q, v, a = (array.copy() for array in now.inner.sample())
     place = now.place + _TIMES * (now.speed + 0.5 * _TIMES * now.slope)
-    for follower in now.following.followers:
-        columns = follower.columns
+    for arm in now.tracking.arms:
+        columns = arm.columns
         nominal = q[columns] + _TIMES[:, None] * (v[columns] + 0.5 * _TIMES[:, None] * a[columns])
         near = now.q[columns] + dt * (now.v[columns] + 0.5 * dt * now.a[columns])
-        found, error = follower.postures(nominal, place, np.repeat(near[None], 3, axis=0))
+        found, error = arm.postures(nominal, place, np.repeat(near[None], 3, axis=0))
         if not error.max() < _LARGEST_ERROR:
             words = "no posture near the one before takes the tool centre point along"
             return replace(now, trouble=(TRACKING_LOST, words), phase=Phase.CANCELLED)

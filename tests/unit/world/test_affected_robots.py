@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import get_args
 
 from virtualrobot_kernel.world import commands
+from virtualrobot_kernel.world.affected_robots import AFFECTED
 from virtualrobot_kernel.world.apply import HANDLERS
-from virtualrobot_kernel.world.touched import TOUCHED
 
 
 def test_every_command_says_whom_it_touches() -> None:
-    assert TOUCHED.keys() == HANDLERS.keys() == set(get_args(commands.Command))
+    assert AFFECTED.keys() == HANDLERS.keys() == set(get_args(commands.Command))

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from virtualrobot_kernel.motion.frame_following import OVERSHOOT, Following, catch_up, leave
+from virtualrobot_kernel.motion.conveyor_tracking import OVERSHOOT, ConveyorTracking, catch_up, leave
 
 
-def following(rng: np.random.Generator) -> Following:
+def tracking(rng: np.random.Generator) -> ConveyorTracking:
     velocity, acceleration, own = rng.uniform(0.05, 1.0), rng.uniform(0.2, 2.0), rng.uniform(0.2, 5.0)
-    return Following((), 0.0, 0.0, 1.0, velocity, acceleration, own, own * rng.uniform(5.0, 20.0))
+    return ConveyorTracking((), 0.0, 0.0, 1.0, velocity, acceleration, own, own * rng.uniform(5.0, 20.0))
 
 
 def test_the_gap_closes_within_the_limits(rng: np.random.Generator) -> None:
     for _ in range(50):
-        one = following(rng)
+        one = tracking(rng)
         speed = float(rng.uniform(-1.0, 1.0)) * one.max_velocity
         gap = 0.05 * speed  # as after 50 ms of planning
         law = catch_up(one, gap, speed, 0.0)
@@ -32,7 +32,7 @@ def test_the_gap_closes_within_the_limits(rng: np.random.Generator) -> None:
 
 def test_a_frame_that_accelerates_harder_than_arms_may_is_caught_up_with_in_seconds(rng: np.random.Generator) -> None:
     for _ in range(50):
-        one = following(rng)
+        one = tracking(rng)
         slope = 1.5 * one.own_acceleration * float(rng.choice((-1.0, 1.0)))
         law = catch_up(one, 0.0, float(rng.uniform(-1.0, 1.0)) * one.max_velocity, slope)
         second = np.array([law.state(t)[2] for t in np.linspace(0.0, law.length, 2001)[:-1]])
@@ -42,7 +42,7 @@ def test_a_frame_that_accelerates_harder_than_arms_may_is_caught_up_with_in_seco
 
 
 def test_nothing_to_catch_up_with_takes_no_time(rng: np.random.Generator) -> None:
-    law = catch_up(following(rng), 0.0, 0.0, 0.0)
+    law = catch_up(tracking(rng), 0.0, 0.0, 0.0)
     assert law.length == 0.0
     assert law.state(0.0) == (0.0, 0.0, 0.0)
 
@@ -50,7 +50,7 @@ def test_nothing_to_catch_up_with_takes_no_time(rng: np.random.Generator) -> Non
 @pytest.mark.parametrize("accelerates", [False, True])
 def test_leaving_comes_to_rest_where_it_says_within_the_limits(accelerates: bool, rng: np.random.Generator) -> None:
     for _ in range(50):
-        one = following(rng)
+        one = tracking(rng)
         speed = float(rng.uniform(-1.0, 1.0)) * OVERSHOOT * one.max_velocity
         slope = float(rng.uniform(-1.0, 1.0)) * one.max_acceleration if accelerates else 0.0
         law = leave(one, float(rng.normal()), speed, slope)
@@ -67,6 +67,6 @@ def test_leaving_comes_to_rest_where_it_says_within_the_limits(accelerates: bool
 
 
 def test_leaving_takes_as_long_as_its_speed_needs(rng: np.random.Generator) -> None:
-    one = following(rng)
+    one = tracking(rng)
     lengths = [leave(one, 0.0, share * one.max_velocity, 0.0).length for share in (0.0, 0.01, 0.1, 1.0)]
     assert lengths == sorted(lengths) and lengths[0] == 0.01 and lengths[1] < 0.2 * lengths[3]

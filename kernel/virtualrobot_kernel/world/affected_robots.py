@@ -1,8 +1,8 @@
-"""Which robots a command moves or changes: what a lease of a robot keeps others from.
+"""Robots that a command moves or changes: what a lease of a robot keeps others from.
 
 A robot is its joints, links, adapters and tools, its place, its settings and the parts that its tools hold. What it
 stands on is not: a rail or a pedestal may be moved with all that it carries. Nor are parts that only lie on it, such as
-those on a conveyor. Stopping touches nothing, since anyone may always stop.
+those on a conveyor. Stopping affects nothing, since anyone may always stop.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from virtualrobot_kernel.world.state import CancelCause, Snapshot
 from virtualrobot_kernel.world.structure import Kind, Structure
 
 
-def touched_robots(snapshot: Snapshot, batch: Sequence[commands.Command]) -> set[int]:
-    """Return the uids of the robots that commands would move or change; names that nothing has touch nothing."""
-    return {uid for command in batch for uid in TOUCHED[type(command)](snapshot, command)}
+def affected_robots(snapshot: Snapshot, batch: Sequence[commands.Command]) -> set[int]:
+    """Return the uids of the robots that commands would move or change; unknown names affect nothing."""
+    return {uid for command in batch for uid in AFFECTED[type(command)](snapshot, command)}
 
 
 def named_nodes(structure: Structure, names: Iterable[str]) -> list[int]:
@@ -122,7 +122,7 @@ def _owner(structure: Structure, kind: Kind, uid: int) -> Iterable[int]:
         yield robot.uid
 
 
-TOUCHED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
+AFFECTED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.CreateNodes: _created,
     commands.UpdateNode: _updated,
     commands.RemoveNode: _removed,
@@ -143,7 +143,7 @@ TOUCHED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.SetSignal: _nothing,
     commands.SetSpeedFactor: _speed,
     commands.StartMotion: _started,
-    commands.StartFollowing: _robot,
+    commands.StartSetpointMotion: _robot,
     commands.SetSetpoint: _motion,
     commands.EndSetpoints: _motion,
     commands.PauseMotion: _nothing,
@@ -152,4 +152,4 @@ TOUCHED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.StopMotions: _nothing,
     commands.HaltRobots: _nothing,
 }
-"""The robots (uids) of each command: whoever adds a command says here whom it touches."""
+"""The robots (uids) of each command: whoever adds a command says here whom it affects."""

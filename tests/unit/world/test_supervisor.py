@@ -1,4 +1,4 @@
-"""Overseers: asked before each tick and after each publication, obeyed in the same tick, journalled, replayed."""
+"""Supervisors: asked before each tick and after each publication, obeyed in the same tick, journalled, replayed."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Wanted = Callable[..., Sequence[Command]]
 
 
 class Told:
-    """An overseer that remembers what it was asked, and answers by functions."""
+    """A supervisor that remembers what it was asked, and answers by functions."""
 
     author = "tests"
 
@@ -60,31 +60,31 @@ def halt(now: Snapshot) -> HaltRobots:
 
 
 def test_each_tick_and_each_batch_is_asked_about(world: World) -> None:
-    overseer = Told()
-    world.oversee(overseer)
+    supervisor = Told()
+    world.supervise(supervisor)
     world.submit([arm()]).result(GUARD)
     world.step(2).result(GUARD)
-    assert overseer.asked == [("after", 0), ("before", 0), ("after", 1), ("before", 1), ("after", 2)]
-    world.unoversee(overseer)
+    assert supervisor.asked == [("after", 0), ("before", 0), ("after", 1), ("before", 1), ("after", 2)]
+    world.unsupervise(supervisor)
     world.step(2).result(GUARD)
-    assert len(overseer.asked) == 5
+    assert len(supervisor.asked) == 5
 
 
 def test_commands_that_are_not_admitted_change_nothing(world: World) -> None:
-    overseer = Told()
-    world.oversee(overseer)
-    overseer.refuse = KernelError("not that", reason=Reason.COLLISION)
+    supervisor = Told()
+    world.supervise(supervisor)
+    supervisor.refuse = KernelError("not that", reason=Reason.COLLISION)
     before = world.snapshot
     with pytest.raises(KernelError, match="not that"):
         world.submit([arm()]).result(GUARD)
     assert world.snapshot is before and not world.journal.entries()
-    assert not overseer.asked
+    assert not supervisor.asked
 
 
 def test_what_is_wanted_after_a_tick_is_done_in_it_and_replayed(world: World, rng: np.random.Generator) -> None:
     world.submit([arm(), turn(1.0)]).result(GUARD)
     tick = int(rng.integers(1, 60))
-    world.oversee(Told(after=lambda now: [halt(now)] if now.state.tick == tick else ()))
+    world.supervise(Told(after=lambda now: [halt(now)] if now.state.tick == tick else ()))
     world.step(tick).result(GUARD)
     assert world.snapshot.state.motions[0].cancellation is not None
     assert world.snapshot.state.tick == tick
@@ -112,12 +112,12 @@ def test_a_tick_is_made_again_after_a_halt(world: World) -> None:
         moving = any(motion.cancellation is None for motion in now.state.motions)
         return [halt(now)] if moving and later.state.q[0] > bound else ()
 
-    overseer = Told(before=keep)
-    world.oversee(overseer)
+    supervisor = Told(before=keep)
+    world.supervise(supervisor)
     end = world.step(1000).result(GUARD)
     assert end.state.ended[-1].cancellation == Cancellation(CancelCause.COLLISION, "tests")
     halted = world.journal.entries()[-1].tick
-    assert overseer.asked.count(("before", halted)) == 2, "the tick in question is asked about again"
+    assert supervisor.asked.count(("before", halted)) == 2, "the tick in question is asked about again"
     assert bound < end.state.q[0] < 1.0
     assert math.isclose(end.state.v[0], 0.0)
 
@@ -125,25 +125,25 @@ def test_a_tick_is_made_again_after_a_halt(world: World) -> None:
 def test_published_is_what_was_asked_about(world: World) -> None:
     candidates: list[Snapshot] = []
     world.submit([arm(), turn(1.0)]).result(GUARD)
-    world.oversee(Told(before=lambda now, later: candidates.append(later) or ()))
+    world.supervise(Told(before=lambda now, later: candidates.append(later) or ()))
     assert world.step(7).result(GUARD) is candidates[-1]
 
 
 def test_one_that_never_ends_is_ended(world: World, caplog: pytest.LogCaptureFixture) -> None:
     world.submit([CreateSignal(Signal("s", False))]).result(GUARD)
-    overseer = Told(before=lambda now, later: [SetSignal("s", not now.state.signals["s"].value)])
-    world.oversee(overseer)
+    supervisor = Told(before=lambda now, later: [SetSignal("s", not now.state.signals["s"].value)])
+    world.supervise(supervisor)
     with caplog.at_level(logging.ERROR):
         assert world.step(1).result(GUARD).state.tick == 1
-    assert len(overseer.asked) == MOST_INTERVENTIONS + 1
-    assert "overseers" in caplog.text
+    assert len(supervisor.asked) == MOST_INTERVENTIONS + 1
+    assert "supervisors" in caplog.text
 
 
 def test_a_failing_overseer_stops_neither_time_nor_commands(world: World, caplog: pytest.LogCaptureFixture) -> None:
     def fail(*_: Snapshot) -> Sequence[Command]:
         raise ZeroDivisionError
 
-    world.oversee(Told(fail, fail))
+    world.supervise(Told(fail, fail))
     with caplog.at_level(logging.ERROR):
         world.submit([arm()]).result(GUARD)
         assert world.step(2).result(GUARD).state.tick == 2
@@ -155,7 +155,9 @@ def test_in_real_time_it_is_asked_too() -> None:
     world.start()
     try:
         world.submit([arm(), turn(1.0)]).result(GUARD)
-        world.oversee(Told(after=lambda now: [halt(now)] if any(not m.cancellation for m in now.state.motions) else ()))
+        world.supervise(
+            Told(after=lambda now: [halt(now)] if any(not m.cancellation for m in now.state.motions) else ())
+        )
         world.submit([]).result(GUARD)
         motion = (*world.snapshot.state.motions, *world.snapshot.state.ended)[0]
         assert motion.cancellation is not None

@@ -1,4 +1,4 @@
-"""What a program that runs will do from now on, if nobody does anything about it. Pure.
+"""Prediction of what a running program will do from now on, if nobody does anything about it. Pure.
 
 It is told by laws that are known, not by ticks made in advance: the program's stages, how the rate changes that the
 motion goes on at, and the brakes of one that stops.
@@ -11,16 +11,16 @@ from bisect import bisect_right
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from virtualrobot_kernel.motion.moving import ENDED, Phase
+from virtualrobot_kernel.motion.plan_execution import PlanExecution
 from virtualrobot_kernel.motion.program import Program, Stage
 from virtualrobot_kernel.motion.program_run import ProgramRun
-from virtualrobot_kernel.motion.running import Running
+from virtualrobot_kernel.motion.running_motion import ENDED, Phase
 
 _TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Outlook:
+class Prediction:
     """The rest of a program.
 
     program: the stage that it is in, whole, and the next ones as far as they are looked at. begin, end: from when (s
@@ -33,7 +33,7 @@ class Outlook:
     begin: float
     end: float
     knots: tuple[tuple[float, ...], tuple[float, ...]]
-    running: Running | None
+    running: PlanExecution | None
     goes_on: bool
 
     @property
@@ -67,7 +67,7 @@ class Outlook:
         return high
 
 
-def outlook(run: ProgramRun, override: float, signals: Mapping[str, bool], seconds: float) -> Outlook | None:
+def predict(run: ProgramRun, override: float, signals: Mapping[str, bool], seconds: float) -> Prediction | None:
     """Return what a program will do in the next `seconds` at the least; None where it stands.
 
     It goes on as it does now, from the end of its present stage on with the speed `override`. Pauses of given length
@@ -84,7 +84,7 @@ def outlook(run: ProgramRun, override: float, signals: Mapping[str, bool], secon
         return None
     if moving is not None and moving.brakes:
         end = max(brake.end for brake in moving.brakes) - moving.elapsed
-        return Outlook(_rest(run, at + 1), max(end, 0.0), max(end, 0.0), ((0.0,), (0.0,)), moving, False)
+        return Prediction(_rest(run, at + 1), max(end, 0.0), max(end, 0.0), ((0.0,), (0.0,)), moving, False)
     time, nominal, first = 0.0, 0.0, at
     if moving is not None:
         ramp = moving.ramp
@@ -112,7 +112,7 @@ def outlook(run: ProgramRun, override: float, signals: Mapping[str, bool], secon
     if times[-1] <= 0.0:
         return None
     goes_on = not waits and last < len(stages)
-    return Outlook(_rest(run, max(last, at + 1)), time, times[-1], (tuple(times), tuple(nominals)), moving, goes_on)
+    return Prediction(_rest(run, max(last, at + 1)), time, times[-1], (tuple(times), tuple(nominals)), moving, goes_on)
 
 
 def _rest(run: ProgramRun, last: int) -> Program:

@@ -1,4 +1,4 @@
-"""What the tick asks of every kind of motion that runs. Pure: each method returns the motion as it is afterwards."""
+"""Running motions, as the tick sees every kind of them. Pure: each method returns the motion as it is afterwards."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from virtualrobot_kernel.motion.polynomial import Array
 
 
 class Phase(Enum):
-    """What a motion is doing; the names equal those of `MotionPhase` in the contract."""
+    """Phases of a motion; the names equal those of `MotionPhase` in the contract."""
 
     RUNNING = "RUNNING"
     PAUSING = "PAUSING"
@@ -27,23 +27,23 @@ ENDED = (Phase.SUCCEEDED, Phase.CANCELLED)
 """The phases that last."""
 
 
-class Given(NamedTuple):
-    """What a motion may look at in its tick."""
+class TickContext(NamedTuple):
+    """World values that a motion may read in its tick."""
 
     q: Array
     """All coordinates of the world; those of motions that are older have made this tick already."""
     signals: Mapping[str, bool]
     """Every signal's value before this tick."""
-    followed: tuple[float, float] | None = None
+    tracked: tuple[float, float] | None = None
     """Position and velocity by the end of this tick of the joint that the motion goes along with; None where none is.
     """
 
 
-NOTHING = Given(np.zeros(0), {})
+NOTHING = TickContext(np.zeros(0), {})
 """For motions that look at nothing."""
 
 
-class Moving(Protocol):
+class RunningMotion(Protocol):
     """A motion that runs or has ended, of n joints."""
 
     @property
@@ -90,7 +90,7 @@ class Moving(Protocol):
         """Return joint positions, velocities and accelerations (n,): rad or m, per s, per s²."""
         ...
 
-    def advance(self, dt: float, override: float, given: Given = NOTHING) -> Self:
+    def advance(self, dt: float, override: float, context: TickContext = NOTHING) -> Self:
         """Return the motion `dt` seconds later, with the speed `override` in (0, 1] that holds from now on."""
         ...
 

@@ -8,10 +8,16 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason
-from virtualrobot_kernel.motion.follow import AHEAD_SECONDS, SMOOTHING_SECONDS, Following, SetpointMode, start
 from virtualrobot_kernel.motion.limits import JointLimits
-from virtualrobot_kernel.motion.moving import Phase
 from virtualrobot_kernel.motion.online import Bounds, Coupling, JointState, follow_velocities
+from virtualrobot_kernel.motion.running_motion import Phase
+from virtualrobot_kernel.motion.setpoint_motion import (
+    AHEAD_SECONDS,
+    SMOOTHING_SECONDS,
+    SetpointMode,
+    SetpointMotion,
+    start,
+)
 
 from .motions import TICK, random_limits
 
@@ -25,14 +31,14 @@ def one(velocity: float = 2.0, acceleration: float = 10.0, jerk: float = 100.0, 
     return JointLimits(("j",), *(np.array([value]) for value in (-reach, reach, velocity, acceleration, jerk)))
 
 
-def samples(before: Following, override: float = 1.0) -> Iterator[JointState]:
+def samples(before: SetpointMotion, override: float = 1.0) -> Iterator[JointState]:
     """Yield where the joints are between two ticks, and at the second one."""
     heard = before.heard()
     way, _ = heard.way(TICK, override)
     yield from (way.at(time) for time in SAMPLES)
 
 
-def check_limits(before: Following, limits: JointLimits, override: float = 1.0) -> None:
+def check_limits(before: SetpointMotion, limits: JointLimits, override: float = 1.0) -> None:
     """Check that the tick after `before` keeps all limits, also between: of positions exactly."""
     q, v, a = map(np.array, before.now)
     for state in samples(before, override):
@@ -48,7 +54,7 @@ def check_limits(before: Following, limits: JointLimits, override: float = 1.0) 
         q, v, a = q1, v1, a1
 
 
-def near(following: Following, rng: np.random.Generator) -> np.ndarray:
+def near(following: SetpointMotion, rng: np.random.Generator) -> np.ndarray:
     """Return a setpoint that is not refused: any velocity, or a position as far as it may be."""
     limits = following.limits
     if following.mode is VELOCITY:

@@ -1,4 +1,4 @@
-"""What the kernel itself wants done between two ticks: whoever watches over the world says so by commands."""
+"""Supervisors of the world: what the kernel itself wants done between two ticks, said by commands."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from virtualrobot_kernel.world.commands import Command
 from virtualrobot_kernel.world.state import Snapshot
 
 
-class Overseer(Protocol):
+class Supervisor(Protocol):
     """Is asked by the world thread, which applies what it wants, journals it with its author and publishes the result.
 
-    So a replay needs no overseer. What it raises counts as wanting nothing, and is logged.
+    So a replay needs no supervisor. What it raises counts as wanting nothing, and is logged.
     """
 
     author: str
@@ -25,7 +25,7 @@ class Overseer(Protocol):
     def before_tick(self, now: Snapshot, later: Snapshot) -> Sequence[Command]:
         """Return commands to apply to `now` before time goes on to `later`, which is not published yet.
 
-        When there are some, `later` is made again and all overseers are asked again.
+        When there are some, `later` is made again and all supervisors are asked again.
         """
         ...
 

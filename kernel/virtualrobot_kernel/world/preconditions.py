@@ -1,4 +1,4 @@
-"""What a plan assumes of the world: facts that are read when it is planned and again when it starts. Pure.
+"""Preconditions of a plan: facts about the world, read when it is planned and again when it starts. Pure.
 
 A plan that was made a moment ago is right only while the arm, its tool and the frames of its goals are what they were.
 Other changes, such as another robot's joints, a signal or a new name, don't make it wrong.
@@ -24,7 +24,7 @@ TOLERANCE = 1e-6
 
 
 class Aspect(Enum):
-    """What of a node a plan looked at; the value tells it to people."""
+    """Property of a node that a plan looked at; the value tells it to people."""
 
     PARENT = "what it hangs on"
     PLACE = "where it is fixed on its parent"
@@ -38,7 +38,7 @@ class Aspect(Enum):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Fact:
+class Precondition:
     """A node as it was, what of it counts (of POSTURE and STATE the one called `key`), and its value then."""
 
     node: Node
@@ -47,12 +47,11 @@ class Fact:
     value: object
 
 
-Assumed = tuple[Fact, ...]
-"""What a plan assumes."""
+Preconditions = tuple[Precondition, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
+class TcpPath:
     """A tool centre point on its way: that of a robot (a uid), and the nodes (uids) in whose frames its goals are.
 
     Without such nodes it goes by the robot's own frame.
@@ -62,14 +61,14 @@ class Way:
     references: tuple[int, ...]
 
 
-def assume(
+def preconditions_of(
     structure: Structure,
     state: State,
     joints: Iterable[tuple[int, str]],
-    ways: Sequence[Way] = (),
+    ways: Sequence[TcpPath] = (),
     postures: Iterable[tuple[int, str]] = (),
     tool_states: Iterable[tuple[int, str]] = (),
-) -> Assumed:
+) -> Preconditions:
     """Return what a plan assumes that was made in this world.
 
     Args:
@@ -107,14 +106,14 @@ def assume(
     wanted |= dict.fromkeys((uid, Aspect.POSTURE, name) for uid, name in postures)
     wanted |= dict.fromkeys((uid, Aspect.STATE, name) for uid, name in tool_states)
     return tuple(
-        Fact(node := structure.nodes[uid], aspect, key, READERS[aspect](structure, state, node, key))
+        Precondition(node := structure.nodes[uid], aspect, key, READERS[aspect](structure, state, node, key))
         for uid, aspect, key in wanted
     )
 
 
-def check(assumed: Assumed, structure: Structure, state: State) -> None:
+def check(preconditions: Preconditions, structure: Structure, state: State) -> None:
     """Raise KernelError (STALE_REVISION) that names the first node that is no more what the plan assumes."""
-    for fact in assumed:
+    for fact in preconditions:
         node = structure.nodes.get(fact.node.uid)
         if node is None:
             raise _stale(fact, fact.node.name, "it was removed")
@@ -124,7 +123,7 @@ def check(assumed: Assumed, structure: Structure, state: State) -> None:
             raise _stale(fact, node.name, f"{what} has changed")
 
 
-def _stale(fact: Fact, name: str, what: str) -> KernelError:
+def _stale(fact: Precondition, name: str, what: str) -> KernelError:
     return KernelError(
         f"{name!r} is not what the motion was planned with: {what}; plan again",
         reason=Reason.STALE_REVISION,
