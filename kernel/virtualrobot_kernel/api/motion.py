@@ -14,13 +14,13 @@ from virtualrobot.v1 import motion_pb2, motion_pb2_grpc
 from virtualrobot_kernel.api.author import person
 from virtualrobot_kernel.api.convert.program import note_messages
 from virtualrobot_kernel.api.convert.states import motion_message
-from virtualrobot_kernel.api.convert.values import check_enum, stamp
 from virtualrobot_kernel.api.motion_calls import find_motion, make_way, wished
 from virtualrobot_kernel.api.motion_plans import checked_motion, planned_motion
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.api.setpoints import stream_setpoints
 from virtualrobot_kernel.formats import program_file
+from virtualrobot_kernel.messages.values import check_enum, stamp
 from virtualrobot_kernel.planning.plan_program import plan_wish
 from virtualrobot_kernel.world.commands import CancelMotion, Command, PauseMotion, ResumeMotion, StopMotions
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot

@@ -25,8 +25,8 @@ from virtualrobot_kernel.drawing.page_server import quiet, serve
 from virtualrobot_kernel.drawing.sensor_overlays import SensorLayer
 from virtualrobot_kernel.drawing.stage import Stage
 from virtualrobot_kernel.drawing.view import ViewSettings, ViewStore
-from virtualrobot_kernel.formats.submesh import Meshes
 from virtualrobot_kernel.sensing.reading import Reading
+from virtualrobot_kernel.shapes.submesh import Meshes
 from virtualrobot_kernel.world.state import Snapshot
 
 AFTER_ERROR = 1.0

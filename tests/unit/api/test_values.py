@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from virtualrobot.v1 import geometry_pb2
-from virtualrobot_kernel.api.convert.values import array, pose, pose_message, quaternion, rotation, snapped
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.values import array, pose, pose_message, quaternion, rotation, snapped
 
 
 def many(rng: np.random.Generator) -> np.ndarray:

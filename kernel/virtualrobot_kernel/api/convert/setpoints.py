@@ -7,8 +7,8 @@ import math
 from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.api.convert.states import motion_message
-from virtualrobot_kernel.api.convert.values import check_enum, not_negative, stamp
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.values import check_enum, not_negative, stamp
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMode
 from virtualrobot_kernel.world.commands import StartSetpointMotion
 from virtualrobot_kernel.world.state import Motion, Snapshot

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from virtualrobot_kernel.api.convert.values import GREATEST
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.messages.values import GREATEST
 from virtualrobot_kernel.world import sensing
 from virtualrobot_kernel.world.sensing import ImageKind, Projection
 

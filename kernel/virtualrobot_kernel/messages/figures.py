@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from virtualrobot.v1 import geometry_pb2, nodes_pb2
 
-from virtualrobot_kernel.api.convert.values import (
+from virtualrobot_kernel.errors import KernelError, LimitError
+from virtualrobot_kernel.messages.values import (
     array,
     array_message,
     is_identity,
@@ -19,7 +20,6 @@ from virtualrobot_kernel.api.convert.values import (
     vector,
     vector_message,
 )
-from virtualrobot_kernel.errors import KernelError, LimitError
 from virtualrobot_kernel.world.figures import (
     FEWEST_HULL_VERTICES,
     MOST_HULL_VERTICES,

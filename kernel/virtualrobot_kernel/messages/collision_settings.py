@@ -6,9 +6,8 @@ from collections.abc import Container
 
 from virtualrobot.v1 import collision_pb2
 
-from virtualrobot_kernel.api.convert.values import check_enum, finite
-from virtualrobot_kernel.collision.guard import GuardCost
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.values import check_enum, finite
 from virtualrobot_kernel.world.collisions import CollisionMode
 from virtualrobot_kernel.world.commands import SetCollisionSettings
 from virtualrobot_kernel.world.state import Snapshot
@@ -38,12 +37,6 @@ def settings_command(
         look_ahead_seconds=finite(message.look_ahead_seconds, "look_ahead_seconds") if said else None,
         paddings=tuple(paddings.items()),
     )
-
-
-def cost_message(cost: GuardCost) -> collision_pb2.GuardCost:
-    """Return what guarding has cost as a message."""
-    mean = cost.seconds / cost.ticks if cost.ticks else 0.0
-    return collision_pb2.GuardCost(ticks=cost.ticks, mean_seconds=mean, worst_seconds=cost.worst_seconds)
 
 
 def settings_message(snapshot: Snapshot) -> collision_pb2.CollisionSettings:

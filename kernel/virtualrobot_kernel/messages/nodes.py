@@ -8,10 +8,11 @@ from collections.abc import Mapping
 import numpy as np
 from virtualrobot.v1 import nodes_pb2
 
-from virtualrobot_kernel.api.convert.figures import figure, figure_message
-from virtualrobot_kernel.api.convert.robots import robot_data, robot_message
-from virtualrobot_kernel.api.convert.sensing import sensing_data, sensing_message
-from virtualrobot_kernel.api.convert.values import (
+from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.figures import figure, figure_message
+from virtualrobot_kernel.messages.robots import robot_data, robot_message
+from virtualrobot_kernel.messages.sensing import sensing_data, sensing_message
+from virtualrobot_kernel.messages.values import (
     by_name,
     finite,
     is_identity,
@@ -21,7 +22,6 @@ from virtualrobot_kernel.api.convert.values import (
     vector,
     vector_message,
 )
-from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import (

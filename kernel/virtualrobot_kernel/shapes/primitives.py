@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot_kernel.formats.submesh import Submesh, stacked
+from virtualrobot_kernel.shapes.submesh import Submesh, stacked
 
 SEGMENTS = 48
 """Around a circle; a cylinder's flat sides stand in by 0.2% of its radius."""

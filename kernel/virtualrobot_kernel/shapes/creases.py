@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot_kernel.formats.submesh import Submesh
+from virtualrobot_kernel.shapes.submesh import Submesh
 
 CREASE = np.cos(np.radians(40.0))
 """Faces that meet at a wider angle than 40 degrees keep a sharp edge between them."""

@@ -7,10 +7,9 @@ from collections.abc import Sequence
 from virtualrobot.v1 import geometry_pb2, nodes_pb2, scene_pb2
 from virtualrobot_sdk.denavit_hartenberg import GREATEST, Convention, PoseNumbers, Row, Table
 
-from virtualrobot_kernel.api.convert.nodes import JOINT_TYPES, inertial, joint_limits
-from virtualrobot_kernel.api.convert.values import pose, quaternion
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.formats.files import located
+from virtualrobot_kernel.messages.nodes import JOINT_TYPES, inertial, joint_limits
+from virtualrobot_kernel.messages.values import pose, quaternion
 from virtualrobot_kernel.world.structure import Inertial, Joint, JointType
 
 FIELD = "denavit_hartenberg"
@@ -65,7 +64,7 @@ def _joint(row: scene_pb2.DenavitHartenbergRow, place: int) -> Joint:
     try:
         limits = joint_limits(row.limits, row.name or f"joint_{place + 1}")
     except KernelError as error:
-        raise located(error, f"{where}.limits") from error
+        raise error.at(f"{where}.limits") from error
     bounded = row.limits.HasField("lower") or row.limits.HasField("upper")
     kind = JOINT_TYPES.get(row.type)
     if row.type == nodes_pb2.JOINT_TYPE_UNSPECIFIED:

@@ -7,9 +7,9 @@ import logging
 import numpy as np
 from virtualrobot_sdk.rays import Primitive, Round, Shape, make_shape
 
-from virtualrobot_kernel.formats import shapes
-from virtualrobot_kernel.formats.figure_library import FigureLibrary
-from virtualrobot_kernel.formats.submesh import Submesh, stacked
+from virtualrobot_kernel.shapes import primitives
+from virtualrobot_kernel.shapes.figure_library import FigureLibrary
+from virtualrobot_kernel.shapes.submesh import Submesh, stacked
 from virtualrobot_kernel.world.figures import Box, Capsule, Cone, Cylinder, Geometry, Mesh, Sphere
 
 log = logging.getLogger(__name__)
@@ -26,19 +26,20 @@ class ShapeLibrary(FigureLibrary[Geometry, Shape | None]):
     def _made(self, key: Geometry) -> Shape | None:
         match key:
             case Box(size):
-                return _shape(shapes.transformed(shapes.box(), size))
+                return _shape(primitives.transformed(primitives.box(), size))
             case Sphere(radius):
                 return _shape(
-                    shapes.transformed(shapes.sphere(), (radius, radius, radius)), Primitive(Round.SPHERE, radius)
+                    primitives.transformed(primitives.sphere(), (radius, radius, radius)),
+                    Primitive(Round.SPHERE, radius),
                 )
             case Cylinder(radius, length):
-                unit = shapes.transformed(shapes.cylinder(), (radius, radius, length))
+                unit = primitives.transformed(primitives.cylinder(), (radius, radius, length))
                 return _shape(unit, Primitive(Round.CYLINDER, radius, length))
             case Cone(radius, length):
-                unit = shapes.transformed(shapes.cone(), (radius, radius, length))
+                unit = primitives.transformed(primitives.cone(), (radius, radius, length))
                 return _shape(unit, Primitive(Round.CONE, radius, length))
             case Capsule(radius, length):
-                return _shape(shapes.capsule(radius, length), Primitive(Round.CAPSULE, radius, length))
+                return _shape(primitives.capsule(radius, length), Primitive(Round.CAPSULE, radius, length))
             case Mesh():
                 return self._mesh(key)
         return None

@@ -12,10 +12,12 @@ from google.protobuf.message import Message
 from google.protobuf.struct_pb2 import Struct
 from virtualrobot.v1 import sensing_pb2
 
-from virtualrobot_kernel.api.convert.figures import color, color_message
-from virtualrobot_kernel.api.convert.robots import settings, settings_message
-from virtualrobot_kernel.api.convert.sensing_limits import CHECKS
-from virtualrobot_kernel.api.convert.values import (
+from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.fields import Field, is_repeated
+from virtualrobot_kernel.messages.figures import color, color_message
+from virtualrobot_kernel.messages.robots import settings, settings_message
+from virtualrobot_kernel.messages.sensing_limits import CHECKS
+from virtualrobot_kernel.messages.values import (
     GREATEST,
     array,
     array_message,
@@ -25,8 +27,6 @@ from virtualrobot_kernel.api.convert.values import (
     vector,
     vector_message,
 )
-from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.formats.fields import Field, is_repeated
 from virtualrobot_kernel.world import sensing
 
 SIGNED = frozenset({"start_angle_radians", "end_angle_radians", "elevations_radians", "cx", "cy", "distortion"})

@@ -9,8 +9,8 @@ from typing import Any
 from google.protobuf.struct_pb2 import Struct, Value
 from virtualrobot.v1 import nodes_pb2
 
-from virtualrobot_kernel.api.convert.values import by_name, finite
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.values import by_name, finite
 from virtualrobot_kernel.world.structure import Actuator, JointGroup, LinkPair, RobotData
 
 

@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Collection
 from typing import Generic, TypeVar
 
-from virtualrobot_kernel.formats.submesh import Meshes
+from virtualrobot_kernel.shapes.submesh import Meshes
 
 Key = TypeVar("Key")
 Made = TypeVar("Made")

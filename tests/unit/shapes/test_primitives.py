@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from virtualrobot_kernel.formats import shapes
-from virtualrobot_kernel.formats.submesh import Submesh
+from virtualrobot_kernel.shapes import primitives
+from virtualrobot_kernel.shapes.submesh import Submesh
 
 # A regular polygon of n corners has this part of its circle's area, which is what a cylinder or cone loses.
-POLYGON = shapes.SEGMENTS / (2.0 * np.pi) * np.sin(2.0 * np.pi / shapes.SEGMENTS)
+POLYGON = primitives.SEGMENTS / (2.0 * np.pi) * np.sin(2.0 * np.pi / primitives.SEGMENTS)
 
 
 def corners(shape: Submesh) -> np.ndarray:
@@ -38,15 +38,15 @@ def normals_of(shape: Submesh) -> np.ndarray:
 
 
 ALL = {
-    "box": shapes.box(),
-    "sphere": shapes.sphere(),
-    "cylinder": shapes.cylinder(),
-    "cone": shapes.cone(),
-    "capsule": shapes.capsule(0.3, 0.8),
-    "ball": shapes.capsule(0.3, 0.0),
-    "arrow": shapes.arrow(),
-    "axis arrow": shapes.axis_arrow(),
-    "frame": shapes.frame(),
+    "box": primitives.box(),
+    "sphere": primitives.sphere(),
+    "cylinder": primitives.cylinder(),
+    "cone": primitives.cone(),
+    "capsule": primitives.capsule(0.3, 0.8),
+    "ball": primitives.capsule(0.3, 0.0),
+    "arrow": primitives.arrow(),
+    "axis arrow": primitives.axis_arrow(),
+    "frame": primitives.frame(),
 }
 
 
@@ -56,9 +56,9 @@ def test_box_has_the_volume_and_area_of_a_cube() -> None:
 
 
 def test_cylinder_is_a_prism_in_its_circle() -> None:
-    chord = 2.0 * np.sin(np.pi / shapes.SEGMENTS)
+    chord = 2.0 * np.sin(np.pi / primitives.SEGMENTS)
     assert volume(ALL["cylinder"]) == pytest.approx(np.pi * POLYGON, rel=1e-5)
-    assert area(ALL["cylinder"]) == pytest.approx(2.0 * np.pi * POLYGON + shapes.SEGMENTS * chord, rel=1e-5)
+    assert area(ALL["cylinder"]) == pytest.approx(2.0 * np.pi * POLYGON + primitives.SEGMENTS * chord, rel=1e-5)
 
 
 def test_cone_has_a_third_of_the_cylinder() -> None:
@@ -84,7 +84,7 @@ def test_a_capsule_without_length_is_a_sphere() -> None:
 def test_frame_has_red_x_green_y_blue_z() -> None:
     frame = ALL["frame"]
     assert frame.vertex_colors is not None
-    for axis, color in enumerate((shapes.RED, shapes.GREEN, shapes.BLUE)):
+    for axis, color in enumerate((primitives.RED, primitives.GREEN, primitives.BLUE)):
         arrow = frame.vertices[(frame.vertex_colors == color).all(axis=1)]
         assert arrow[:, axis].max() == pytest.approx(1.0)
         assert np.abs(np.delete(arrow, axis, axis=1)).max() < 0.1
@@ -122,7 +122,7 @@ def test_normals_are_units_and_point_out_of_their_faces(name: str) -> None:
 def test_scaling_a_sphere_keeps_its_normals_upright(rng: np.random.Generator) -> None:
     """The normal of the ellipsoid x/a, y/b, z/c at p is along (x/a^2, y/b^2, z/c^2)."""
     scale = rng.uniform(0.2, 3.0, 3)
-    ellipsoid = shapes.transformed(shapes.sphere(), tuple(scale), (1.0, 2.0, 3.0))
+    ellipsoid = primitives.transformed(primitives.sphere(), tuple(scale), (1.0, 2.0, 3.0))
     places = ellipsoid.vertices - np.array([1.0, 2.0, 3.0])
     expected = places / scale**2
     expected /= np.linalg.norm(expected, axis=1, keepdims=True)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from virtualrobot_kernel.formats import shapes
-from virtualrobot_kernel.formats.creases import MOST_FACES, with_normals
-from virtualrobot_kernel.formats.submesh import Submesh
+from virtualrobot_kernel.shapes import primitives
+from virtualrobot_kernel.shapes.creases import MOST_FACES, with_normals
+from virtualrobot_kernel.shapes.submesh import Submesh
 
 
 def welded(shape: Submesh) -> tuple[np.ndarray, np.ndarray]:
@@ -17,7 +17,7 @@ def welded(shape: Submesh) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_a_cube_keeps_flat_sides() -> None:
-    vertices, faces = welded(shapes.box())
+    vertices, faces = welded(primitives.box())
     assert len(vertices) == 8
     rows, split, normals = with_normals(vertices, faces)
     assert len(rows) == 24  # each corner once for each of its three sides
@@ -28,7 +28,7 @@ def test_a_cube_keeps_flat_sides() -> None:
 
 
 def test_a_sphere_becomes_smooth() -> None:
-    vertices, faces = welded(shapes.sphere())
+    vertices, faces = welded(primitives.sphere())
     rows, _, normals = with_normals(vertices, faces)
     assert len(rows) == len(vertices)
     # The normal of a sphere is its radius; the mean over facets of 7.5 degrees stays within 2 degrees of it.
@@ -36,7 +36,7 @@ def test_a_sphere_becomes_smooth() -> None:
 
 
 def test_a_cylinder_is_smooth_around_and_sharp_at_its_rims() -> None:
-    vertices, faces = welded(shapes.cylinder())
+    vertices, faces = welded(primitives.cylinder())
     rows, _, normals = with_normals(vertices, faces)
     side = np.abs(normals[:, 2]) < 0.5
     places = vertices[rows]
