@@ -20,7 +20,7 @@ from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.api.setpoints import stream_setpoints
 from virtualrobot_kernel.formats import program_file
-from virtualrobot_kernel.messages.values import check_enum, stamp
+from virtualrobot_kernel.messages.values import check_enum, expected_revision, stamp
 from virtualrobot_kernel.planning.plan_program import plan_wish
 from virtualrobot_kernel.world.commands import CancelMotion, Command, PauseMotion, ResumeMotion, StopMotions
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot
@@ -46,14 +46,14 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         check_enum(request, "busy_policy")
         check_enum(request, "on_disconnect")
         world = self._rooms.world
-        check_revision(world.snapshot.structure, request.expected_revision or None)
+        check_revision(world.snapshot.structure, expected_revision(request))
         wish, joints, robots = await wished(self._rooms, request)
         await make_way(self._rooms, lambda _: joints, request.busy_policy, context)
         # From the snapshot of the moment when it is planned: the robots may have moved while they waited.
         planned = await self._rooms.turns.run_while_wanted(
             robots, lambda given_up: plan_wish(world.snapshot, wish, self._rooms.solvers.of, given_up)
         )
-        started = self._rooms.submit([planned.command], context, request.expected_revision or None)
+        started = self._rooms.submit([planned.command], context, expected_revision(request))
         if request.on_disconnect != motion_pb2.DISCONNECT_POLICY_CONTINUE:
             # Not after the await below: a client that vanishes there would leave a motion that nothing stops.
             started.add_done_callback(partial(self._started, asyncio.get_running_loop()))

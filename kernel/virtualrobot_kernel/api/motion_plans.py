@@ -12,7 +12,7 @@ from virtualrobot_kernel.collision.along import first_of_program
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.collision.swept import RESOLUTION
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.messages.values import not_negative, stamp
+from virtualrobot_kernel.messages.values import expected_revision, not_negative, stamp
 from virtualrobot_kernel.planning.check import check_motion
 from virtualrobot_kernel.planning.plan_program import GivenUp, plan_wish
 from virtualrobot_kernel.planning.sampling import check_size, sample_times, sampled
@@ -99,7 +99,7 @@ def _resolution(meters: float) -> float:
 def _snapshot(rooms: Rooms, motion: motion_pb2.StartMotionRequest) -> Snapshot:
     """Return the world as it is; raise KernelError when the motion is meant for another one."""
     snapshot = rooms.world.snapshot
-    check_revision(snapshot.structure, motion.expected_revision or None)
+    check_revision(snapshot.structure, expected_revision(motion))
     return snapshot
 
 

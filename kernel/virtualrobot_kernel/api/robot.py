@@ -101,7 +101,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
     ) -> robot_pb2.GetRobotStatesResponse:
         """Tell where robots are."""
         snapshot = self._rooms.world.snapshot
-        fields = mask_fields(request.mask, robot_pb2.RobotState)
+        fields = mask_fields(request.read_mask, robot_pb2.RobotState)
         robots = self._book.states(snapshot, robots_named(snapshot, request.names))
         return robot_pb2.GetRobotStatesResponse(
             stamp=stamp(snapshot), robots=[_copy(robot, fields) for robot in robots]
@@ -111,7 +111,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         self, request: robot_pb2.WatchRobotStatesRequest, context: object
     ) -> AsyncIterator[robot_pb2.WatchRobotStatesResponse]:
         """Tell where robots are, then those that change."""
-        fields = mask_fields(request.mask, robot_pb2.RobotState)
+        fields = mask_fields(request.read_mask, robot_pb2.RobotState)
         watched = frozenset(node.uid for node in robots_named(self._rooms.world.snapshot, request.names))
         told: _Told | None = None
         async for snapshot in self._rooms.publications.snapshots(rate(request.max_rate_hertz)):

@@ -19,7 +19,7 @@ CONVENTIONS: dict[int, Convention] = {
 }
 NUMBERS = ("a_meters", "alpha_radians", "d_meters", "theta_radians")
 MOVING = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
-FOR_FILES = ("uri", "files", "packages", "as_part", "scale", "settings", "srdf_uri")
+FOR_FILES = ("uri", "files", "as_part", "scale", "settings", "srdf_uri")
 """Fields of ImportModelRequest that have no meaning for a table."""
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from google.protobuf.field_mask_pb2 import FieldMask
@@ -192,6 +192,11 @@ def array(message: geometry_pb2.NumericArray, shape: Sequence[int | None], what:
     return values if dtype.kind == "u" else values.astype(np.float64)
 
 
+def expected_revision(message: Any) -> int | None:  # noqa: ANN401 any message with the field
+    """Return the revision that the structure must still have, or None where the message does not say one."""
+    return message.expected_structure_revision if message.HasField("expected_structure_revision") else None
+
+
 def stamp(snapshot: Snapshot) -> geometry_pb2.Stamp:
     """Return when a snapshot was true."""
     seconds = int(snapshot.wall_time)
@@ -201,6 +206,8 @@ def stamp(snapshot: Snapshot) -> geometry_pb2.Stamp:
         tick=snapshot.state.tick,
         structure_revision=snapshot.structure.revision,
         state_revision=snapshot.revision,
+        tick_nanoseconds=round(snapshot.tick_seconds * 1e9),
+        epoch=snapshot.state.epoch,
     )
 
 

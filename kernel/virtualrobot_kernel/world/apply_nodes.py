@@ -214,7 +214,15 @@ def clear_world(change: Change, command: ClearWorld, forward: Forward) -> Change
     )
     root = {WORLD_UID: change.structure.nodes[WORLD_UID]}
     ended = (*change.state.ended, *ended)
-    state = replace(change.state, motions=(), ended=ended, signals={}, speed_factor=1.0, collisions=NOTHING_SET)
+    state = replace(
+        change.state,
+        motions=(),
+        ended=ended,
+        signals={},
+        speed_factor=1.0,
+        collisions=NOTHING_SET,
+        epoch=change.state.epoch + 1,
+    )
     return rebuilt(replace(change, state=state), root, change.structure.next_uid, {})
 
 

@@ -108,6 +108,7 @@ class State:
     parent_t_node (N, 4, 4): where each node is in its parent's frame, a row for each node.
     allowed_pairs: nodes (uids, the smaller first) that clients let touch each other, and why.
     collisions: what is done about collisions.
+    epoch: counts how often the world was replaced as a whole.
     """
 
     tick: int
@@ -124,6 +125,7 @@ class State:
     speed_factor: float = 1.0
     allowed_pairs: Mapping[tuple[int, int], str] = field(default_factory=dict)
     collisions: CollisionSettings = NOTHING_SET
+    epoch: int = 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -151,20 +151,20 @@ SETPOINT_MODE_POSITION: SetpointMode
 SETPOINT_MODE_VELOCITY: SetpointMode
 
 class StartMotionRequest(_message.Message):
-    __slots__ = ("moves", "busy_policy", "on_disconnect", "steps", "expected_revision", "tracking")
+    __slots__ = ("moves", "busy_policy", "on_disconnect", "steps", "expected_structure_revision", "tracking")
     MOVES_FIELD_NUMBER: _ClassVar[int]
     BUSY_POLICY_FIELD_NUMBER: _ClassVar[int]
     ON_DISCONNECT_FIELD_NUMBER: _ClassVar[int]
     STEPS_FIELD_NUMBER: _ClassVar[int]
-    EXPECTED_REVISION_FIELD_NUMBER: _ClassVar[int]
+    EXPECTED_STRUCTURE_REVISION_FIELD_NUMBER: _ClassVar[int]
     TRACKING_FIELD_NUMBER: _ClassVar[int]
     moves: _containers.RepeatedCompositeFieldContainer[Move]
     busy_policy: BusyPolicy
     on_disconnect: DisconnectPolicy
     steps: _containers.RepeatedCompositeFieldContainer[ProgramStep]
-    expected_revision: int
+    expected_structure_revision: int
     tracking: Tracking
-    def __init__(self, moves: _Optional[_Iterable[_Union[Move, _Mapping]]] = ..., busy_policy: _Optional[_Union[BusyPolicy, str]] = ..., on_disconnect: _Optional[_Union[DisconnectPolicy, str]] = ..., steps: _Optional[_Iterable[_Union[ProgramStep, _Mapping]]] = ..., expected_revision: _Optional[int] = ..., tracking: _Optional[_Union[Tracking, _Mapping]] = ...) -> None: ...
+    def __init__(self, moves: _Optional[_Iterable[_Union[Move, _Mapping]]] = ..., busy_policy: _Optional[_Union[BusyPolicy, str]] = ..., on_disconnect: _Optional[_Union[DisconnectPolicy, str]] = ..., steps: _Optional[_Iterable[_Union[ProgramStep, _Mapping]]] = ..., expected_structure_revision: _Optional[int] = ..., tracking: _Optional[_Union[Tracking, _Mapping]] = ...) -> None: ...
 
 class ProgramStep(_message.Message):
     __slots__ = ("move", "set_signal", "wait_signal", "dwell")

@@ -118,12 +118,12 @@ class RobotState(_message.Message):
     def __init__(self, name: _Optional[str] = ..., positions: _Optional[_Iterable[float]] = ..., velocities: _Optional[_Iterable[float]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., tool: _Optional[str] = ..., tool_center_point: _Optional[str] = ..., tool_states: _Optional[_Mapping[str, str]] = ..., speed_factor: _Optional[float] = ..., motion_ids: _Optional[_Iterable[str]] = ..., actuator_positions: _Optional[_Iterable[float]] = ...) -> None: ...
 
 class GetRobotStatesRequest(_message.Message):
-    __slots__ = ("names", "mask")
+    __slots__ = ("names", "read_mask")
     NAMES_FIELD_NUMBER: _ClassVar[int]
-    MASK_FIELD_NUMBER: _ClassVar[int]
+    READ_MASK_FIELD_NUMBER: _ClassVar[int]
     names: _containers.RepeatedScalarFieldContainer[str]
-    mask: _field_mask_pb2.FieldMask
-    def __init__(self, names: _Optional[_Iterable[str]] = ..., mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ...) -> None: ...
+    read_mask: _field_mask_pb2.FieldMask
+    def __init__(self, names: _Optional[_Iterable[str]] = ..., read_mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ...) -> None: ...
 
 class GetRobotStatesResponse(_message.Message):
     __slots__ = ("stamp", "robots")
@@ -134,14 +134,14 @@ class GetRobotStatesResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., robots: _Optional[_Iterable[_Union[RobotState, _Mapping]]] = ...) -> None: ...
 
 class WatchRobotStatesRequest(_message.Message):
-    __slots__ = ("names", "mask", "max_rate_hertz")
+    __slots__ = ("names", "read_mask", "max_rate_hertz")
     NAMES_FIELD_NUMBER: _ClassVar[int]
-    MASK_FIELD_NUMBER: _ClassVar[int]
+    READ_MASK_FIELD_NUMBER: _ClassVar[int]
     MAX_RATE_HERTZ_FIELD_NUMBER: _ClassVar[int]
     names: _containers.RepeatedScalarFieldContainer[str]
-    mask: _field_mask_pb2.FieldMask
+    read_mask: _field_mask_pb2.FieldMask
     max_rate_hertz: float
-    def __init__(self, names: _Optional[_Iterable[str]] = ..., mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ..., max_rate_hertz: _Optional[float] = ...) -> None: ...
+    def __init__(self, names: _Optional[_Iterable[str]] = ..., read_mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ..., max_rate_hertz: _Optional[float] = ...) -> None: ...
 
 class WatchRobotStatesResponse(_message.Message):
     __slots__ = ("stamp", "robots", "removed_names")

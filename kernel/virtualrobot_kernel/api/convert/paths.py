@@ -8,12 +8,24 @@ from typing import Any
 from virtualrobot.v1 import motion_pb2, path_pb2
 
 from virtualrobot_kernel.errors import KernelError, LimitError
-from virtualrobot_kernel.messages.values import by_name, finite
+from virtualrobot_kernel.messages.values import by_name, check_enum, finite
 from virtualrobot_kernel.paths.query import PathOptions, PathQuery
-from virtualrobot_kernel.paths.search import check_planner
 
 SECONDS, MOST_SECONDS = 10.0, 600.0
 """How long a path is looked for where nothing is said, and at the most."""
+
+PLANNERS = {
+    path_pb2.PATH_PLANNER_UNSPECIFIED: "RRTConnect",
+    path_pb2.PATH_PLANNER_RRT_CONNECT: "RRTConnect",
+    path_pb2.PATH_PLANNER_RRT: "RRT",
+    path_pb2.PATH_PLANNER_KPIECE1: "KPIECE1",
+    path_pb2.PATH_PLANNER_BKPIECE1: "BKPIECE1",
+    path_pb2.PATH_PLANNER_LBKPIECE1: "LBKPIECE1",
+    path_pb2.PATH_PLANNER_RRT_STAR: "RRTstar",
+    path_pb2.PATH_PLANNER_INFORMED_RRT_STAR: "InformedRRTstar",
+}
+"""The planners as OMPL names them."""
+PLANNER_NUMBERS = {name: number for number, name in PLANNERS.items()}
 
 PERCENT = 50.0
 """The greatest zone, and that of who says nothing."""
@@ -35,7 +47,8 @@ def path_options(request: path_pb2.FindPathRequest) -> PathOptions:
     percent = finite(request.blend_percent, "blend_percent") if request.HasField("blend_percent") else PERCENT
     if not 0.0 <= percent <= PERCENT:
         raise KernelError(f"blend_percent must be from 0 to {PERCENT:g}, not {percent:g}", field="blend_percent")
-    return PathOptions(check_planner(request.planner), request.seed, seconds, factor, percent)
+    check_enum(request, "planner")
+    return PathOptions(PLANNERS[request.planner], request.seed, seconds, factor, percent)
 
 
 def start_of(request: path_pb2.FindPathRequest) -> dict[str, float]:
@@ -58,7 +71,7 @@ def found_message(query: PathQuery, found: Mapping[str, Any]) -> path_pb2.FoundP
             for goal, zone in zip(waypoints[1:], found["zones"], strict=True)
         ],
         duration_seconds=found["duration"],
-        planner=found["planner"],
+        planner=PLANNER_NUMBERS[found["planner"]],
         planning_seconds=found["seconds"],
     )
 
