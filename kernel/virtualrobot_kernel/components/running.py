@@ -102,9 +102,10 @@ class Running:
 
     def failed(self, fault: ComponentFault) -> KernelError:
         """Keep a fault and return the error that tells of it."""
-        self.latest = fault
+        # Without its traceback, whose frames would keep the caller, and so this component, alive.
+        self.latest = ComponentFault(fault.kind, fault.reason, fault.details)
         if self.fault is None and self._instance.has_ended:
-            self.fault = fault
+            self.fault = self.latest
             self._instance.close()
         return plugin_failed(self.offer, self._user, fault)
 

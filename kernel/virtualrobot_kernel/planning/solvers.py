@@ -31,8 +31,9 @@ from virtualrobot_kernel.world.structure import Node, NodeSpec, RobotData, Struc
 AUTOMATIC = ("closed_form", "arm_angle", "chain")
 """What a robot gets that names no component: the first that takes it; only the last one's refusal counts."""
 MOST_ENDS = 3
-"""After so many ends of its process, with fewer than FORGIVEN_CALLS calls between them, a component is not made anew."""
+"""After so many ends of its process a component is not made anew."""
 FORGIVEN_CALLS = 100
+"""After so many calls the ends before them do not count."""
 LOCKED_ARMS = 32
 """How many components of arms with locked joints are kept ready."""
 CHECK_SEED = 20061
@@ -225,6 +226,7 @@ class Solvers:
         tried = self._tried(snapshot, arm, kinematics, settings)
         applied = choose()
         with self._lock_of(arm.robot.uid):
+            self._retire(self._kept.get(arm.robot.uid))
             self._kept[arm.robot.uid] = tried
         return applied, tried.check
 
@@ -315,11 +317,16 @@ class Solvers:
         while True:
             self._unused.get().close()
 
+    def _retire(self, kept: Tried | _Refused | None) -> None:
+        """End a component that another one follows, if it was at fault: errors that tell of it may keep it else."""
+        if isinstance(kept, Tried) and kept.solver.running.latest is not None:
+            self._unused.put(kept.solver.running)
+
     def _drop_all_but(self, structure: Structure) -> None:
         """Forget the components of robots that are gone; robots that the structure does not know yet are not."""
         for uid in self._kept.copy():
             if uid < structure.next_uid and uid not in structure.robots:
-                self._kept.pop(uid, None)
+                self._retire(self._kept.pop(uid, None))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
