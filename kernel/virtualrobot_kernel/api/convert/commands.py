@@ -9,7 +9,7 @@ import numpy as np
 from virtualrobot.v1 import nodes_pb2, scene_pb2
 
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.messages.nodes import SENSING, figures, node_data, node_spec
+from virtualrobot_kernel.messages.nodes import SENSING, figures, node_data, node_spec, runs
 from virtualrobot_kernel.messages.signals import signal_value
 from virtualrobot_kernel.messages.values import array, by_name, finite, mask_fields, not_negative, pose
 from virtualrobot_kernel.world import commands
@@ -67,6 +67,7 @@ def _update(message: scene_pb2.UpdateNode) -> commands.UpdateNode:
         hidden=node.hidden if "hidden" in fields else None,
         figures=figures(node, what) if "figures" in fields else None,
         data=data if kinds else None,
+        running=runs(node) if kinds & SENSING else None,
     )
 
 
