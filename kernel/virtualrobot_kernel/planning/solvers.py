@@ -23,7 +23,7 @@ from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.running import Running, start
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning.robots import Arm, tip_of
-from virtualrobot_kernel.world.commands import Command, CreateNodes, UpdateNode
+from virtualrobot_kernel.world.commands import Command, CreateNodes, SetKinematics, UpdateNode
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import Applied
 from virtualrobot_kernel.world.structure import Node, NodeSpec, RobotData, Structure
@@ -213,8 +213,9 @@ class Solvers:
             changed = command.specs if isinstance(command, CreateNodes) else [command]
             for one in changed:
                 data = one.data if isinstance(one, NodeSpec | UpdateNode) else None
-                if isinstance(data, RobotData) and data.kinematics:
-                    self._catalog.find(ComponentKind.KINEMATICS, data.kinematics)
+                chosen = data if isinstance(data, RobotData) else one
+                if isinstance(chosen, RobotData | SetKinematics) and chosen.kinematics:
+                    self._catalog.find(ComponentKind.KINEMATICS, chosen.kinematics)
 
     def uses(self, structure: Structure) -> tuple[Use, ...]:
         """Return which components work for which robots."""
