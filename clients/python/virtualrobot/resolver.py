@@ -272,7 +272,7 @@ def _package_and_inner(uri: str) -> tuple[str, str]:
     match = _SCHEME.match(uri)
     if match is None or match[1].lower() not in _PACKAGE_SCHEMES:
         return "", ""
-    name, _, inner = match[2].replace("\\", "/").removeprefix("//").partition("/")
+    name, _, inner = match[2].replace("\\", "/").lstrip("/").partition("/")
     return ("", "") if name in (".", "..") else (name, inner)
 
 

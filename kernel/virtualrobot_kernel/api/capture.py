@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 from collections.abc import AsyncIterator
 from contextlib import aclosing
 
@@ -55,7 +56,12 @@ class CaptureCalls:
         return Sight(snapshot, self._rooms.view.get(), self._rooms.sensors.latest, self._rooms.monitor.latest.touching)
 
     async def _taken(self, sight: Sight, shot: Shot, framing: Framing) -> bytes:
-        def take(painter: Painter) -> bytes:
-            return packed(painter.paint(sight, shot, framing), shot.format)
+        gone = threading.Event()
 
-        return await asyncio.wrap_future(self._rooms.studio.submit(take))
+        def take(painter: Painter) -> bytes:
+            return packed(painter.paint(sight, shot, framing), shot.format, painter.check)
+
+        try:
+            return await asyncio.wrap_future(self._rooms.studio.submit(take, gone.is_set))
+        finally:
+            gone.set()

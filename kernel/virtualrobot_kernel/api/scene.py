@@ -24,7 +24,7 @@ from virtualrobot_kernel.scenes.reading import read_scene
 from virtualrobot_kernel.scenes.writing import write_scene
 from virtualrobot_kernel.sensing.choices import check_choices
 from virtualrobot_kernel.world.commands import Command, CreateNodes, UpdateNode
-from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.state import Snapshot, unchanged
 from virtualrobot_kernel.world.store import Applied
 from virtualrobot_kernel.world.structure import Kind, Node, Structure
 
@@ -181,7 +181,7 @@ def _parents_first(structure: Structure) -> list[Node]:
 
 def _quiet(before: Snapshot, after: Snapshot) -> bool:
     """Return whether nothing that WatchScene tells has changed between two snapshots."""
-    return before.structure is after.structure and before.world_t_node is after.world_t_node
+    return unchanged(*((one.structure, one.world_t_node, one.state.running_sensors) for one in (before, after)))
 
 
 def _difference(
@@ -195,8 +195,10 @@ def _difference(
     else:
         old = before.structure
         moved = _chosen(_moved(before, after), wanted)
-        if old is not structure:
-            changed = [node for node in _chosen(_parents_first(structure), wanted) if _differs(old, structure, node)]
+        running = before.state.running_sensors.keys() ^ after.state.running_sensors.keys()
+        if old is not structure or running:
+            nodes = _chosen(_parents_first(structure), wanted)
+            changed = [node for node in nodes if node.uid in running or _differs(old, structure, node)]
             removed = [uid for uid in old.nodes if uid not in structure.nodes and (not wanted or uid in wanted)]
     rows = [structure.rows[node.uid] for node in moved]
     return scene_pb2.WatchSceneResponse(

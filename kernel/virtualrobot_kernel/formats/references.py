@@ -13,6 +13,7 @@ from virtualrobot.resolver import is_relative, join_uri
 
 from virtualrobot_kernel.errors import KernelError, MalformedFileError
 from virtualrobot_kernel.formats import scene_file
+from virtualrobot_kernel.formats.collada import image_names, parse_collada
 from virtualrobot_kernel.formats.translate import Importers, NoImporters, Settings, run
 from virtualrobot_kernel.formats.xml import malformed, parse_xml, xacro_in
 
@@ -119,11 +120,7 @@ def _mtl(data: bytes, uri: str) -> Iterator[str]:
 
 
 def _dae(data: bytes, uri: str) -> Iterator[str]:
-    for image in parse_xml(data, uri).iterfind(".//{*}library_images/{*}image"):
-        for source in image.iterfind(".//{*}init_from"):
-            named = source.find("{*}ref")  # COLLADA 1.5 wraps the name in <ref>
-            text = (source.text if named is None else named.text) or ""
-            yield unquote(text.strip()).removeprefix("./").replace("\\", "/")
+    return image_names(parse_collada(data, uri))
 
 
 def _gltf(data: bytes, uri: str) -> Iterator[str]:

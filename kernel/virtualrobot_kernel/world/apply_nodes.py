@@ -9,6 +9,7 @@ from dataclasses import replace
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.actuators import check_actuators
+from virtualrobot_kernel.world.apply_sensors import with_sensors_running
 from virtualrobot_kernel.world.change import (
     Change,
     Forward,
@@ -101,7 +102,8 @@ def create_nodes(change: Change, command: CreateNodes, forward: Forward) -> Chan
     for new in created:
         if nodes[new].kind is Kind.TOOL:
             after = _mounted(after, nodes[new])
-    return replace(after, created=change.created + created)
+    running = [new for new, spec in zip(created, command.specs, strict=True) if spec.running]
+    return replace(with_sensors_running(after, running, True), created=change.created + created)
 
 
 def update_node(change: Change, command: UpdateNode, forward: Forward) -> Change:
@@ -142,6 +144,8 @@ def update_node(change: Change, command: UpdateNode, forward: Forward) -> Change
         change = _mounted(change, new)
     if command.parent_t_node is not None:
         change = replace(change, state=_placed(change.structure, change.state, node.uid, command.parent_t_node))
+    if command.running is not None and command.running != (node.uid in change.state.running_sensors):
+        change = with_sensors_running(change, (node.uid,), command.running)
     return change
 
 
@@ -302,7 +306,7 @@ def _mounted(change: Change, tool: Node) -> Change:
     if tool.data.states and tool.uid not in state.tool_states:
         name, positions = next(iter(tool.data.states.items()))
         q = state.q.copy()
-        if owner is not None:
+        if owner is not None and owner.uid not in state.commanded:
             refuse_while_moving(change, owner, {(owner.uid, joint) for joint in positions})
             for joint, value in positions.items():
                 q[single_joint(structure, owner, joint)[1]] = value

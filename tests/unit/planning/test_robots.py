@@ -19,7 +19,7 @@ def test_the_tip_by_the_arm_s_rows_is_where_the_world_has_it(rng: np.random.Gene
     right = arm_of(snapshot, structure.node("right"))
     chain = right.serial()
     tip = tip_of(snapshot, right)
-    base, flange = structure.rows[right.base], structure.rows[right.flange]
+    base, flange = structure.rows[right.base], structure.rows[right.tip]
     for _ in range(20):
         q = rng.uniform(np.maximum(chain.lower, -3.0), np.minimum(chain.upper, 3.0))
         everything = rng.normal(size=state.q.shape)

@@ -10,7 +10,7 @@ from virtualrobot.v1 import nodes_pb2, robot_pb2, scene_pb2
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.messages.collision_settings import pairs_command, settings_command
-from virtualrobot_kernel.messages.nodes import SENSING, figures, node_data, node_spec
+from virtualrobot_kernel.messages.nodes import SENSING, figures, node_data, node_spec, runs
 from virtualrobot_kernel.messages.robots import settings
 from virtualrobot_kernel.messages.signals import signal_value
 from virtualrobot_kernel.messages.values import array, by_name, finite, mask_fields, not_negative, pose
@@ -69,6 +69,7 @@ def _update(message: scene_pb2.UpdateNode) -> commands.UpdateNode:
         hidden=node.hidden if "hidden" in fields else None,
         figures=figures(node, what) if "figures" in fields else None,
         data=data if kinds else None,
+        running=runs(node) if kinds & SENSING else None,
     )
 
 
@@ -88,7 +89,9 @@ def _joints(message: scene_pb2.SetJointPositions) -> commands.SetJointPositions:
 
 def kinematics_command(message: robot_pb2.KinematicsChoice) -> commands.SetKinematics:
     """Return the command of a message; raise KernelError for settings that are none."""
-    return commands.SetKinematics(message.robot, message.kinematics, settings(message.settings, "settings"))
+    return commands.SetKinematics(
+        message.robot, message.kinematics, settings(message.settings, "settings"), message.group
+    )
 
 
 COMMANDS: dict[str, Callable[[Any], commands.Command]] = {
