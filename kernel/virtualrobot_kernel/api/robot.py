@@ -74,7 +74,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         if arm is not None and not kinematics:
             # The robot has to be tried to tell; that is not for the thread that all calls share.
             find = partial(self._rooms.solvers.name_of, snapshot, arm)
-            kinematics = await self._rooms.turns.run([node.uid], find)
+            kinematics = await self._rooms.limiter.run([node.uid], find)
         groups = group_messages(data)
         for message in groups:
             message.joint_names[:] = joints_of(structure, node, Group(message.name))
@@ -190,7 +190,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         group = group_selection(request.group, "group")
         options = seed, solver_of, request.configuration, redundancy, group
         solve = partial(solve_inverse, snapshot, node, world_t_tcp, *options)
-        arm, result = await self._rooms.turns.run([node.uid], solve)
+        arm, result = await self._rooms.limiter.run([node.uid], solve)
         solved = len(result.solutions) > 0
         return robot_pb2.SolveInverseResponse(
             stamp=stamp(snapshot),
@@ -221,7 +221,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
             arm = arm_of(snapshot, node, Group(request.group))
             return rooms.solvers.swap(snapshot, arm, name, wanted, lambda: submit([command]).result())
 
-        applied, check = await rooms.turns.run([node.uid], swap)
+        applied, check = await rooms.limiter.run([node.uid], swap)
         return robot_pb2.SetKinematicsResponse(stamp=stamp(applied.snapshot), check=_check_message(check))
 
     async def SolveInverseDynamics(

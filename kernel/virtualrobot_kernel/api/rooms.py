@@ -7,16 +7,16 @@ from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 
 from virtualrobot_kernel.api.author import author
+from virtualrobot_kernel.api.keyed_limiter import KeyedLimiter
 from virtualrobot_kernel.api.lease_table import CARRIED, LeaseTable
 from virtualrobot_kernel.api.publications import Publications
-from virtualrobot_kernel.api.turns import Turns
 from virtualrobot_kernel.collision.guard import CollisionGuard
 from virtualrobot_kernel.collision.monitor import Monitor
 from virtualrobot_kernel.collision.pool import ScenePool
 from virtualrobot_kernel.collision.processes import Processes
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.importing import Importers
-from virtualrobot_kernel.drawing.studio import Studio
+from virtualrobot_kernel.drawing.renderer_pool import RendererPool
 from virtualrobot_kernel.drawing.view import ViewStore
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
@@ -37,7 +37,7 @@ MAX_SENT_BYTES = 256 * 1024 * 1024
 
 @dataclass(frozen=True, slots=True)
 class Rooms:
-    """The rooms that the API opens. Long work goes to `workers` or `turns`, never to the API's thread."""
+    """The rooms that the API opens. Long work goes to `workers` or `limiter`, never to the API's thread."""
 
     world: World
     mailbox: Mailbox
@@ -46,7 +46,7 @@ class Rooms:
     meshes: MeshLibrary
     view: ViewStore
     workers: Executor
-    turns: Turns
+    limiter: KeyedLimiter
     catalog: Catalog
     solvers: Solvers
     sensing: SensingRoom
@@ -56,7 +56,7 @@ class Rooms:
     processes: Processes
     monitor: Monitor
     guard: CollisionGuard
-    studio: Studio
+    renderers: RendererPool
     importers: Importers
     leases: LeaseTable
     viewer_url: Callable[[], str]
