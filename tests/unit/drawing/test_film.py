@@ -100,7 +100,7 @@ def test_a_large_world_is_bounded_by_its_memory(world: World, monkeypatch: pytes
 class DrawnNowhere:
     """A studio that gives back one byte a picture."""
 
-    def submit(self, work: object) -> Future[bytes]:
+    def submit(self, work: object, is_gone: object = None) -> Future[bytes]:
         done: Future[bytes] = Future()
         done.set_result(b"x")
         return done
