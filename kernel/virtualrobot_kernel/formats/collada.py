@@ -13,7 +13,7 @@ from urllib.parse import unquote
 import numpy as np
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  compiled, and has no types
 
-from virtualrobot_kernel.formats.xml import Element, children, line_of, local_name, malformed, parse_xml
+from virtualrobot_kernel.formats.xml import Element, FileWarning, children, line_of, local_name, malformed, parse_xml
 
 _SHAPES = ("library_geometries", "library_controllers", "library_animations", "library_visual_scenes", "library_nodes",
            "scene")  # fmt: skip
@@ -84,7 +84,9 @@ def without_unreadable_materials(data: bytes, root: Element) -> bytes:
     return etree.tostring(root) if unreadable else data
 
 
-def material_warnings(root: Element) -> Iterator[tuple[int, str]]:
-    """Yield line and text of what is told of the materials that cannot be read, each once."""
-    told = {why: line_of(use) for use, why in reversed(unreadable_materials(root))}
-    yield from ((line, f"{why}; drawn without it") for why, line in reversed(told.items()))
+def material_warnings(data: bytes, uri: str) -> list[FileWarning]:
+    """Return what is told of the materials of a document that cannot be read, each once."""
+    told: dict[str, int] = {}
+    for use, why in unreadable_materials(parse_collada(data, uri)):
+        told.setdefault(why, line_of(use))
+    return [FileWarning.of(malformed(uri, line, f"{why}; drawn without it")) for why, line in told.items()]
