@@ -19,7 +19,11 @@ KERNEL = "kernel/virtualrobot_kernel"
 SDK = "plugins/virtualrobot_sdk"
 PLUGINS = "plugins/virtualrobot_plugins"
 
-ANYONE = ("numpy", "virtualrobot_kernel.errors", "virtualrobot_kernel.background", "virtualrobot_kernel.version")
+# Files beside the rooms, and poses, which plugins need, too.
+ANYONE = (
+    *("numpy", "virtualrobot_sdk.poses", "virtualrobot_kernel.errors", "virtualrobot_kernel.background"),
+    "virtualrobot_kernel.version",
+)
 CONTRACT = ("google.protobuf", "virtualrobot.v1")
 
 # Which rooms of the kernel each of its rooms may see: a room stands above all that it names.
@@ -28,6 +32,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "components": (),
     "motion": ("numeric",),
     "world": ("motion",),
+    "inputs": ("world",),
     "shapes": ("world",),
     "messages": ("world",),
     "planning": ("components", "motion", "numeric", "world"),
@@ -35,10 +40,10 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "scenes": ("formats", "messages", "world"),
     "collision": ("motion", "numeric", "planning", "shapes", "world"),
     "paths": ("collision", "motion", "planning", "world"),
-    "sensing": ("collision", "components", "motion", "numeric", "planning", "shapes", "world"),
+    "sensing": ("collision", "components", "numeric", "planning", "shapes", "world"),
     "drawing": ("collision", "formats", "numeric", "planning", "sensing", "shapes", "world"),
     "api": (
-        *("collision", "components", "drawing", "formats", "messages", "motion", "paths", "planning"),
+        *("collision", "components", "drawing", "formats", "inputs", "messages", "motion", "paths", "planning"),
         *("scenes", "sensing", "world"),
     ),
 }
@@ -65,6 +70,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     KERNEL: (*ANYONE, "virtualrobot_kernel", "virtualrobot_sdk.worker"),
     f"{KERNEL}/serve.py": (*ANYONE, "virtualrobot_kernel", "virtualrobot_sdk.compiled.cache", "virtualrobot.session"),
     f"{KERNEL}/world": room("world"),
+    f"{KERNEL}/inputs": room("inputs"),
     f"{KERNEL}/numeric": room("numeric", "numba", "virtualrobot_sdk.compiled"),
     # ruckig and toppra make the time laws of what is planned, and ruckig in the tick the next step of what follows
     # setpoints, which nobody can plan: a pure function of a few microseconds.

@@ -12,7 +12,7 @@ from virtualrobot_kernel.api.convert.program import wished_motion
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.collision.clearance import near_by
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
-from virtualrobot_kernel.planning.moves import joints_of, solved_robots
+from virtualrobot_kernel.planning.moves import joints_of, moved_arms, solved_robots
 from virtualrobot_kernel.planning.program import MotionWish
 from virtualrobot_kernel.planning.tracking import arms_joints
 from virtualrobot_kernel.world.actuators import coupled_joints
@@ -66,7 +66,7 @@ async def wished(
         snapshot, wish = rooms.world.snapshot, wished_motion(request, near_by(rooms.collisions))
         joints = joints_of(snapshot, wish.every_move)
         if wish.tracking is not None:
-            joints = arms_joints(snapshot, joints)
+            joints = arms_joints(joints, moved_arms(snapshot, wish.every_move))
         return wish, joints, solved_robots(snapshot, wish.every_move)
 
     if not request.steps:

@@ -14,6 +14,7 @@ from virtualrobot_kernel.collision.swept import RESOLUTION
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.messages.values import expected_revision, not_negative, stamp
 from virtualrobot_kernel.planning.check import check_motion
+from virtualrobot_kernel.planning.moves import moved_arms
 from virtualrobot_kernel.planning.plan_program import GivenUp, plan_wish
 from virtualrobot_kernel.planning.sampling import check_size, sample_times, sampled
 from virtualrobot_kernel.planning.violations import Contact
@@ -36,8 +37,9 @@ async def planned_motion(rooms: Rooms, request: motion_pb2.PlanMotionRequest) ->
         snapshot = _snapshot(rooms, request.motion)
         planned = plan_wish(snapshot, wish, rooms.solvers.of, given_up)
         program, joints = planned.command.program, planned.command.joints
+        arms = moved_arms(snapshot, wish.every_move)
         check_size(program.duration, seconds, len(joints), len({robot for robot, _ in joints}))
-        samples = sampled(snapshot, program, joints, sample_times(program.duration, seconds), given_up)
+        samples = sampled(snapshot, program, joints, sample_times(program.duration, seconds), given_up, arms)
         message = plan_message(samples, planned.notes)
         message.stamp.CopyFrom(stamp(snapshot))
         return message

@@ -8,6 +8,7 @@ from math import inf, tau
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.errors import KernelError, LimitError
 from virtualrobot_kernel.motion.jog import SMALLEST_JOG, JogEnd, plan_cartesian_jog, plan_joint_jog
@@ -26,7 +27,8 @@ from virtualrobot_kernel.planning.planned_move import (
 from virtualrobot_kernel.planning.redundancy import FREE, Redundancy
 from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_on_path, tcp_frame
 from virtualrobot_kernel.world.actuators import actuators_of
-from virtualrobot_kernel.world.change import inverse, single_joint
+from virtualrobot_kernel.world.change import single_joint
+from virtualrobot_kernel.world.groups import WHOLE, Group
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import JointType, Kind, Node
 
@@ -46,6 +48,7 @@ class JointJog:
     velocity: float
     distance: float | None = None
     speed_factor: float = 1.0
+    group: Group = WHOLE
 
 
 class JogFrame(Enum):
@@ -73,6 +76,7 @@ class CartesianJog:
     distance: float | None = None
     speed_factor: float = 1.0
     redundancy: Redundancy = FREE
+    group: Group = WHOLE
 
 
 def joint_jog(snapshot: Snapshot, move: JointJog, solver_of: SolverOf) -> PlannedMove:
@@ -95,9 +99,9 @@ def joint_jog(snapshot: Snapshot, move: JointJog, solver_of: SolverOf) -> Planne
 def cartesian_jog(snapshot: Snapshot, move: CartesianJog, solver_of: SolverOf) -> PlannedMove:
     """Return the planned move of a tool centre point."""
     node = snapshot.structure.node(move.robot, Kind.ROBOT)
-    arm = arm_on_path(snapshot, node, move.redundancy)
+    arm = arm_on_path(snapshot, node, move.redundancy, move.group)
     limits, start = joint_limits(snapshot, node, arm.joint_names)
-    direction = _base_direction(snapshot, node, arm, move)
+    direction = _base_direction(snapshot, arm, move)
     tcp = led_tcp(snapshot, arm, solver_of, move.redundancy)
     cartesian = CartesianLimits(acceleration=LINE_ACCELERATION, jerk=JERK_RATIO * LINE_ACCELERATION)
     if move.turns:
@@ -125,12 +129,12 @@ def cartesian_jog(snapshot: Snapshot, move: CartesianJog, solver_of: SolverOf) -
     return replace(led_move(node, arm, plan, tcp, cartesian, speed_factor), notes=_notes(node, end))
 
 
-def _base_direction(snapshot: Snapshot, node: Node, arm: Arm, move: CartesianJog) -> NDArray[np.float64]:
+def _base_direction(snapshot: Snapshot, arm: Arm, move: CartesianJog) -> NDArray[np.float64]:
     """Return the direction of a jog as a unit vector (3,) in the axes of the arm's base."""
     if move.frame is JogFrame.BASE:
         world_t_frame = snapshot.world_t(arm.base)
     elif move.frame is JogFrame.TOOL:
-        world_t_frame = tcp_frame(snapshot, node)
+        world_t_frame = tcp_frame(snapshot, arm.robot, arm)
     else:
         world_t_frame = snapshot.world_t(snapshot.structure.node(move.node).uid)
     given = np.array(move.direction)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.motion.bounds import TimeLaw
@@ -29,8 +30,7 @@ from virtualrobot_kernel.planning.planned_move import (
     led_move,
     world_t_goal,
 )
-from virtualrobot_kernel.planning.redundancy import Redundancy
-from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_of, arm_on_path
+from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_of, arm_on_path, arms_of
 from virtualrobot_kernel.planning.spline import Spline, moving_reference, spline_move
 from virtualrobot_kernel.planning.wishes import (
     LED,
@@ -44,11 +44,13 @@ from virtualrobot_kernel.planning.wishes import (
 )
 from virtualrobot_kernel.world.actuators import joint_positions
 from virtualrobot_kernel.world.apply_robots import tool_state
-from virtualrobot_kernel.world.change import inverse
 from virtualrobot_kernel.world.figures import Pose
+from virtualrobot_kernel.world.groups import WHOLE
+from virtualrobot_kernel.world.groups import joints_of as group_joints
 from virtualrobot_kernel.world.preconditions import Preconditions, TcpPath, preconditions_of
-from virtualrobot_kernel.world.state import Selection, Snapshot
+from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind, Node, RobotData
+from virtualrobot_kernel.world.tcp import chosen_tcp
 
 
 def search_of(snapshot: Snapshot, moves: Sequence[Move]) -> Linear | None:
@@ -76,7 +78,19 @@ def plan_moves(snapshot: Snapshot, moves: Sequence[Move], solver_of: SolverOf) -
         robot, joint = next(pair for pair in joints if joints.count(pair) > 1)
         raise KernelError(f"two moves of one motion move the joint {joint!r} of {robot!r}", robot=robot, joint=joint)
     check_plans(snapshot, planned)
-    return planned
+    for move, one in zip(moves, planned, strict=True):
+        _check_group(snapshot, move, one)
+    return [replace(one, group=move.group) for move, one in zip(moves, planned, strict=True)]
+
+
+def _check_group(snapshot: Snapshot, move: Move, planned: PlannedMove) -> None:
+    """Raise UnknownNameError for a joint that a move of a group moves and the group has not."""
+    if move.group == WHOLE or isinstance(move, ToolStateMove):
+        return
+    names = group_joints(snapshot.structure, planned.robot, move.group)
+    for name in planned.joint_names:
+        if name not in names:
+            raise UnknownNameError(f"joint of {planned.robot.name!r}{move.group}", name, names)
 
 
 def _planned(snapshot: Snapshot, moves: Sequence[Move], solver_of: SolverOf) -> list[PlannedMove]:
@@ -94,6 +108,10 @@ def _planned(snapshot: Snapshot, moves: Sequence[Move], solver_of: SolverOf) -> 
                 planned[place] = PLANNERS[type(move)](snapshot, move, solver_of)
         except KernelError as error:
             error.metadata.setdefault("robot", move.robot)
+            if "position" in error.metadata and move.group != WHOLE:
+                # Where that is is told in the frame of the chain's base.
+                base = arm_of(snapshot, snapshot.structure.node(move.robot, Kind.ROBOT), move.group).base
+                error.metadata["base"] = snapshot.structure.nodes[base].name
             raise
     timed = next((move for move in moves if isinstance(move, JointTrajectory)), None)
     if timed is not None and (one := next((one for one in planned.values() if one.seen), None)):
@@ -110,7 +128,7 @@ def _frames(snapshot: Snapshot, move: Move) -> list[int]:
     structure = snapshot.structure
     if isinstance(move, ToolStateMove | JointTrajectory) or not solved_robots(snapshot, [move]):
         return []
-    frames = [arm_of(snapshot, structure.node(move.robot, Kind.ROBOT)).base]
+    frames = [arm_of(snapshot, structure.node(move.robot, Kind.ROBOT), move.group).base]
     if isinstance(move, Circular) and move.moving:
         frames.append(structure.node(move.reference).uid)
     if isinstance(move, Spline) and (reference := moving_reference(move)) is not None:
@@ -152,7 +170,7 @@ def _carried(snapshot: Snapshot, move: Move, along: Carriers, solver_of: SolverO
 
     return plan_carried(
         snapshot,
-        arm_on_path(snapshot, node, move.redundancy),
+        arm_on_path(snapshot, node, move.redundancy, move.group),
         along,
         course,
         snapshot.structure.node(reference).uid,
@@ -180,13 +198,18 @@ def joints_of(snapshot: Snapshot, moves: Sequence[Move]) -> set[tuple[int, str]]
         elif isinstance(move, JointJog):
             names = (move.joint,)
         elif isinstance(move, PointToPoint) and not isinstance(move.goal, PoseGoal):
-            names = tuple(goal_positions(node, move.goal))
+            names = tuple(goal_positions(node, move.goal, _group_joints(snapshot, node, move)))
         elif isinstance(move, PointToPoint):
-            names = arm_of(snapshot, node).joint_names
+            names = arm_of(snapshot, node, move.group).joint_names
         else:
-            names = arm_on_path(snapshot, node, move.redundancy).joint_names
+            names = arm_on_path(snapshot, node, move.redundancy, move.group).joint_names
         needed |= {(node.uid, name) for name in names}
     return needed
+
+
+def moved_arms(snapshot: Snapshot, moves: Sequence[Move]) -> list[Arm]:
+    """Return the arms of the robots and groups that moves are for."""
+    return arms_of(snapshot, ((snapshot.structure.node(move.robot, Kind.ROBOT), move.group) for move in moves))
 
 
 def solved_robots(snapshot: Snapshot, moves: Sequence[Move]) -> set[int]:
@@ -207,7 +230,7 @@ def preconditions_by(snapshot: Snapshot, moves: Sequence[Move], joints: Iterable
     for move in moves:
         robot = structure.node(move.robot, Kind.ROBOT)
         if solved_robots(snapshot, [move]):
-            ways.append(TcpPath(robot.uid, tuple(structure.node(name).uid for name in _references(move))))
+            ways.append(TcpPath(robot.uid, tuple(structure.node(name).uid for name in _references(move)), move.group))
         elif isinstance(move, ToolStateMove):
             tool_states.append((structure.node(_tool_positions(snapshot, robot, move)[0]).uid, move.state))
         elif isinstance(move, PointToPoint) and isinstance(move.goal, str):
@@ -231,13 +254,13 @@ def _references(move: Move) -> tuple[str, ...]:
 def _point_to_point(snapshot: Snapshot, move: PointToPoint, solver_of: SolverOf) -> PlannedMove:
     node = snapshot.structure.node(move.robot, Kind.ROBOT)
     if isinstance(move.goal, PoseGoal):
-        arm, goal = _solved(snapshot, node, move.goal, solver_of, move.redundancy)
+        arm, goal = _solved(snapshot, node, move, move.goal, solver_of)
         limits, start = joint_limits(snapshot, node, arm.joint_names)
         goal = _nearest_turn(goal, start, limits)
         speed_factor = move.speed_factor or 1.0
         plan = plan_ptp(start, goal, limits, speed_factor, move.time_law)
         return PlannedMove(node, arm.joint_names, plan, speed_factor=speed_factor)
-    positions = goal_positions(node, move.goal)
+    positions = goal_positions(node, move.goal, _group_joints(snapshot, node, move))
     return _to_joints(snapshot, node, positions, move.speed_factor, move.time_law)
 
 
@@ -252,26 +275,37 @@ def _to_joints(
     return PlannedMove(node, names, plan, speed_factor=speed_factor)
 
 
-def goal_positions(node: Node, goal: Mapping[str, float] | PoseGoal | str | ActuatorGoal) -> Mapping[str, float]:
-    """Return the joint values of a goal that is no pose; raise UnknownNameError for a posture that there is not."""
+def _group_joints(snapshot: Snapshot, node: Node, move: PointToPoint) -> Sequence[str] | None:
+    return None if move.group == WHOLE else group_joints(snapshot.structure, node, move.group)
+
+
+def goal_positions(
+    node: Node, goal: Mapping[str, float] | PoseGoal | str | ActuatorGoal, joints: Sequence[str] | None = None
+) -> Mapping[str, float]:
+    """Return the joint values of a goal that is no pose; of a posture only those of a group's `joints`, if given.
+
+    Raises UnknownNameError for a posture that there is not.
+    """
     if isinstance(goal, ActuatorGoal):
         return joint_positions(node, goal.positions)
     if isinstance(goal, str):
         postures = node.data.postures if isinstance(node.data, RobotData) else {}
         if goal not in postures:
             raise UnknownNameError(f"posture of {node.name!r}", goal, postures)
-        goal = postures[goal]
+        goal = {name: value for name, value in postures[goal].items() if joints is None or name in joints}
     assert not isinstance(goal, PoseGoal)
     if not goal:
         raise KernelError(
-            f"the move of {node.name!r} names no joint: give the positions of those that shall move", robot=node.name
+            f"the move of {node.name!r} names no joint{' of its group' if joints else ''}: give the positions of those "
+            "that shall move",
+            robot=node.name,
         )
     return goal
 
 
 def _linear(snapshot: Snapshot, move: Linear, solver_of: SolverOf) -> PlannedMove:
     node = snapshot.structure.node(move.robot, Kind.ROBOT)
-    arm = arm_on_path(snapshot, node, move.redundancy)
+    arm = arm_on_path(snapshot, node, move.redundancy, move.group)
     limits, start = joint_limits(snapshot, node, arm.joint_names)
     base_t_goal = inverse(snapshot.world_t(arm.base)) @ world_t_goal(snapshot, move.goal)
     tcp = led_tcp(snapshot, arm, solver_of, move.redundancy)
@@ -284,7 +318,7 @@ def _linear(snapshot: Snapshot, move: Linear, solver_of: SolverOf) -> PlannedMov
 
 def _circular(snapshot: Snapshot, move: Circular, solver_of: SolverOf) -> PlannedMove:
     node = snapshot.structure.node(move.robot, Kind.ROBOT)
-    arm = arm_on_path(snapshot, node, move.redundancy)
+    arm = arm_on_path(snapshot, node, move.redundancy, move.group)
     limits, start = joint_limits(snapshot, node, arm.joint_names)
     world_t_reference = snapshot.world_t(snapshot.structure.node(move.reference).uid)
     base_t_reference = inverse(snapshot.world_t(arm.base)) @ world_t_reference
@@ -328,7 +362,8 @@ def _tool_state(snapshot: Snapshot, move: ToolStateMove, solver_of: SolverOf) ->
 
 def _tool_positions(snapshot: Snapshot, node: Node, move: ToolStateMove) -> tuple[str, dict[str, float]]:
     structure = snapshot.structure
-    chosen = structure.nodes.get(snapshot.state.selections.get(node.uid, Selection()).tool)
+    tip = 0 if move.group == WHOLE else arm_of(snapshot, node, move.group).tip
+    chosen, _ = chosen_tcp(structure, snapshot.state, node, tip)
     name = move.tool or (chosen.name if chosen else "")
     tools = [tool.name for tool in structure.tools_of(node.uid)]
     if name not in tools:
@@ -349,10 +384,10 @@ PLANNERS: dict[type, Callable[[Snapshot, Any, SolverOf], PlannedMove]] = {
 
 
 def _solved(
-    snapshot: Snapshot, node: Node, goal: PoseGoal, solver_of: SolverOf, redundancy: Redundancy
+    snapshot: Snapshot, node: Node, move: PointToPoint, goal: PoseGoal, solver_of: SolverOf
 ) -> tuple[Arm, NDArray[np.float64]]:
     world_t_tcp = world_t_goal(snapshot, goal)
-    arm, solutions = reached(snapshot, node, world_t_tcp, solver_of, goal.configuration, redundancy)
+    arm, solutions = reached(snapshot, node, world_t_tcp, solver_of, goal.configuration, move.redundancy, move.group)
     return arm, solutions[0]
 
 

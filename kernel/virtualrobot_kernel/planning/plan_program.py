@@ -17,7 +17,7 @@ from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.motion.program import Program, Stage, Wait, of_plan
 from virtualrobot_kernel.planning.blending import PlannedRun, arrived, plan_run, run_together
-from virtualrobot_kernel.planning.moves import plan_moves, preconditions_by, search_of
+from virtualrobot_kernel.planning.moves import moved_arms, plan_moves, preconditions_by, search_of
 from virtualrobot_kernel.planning.notes import Note, NoteKind
 from virtualrobot_kernel.planning.program import (
     MAX_STEPS,
@@ -28,11 +28,12 @@ from virtualrobot_kernel.planning.program import (
     StepWish,
     WaitSignalWish,
 )
-from virtualrobot_kernel.planning.robots import SolverOf
+from virtualrobot_kernel.planning.robots import SolverOf, world_poses
 from virtualrobot_kernel.planning.tracking import tracked
 from virtualrobot_kernel.planning.wishes import Move
 from virtualrobot_kernel.world.change import single_joint
 from virtualrobot_kernel.world.commands import StartMotion
+from virtualrobot_kernel.world.measured import as_commanded
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind
 
@@ -73,6 +74,7 @@ def plan_wish(
     Errors about a program name the step in message and metadata (`step`, from 0). When `given_up`, the planning ends
     with an error at the next step.
     """
+    snapshot = as_commanded(snapshot, world_poses)
     if wish.moves and wish.steps:
         raise KernelError("a motion has either moves or steps, not both", field="steps")
     if wish.steps:
@@ -84,7 +86,9 @@ def plan_wish(
         motion = PlannedMotion(_start(snapshot, wish.moves, run), notes)
     if wish.tracking is None:
         return motion
-    command = tracked(snapshot, motion.command, wish.tracking, lambda: _go_on(given_up))
+    command = tracked(
+        snapshot, motion.command, wish.tracking, moved_arms(snapshot, wish.every_move), lambda: _go_on(given_up)
+    )
     return replace(motion, command=command)
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from virtualrobot_sdk.poses import inverse
+
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.cartesian_plan import plan_spline
@@ -18,7 +20,7 @@ from virtualrobot_kernel.planning.planned_move import (
 )
 from virtualrobot_kernel.planning.redundancy import FREE, Redundancy
 from virtualrobot_kernel.planning.robots import SolverOf, arm_on_path
-from virtualrobot_kernel.world.change import inverse
+from virtualrobot_kernel.world.groups import WHOLE, Group
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind
 
@@ -34,6 +36,7 @@ class Spline:
     max_acceleration: float = 0.0
     redundancy: Redundancy = FREE
     time_law: TimeLaw = TimeLaw.JERK_LIMITED
+    group: Group = WHOLE
 
 
 def moving_reference(move: Spline) -> str | None:
@@ -53,7 +56,7 @@ def moving_reference(move: Spline) -> str | None:
 def spline_move(snapshot: Snapshot, move: Spline, solver_of: SolverOf) -> PlannedMove:
     """Return the planned move; raise KernelError with the place and the goal nearest to it."""
     node = snapshot.structure.node(move.robot, Kind.ROBOT)
-    arm = arm_on_path(snapshot, node, move.redundancy)
+    arm = arm_on_path(snapshot, node, move.redundancy, move.group)
     limits, start = joint_limits(snapshot, node, arm.joint_names)
     base_t_world = inverse(snapshot.world_t(arm.base))
     goals = [base_t_world @ world_t_goal(snapshot, goal) for goal in move.goals]

@@ -17,6 +17,7 @@ from virtualrobot_kernel.planning.planned_move import (
 from virtualrobot_kernel.planning.redundancy import FREE, Redundancy
 from virtualrobot_kernel.planning.spline import Spline
 from virtualrobot_kernel.world.figures import Pose
+from virtualrobot_kernel.world.groups import WHOLE, Group
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +36,7 @@ class PointToPoint:
     speed_factor: float = 1.0
     redundancy: Redundancy = FREE
     time_law: TimeLaw = TimeLaw.JERK_LIMITED
+    group: Group = WHOLE
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,6 +54,7 @@ class Linear:
     redundancy: Redundancy = FREE
     until: tuple[str, bool] | None = None
     time_law: TimeLaw = TimeLaw.JERK_LIMITED
+    group: Group = WHOLE
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,6 +77,7 @@ class Circular:
     redundancy: Redundancy = FREE
     time_law: TimeLaw = TimeLaw.JERK_LIMITED
     moving: bool = False
+    group: Group = WHOLE
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,17 +89,19 @@ class JointTrajectory:
     times: NDArray[np.float64]
     positions: NDArray[np.float64]
     velocities: NDArray[np.float64] | None = None
+    group: Group = WHOLE
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ToolStateMove:
-    """The joints of a tool (empty: the chosen one) to where one of its states has them."""
+    """The joints of a tool (empty: the chosen one, or the group's) to where one of its states has them."""
 
     robot: str
     tool: str
     state: str
     speed_factor: float = 1.0
     time_law: TimeLaw = TimeLaw.JERK_LIMITED
+    group: Group = WHOLE
 
 
 Move = PointToPoint | Linear | Circular | Spline | JointTrajectory | ToolStateMove | JointJog | CartesianJog

@@ -92,11 +92,12 @@ class SetJointPositions:
 
 @dataclass(frozen=True, slots=True)
 class SetKinematics:
-    """Gives a robot another kinematics component; motions go on as they were planned."""
+    """Gives a robot, or its group of this name, another kinematics component; motions go on as they were planned."""
 
     robot: str
     kinematics: str
     settings: Mapping[str, Any]
+    group: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -238,6 +239,19 @@ class EndSetpoints:
     id: str
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class SetMeasuredJoints:
+    """Tells where the joints of a robot, given by uid, really are by the end of this tick; motions command them on.
+
+    positions (nq,), velocities (nv,): all of the robot's coordinates and velocities, as in the state. None ends that:
+    the robot stays where it was measured, and its commanded joints are there, too.
+    """
+
+    robot: int
+    positions: NDArray[np.float64] | None
+    velocities: NDArray[np.float64] | None = None
+
+
 @dataclass(frozen=True, slots=True)
 class PauseMotion:
     """Slows a motion to standstill on its path."""
@@ -303,6 +317,7 @@ Command = (
     | StartSetpointMotion
     | SetSetpoint
     | EndSetpoints
+    | SetMeasuredJoints
     | PauseMotion
     | ResumeMotion
     | CancelMotion

@@ -1,5 +1,6 @@
 from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
 from virtualrobot.v1 import motion_pb2 as _motion_pb2
+from virtualrobot.v1 import nodes_pb2 as _nodes_pb2
 from google.protobuf.internal import containers as _containers
 from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
 from google.protobuf import descriptor as _descriptor
@@ -29,7 +30,7 @@ PATH_PLANNER_RRT_STAR: PathPlanner
 PATH_PLANNER_INFORMED_RRT_STAR: PathPlanner
 
 class FindPathRequest(_message.Message):
-    __slots__ = ("robot", "start", "goal", "planner", "seed", "time_limit_seconds", "speed_factor", "blend_percent")
+    __slots__ = ("robot", "start", "goal", "planner", "seed", "time_limit_seconds", "speed_factor", "blend_percent", "group")
     ROBOT_FIELD_NUMBER: _ClassVar[int]
     START_FIELD_NUMBER: _ClassVar[int]
     GOAL_FIELD_NUMBER: _ClassVar[int]
@@ -38,6 +39,7 @@ class FindPathRequest(_message.Message):
     TIME_LIMIT_SECONDS_FIELD_NUMBER: _ClassVar[int]
     SPEED_FACTOR_FIELD_NUMBER: _ClassVar[int]
     BLEND_PERCENT_FIELD_NUMBER: _ClassVar[int]
+    GROUP_FIELD_NUMBER: _ClassVar[int]
     robot: str
     start: _motion_pb2.JointGoal
     goal: _motion_pb2.PointToPoint
@@ -46,7 +48,8 @@ class FindPathRequest(_message.Message):
     time_limit_seconds: float
     speed_factor: float
     blend_percent: float
-    def __init__(self, robot: _Optional[str] = ..., start: _Optional[_Union[_motion_pb2.JointGoal, _Mapping]] = ..., goal: _Optional[_Union[_motion_pb2.PointToPoint, _Mapping]] = ..., planner: _Optional[_Union[PathPlanner, str]] = ..., seed: _Optional[int] = ..., time_limit_seconds: _Optional[float] = ..., speed_factor: _Optional[float] = ..., blend_percent: _Optional[float] = ...) -> None: ...
+    group: _nodes_pb2.GroupSelection
+    def __init__(self, robot: _Optional[str] = ..., start: _Optional[_Union[_motion_pb2.JointGoal, _Mapping]] = ..., goal: _Optional[_Union[_motion_pb2.PointToPoint, _Mapping]] = ..., planner: _Optional[_Union[PathPlanner, str]] = ..., seed: _Optional[int] = ..., time_limit_seconds: _Optional[float] = ..., speed_factor: _Optional[float] = ..., blend_percent: _Optional[float] = ..., group: _Optional[_Union[_nodes_pb2.GroupSelection, _Mapping]] = ...) -> None: ...
 
 class FindPathResponse(_message.Message):
     __slots__ = ("stamp", "elapsed_seconds", "states", "checks", "path")

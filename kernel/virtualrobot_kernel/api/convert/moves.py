@@ -10,6 +10,7 @@ from virtualrobot.v1 import motion_pb2
 from virtualrobot_kernel.api.convert.jogs import cartesian_jog, joint_jog
 from virtualrobot_kernel.api.convert.redundancy import wished_redundancy
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.robots import group_selection
 from virtualrobot_kernel.messages.values import array, by_name, check_enum, finite, pose, vector
 from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.circle import Center, Via
@@ -35,6 +36,8 @@ def wished_move(message: motion_pb2.Move, what: str, near_of: NearOf) -> Move:
     `near_of` measures how far arms are from things, for those that shall stay away from them.
     """
     move = _in_time(_move(message, what), message, what)
+    if message.HasField("group"):
+        move = replace(move, group=group_selection(message.group, f"{what}.group"))
     redundancy = wished_redundancy(message.redundancy, f"{what}.redundancy", near_of)
     if redundancy is FREE:
         return move

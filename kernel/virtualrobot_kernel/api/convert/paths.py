@@ -8,8 +8,10 @@ from typing import Any
 from virtualrobot.v1 import motion_pb2, path_pb2
 
 from virtualrobot_kernel.errors import KernelError, LimitError
+from virtualrobot_kernel.messages.robots import selection_message
 from virtualrobot_kernel.messages.values import by_name, check_enum, finite
 from virtualrobot_kernel.paths.query import PathOptions, PathQuery
+from virtualrobot_kernel.world.groups import WHOLE
 
 SECONDS, MOST_SECONDS = 10.0, 600.0
 """How long a path is looked for where nothing is said, and at the most."""
@@ -80,6 +82,7 @@ def _step(query: PathQuery, goal: list[float], zone: float) -> motion_pb2.MoveSt
     joints = motion_pb2.JointGoal(joint_positions=dict(zip(query.joint_names, goal, strict=True)))
     move = motion_pb2.Move(
         robot=query.robot,
+        group=selection_message(query.group) if query.group != WHOLE else None,
         speed_factor=query.speed_factor,
         point_to_point=motion_pb2.PointToPoint(joints=joints),
     )
