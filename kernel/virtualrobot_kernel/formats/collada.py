@@ -59,11 +59,13 @@ def unreadable_materials(root: Element) -> list[tuple[Element, str]]:
     uses = [*root.iterfind(".//{*}instance_material")]
     if not uses:
         return []
-    import collada  # takes long, and is needed only where meshes are read
+    # Only now, since they take long to import.
+    from collada import Collada
+    from collada.common import DaeError
 
     small = etree.Element(root.tag, root.attrib, nsmap=root.nsmap)
     small.extend(deepcopy(part) for part in children(root, "*") if local_name(part) not in _SHAPES)
-    document = collada.Collada(io.BytesIO(etree.tostring(small)), ignore=[collada.common.DaeError])
+    document = Collada(io.BytesIO(etree.tostring(small)), ignore=[DaeError])
     known = {f"#{material.id}" for material in document.materials}
     said = "; ".join(dict.fromkeys(map(str, document.errors)))
     return [
