@@ -12,7 +12,7 @@ from virtualrobot.v1 import robot_pb2, robot_pb2_grpc
 from virtualrobot_sdk.selfcheck import SelfCheck
 
 from virtualrobot_kernel.api.convert.nodes import JOINT_TYPE_NUMBERS, limits_message
-from virtualrobot_kernel.api.convert.redundancy import wished_redundancy
+from virtualrobot_kernel.api.convert.redundancy import requested_redundancy
 from virtualrobot_kernel.api.convert.robots import (
     actuator_messages,
     group_messages,
@@ -176,8 +176,11 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         reference = snapshot.structure.node(request.reference)
         world_t_tcp = snapshot.world_t(reference.uid) @ pose(request.reference_t_tcp, "reference_t_tcp")
         seed, solver_of = dict(request.seed), self._rooms.solvers.of
-        redundancy = wished_redundancy(request.redundancy, "redundancy", near_by(self._rooms.collisions))
-        solve = partial(solve_inverse, snapshot, node, world_t_tcp, seed, solver_of, request.configuration, redundancy)
+        redundancy = requested_redundancy(request.redundancy, "redundancy")
+        near_of = near_by(self._rooms.collisions)
+        solve = partial(
+            solve_inverse, snapshot, node, world_t_tcp, seed, solver_of, request.configuration, redundancy, near_of
+        )
         arm, result = await self._rooms.turns.run([node.uid], solve)
         solved = len(result.solutions) > 0
         return robot_pb2.SolveInverseResponse(

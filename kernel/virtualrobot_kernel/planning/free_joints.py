@@ -21,7 +21,7 @@ from virtualrobot_kernel.motion.nullspace import (
     near_posture,
 )
 from virtualrobot_kernel.motion.rotation import rotation_vector
-from virtualrobot_kernel.planning.redundancy import FREE, Preference, Redundancy
+from virtualrobot_kernel.planning.redundancy import FREE, NearOf, Preference, Redundancy
 from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_of, flange_t_tcp, joint_vector, locked_arm
 from virtualrobot_kernel.world.change import inverse
 from virtualrobot_kernel.world.figures import Pose
@@ -38,10 +38,12 @@ _SAME = 1e-4
 _FOUND = 1e-6
 
 
-def led_tcp(snapshot: Snapshot, arm: Arm, solver_of: SolverOf, redundancy: Redundancy) -> TcpKinematics:
+def cartesian_tcp(
+    snapshot: Snapshot, arm: Arm, solver_of: SolverOf, redundancy: Redundancy, near_of: NearOf | None = None
+) -> TcpKinematics:
     """Return the chosen tool centre point of an arm as it is led along a path, with what is wished of free joints."""
     tcp = TcpKinematics(solver_of(snapshot, arm), flange_t_tcp(snapshot, arm.robot))
-    return replace(tcp, wish=wish_of(snapshot, arm, redundancy, tcp.jacobian, snapshot.state.q[arm.q_index]))
+    return replace(tcp, wish=wish_of(snapshot, arm, redundancy, tcp.jacobian, snapshot.state.q[arm.q_index], near_of))
 
 
 def wish_of(
@@ -50,11 +52,13 @@ def wish_of(
     redundancy: Redundancy,
     jacobian: Callable[[NDArray[np.float64]], NDArray[np.float64]],
     start: NDArray[np.float64],
+    near_of: NearOf | None = None,
 ) -> Wish | None:
     """Return what is wished of the joints (k,) of an arm; None without a wish or without a joint to spare.
 
     `snapshot` is the world that distances are measured in, `jacobian` gives (6, k), `start` (k,) is where its lengths
-    are made comparable. Raises UnknownNameError for a joint of a posture that the arm has not.
+    are made comparable, `near_of` measures the distances. Raises UnknownNameError for a joint of a
+    posture that the arm has not.
     """
     chain = arm.serial()
     for name in redundancy.posture:
@@ -73,8 +77,8 @@ def wish_of(
             weights = np.array([1.0 / lever if lever > 1e-6 else 1.0] * 3 + [1.0] * 3)[:, None]
             return away_from_singularities(lambda q: jacobian(q) * weights)
         case Preference.DISTANCE:
-            assert redundancy.near_of is not None, "nothing measures"
-            return away_from_things(redundancy.near_of(snapshot, arm), chain.lower, chain.upper)
+            assert near_of is not None, "nothing measures distances"
+            return away_from_things(near_of(snapshot, arm), chain.lower, chain.upper)
         case Preference.UNSPECIFIED:
             return None
 
@@ -87,6 +91,7 @@ def solve_inverse(
     solver_of: SolverOf,
     configuration: str = "",
     redundancy: Redundancy = FREE,
+    near_of: NearOf | None = None,
 ) -> tuple[Arm, InverseResult]:
     """Return the arm and the joints that bring its chosen tool centre point to `world_t_tcp` (4, 4).
 
@@ -101,7 +106,7 @@ def solve_inverse(
     start = joint_vector(snapshot, reduced, seed)
     options = InverseOptions(seed=start, configuration=configuration, arm_angle=redundancy.arm_angle)
     result = solver.inverse(base_t_tip, options)
-    if (wish := wish_of(snapshot, reduced, redundancy, solver.jacobian, start)) is not None:
+    if (wish := wish_of(snapshot, reduced, redundancy, solver.jacobian, start, near_of)) is not None:
         result = _preferred(solver, reduced.serial(), base_t_tip, result, options, wish)
     if redundancy.arm_angle is not None and len(result.solutions) and not result.arm_angles:
         raise KernelError(
@@ -120,12 +125,13 @@ def reached(
     solver_of: SolverOf,
     configuration: str = "",
     redundancy: Redundancy = FREE,
+    near_of: NearOf | None = None,
 ) -> tuple[Arm, list[NDArray[np.float64]]]:
     """Return the arm and its solutions (k,), at least one, as `solve_inverse` does from where the joints are.
 
     Raise KernelError (UNREACHABLE) when there is none.
     """
-    arm, result = solve_inverse(snapshot, robot, world_t_tcp, {}, solver_of, configuration, redundancy)
+    arm, result = solve_inverse(snapshot, robot, world_t_tcp, {}, solver_of, configuration, redundancy, near_of)
     if not len(result.solutions):
         raise KernelError(
             f"{robot.name!r} cannot reach the pose: {result.reason}",

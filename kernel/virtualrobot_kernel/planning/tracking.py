@@ -15,7 +15,7 @@ from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.program import Program
 from virtualrobot_kernel.planning.actuators import actuator_limits
 from virtualrobot_kernel.planning.planned_move import joint_limits
-from virtualrobot_kernel.planning.program import TrackingWish
+from virtualrobot_kernel.planning.program import TrackingSpec
 from virtualrobot_kernel.planning.robots import Arm, arm_of, flange_t_tcp, tip_of
 from virtualrobot_kernel.planning.tracked_limits import (
     Place,
@@ -60,7 +60,9 @@ def arms_joints(snapshot: Snapshot, joints: Iterable[tuple[int, str]]) -> set[tu
     return needed
 
 
-def tracked(snapshot: Snapshot, command: StartMotion, wish: TrackingWish, go_on: GoOn = lambda: None) -> StartMotion:
+def tracked(
+    snapshot: Snapshot, command: StartMotion, tracking: TrackingSpec, go_on: GoOn = lambda: None
+) -> StartMotion:
     """Return a planned motion as one that goes along with a node, slower where the joints need it.
 
     Raises KernelError when no joint of another robot, or more than one, moves the node; when an arm can't go along all
@@ -76,15 +78,15 @@ def tracked(snapshot: Snapshot, command: StartMotion, wish: TrackingWish, go_on:
     ]
     if not arms:
         raise KernelError("only arms can go along with a frame, and this motion moves none", field="tracking")
-    frame = _frame(snapshot, wish.node, arms, moved)
+    frame = _frame(snapshot, tracking.node, arms, moved)
     for robot, arm in arms:
-        _check_carriers(snapshot, robot, arm, wish.node, moved)
-    window, velocity = _window(frame, wish), min(wish.max_velocity or np.inf, frame.joint.limits.velocity)
+        _check_carriers(snapshot, robot, arm, tracking.node, moved)
+    window, velocity = _window(frame, tracking), min(tracking.max_velocity or np.inf, frame.joint.limits.velocity)
     joints = tuple(dict.fromkeys([*command.joints, *((robot.name, j) for robot, arm in arms for j in arm.joint_names)]))
     program = _widened(snapshot, command.program, joints)
     followers = [_follower(snapshot, robot, arm, joints, frame) for robot, arm in arms]
     program, following = _checked(snapshot, program, frame, window, velocity, arms, followers, go_on)
-    ways = [Way(robot.uid, (structure.node(wish.node).uid,)) for robot, _ in arms]
+    ways = [Way(robot.uid, (structure.node(tracking.node).uid,)) for robot, _ in arms]
     uids = ((structure.robot(robot)[0].uid, joint) for robot, joint in joints)
     assumed = (*command.assumed, *assume(structure, snapshot.state, uids, ways))
     return replace(
@@ -163,19 +165,19 @@ def _joint_at(snapshot: Snapshot, robot: int, place: int) -> Joint:
     return index.joints[index.q_start.index(place)]
 
 
-def _window(frame: _Frame, wish: TrackingWish) -> tuple[float, float]:
+def _window(frame: _Frame, tracking: TrackingSpec) -> tuple[float, float]:
     """Return between which displacements the frame is followed; a joint's limits shorten the window."""
-    if abs(wish.window) > LARGEST_WINDOW:
+    if abs(tracking.window) > LARGEST_WINDOW:
         raise KernelError(
-            f"tracking.window is at most {LARGEST_WINDOW:g} {frame.unit} either way, not {wish.window:g}",
+            f"tracking.window is at most {LARGEST_WINDOW:g} {frame.unit} either way, not {tracking.window:g}",
             field="tracking.window",
         )
-    low = max(min(wish.window, 0.0), frame.joint.limits.lower - frame.position)
-    high = min(max(wish.window, 0.0), frame.joint.limits.upper - frame.position)
-    if (high if wish.window > 0.0 else -low) <= 0.0:
+    low = max(min(tracking.window, 0.0), frame.joint.limits.lower - frame.position)
+    high = min(max(tracking.window, 0.0), frame.joint.limits.upper - frame.position)
+    if (high if tracking.window > 0.0 else -low) <= 0.0:
         raise LimitError(
             f"the joint {frame.joint.name!r} of {frame.robot.name!r} stands at its limit, {frame.position:g} "
-            f"{frame.unit}, and cannot move by {wish.window:g} {frame.unit} from there",
+            f"{frame.unit}, and cannot move by {tracking.window:g} {frame.unit} from there",
             joint=frame.joint.name,
             value=frame.position,
         )

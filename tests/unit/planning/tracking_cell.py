@@ -10,11 +10,11 @@ from scipy.spatial.transform import Rotation
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.rotation import rotation_matrix
 from virtualrobot_kernel.motion.tracked import Tracked
+from virtualrobot_kernel.planning.moves import Linear, PointToPoint
 from virtualrobot_kernel.planning.planned_move import PoseGoal
-from virtualrobot_kernel.planning.program import TrackingWish
+from virtualrobot_kernel.planning.program import TrackingSpec
 from virtualrobot_kernel.planning.robots import arm_of, tcp_frame, world_poses
 from virtualrobot_kernel.planning.tracking import tracked
-from virtualrobot_kernel.planning.wishes import Linear, PointToPoint
 from virtualrobot_kernel.world.change import Change, inverse
 from virtualrobot_kernel.world.commands import Command, CreateNodes, SetJointPositions, StartMotion
 from virtualrobot_kernel.world.state import Motion
@@ -24,7 +24,7 @@ from virtualrobot_kernel.world.tick import advance
 from tests.unit.formats.models import ROBOTS, load
 from tests.unit.numeric.urdf_arrays import MODELS
 from tests.unit.planning.cell import TICK, chain, pictured
-from tests.unit.planning.wishes import plan_motion
+from tests.unit.planning.starts import start_of
 from tests.unit.world.builders import after, empty, link
 
 #: A tick and ten points between two ticks.
@@ -44,7 +44,7 @@ class Cell:
 
     change: Change
     command: StartMotion
-    wish: TrackingWish
+    wish: TrackingSpec
     tray_t_start: np.ndarray
     tray_t_goal: np.ndarray
 
@@ -61,7 +61,7 @@ class Cell:
         """Start moving the belt by a distance with a share of its greatest speed."""
         at = float(self.change.state.q[self.belt])
         move = PointToPoint("conveyor", {"run": at + distance}, speed)
-        self.apply(plan_motion(pictured(self.change), [move], chain))
+        self.apply(start_of(pictured(self.change), [move], chain))
 
     @property
     def belt(self) -> int:
@@ -157,9 +157,9 @@ def random_cell(rng: np.random.Generator, arm: str, kind: str, window: float, ve
         goal = start.copy()
         goal[:3, 3] += rng.uniform(-0.06, 0.06, 3)
         goal[:3, :3] = rotation_matrix(rng.normal(size=3) * 0.1) @ goal[:3, :3]
-        wish = TrackingWish("conveyor.tray", window, velocity)
+        wish = TrackingSpec("conveyor.tray", window, velocity)
         try:
-            planned = plan_motion(snapshot, [Linear("arm", PoseGoal(goal, "conveyor.tray"))], chain)
+            planned = start_of(snapshot, [Linear("arm", PoseGoal(goal, "conveyor.tray"))], chain)
             command = tracked(snapshot, planned, wish)
         except KernelError:
             continue
