@@ -17,7 +17,7 @@ from PIL import Image
 from virtualrobot_kernel.sensing.camera_reader import CameraReader
 from virtualrobot_kernel.sensing.looks import LookLibrary
 from virtualrobot_kernel.sensing.reading import Moment
-from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
+from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.commands import CreateNodes
 from virtualrobot_kernel.world.sensing import CameraSensor, ImageKind, Intrinsics, Light, LightKind
 from virtualrobot_kernel.world.structure import Kind, NodeSpec

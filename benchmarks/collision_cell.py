@@ -14,8 +14,8 @@ from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.models import ImportedModel, import_model
-from virtualrobot_kernel.formats.submesh import Submesh
 from virtualrobot_kernel.planning.robots import world_poses
+from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.apply import apply
 from virtualrobot_kernel.world.change import Change

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from virtualrobot_kernel.formats.submesh import Submesh
+from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.world.commands import CreateNodes
 from virtualrobot_kernel.world.figures import Figure, Mesh
 from virtualrobot_kernel.world.state import Snapshot

@@ -15,7 +15,7 @@ import numpy as np
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.sensing.range_reader import RangeReader
 from virtualrobot_kernel.sensing.reading import Moment
-from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
+from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.sensing import RangeSensor, Spinning
 from virtualrobot_kernel.world.structure import Kind
 from virtualrobot_plugins.ray_casters.embree import EmbreeCaster

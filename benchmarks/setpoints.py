@@ -11,10 +11,10 @@ import grpc
 import numpy as np
 import ruckig
 from virtualrobot.v1 import motion_pb2, motion_pb2_grpc, scene_pb2, scene_pb2_grpc
-from virtualrobot_kernel.motion.follow import SetpointMode, start
 from virtualrobot_kernel.motion.limits import JointLimits
+from virtualrobot_kernel.motion.setpoint_motion import SetpointMode, start
 from virtualrobot_kernel.planning.robots import world_poses
-from virtualrobot_kernel.world.commands import SetSetpoint, StartFollowing, StopMotions
+from virtualrobot_kernel.world.commands import SetSetpoint, StartSetpointMotion, StopMotions
 from virtualrobot_kernel.world.state import State
 from virtualrobot_kernel.world.store import World
 from virtualrobot_kernel.world.tick import advance
@@ -40,7 +40,7 @@ def tick_row() -> Row:
     world.submit([StopMotions()]).result()
     world.step(5 * TICKS).result()
     robots = [f"arm{place}" for place in range(ARMS)]
-    world.submit([StartFollowing(robot, NAMES, SetpointMode.VELOCITY, 1e9) for robot in robots]).result()
+    world.submit([StartSetpointMotion(robot, NAMES, SetpointMode.VELOCITY, 1e9) for robot in robots]).result()
     ids = [motion.id for motion in world.snapshot.state.motions]
     world.submit([SetSetpoint(id, (0.01,) * JOINTS) for id in ids]).result()
     following = _advance_milliseconds(world, world.snapshot.state)

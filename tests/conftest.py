@@ -1,9 +1,10 @@
-"""Fixtures for every test: fresh random numbers whose seed a failure prints."""
+"""Fixtures for every test: random numbers whose seed comes from the test's own name."""
 
 from __future__ import annotations
 
-import secrets
+import os
 import signal
+import zlib
 
 import numpy as np
 import pytest
@@ -12,13 +13,25 @@ import pytest
 # that some tests send Ctrl-C to.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
+GIVEN_SEED = os.environ.get("VIRTUALROBOT_TEST_SEED", "")
+"""What repeats a failure, or hunts for one; without it each test has the seed of its name."""
+
+
+def seed_of(node: pytest.Item | pytest.Collector) -> int:
+    """Return the seed of a test, class or file: the same in every run and on every machine."""
+    return int(GIVEN_SEED or zlib.crc32(node.nodeid.encode()))
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Give the plugins' test suites, and programs that a test starts, the seed of the test's class or file."""
+    os.environ["VIRTUALROBOT_TEST_SEED"] = str(seed_of(item.parent or item))
+
 
 @pytest.fixture
-def seed() -> int:
-    """Return a seed drawn anew for each test; set VIRTUALROBOT_TEST_SEED to repeat a failure."""
-    import os
-
-    value = int(os.environ.get("VIRTUALROBOT_TEST_SEED", secrets.randbits(32)))
+def seed(request: pytest.FixtureRequest) -> int:
+    """Return the seed of this test's name; set VIRTUALROBOT_TEST_SEED to have another one."""
+    value = seed_of(request.node)
     print(f"seed: {value} (repeat with VIRTUALROBOT_TEST_SEED={value})")
     return value
 

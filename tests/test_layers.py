@@ -19,12 +19,38 @@ KERNEL = "kernel/virtualrobot_kernel"
 SDK = "plugins/virtualrobot_sdk"
 PLUGINS = "plugins/virtualrobot_plugins"
 
-PURE = ("numpy", "virtualrobot_kernel.errors", "virtualrobot_kernel.world", "virtualrobot_kernel.motion")
-# What plans motions sees the interface of kinematics, never one of its solvers.
-MOTION = (*PURE, "virtualrobot_sdk.kinematics")
-# The resolver is path logic that both ends share. Plugins are found by entry point; no room imports one.
-ROOM = ("numpy", "virtualrobot.resolver", "virtualrobot_kernel", "virtualrobot_sdk")
+ANYONE = ("numpy", "virtualrobot_kernel.errors", "virtualrobot_kernel.background", "virtualrobot_kernel.version")
 CONTRACT = ("google.protobuf", "virtualrobot.v1")
+
+# Which rooms of the kernel each of its rooms may see: a room stands above all that it names.
+ROOMS: dict[str, tuple[str, ...]] = {
+    "numeric": (),
+    "components": (),
+    "motion": ("numeric",),
+    "world": ("motion",),
+    "shapes": ("world",),
+    "messages": ("world",),
+    "planning": ("components", "motion", "numeric", "world"),
+    "formats": ("messages", "shapes", "world"),
+    "collision": ("motion", "numeric", "planning", "shapes", "world"),
+    "paths": ("collision", "motion", "planning", "world"),
+    "sensing": ("collision", "components", "motion", "numeric", "planning", "shapes", "world"),
+    "drawing": ("collision", "formats", "numeric", "planning", "sensing", "shapes", "world"),
+    "api": (
+        *("collision", "components", "drawing", "formats", "messages", "motion", "paths", "planning", "sensing"),
+        "world",
+    ),
+}
+
+
+def room(name: str, *others: str) -> tuple[str, ...]:
+    """Return what a room of the kernel may import: itself, the rooms of its rule, and `others`."""
+    return (*ANYONE, *(f"virtualrobot_kernel.{one}" for one in (name, *ROOMS[name])), *others)
+
+
+# What is pure has no native library, no gRPC and no protobuf. What plans motions sees the interface of kinematics, and
+# none of its solvers.
+MOTION = (*ANYONE, "virtualrobot_kernel.motion", "virtualrobot_sdk.kinematics")
 
 MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # The client knows nothing of the kernel; an application knows only the client library.
@@ -34,30 +60,43 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{CLIENT}/apps/octree_map.py": ("virtualrobot", "numpy", "pyoctomap"),
     # Films are written by FFmpeg, where its package is installed.
     f"{CLIENT}/film.py": ("virtualrobot", "numpy", "av"),
-    # What is pure has no native library, no gRPC and no protobuf; ruckig and toppra make the time laws of what is
-    # planned, and ruckig in the tick the next step of what follows setpoints, which nobody can plan: a pure function of
-    # a few microseconds.
-    f"{KERNEL}/world": PURE,
+    # The composition root knows every room; `serve` writes the token where the client's rule says.
+    KERNEL: (*ANYONE, "virtualrobot_kernel", "virtualrobot_sdk.worker"),
+    f"{KERNEL}/kernel.py": (*ANYONE, "virtualrobot_kernel", "virtualrobot_sdk.worker", "virtualrobot.v1"),
+    f"{KERNEL}/serve.py": (*ANYONE, "virtualrobot_kernel", "virtualrobot_sdk.compiled.cache", "virtualrobot.session"),
+    f"{KERNEL}/world": room("world"),
+    f"{KERNEL}/numeric": room("numeric", "numba", "virtualrobot_sdk.compiled"),
+    # ruckig and toppra make the time laws of what is planned, and ruckig in the tick the next step of what follows
+    # setpoints, which nobody can plan: a pure function of a few microseconds.
     f"{KERNEL}/motion": MOTION,
     f"{KERNEL}/motion/profile.py": (*MOTION, "ruckig"),
     f"{KERNEL}/motion/time_optimal.py": (*MOTION, "toppra"),
     f"{KERNEL}/motion/online.py": (*MOTION, "ruckig"),
-    # An arm goes along with a frame by Newton steps in the tick, compiled.
-    f"{KERNEL}/motion/frame_following.py": (*MOTION, "virtualrobot_kernel.numeric.tracking"),
-    # Each native library has one room.
-    KERNEL: ROOM,
-    # The composition root knows every room; `serve` writes the token where the client's rule says.
-    f"{KERNEL}/kernel.py": (*ROOM, "virtualrobot.v1"),
-    f"{KERNEL}/serve.py": (*ROOM, "virtualrobot.session"),
-    f"{KERNEL}/api": (*ROOM, *CONTRACT, "grpc", "grpc_status", "grpc_health", "grpc_reflection", "google.rpc"),
-    # The browser by viser; files of pictures, and the letters in them, by Pillow.
-    f"{KERNEL}/drawing": (*ROOM, "viser", "PIL"),
+    # In the tick an arm goes along with a frame by compiled Newton steps.
+    f"{KERNEL}/motion/conveyor_tracking.py": (*MOTION, "virtualrobot_kernel.numeric.tracking"),
+    # Plugins are found by entry point; no room imports one.
+    f"{KERNEL}/components": room("components", "virtualrobot_sdk"),
+    f"{KERNEL}/planning": room("planning", "virtualrobot_sdk"),
+    f"{KERNEL}/shapes": room("shapes", "virtualrobot_sdk.rays"),
+    f"{KERNEL}/shapes/textures.py": room("shapes", "PIL"),
+    f"{KERNEL}/messages": room("messages", *CONTRACT, "virtualrobot_sdk.denavit_hartenberg"),
+    # The resolver is path logic that both ends share.
+    f"{KERNEL}/formats": room(
+        *("formats", "virtualrobot_sdk", "virtualrobot.resolver", *CONTRACT),
+        *("trimesh", "lxml", "ruamel", "collada", "PIL"),
+    ),
     # FCL holds the interpreter's lock: whoever asks it goes through the bounded calls of this room.
-    f"{KERNEL}/collision": (*ROOM, "fcl"),
+    f"{KERNEL}/collision": room("collision", "fcl", "virtualrobot_sdk"),
     # OMPL holds the interpreter's lock: it runs in a process of its own, and only this file imports it.
-    f"{KERNEL}/paths/search.py": (*ROOM, "ompl"),
-    f"{KERNEL}/formats": (*ROOM, *CONTRACT, "trimesh", "lxml", "ruamel", "collada", "PIL"),
-    f"{KERNEL}/numeric": (*ROOM, "numba"),
+    f"{KERNEL}/paths": room("paths"),
+    f"{KERNEL}/paths/search.py": room("paths", "ompl"),
+    f"{KERNEL}/sensing": room("sensing", "virtualrobot_sdk"),
+    # The browser by viser, whose server is that of websockets; files of pictures, and the letters in them, by Pillow.
+    f"{KERNEL}/drawing": room("drawing", "virtualrobot_sdk", "viser", "websockets", "PIL"),
+    f"{KERNEL}/api": room(
+        *("api", *CONTRACT, "grpc", "grpc_status", "grpc_health", "grpc_reflection", "google.rpc"),
+        *("virtualrobot_sdk", "virtualrobot.resolver"),
+    ),
     # What plugin authors import knows neither kernel nor client, and plugins know only it.
     SDK: ("virtualrobot_sdk", "numpy", "pluggy", "msgspec", "psutil"),
     f"{SDK}/compiled": ("virtualrobot_sdk", "numpy", "numba", "platformdirs"),
@@ -86,6 +125,10 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
         *("cascadio", "ezdxf", "lxml", "msgspec", "PIL", "ruamel", "trimesh", "xacro", "yaml"),
     ),
 }
+
+
+# Files beside the rooms.
+FILES = frozenset({"kernel.py", "serve.py"})
 
 
 def imports(source: str, package: str) -> Iterator[tuple[int, str]]:
@@ -130,6 +173,31 @@ def test_every_import_obeys_its_rule() -> None:
     assert not violations(ROOT), "\n".join(violations(ROOT))
 
 
+def test_every_room_of_the_kernel_has_a_rule() -> None:
+    folders = {path.parent.name for path in (ROOT / KERNEL).glob("*/*.py")}
+    assert folders == set(ROOMS) == {rule.split("/")[2] for rule in MAY_IMPORT if rule.startswith(f"{KERNEL}/")} - FILES
+
+
+def test_no_circle_of_rooms() -> None:
+    """Rooms are taken away from below, each when all that it may see has gone; a circle would remain."""
+    remaining = dict(ROOMS)
+    while ground := [name for name, seen in remaining.items() if not set(seen) & set(remaining)]:
+        for name in ground:
+            del remaining[name]
+    assert not remaining
+
+
+def test_no_room_may_see_what_it_does_not_use() -> None:
+    """An arrow that is gone goes from the table, too, so that the table tells what is."""
+    used = {name: set() for name in ROOMS}
+    for name in ROOMS:
+        for file in (ROOT / KERNEL / name).rglob("*.py"):
+            package = ".".join(file.parent.relative_to((ROOT / KERNEL).parent).parts)
+            names = (seen.split(".") for _, seen in imports(file.read_text(), package))
+            used[name] |= {parts[1] for parts in names if parts[0] == "virtualrobot_kernel"} & set(ROOMS)
+    assert {name: tuple(sorted(seen - {name})) for name, seen in used.items()} == ROOMS
+
+
 def test_every_rule_is_about_something() -> None:
     """A room that was renamed would otherwise fall to a weaker rule unseen."""
     assert [rule for rule in MAY_IMPORT if not (ROOT / rule).exists()] == []
@@ -164,6 +232,10 @@ def test_every_rule_is_about_something() -> None:
         (f"{KERNEL}/sensing/contact_reader.py", "import fcl", "fcl"),
         (f"{KERNEL}/api/server.py", "import numba", "numba"),
         (f"{KERNEL}/anew/room.py", "import pybullet", "pybullet"),
+        (f"{KERNEL}/formats/urdf_sensors.py", "from ..api import rooms", "virtualrobot_kernel.api.rooms"),
+        (f"{KERNEL}/sensing/picture.py", "from ..drawing import view", "virtualrobot_kernel.drawing.view"),
+        (f"{KERNEL}/collision/site.py", "from ..sensing import looks", "virtualrobot_kernel.sensing.looks"),
+        (f"{KERNEL}/motion/follow.py", "from ..numeric import forest", "virtualrobot_kernel.numeric.forest"),
     ],
 )
 def test_a_planted_violation_is_found(tmp_path: Path, path: str, source: str, name: str) -> None:

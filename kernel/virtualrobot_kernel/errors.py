@@ -10,6 +10,7 @@ from bisect import bisect_left
 from collections.abc import Iterable
 from difflib import get_close_matches
 from enum import Enum
+from typing import Self
 
 NEIGHBOURS = 200
 """How many names before and after a bad one are looked at for a similar one."""
@@ -55,6 +56,11 @@ class KernelError(Exception):
         if reason is not None:
             self.reason = reason
         self.metadata = {key: str(value) for key, value in metadata.items()}
+
+    def at(self, place: str) -> Self:
+        """Put `place` (file, line, element) before the message and return the error itself."""
+        self.args = (f"{place}: {self}",)
+        return self
 
 
 class UnknownNameError(KernelError):

@@ -41,7 +41,7 @@ from virtualrobot_kernel.sensing.choices import check_choices
 from virtualrobot_kernel.sensing.looks import LookLibrary
 from virtualrobot_kernel.sensing.readers import SensingRoom
 from virtualrobot_kernel.sensing.sensors import Sensors
-from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
+from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.journal import MemoryJournal
 from virtualrobot_kernel.world.store import World

@@ -13,6 +13,7 @@ from typing import Any
 import grpc
 import pytest
 import trustme
+from google.protobuf.internal.encoder import _VarintBytes  # pyright: ignore[reportAttributeAccessIssue]
 from grpc_health.v1 import health_pb2, health_pb2_grpc
 from grpc_reflection.v1alpha import reflection_pb2, reflection_pb2_grpc
 from virtualrobot.v1 import collision_pb2, geometry_pb2, kernel_pb2, kernel_pb2_grpc, robot_pb2
@@ -22,6 +23,14 @@ from tests.api.conftest import KernelProcess, StartKernel
 
 SERVE = [sys.executable, "-m", "virtualrobot_kernel.serve"]
 INFO = kernel_pb2.GetInfoRequest()
+
+
+def deep_settings(depth: int) -> bytes:
+    """Return a message whose field 3 is a Struct nested so deep: each level is two messages and an entry of a map."""
+    inner = b""
+    for tag in (b"\x2a", b"\x12", b"\x0a") * depth:
+        inner = tag + _VarintBytes(len(inner)) + inner
+    return b"\x1a" + _VarintBytes(len(inner)) + inner
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +55,31 @@ def test_no_token_or_a_wrong_one_is_refused(guarded: KernelProcess, token: str |
 def test_streams_want_the_token_too(guarded: KernelProcess) -> None:
     stub = kernel_pb2_grpc.KernelServiceStub(grpc.insecure_channel(guarded.address))
     assert refusal(lambda: next(stub.WatchClock(kernel_pb2.WatchClockRequest()))).reason == "UNAUTHENTICATED"
+
+
+@pytest.mark.parametrize(
+    ("method", "data"),
+    [
+        ("robot.SolveInverse", b"\xff" * 40),
+        ("robot.SetKinematics", deep_settings(60)),
+        ("scene.WatchScene", b"\xff" * 40),
+        ("motion.StreamSetpoints", b"\xff" * 40),
+    ],
+    ids=["unary", "deep", "stream", "both streams"],
+)
+def test_what_cannot_be_decoded_is_refused_and_never_before_the_token(
+    guarded: KernelProcess, method: str, data: bytes
+) -> None:
+    noun, name = method.split(".")
+    path = f"/virtualrobot.v1.{noun.capitalize()}Service/{name}"
+    stranger = grpc.insecure_channel(guarded.address)
+    for channel, reason in ((stranger, "UNAUTHENTICATED"), (guarded.channel(), "INVALID_ARGUMENT")):
+        call = channel.stream_stream(path)  # whatever the method: what is sent and answered is a stream on the wire
+        refused = refusal(lambda call=call: list(call(iter([data]))))
+        assert (refused.reason, refused.code) == (reason, grpc.StatusCode[reason])
+        assert channel is stranger or f"the {len(data)} bytes of the request are not decodable" in refused.message
+        channel.close()
+    assert not [line for line in guarded.lines if "Traceback" in line]
 
 
 def test_health_is_open_and_says_serving(guarded: KernelProcess) -> None:

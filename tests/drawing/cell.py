@@ -11,8 +11,8 @@ from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.models import ImportedModel, import_model
-from virtualrobot_kernel.formats.submesh import Submesh
 from virtualrobot_kernel.numeric.forest import forward_forest
+from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.apply import apply
 from virtualrobot_kernel.world.commands import Command, CreateNodes

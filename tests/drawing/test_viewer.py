@@ -10,8 +10,9 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 import viser._viser
+from virtualrobot_kernel.drawing.page_server import PORTS_TRIED
 from virtualrobot_kernel.drawing.view import Camera, ViewSettings, ViewStore
-from virtualrobot_kernel.drawing.viewer import PORTS_TRIED, Viewer
+from virtualrobot_kernel.drawing.viewer import Viewer
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.world.commands import RemoveNode
 from virtualrobot_kernel.world.figures import Box, Figure, Material
@@ -76,7 +77,7 @@ def test_when_its_port_is_in_use_the_viewer_takes_one_of_the_next(taken_port: in
 
 
 def test_when_no_port_is_free_the_error_names_them(taken_port: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("virtualrobot_kernel.drawing.viewer.PORTS_TRIED", 1)
+    monkeypatch.setattr("virtualrobot_kernel.drawing.page_server.PORTS_TRIED", 1)
     cell = Cell()
     viewer = Viewer(lambda: cell.snapshot, ViewStore(), cell.meshes, port=taken_port)
     with pytest.raises(KernelError, match=str(taken_port)) as refused:
@@ -84,6 +85,37 @@ def test_when_no_port_is_free_the_error_names_them(taken_port: int, monkeypatch:
     assert refused.value.metadata == {"host": "127.0.0.1", "port": str(taken_port)}
     viewer.close()
     assert viewer.url == ""
+
+
+def test_only_its_own_page_may_look() -> None:
+    """RFC 6455, section 10.2: a server that is not for any web page checks the Origin."""
+    viewer = Viewer(lambda: Cell().snapshot, ViewStore(), Cell().meshes)
+    viewer.start()
+    port = int(viewer.url.rpartition(":")[2])
+    for host, origin, may in (
+        (f"127.0.0.1:{port}", f"http://127.0.0.1:{port}", True),
+        (f"localhost:{port}", f"http://localhost:{port}", True),
+        ("localhost:9000", "http://localhost:9000", True),  # a forwarded port
+        (f"[::1]:{port}", f"http://[::1]:{port}", True),
+        (f"127.0.0.1:{port}", None, True),  # no browser
+        (f"127.0.0.1:{port}", "http://evil.example", False),
+        (f"127.0.0.1:{port}", "http://localhost:3000", False),  # another site of this machine
+        (f"127.0.0.1:{port}", "null", False),  # a sandboxed frame
+        (f"evil.example:{port}", f"http://evil.example:{port}", False),  # a name that was made to point here
+        (f"evil.example:{port}", None, False),
+        ("127.0.0.1.evil.example", None, False),
+        ("[", None, False),
+    ):
+        for upgrade in (True, False):
+            lines = ["GET / HTTP/1.1", f"Host: {host}", *([f"Origin: {origin}"] if origin else [])]
+            if upgrade:
+                lines += ["Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Version: 13"]
+                lines += ["Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ=="]
+            with socket.create_connection(("127.0.0.1", port)) as connection:
+                connection.sendall("\r\n".join([*lines, "", ""]).encode())
+                status = connection.makefile("rb").readline().split()[1]
+            assert status == ((b"101" if upgrade else b"200") if may else b"403"), (host, origin)
+    viewer.close()
 
 
 def test_without_a_browser_nothing_is_drawn_and_closing_ends_the_thread(capsys: pytest.CaptureFixture[str]) -> None:

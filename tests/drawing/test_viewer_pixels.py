@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from PIL import Image
 from virtualrobot_kernel.drawing.view import Camera
-from virtualrobot_kernel.formats.submesh import Submesh
 from virtualrobot_kernel.sensing.measuring import Measurement, NodePoint
+from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.world.commands import RemoveNode, SetJointPositions, SetToolState, UpdateNode
 from virtualrobot_kernel.world.figures import (
     Box,

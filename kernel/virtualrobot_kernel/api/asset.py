@@ -7,10 +7,10 @@ from collections.abc import AsyncIterator
 
 from virtualrobot.v1 import asset_pb2, asset_pb2_grpc
 
-from virtualrobot_kernel.api.convert.robots import settings
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.references import list_references
+from virtualrobot_kernel.messages.robots import settings
 
 CHUNK_BYTES = 1024 * 1024
 

@@ -9,12 +9,12 @@ from contextlib import aclosing
 from virtualrobot.v1 import view_pb2
 
 from virtualrobot_kernel.api.convert.shots import film_of, picture_size, shot_of
-from virtualrobot_kernel.api.convert.values import stamp
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.drawing.film import Film
 from virtualrobot_kernel.drawing.framing import Framing
 from virtualrobot_kernel.drawing.painter import Painter, Sight
 from virtualrobot_kernel.drawing.shots import Shot, packed
+from virtualrobot_kernel.messages.values import stamp
 from virtualrobot_kernel.world.state import Snapshot
 
 

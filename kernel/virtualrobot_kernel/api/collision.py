@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from virtualrobot.v1 import collision_pb2, collision_pb2_grpc
 
-from virtualrobot_kernel.api.convert.collision_report import report_message
-from virtualrobot_kernel.api.convert.collision_settings import cost_message, settings_command, settings_message
+from virtualrobot_kernel.api.convert.collision_report import cost_message, report_message
 from virtualrobot_kernel.api.convert.collisions import (
     allowed_messages,
     collision_message,
@@ -24,13 +23,14 @@ from virtualrobot_kernel.api.convert.collisions import (
     set_command,
 )
 from virtualrobot_kernel.api.convert.configurations import block_message, configuration_rows
-from virtualrobot_kernel.api.convert.values import not_negative, stamp
 from virtualrobot_kernel.api.readiness import ready_for_guard
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.api.turns import IsGone
 from virtualrobot_kernel.collision.configurations import CHECK_BLOCK
 from virtualrobot_kernel.collision.sampling import Touched, sample_touches
 from virtualrobot_kernel.errors import KernelError, LimitError
+from virtualrobot_kernel.messages.collision_settings import settings_command, settings_message
+from virtualrobot_kernel.messages.values import not_negative, stamp
 from virtualrobot_kernel.world.structure import Kind
 
 TURN = "collision"

@@ -1,15 +1,17 @@
-"""What every call passes: the token, the mapping of errors to statuses, and leases."""
+"""Interceptors of every call: the token, decoding, the mapping of errors to statuses, and leases."""
 
 from __future__ import annotations
 
 import hmac
 import logging
-from collections.abc import Awaitable, Callable, Iterable
+from collections.abc import AsyncIterable, Awaitable, Callable, Iterable
 from contextlib import aclosing
+from inspect import isawaitable
 from typing import Any, NoReturn
 
 import grpc
 from google.protobuf.descriptor import ServiceDescriptor
+from google.protobuf.message import DecodeError, Message
 from virtualrobot.v1 import lease_pb2, motion_pb2, robot_pb2
 
 from virtualrobot_kernel.api.lease_table import CARRIED
@@ -17,13 +19,16 @@ from virtualrobot_kernel.api.publications import Publications, ending
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.api.status import trailers
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.world.touched import named_nodes
+from virtualrobot_kernel.world.affected_robots import named_nodes
 
 OPEN = "/grpc.health.v1.Health/"
 """Calls of this service need no token."""
 
 LEASE_KEY = "virtualrobot-lease"
 """The metadata key of a lease's token; a call may have several."""
+
+DEEPEST_MESSAGE = 100
+"""The depth of nested messages that protobuf decodes."""
 
 NAMED: dict[type, Callable[[Any], Iterable[str]]] = {
     motion_pb2.StartMotionRequest: lambda request: {
@@ -33,7 +38,8 @@ NAMED: dict[type, Callable[[Any], Iterable[str]]] = {
 }
 """The robots that requests name whose commands come late, after planning or trying: refused before that work is done.
 
-What is refused in the end is decided by the commands themselves, right before they are applied: `world/touched.py`.
+What is refused in the end is decided by the commands themselves, right before they are applied
+(`world/affected_robots.py`).
 """
 
 log = logging.getLogger(__name__)
@@ -68,11 +74,15 @@ class Token(grpc.aio.ServerInterceptor):
         async def refuse(_: object, context: grpc.aio.ServicerContext) -> NoReturn:
             await _abort(context, error)
 
-        return _like(handler, refuse, refuse)
+        # Whatever the method: so that it is refused at once, before a message is waited for, let alone decoded.
+        return grpc.stream_stream_rpc_method_handler(refuse)
 
 
 class Errors(grpc.aio.ServerInterceptor):
-    """Turns KernelErrors into statuses with ErrorInfo and faults into INTERNAL; refuses calls to an ending kernel."""
+    """Decodes requests, turns KernelErrors into statuses with ErrorInfo and faults into INTERNAL.
+
+    Calls to an ending kernel are refused, except those of grpcio's own services (health, reflection).
+    """
 
     def __init__(self, publications: Publications) -> None:
         """Refuse calls once `publications` are closed."""
@@ -87,29 +97,33 @@ class Errors(grpc.aio.ServerInterceptor):
         guarded = self._guarded.get(method)
         if guarded is None:
             handler = await continuation(handler_call_details)
-            # Handlers of grpcio's own services (health, reflection) write to the context instead of returning.
-            if handler is None or not method.startswith("/virtualrobot."):
-                return handler
+            if handler is None:
+                return None
             guarded = self._guarded[method] = self._guard(handler, method)
         return guarded
 
     def _guard(self, handler: Any, method: str) -> grpc.RpcMethodHandler:  # noqa: ANN401 grpcio has no types for it
         whole = handler.stream_unary if handler.request_streaming else handler.unary_unary
         parts = handler.stream_stream if handler.request_streaming else handler.unary_stream
+        decode = _Decoding if handler.request_streaming else _decoded
+        ends = method.startswith("/virtualrobot.")
 
-        async def answer(request: Any, context: grpc.aio.ServicerContext) -> Any:  # noqa: ANN401 any message
+        async def answer(request: Any, context: grpc.aio.ServicerContext) -> Any:  # noqa: ANN401 bytes, or many
             try:
-                if self._publications.closed:
+                if ends and self._publications.closed:
                     raise ending()
-                return await whole(request, context)
+                return await whole(decode(request, handler.request_deserializer), context)
             except Exception as error:
                 await _told(error, method, context)
 
-        async def stream(request: Any, context: grpc.aio.ServicerContext) -> None:  # noqa: ANN401 any message
+        async def stream(request: Any, context: grpc.aio.ServicerContext) -> None:  # noqa: ANN401 bytes, or many
             try:
-                if self._publications.closed:
+                if ends and self._publications.closed:
                     raise ending()
-                async with aclosing(parts(request, context)) as messages:
+                answers = parts(decode(request, handler.request_deserializer), context)
+                if isawaitable(answers):  # as of grpcio's health service, which writes to the context by itself
+                    return await answers
+                async with aclosing(answers) as messages:
                     async for message in messages:
                         await context.write(message)
             except grpc.aio.InternalError:  # who reads has gone in the middle of a message
@@ -117,7 +131,8 @@ class Errors(grpc.aio.ServerInterceptor):
             except Exception as error:
                 await _told(error, method, context)
 
-        return _like(handler, answer, stream)
+        # Decoded here and not by grpcio, which would answer UNKNOWN and log a traceback of what cannot be decoded.
+        return _like(handler, answer, stream, decoded=True)
 
 
 class Leasing(grpc.aio.ServerInterceptor):
@@ -187,8 +202,33 @@ def _bytes(value: str | bytes) -> bytes:
     return value if isinstance(value, bytes) else value.encode()
 
 
-def _like(handler: Any, unary: Any, stream: Any) -> grpc.RpcMethodHandler:  # noqa: ANN401 grpcio has no types for these
-    """Return a handler of the same shape as `handler` that calls other functions."""
+def _decoded(data: bytes, decode: Callable[[bytes], Message]) -> Message:
+    """Return the message; raise KernelError when the bytes are none."""
+    try:
+        return decode(data)
+    except DecodeError as error:
+        raise KernelError(
+            f"the {len(data)} bytes of the request are not decodable: {error}; messages may be nested "
+            f"{DEEPEST_MESSAGE} deep, and texts must be UTF-8",
+            bytes=len(data),
+        ) from error
+
+
+class _Decoding:
+    """The decoded messages of a client's stream; no generator, which would need to be closed."""
+
+    def __init__(self, data: AsyncIterable[bytes], decode: Callable[[bytes], Message]) -> None:
+        self._data, self._decode = aiter(data), decode
+
+    def __aiter__(self) -> _Decoding:
+        return self
+
+    async def __anext__(self) -> Message:
+        return _decoded(await anext(self._data), self._decode)
+
+
+def _like(handler: Any, unary: Any, stream: Any, decoded: bool = False) -> grpc.RpcMethodHandler:  # noqa: ANN401 grpcio has no types for these
+    """Return a handler of the same shape as `handler` that calls other functions; `decoded`: they take bytes."""
     make: Any = {
         (False, False): grpc.unary_unary_rpc_method_handler,
         (False, True): grpc.unary_stream_rpc_method_handler,
@@ -198,6 +238,6 @@ def _like(handler: Any, unary: Any, stream: Any) -> grpc.RpcMethodHandler:  # no
     function = stream if handler.response_streaming else unary
     return make(
         function,
-        request_deserializer=handler.request_deserializer,
+        request_deserializer=None if decoded else handler.request_deserializer,
         response_serializer=handler.response_serializer,
     )

@@ -17,11 +17,11 @@ from virtualrobot_kernel.api.convert.states import (
     robots_named,
     signal_message,
 )
-from virtualrobot_kernel.api.convert.values import finite, stamp
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import MAX_MESSAGE_BYTES, Rooms
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.formats.models import MODEL_FORMATS
+from virtualrobot_kernel.messages.values import finite, stamp
 from virtualrobot_kernel.version import VERSION
 
 CAPABILITIES = (

@@ -10,11 +10,11 @@ from contextlib import aclosing
 from google.protobuf.timestamp_pb2 import Timestamp
 from virtualrobot.v1 import lease_pb2, lease_pb2_grpc
 
-from virtualrobot_kernel.api.author import author
-from virtualrobot_kernel.api.convert.values import stamp
+from virtualrobot_kernel.api.author import author, person
 from virtualrobot_kernel.api.lease_table import Lease, Loss
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.values import stamp
 from virtualrobot_kernel.world.commands import HaltRobots
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot
 
@@ -135,7 +135,7 @@ def _owner(asked: str, context: object) -> str:
         raise KernelError(
             f"owner may have {LONGEST_OWNER} characters, not {len(asked)}", field="owner", limit=LONGEST_OWNER
         )
-    return asked or author(context)
+    return asked or person(context)
 
 
 def _message(snapshot: Snapshot, lease: Lease) -> lease_pb2.Lease:

@@ -15,11 +15,11 @@ from datetime import UTC, datetime
 from enum import Enum
 
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.world.affected_robots import affected_robots
 from virtualrobot_kernel.world.commands import Command
 from virtualrobot_kernel.world.listeners import Listeners
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import Permit
-from virtualrobot_kernel.world.touched import touched_robots
 
 REMEMBERED = 100
 """How many leases that have ended are remembered, so that their owners are told why."""
@@ -124,7 +124,7 @@ class LeaseTable:
 
         def check(snapshot: Snapshot, commands: Sequence[Command]) -> None:
             if tokens or self._table.by_robot:
-                self.check(snapshot, touched_robots(snapshot, commands), tokens)
+                self.check(snapshot, affected_robots(snapshot, commands), tokens)
 
         return check
 

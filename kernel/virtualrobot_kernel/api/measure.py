@@ -6,10 +6,10 @@ from collections.abc import AsyncIterator
 
 from virtualrobot.v1 import ray_pb2
 
-from virtualrobot_kernel.api.convert.values import stamp, vector_message
 from virtualrobot_kernel.api.convert.view import node_point
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.messages.values import stamp, vector_message
 from virtualrobot_kernel.sensing.measuring import NodePoint, ends, length
 from virtualrobot_kernel.world.state import Snapshot
 

@@ -9,16 +9,16 @@ from pathlib import Path
 from virtualrobot.resolver import Resolver
 from virtualrobot.v1 import nodes_pb2, scene_pb2
 
-from virtualrobot_kernel.api.convert.dh import denavit_hartenberg, refuse_file_fields, row_inertials
-from virtualrobot_kernel.api.convert.nodes import JOINT_TYPES, node_spec
-from virtualrobot_kernel.api.convert.robots import settings
-from virtualrobot_kernel.api.convert.values import pose, vector
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.formats import scene_file
 from virtualrobot_kernel.formats.dh import read_table
-from virtualrobot_kernel.formats.files import Files, located
+from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.models import ImportedModel, TranslatedScene, import_model
+from virtualrobot_kernel.messages.dh import denavit_hartenberg, refuse_file_fields, row_inertials
+from virtualrobot_kernel.messages.nodes import JOINT_TYPES, node_spec
+from virtualrobot_kernel.messages.robots import settings
+from virtualrobot_kernel.messages.values import pose, vector
 from virtualrobot_kernel.world.figures import Figure, Mesh
 from virtualrobot_kernel.world.structure import WORLD_NAME, Kind, NodeSpec, PartData, RobotData
 
@@ -80,7 +80,7 @@ def spec_of(message: nodes_pb2.Node, place: str) -> NodeSpec:
     try:
         return node_spec(message)
     except KernelError as error:
-        raise located(error, place) from error
+        raise error.at(place) from error
 
 
 def found_figures(meshes: MeshLibrary, figures: tuple[Figure, ...], files: Files, referrer: str) -> tuple[Figure, ...]:

@@ -11,10 +11,9 @@ from functools import partial
 
 from virtualrobot.v1 import motion_pb2, motion_pb2_grpc
 
-from virtualrobot_kernel.api.author import author
+from virtualrobot_kernel.api.author import person
 from virtualrobot_kernel.api.convert.program import note_messages
 from virtualrobot_kernel.api.convert.states import motion_message
-from virtualrobot_kernel.api.convert.values import check_enum, stamp
 from virtualrobot_kernel.api.motion_calls import find_motion, make_way, requested
 from virtualrobot_kernel.api.motion_plans import checked_motion, planned_motion
 from virtualrobot_kernel.api.rates import rate
@@ -22,6 +21,7 @@ from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.api.setpoints import stream_setpoints
 from virtualrobot_kernel.collision.clearance import near_by
 from virtualrobot_kernel.formats import program_file
+from virtualrobot_kernel.messages.values import check_enum, stamp
 from virtualrobot_kernel.planning.plan_motion import plan_motion
 from virtualrobot_kernel.world.commands import CancelMotion, Command, PauseMotion, ResumeMotion, StopMotions
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot
@@ -159,7 +159,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
     async def Stop(self, request: motion_pb2.StopRequest, context: object) -> motion_pb2.StopResponse:
         """Cancel all motions, or all of some robots."""
         going = {motion.id for motion in self._rooms.world.snapshot.state.motions if not motion.cancellation}
-        applied = await self._submit([StopMotions(tuple(request.robots), f"stopped by {author(context)}")], context)
+        applied = await self._submit([StopMotions(tuple(request.robots), f"stopped by {person(context)}")], context)
         snapshot = applied.snapshot
         motions = (*snapshot.state.motions, *snapshot.state.ended)
         stopped = [one for one in motions if one.cancellation and one.id in going]

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from virtualrobot.v1 import motion_pb2
 
-from virtualrobot_kernel.api.author import author
+from virtualrobot_kernel.api.author import person
 from virtualrobot_kernel.api.convert.program import motion_spec
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
@@ -44,7 +44,7 @@ async def make_way(
                 motion=motion.id,
             )
         if not motion.cancellation:
-            cancellation = Cancellation(CancelCause.PREEMPTED, f"preempted by {author(context)}")
+            cancellation = Cancellation(CancelCause.PREEMPTED, f"preempted by {person(context)}")
             try:
                 cancel = rooms.submit([CancelMotion(motion.id, cancellation)], context)
                 snapshot = (await asyncio.wrap_future(cancel)).snapshot

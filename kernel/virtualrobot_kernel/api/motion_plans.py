@@ -6,7 +6,6 @@ from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.api.collision import TURN
 from virtualrobot_kernel.api.convert.plans import check_message, plan_message
-from virtualrobot_kernel.api.convert.values import not_negative, stamp
 from virtualrobot_kernel.api.motion_calls import requested
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.collision.along import first_of_program
@@ -14,6 +13,7 @@ from virtualrobot_kernel.collision.clearance import near_by
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.collision.swept import RESOLUTION
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.values import not_negative, stamp
 from virtualrobot_kernel.planning.check import check_motion
 from virtualrobot_kernel.planning.plan_motion import GivenUp, plan_motion
 from virtualrobot_kernel.planning.sampling import check_size, sample_times, sampled

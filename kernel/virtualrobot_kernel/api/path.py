@@ -10,8 +10,8 @@ from virtualrobot.v1 import path_pb2, path_pb2_grpc
 
 from virtualrobot_kernel.api.convert.moves import point_goal
 from virtualrobot_kernel.api.convert.paths import found_message, path_options, start_of
-from virtualrobot_kernel.api.convert.values import stamp
 from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.messages.values import stamp
 from virtualrobot_kernel.paths.query import PathQuery, path_query, started_at
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind

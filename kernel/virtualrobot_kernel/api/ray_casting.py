@@ -10,11 +10,11 @@ from virtualrobot_sdk.rays import Hits, RayScene
 from virtualrobot_sdk.registration import ComponentKind
 
 from virtualrobot_kernel.api.convert.rays import cast_message, check_count, comparison_message, rays
-from virtualrobot_kernel.api.convert.values import stamp
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.api.turns import IsGone
 from virtualrobot_kernel.components.catalog import Offer
 from virtualrobot_kernel.errors import LimitError
+from virtualrobot_kernel.messages.values import stamp
 from virtualrobot_kernel.sensing.compare import Comparison, Floats, compared, random_rays
 from virtualrobot_kernel.sensing.settings import DEFAULT_RAY_CASTER
 

@@ -11,9 +11,14 @@ import numpy as np
 from virtualrobot.v1 import robot_pb2, robot_pb2_grpc
 from virtualrobot_sdk.selfcheck import SelfCheck
 
-from virtualrobot_kernel.api.convert.nodes import JOINT_TYPE_NUMBERS, limits_message
 from virtualrobot_kernel.api.convert.redundancy import requested_redundancy
-from virtualrobot_kernel.api.convert.robots import (
+from virtualrobot_kernel.api.convert.states import robot_states, robots_named
+from virtualrobot_kernel.api.rates import rate
+from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.collision.clearance import near_by
+from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.messages.nodes import JOINT_TYPE_NUMBERS, limits_message
+from virtualrobot_kernel.messages.robots import (
     actuator_messages,
     group_messages,
     pair_messages,
@@ -21,8 +26,7 @@ from virtualrobot_kernel.api.convert.robots import (
     settings,
     settings_message,
 )
-from virtualrobot_kernel.api.convert.states import robot_states, robots_named
-from virtualrobot_kernel.api.convert.values import (
+from virtualrobot_kernel.messages.values import (
     array,
     array_message,
     mask_fields,
@@ -33,10 +37,6 @@ from virtualrobot_kernel.api.convert.values import (
     stamp,
     vector,
 )
-from virtualrobot_kernel.api.rates import rate
-from virtualrobot_kernel.api.rooms import Rooms
-from virtualrobot_kernel.collision.clearance import near_by
-from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning.dynamics import EffortViolation, solve_inverse_dynamics
 from virtualrobot_kernel.planning.free_joints import solve_inverse
 from virtualrobot_kernel.planning.jacobian import Point, solve_jacobian
@@ -101,7 +101,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
     ) -> robot_pb2.GetRobotStatesResponse:
         """Tell where robots are."""
         snapshot = self._rooms.world.snapshot
-        fields = mask_fields(request.mask, robot_pb2.RobotState)
+        fields = mask_fields(request.read_mask, robot_pb2.RobotState)
         robots = self._book.states(snapshot, robots_named(snapshot, request.names))
         return robot_pb2.GetRobotStatesResponse(
             stamp=stamp(snapshot), robots=[_copy(robot, fields) for robot in robots]
@@ -111,7 +111,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         self, request: robot_pb2.WatchRobotStatesRequest, context: object
     ) -> AsyncIterator[robot_pb2.WatchRobotStatesResponse]:
         """Tell where robots are, then those that change."""
-        fields = mask_fields(request.mask, robot_pb2.RobotState)
+        fields = mask_fields(request.read_mask, robot_pb2.RobotState)
         watched = frozenset(node.uid for node in robots_named(self._rooms.world.snapshot, request.names))
         told: _Told | None = None
         async for snapshot in self._rooms.publications.snapshots(rate(request.max_rate_hertz)):

@@ -11,14 +11,14 @@ from virtualrobot.v1 import nodes_pb2, scene_pb2, scene_pb2_grpc
 
 from virtualrobot_kernel.api import model_files, scene_files
 from virtualrobot_kernel.api.convert.commands import world_commands
-from virtualrobot_kernel.api.convert.nodes import node_message
-from virtualrobot_kernel.api.convert.values import mask_fields, masked, poses_array, stamp
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.readiness import ready_for_guard
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.export.model import export_model
 from virtualrobot_kernel.formats.model_table import list_models
+from virtualrobot_kernel.messages.nodes import node_message
+from virtualrobot_kernel.messages.values import mask_fields, masked, poses_array, stamp
 from virtualrobot_kernel.sensing.choices import check_choices
 from virtualrobot_kernel.world.commands import Command, CreateNodes, UpdateNode
 from virtualrobot_kernel.world.state import Snapshot

@@ -9,17 +9,17 @@ from functools import partial
 import numpy as np
 from virtualrobot.v1 import robot_pb2, scene_pb2
 
-from virtualrobot_kernel.api.convert.collision_settings import settings_command, settings_message
-from virtualrobot_kernel.api.convert.nodes import node_message
 from virtualrobot_kernel.api.convert.states import robot_states, robots_named, signal_message
-from virtualrobot_kernel.api.convert.values import finite, masked
 from virtualrobot_kernel.api.model_files import files_of, found_figures, read_model, spec_of
 from virtualrobot_kernel.collision.node_pairs import names_of
 from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.formats import scene_file
 from virtualrobot_kernel.formats.bundle import bundle
-from virtualrobot_kernel.formats.files import Files, located
+from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
+from virtualrobot_kernel.messages.collision_settings import settings_command, settings_message
+from virtualrobot_kernel.messages.nodes import node_message
+from virtualrobot_kernel.messages.values import finite, masked
 from virtualrobot_kernel.world.collisions import NOTHING_SET
 from virtualrobot_kernel.world.commands import (
     ClearWorld,
@@ -62,14 +62,14 @@ def read_scene(
         except KernelError as error:
             # What comes from a file names that itself.
             if wanted.HasField("denavit_hartenberg"):
-                located(error, f"{uri}: models[{place}]")
+                error.at(f"{uri}: models[{place}]")
             raise
         names.update(node.name for node in model.nodes)
         warnings.extend(model.warnings)
         commands.append(CreateNodes(model.nodes))
     for place, spec in enumerate(specs):
         if spec.parent not in names:
-            raise located(UnknownNameError(f"parent for {spec.name!r}", spec.parent, names), f"{uri}: nodes[{place}]")
+            raise UnknownNameError(f"parent for {spec.name!r}", spec.parent, names).at(f"{uri}: nodes[{place}]")
     commands.extend(with_assets(meshes, [CreateNodes(tuple(mounted))], files, request.uri) if mounted else [])
     for signal in scene.signals:
         commands.append(CreateSignal(Signal(signal.name, signal.value, signal.description)))

@@ -12,11 +12,11 @@ from virtualrobot.v1 import sensor_pb2, sensor_pb2_grpc
 
 from virtualrobot_kernel.api.convert.presets import preset_message
 from virtualrobot_kernel.api.convert.readings import checked_options, fill_reading, is_large
-from virtualrobot_kernel.api.convert.robots import settings
-from virtualrobot_kernel.api.convert.values import stamp
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.messages.robots import settings
+from virtualrobot_kernel.messages.values import stamp
 from virtualrobot_kernel.sensing.range_reader import RangeReader
 from virtualrobot_kernel.sensing.reading import Moment, Reading, SensorState
 from virtualrobot_kernel.sensing.sensor_status import statuses

@@ -16,7 +16,7 @@ from virtualrobot_kernel.api.motion_calls import find_motion, make_way
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.clock import Mode
-from virtualrobot_kernel.world.commands import CancelMotion, EndSetpoints, SetSetpoint, StartFollowing
+from virtualrobot_kernel.world.commands import CancelMotion, EndSetpoints, SetSetpoint, StartSetpointMotion
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot
 from virtualrobot_kernel.world.store import Applied
 
@@ -180,7 +180,7 @@ async def _or_stop(rooms: Rooms, id: str, work: Coroutine[Any, Any, None]) -> No
         raise
 
 
-def _needed(snapshot: Snapshot, command: StartFollowing) -> set[tuple[int, str]]:
+def _needed(snapshot: Snapshot, command: StartSetpointMotion) -> set[tuple[int, str]]:
     robot = snapshot.structure.robot(command.robot)[0]
     return {(robot.uid, name) for name in command.joint_names}
 

@@ -1,6 +1,6 @@
 """Looking ahead: whether what runs will touch something within the next seconds, and who must stop so that it won't.
 
-All running motions are taken together, each by its own law from now on (`motion/outlook.py`), in the world as it is.
+All running motions are taken together, each by its own law from now on (`motion/prediction.py`), in the world as it is.
 What was found free stays so until something else changes than the time: then only the seconds that came in view are
 looked at. So a look costs as much as it finds new.
 """
@@ -22,9 +22,9 @@ from virtualrobot_kernel.collision.node_pairs import names_of
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.collision.swept import SweptContact
 from virtualrobot_kernel.collision.transitions import STOPPING, Halt, watched
-from virtualrobot_kernel.motion.moving import Phase
-from virtualrobot_kernel.motion.outlook import Outlook, outlook
+from virtualrobot_kernel.motion.prediction import Prediction, predict
 from virtualrobot_kernel.motion.program_run import ProgramRun
+from virtualrobot_kernel.motion.running_motion import Phase
 from virtualrobot_kernel.world.apply_motions import override
 from virtualrobot_kernel.world.state import Motion, Snapshot, unchanged
 from virtualrobot_kernel.world.structure import JointType, LinkData
@@ -185,7 +185,7 @@ def foreseen(snapshot: Snapshot, ahead: float) -> Foreseen | None:
     for motion in snapshot.state.motions:
         if not isinstance(motion.running, ProgramRun):
             continue
-        coming = outlook(motion.running, override(snapshot.state, motion), signals, ahead + SECONDS)
+        coming = predict(motion.running, override(snapshot.state, motion), signals, ahead + SECONDS)
         if coming is None:
             continue
         moving.append(motion.id)
@@ -202,7 +202,7 @@ def foreseen(snapshot: Snapshot, ahead: float) -> Foreseen | None:
     return Foreseen(paths[0] if len(paths) == 1 else together(paths), switches, frozenset(moving), until)
 
 
-def _path(q: NDArray[np.float64], motion: Motion, run: ProgramRun, coming: Outlook, now: float) -> JointPath:
+def _path(q: NDArray[np.float64], motion: Motion, run: ProgramRun, coming: Prediction, now: float) -> JointPath:
     """Return the way of a motion from now on, by simulation time."""
     if coming.running is not None and coming.brakes:
         stage, elapsed = run.program.stages[run.at], coming.running.elapsed
@@ -224,7 +224,7 @@ def _since(now: float, elapsed: float, time: float) -> float:
     return elapsed + time - now
 
 
-def _nominal(coming: Outlook, now: float, time: float) -> float:
+def _nominal(coming: Prediction, now: float, time: float) -> float:
     return coming.nominal(time - now)
 
 

@@ -20,8 +20,8 @@ from virtualrobot_kernel.collision import nearest
 from virtualrobot_kernel.collision.nearest import Floats, Nearest
 from virtualrobot_kernel.collision.outline import Outline, hull_of, outline_of
 from virtualrobot_kernel.collision.tessellation import Integers, box_triangles, pieces, turned_triangles
-from virtualrobot_kernel.formats.figure_library import FigureLibrary
-from virtualrobot_kernel.formats.submesh import stacked
+from virtualrobot_kernel.shapes.figure_library import FigureLibrary
+from virtualrobot_kernel.shapes.submesh import stacked
 from virtualrobot_kernel.world.figures import Box, Capsule, Cone, Cylinder, Geometry, Mesh, Sphere
 
 log = logging.getLogger(__name__)

@@ -61,7 +61,7 @@ class _Threat:
 
 
 class CollisionGuard:
-    """An overseer of a world (`world/overseer.py`); asked by the world thread alone, but for `cost`.
+    """A supervisor of a world (`world/supervisor.py`); asked by the world thread alone, but for `cost`.
 
     What touches already when a robot becomes guarded, or is picked, let go or grasped, is tolerated until it is apart,
     and so is what was put so near that the brake came too late: such pairs are left out of the swept check, but may not
@@ -153,7 +153,7 @@ class CollisionGuard:
         if bool(robots) != self._oversees:
             self._oversees = bool(robots)
             self._tolerated, self._in_touch, self._later, self._seen = frozenset(), frozenset(), None, ()
-            (self._world.oversee if robots else self._world.unoversee)(self)
+            (self._world.supervise if robots else self._world.unsupervise)(self)
 
     def _changed(self, now: Snapshot) -> bool:
         """Return whether there is more in the world than time that goes on since this was asked last."""

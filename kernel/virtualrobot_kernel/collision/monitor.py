@@ -68,7 +68,7 @@ class Monitor:
         self._asked: tuple[Snapshot, threading.Event] | None = None
         self._wake = threading.Event()
         self._ended = False
-        self._overseeing = False
+        self._supervising = False
         self._stopped: frozenset[str] = frozenset()
         self._past: Sequence[Motion] = world.snapshot.state.ended
         self._thread = threading.Thread(target=self._run, name="monitor", daemon=True)
@@ -78,7 +78,7 @@ class Monitor:
     def close(self) -> None:
         """End the thread; nothing is checked any more."""
         self._end_listening()
-        self._world.unoversee(self)
+        self._world.unsupervise(self)
         self._ended = True
         self._wake.set()
         self._thread.join(10.0)
@@ -106,8 +106,8 @@ class Monitor:
         with self._telling:
             halts, self._halts = self._halts, ()
         if not watched(now):
-            self._overseeing = False
-            self._world.unoversee(self)
+            self._supervising = False
+            self._world.unsupervise(self)
             return ()
         self._tell_stopped(now)
         return self._stops(halts, now)
@@ -115,9 +115,9 @@ class Monitor:
     def _published(self) -> None:
         """Oversee the world once a robot is watched; called by the world thread after each snapshot."""
         now = self._world.snapshot
-        if not self._overseeing and watched(now):
-            self._overseeing = True
-            self._world.oversee(self)
+        if not self._supervising and watched(now):
+            self._supervising = True
+            self._world.supervise(self)
 
     def _settle(self, now: Snapshot) -> None:
         """Wait until a snapshot is checked."""

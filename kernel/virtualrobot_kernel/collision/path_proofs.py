@@ -21,10 +21,10 @@ from virtualrobot_kernel.collision.swept import first_contact
 from virtualrobot_kernel.collision.unit_boxes import UnitBoxes
 from virtualrobot_kernel.collision.units import Units, units_of
 from virtualrobot_kernel.motion.brake import nominal_time
-from virtualrobot_kernel.motion.moving import Moving
 from virtualrobot_kernel.motion.planned import Track
 from virtualrobot_kernel.motion.program import Program
 from virtualrobot_kernel.motion.program_run import ProgramRun
+from virtualrobot_kernel.motion.running_motion import RunningMotion
 from virtualrobot_kernel.world.state import Motion, Snapshot, State, unchanged
 
 Booleans = NDArray[np.bool_]
@@ -123,7 +123,7 @@ class Doubt:
         """Return the motions of which has to be known how they brake."""
         unsure = self.coordinates()
         asked = [motion.id in self.partly or bool(unsure[motion.q_index].any()) for motion in motions]
-        if any(motion.followed is not None for motion, one in zip(motions, asked, strict=True) if one):
+        if any(motion.tracked_joint is not None for motion, one in zip(motions, asked, strict=True) if one):
             return tuple(motions)
         return tuple(motion for motion, one in zip(motions, asked, strict=True) if one)
 
@@ -206,10 +206,10 @@ class PathProofs:
             self._stages, self._boxes = {}, UnitBoxes(self._scene)
         self._world, self._q = world, (state.q, later.q)
 
-    def _stage(self, now: Snapshot, motion: Motion, after: Moving | None, units: Units) -> _Stage | None:
+    def _stage(self, now: Snapshot, motion: Motion, after: RunningMotion | None, units: Units) -> _Stage | None:
         """Return what a motion moves until the next tick and on any brake from there; None where it isn't on a path."""
         run = motion.running
-        if not isinstance(run, ProgramRun) or not isinstance(after, ProgramRun) or motion.followed is not None:
+        if not isinstance(run, ProgramRun) or not isinstance(after, ProgramRun) or motion.tracked_joint is not None:
             return None
         program, at = run.program, run.at
         if after.at != at and not (after.ended and after.at == at + 1 == len(program.stages)):
@@ -238,7 +238,7 @@ class PathProofs:
         return _Stage(program, at, tuple(parts))
 
     def _gone_on(
-        self, now: Snapshot, part: Part, run: Moving, robots: Collection[int], tolerated: frozenset[Pair]
+        self, now: Snapshot, part: Part, run: RunningMotion, robots: Collection[int], tolerated: frozenset[Pair]
     ) -> Part:
         """Return what is known of a track after one more part of it was swept."""
         u = _reached(run, part.place, part.track)
@@ -264,7 +264,7 @@ class PathProofs:
         return replace(part, until=until, left_out=part.left_out | ours, blocked=contact is not None)
 
 
-def _reached(run: Moving, place: int, track: Track) -> float:
+def _reached(run: RunningMotion, place: int, track: Track) -> float:
     """Return where on its path a track of a program's stage is."""
     assert isinstance(run, ProgramRun)
     return run.running.path_states[place][0] if run.running is not None else track.path.start

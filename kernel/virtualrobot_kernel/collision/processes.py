@@ -11,7 +11,7 @@ from virtualrobot_kernel.background import spare_cores
 from virtualrobot_kernel.collision.process import Job, Process
 from virtualrobot_kernel.collision.shipping import World, world_of
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
+from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Structure
 

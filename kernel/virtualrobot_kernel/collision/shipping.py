@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 from virtualrobot_sdk.rays import Shape
 
-from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
+from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.figures import Mesh
 from virtualrobot_kernel.world.state import State
 from virtualrobot_kernel.world.structure import Node, Structure

@@ -8,8 +8,8 @@ import time
 from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.collision.shipping import World, as_before
-from virtualrobot_kernel.formats.submesh import Submesh
 from virtualrobot_kernel.planning.robots import world_poses
+from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.world.figures import Geometry, Mesh
 from virtualrobot_kernel.world.state import Snapshot, State
 

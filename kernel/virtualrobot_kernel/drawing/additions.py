@@ -32,12 +32,12 @@ from virtualrobot_kernel.drawing.library import ShapeLibrary as DrawnShapes
 from virtualrobot_kernel.drawing.overlay import Overlay, Words
 from virtualrobot_kernel.drawing.sensor_strokes import add_sensors
 from virtualrobot_kernel.drawing.view import ViewSettings
-from virtualrobot_kernel.formats import shapes, submesh
-from virtualrobot_kernel.formats.submesh import Meshes
 from virtualrobot_kernel.sensing.elements import Elements
 from virtualrobot_kernel.sensing.measuring import ends, is_there
 from virtualrobot_kernel.sensing.reading import Reading
-from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
+from virtualrobot_kernel.shapes import primitives, submesh
+from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
+from virtualrobot_kernel.shapes.submesh import Meshes
 from virtualrobot_kernel.world.figures import Figure, Frame, Label, Lines, Material, Mesh, Points
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind
@@ -45,7 +45,7 @@ from virtualrobot_kernel.world.visibility import inherited_visibility
 
 FRAME = "virtualrobot:frame"
 AXIS = "virtualrobot:axis"
-ARROWS = {FRAME: shapes.frame, AXIS: shapes.axis_arrow}
+ARROWS = {FRAME: primitives.frame, AXIS: primitives.axis_arrow}
 """Meshes that no file holds, by their addresses."""
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from virtualrobot_kernel.drawing import glb
-from virtualrobot_kernel.formats.submesh import Submesh, stacked
+from virtualrobot_kernel.shapes.submesh import Submesh, stacked
 
 Rgba = tuple[float, float, float, float]
 

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.drawing.appearance import Rgba, encode
-from virtualrobot_kernel.formats import shapes
-from virtualrobot_kernel.formats.creases import shaded
-from virtualrobot_kernel.formats.figure_library import FigureLibrary
-from virtualrobot_kernel.formats.submesh import Submesh
+from virtualrobot_kernel.shapes import primitives
+from virtualrobot_kernel.shapes.creases import shaded
+from virtualrobot_kernel.shapes.figure_library import FigureLibrary
+from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.world.figures import Box, Capsule, Cone, Cylinder, Frame, Geometry, Mesh, Sphere
 
 log = logging.getLogger(__name__)
@@ -25,12 +25,12 @@ ShapeKey = str | Capsule | Mesh
 AXIS_ARROW = "axis arrow"
 
 UNIT_SHAPES: dict[str, Callable[[], Submesh]] = {
-    "box": shapes.box,
-    "sphere": shapes.sphere,
-    "cylinder": shapes.cylinder,
-    "cone": shapes.cone,
-    "frame": shapes.frame,
-    AXIS_ARROW: shapes.axis_arrow,
+    "box": primitives.box,
+    "sphere": primitives.sphere,
+    "cylinder": primitives.cylinder,
+    "cone": primitives.cone,
+    "frame": primitives.frame,
+    AXIS_ARROW: primitives.axis_arrow,
 }
 
 
@@ -76,7 +76,7 @@ class ShapeLibrary(FigureLibrary[ShapeKey, Shape]):
         if isinstance(key, str):
             parts = (UNIT_SHAPES[key](),)
         elif isinstance(key, Capsule):
-            parts = (shapes.capsule(key.radius, key.length),)
+            parts = (primitives.capsule(key.radius, key.length),)
         else:
             try:
                 parts = tuple(shaded(part) for part in self.meshes(key))

@@ -30,7 +30,6 @@ from virtualrobot_kernel.drawing.smoothing import smoothed
 from virtualrobot_kernel.drawing.view import Ghost, ViewSettings
 from virtualrobot_kernel.drawing.viewpoint import Viewpoint, look_at
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.formats.submesh import Meshes
 from virtualrobot_kernel.numeric.strokes import BIAS, draw_floor
 from virtualrobot_kernel.sensing.elements import Elements, elements_of
 from virtualrobot_kernel.sensing.lenses import Lens, lens_of, pinhole, size_of
@@ -38,7 +37,8 @@ from virtualrobot_kernel.sensing.lights import NONE, Lights, lights_of
 from virtualrobot_kernel.sensing.looks import LookLibrary, Looks
 from virtualrobot_kernel.sensing.picture import BACKGROUND, Color, Subject, render
 from virtualrobot_kernel.sensing.reading import Reading
-from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
+from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
+from virtualrobot_kernel.shapes.submesh import Meshes
 from virtualrobot_kernel.world.sensing import CameraSensor, ImageKind, Intrinsics
 from virtualrobot_kernel.world.state import Snapshot
 

@@ -10,9 +10,9 @@ from typing import TypeVar
 from virtualrobot_kernel.background import give_way
 from virtualrobot_kernel.collision.clearances import Measure
 from virtualrobot_kernel.drawing.painter import Painter
-from virtualrobot_kernel.formats.submesh import Meshes
 from virtualrobot_kernel.sensing.looks import LookLibrary
-from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
+from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
+from virtualrobot_kernel.shapes.submesh import Meshes
 
 THREADS = 2
 """A large picture must not hold up what is under a pixel."""

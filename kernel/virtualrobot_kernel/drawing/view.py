@@ -12,10 +12,10 @@ from virtualrobot_kernel.collision.clearances import Clearance
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.sensing.measuring import Measurement
 from virtualrobot_kernel.sensing.overlays import SensorOverlay
+from virtualrobot_kernel.sensing.picture import BACKGROUND, Color
 from virtualrobot_kernel.world.listeners import Listeners
 
 Vector = tuple[float, float, float]
-Color = tuple[float, float, float]
 
 DEFAULT_FIELD_OF_VIEW = 0.9
 """The vertical field of view in radians that is taken where none is given."""
@@ -68,7 +68,7 @@ class ViewSettings:
     `collisions_hidden`.
     """
 
-    background: Color = (0.90, 0.92, 0.94)
+    background: Color = BACKGROUND
     grid_hidden: bool = False
     joint_axes: tuple[int, ...] = ()
     bounding_boxes: tuple[int, ...] = ()

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 import logging
-import socket
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -24,19 +21,16 @@ from virtualrobot_kernel.drawing.ghosts import ghost_figures
 from virtualrobot_kernel.drawing.inventory import Inventory, figures_only, joint_axes, take, world_bounds
 from virtualrobot_kernel.drawing.library import ShapeLibrary
 from virtualrobot_kernel.drawing.measurements import MeasurementLayer
+from virtualrobot_kernel.drawing.page_server import quiet, serve
 from virtualrobot_kernel.drawing.sensor_overlays import SensorLayer
 from virtualrobot_kernel.drawing.stage import Stage
 from virtualrobot_kernel.drawing.view import ViewSettings, ViewStore
-from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.formats.submesh import Meshes
 from virtualrobot_kernel.sensing.reading import Reading
+from virtualrobot_kernel.shapes.submesh import Meshes
 from virtualrobot_kernel.world.state import Snapshot
 
 AFTER_ERROR = 1.0
 """How long a picture that failed is not tried again, in seconds."""
-
-PORTS_TRIED = 50
-"""How many ports are tried, from the one that was asked for."""
 
 Readings = Callable[[], Mapping[int, Reading]]
 """Gives the latest reading of each sensor, by the uid of its node."""
@@ -69,7 +63,8 @@ class Viewer:
             snapshot: gives the newest snapshot.
             view: how the picture is set up.
             meshes: gives the triangles of a mesh.
-            host: the address to serve on; the page knows no password, so keep it on this machine.
+            host: the address to serve on; the page knows no password, so keep it on this machine. Requests must
+                name it, or this machine (`drawing/page_server.py`).
             port: the port to serve on; when it is in use the next ones are tried; 0 takes any that is free.
             rate: how often the picture changes at most, per second.
             readings: gives what sensors have said last.
@@ -91,7 +86,7 @@ class Viewer:
 
     def start(self) -> None:
         """Open the port and start to draw; raise KernelError when no port is free."""
-        server = self._server = _serve(self._host, self._port)
+        server = self._server = serve(self._host, self._port)
         server.on_client_connect(lambda client: self._awake.set())
         self._thread = threading.Thread(target=self._run, args=(server,), name="drawing", daemon=True)
         self._thread.start()
@@ -104,7 +99,7 @@ class Viewer:
             self._thread.join(timeout=5.0)
         self._meter.close()
         if self._server is not None:
-            with _quiet():
+            with quiet():
                 self._server.stop()
             self._server = None
 
@@ -226,37 +221,3 @@ class Picture:
         self._annotations.arrange(structure, self._inventory)
         self._bounds = world_bounds(self._inventory, snapshot.world_t_node, self._library)
         return True
-
-
-class _LocalServer(viser.ViserServer):
-    """A viser server that never reaches out: its page can ask for a public tunnel, and gets none."""
-
-    def request_share_url(self, verbose: bool = True) -> None:
-        """Refuse to be reached from outside."""
-        del verbose
-
-
-def _serve(host: str, port: int) -> viser.ViserServer:
-    """Return a running server on the first free port from `port` on; raise KernelError when there is none."""
-    last = port + PORTS_TRIED - 1 if port else 0
-    for candidate in range(port, last + 1):
-        with socket.socket() as probe:
-            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            try:
-                probe.bind((host, candidate))
-            except (OSError, OverflowError):
-                continue
-            free = probe.getsockname()[1]
-        with _quiet():
-            return _LocalServer(host=host, port=free, verbose=False)
-    raise KernelError(
-        f"the viewer can listen on no port from {port} to {last} of {host}; choose another one, or 0 for any free port",
-        reason=Reason.INVALID_ARGUMENT,
-        host=host,
-        port=port,
-    )
-
-
-def _quiet() -> contextlib.AbstractContextManager[object]:
-    """Return a context without output: viser prints when it starts and stops, whatever `verbose` says."""
-    return contextlib.redirect_stdout(io.StringIO())

@@ -10,7 +10,7 @@ from urllib.parse import unquote
 
 from virtualrobot.resolver import Resolver, UnresolvedUriError, is_relative, join_uri
 
-from virtualrobot_kernel.errors import KernelError, MissingFileError
+from virtualrobot_kernel.errors import MissingFileError
 from virtualrobot_kernel.formats.assets import AssetStore
 
 PACKAGE_FILES = ("package.xml", "model.config")
@@ -112,12 +112,6 @@ def home_of(path: Path) -> Path:
         if any((folder / name).is_file() for name in PACKAGE_FILES):
             return folder
     return path.parents[max(0, min(2, len(path.parents) - 2))]
-
-
-def located(error: KernelError, place: str) -> KernelError:
-    """Put `place` (file, line, element) before the error's message and return the error."""
-    error.args = (f"{place}: {error}",)
-    return error
 
 
 def _missing(uri: str, referrer: str, tried: list[str], resolved: str = "") -> MissingFileError:

@@ -8,12 +8,12 @@ from collections import OrderedDict
 from virtualrobot_kernel.errors import KernelError, MalformedFileError
 from virtualrobot_kernel.formats.assets import MEBIBYTE, AssetStore
 from virtualrobot_kernel.formats.dependents import find_dependents
-from virtualrobot_kernel.formats.files import Files, located
+from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.meshes import MESH_FORMATS, parse_mesh, scaled
 from virtualrobot_kernel.formats.references import ending
-from virtualrobot_kernel.formats.submesh import Submesh
 from virtualrobot_kernel.formats.translate import Importers, NoImporters, Translated, run, translate
 from virtualrobot_kernel.formats.xml import malformed, place_in
+from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.world.figures import Mesh
 
 Scale = tuple[float, float, float]
@@ -151,4 +151,4 @@ def _triangles(kind: str, data: bytes, uri: str) -> tuple[Submesh, ...]:
     try:
         return parse_mesh(data, "translation.glb")
     except KernelError as error:
-        raise located(error, f"{place_in(uri, None)}: its translation") from error
+        raise error.at(f"{place_in(uri, None)}: its translation") from error

@@ -14,8 +14,8 @@ import numpy as np
 
 from virtualrobot_kernel.errors import MalformedFileError
 from virtualrobot_kernel.formats.references import ending
-from virtualrobot_kernel.formats.submesh import Submesh, merged, transformed
 from virtualrobot_kernel.formats.xml import local_name, malformed, parse_xml
+from virtualrobot_kernel.shapes.submesh import Submesh, merged, transformed
 
 MESH_FORMATS = (".stl", ".obj", ".dae", ".gltf", ".glb")
 """Endings of the mesh files that are read."""

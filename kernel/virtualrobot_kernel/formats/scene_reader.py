@@ -14,8 +14,8 @@ from google.protobuf.message import Message
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from virtualrobot_kernel.errors import MalformedFileError
-from virtualrobot_kernel.formats.fields import STRUCT, Field, is_map, is_repeated, map_value
 from virtualrobot_kernel.formats.xml import malformed
+from virtualrobot_kernel.messages.fields import STRUCT, Field, is_map, is_repeated, map_value
 
 _NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?")
 _INTEGER = re.compile(r"[-+]?\d+")

@@ -11,7 +11,7 @@ from typing import Any
 from google.protobuf.json_format import MessageToDict
 from google.protobuf.message import Message
 
-from virtualrobot_kernel.formats.fields import STRUCT, Field, is_map, is_repeated, map_value
+from virtualrobot_kernel.messages.fields import STRUCT, Field, is_map, is_repeated, map_value
 
 # What any YAML reader, of version 1.1 too, takes as text without quotes.
 _PLAIN = re.compile(r"[A-Za-z_/.][A-Za-z0-9_/.+-]*( [A-Za-z0-9_/.+-]+)*")

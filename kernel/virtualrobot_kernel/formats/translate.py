@@ -14,7 +14,7 @@ from virtualrobot_sdk.errors import ArgumentError, FilesNeeded
 from virtualrobot_sdk.importers import Translation
 
 from virtualrobot_kernel.errors import KernelError, MalformedFileError, MissingFileError, Reason
-from virtualrobot_kernel.formats.files import File, Files, located
+from virtualrobot_kernel.formats.files import File, Files
 from virtualrobot_kernel.formats.xml import place_in
 
 ROUNDS = 100
@@ -108,7 +108,7 @@ def translate(importers: Importers, file: File, files: Files, settings: Settings
         absent = missing.get(error.metadata.get("missing", ""))
         if absent is None:
             raise
-        raise located(absent, str(error)) from error
+        raise absent.at(str(error)) from error
     return Translated(
         file, translation.format, translation.data, tuple(found.items()), translation.warnings, settings or {}
     )

@@ -15,7 +15,7 @@ from trimesh.resolvers import Resolver as TrimeshResolver
 from virtualrobot.resolver import join_uri
 
 from virtualrobot_kernel.formats import gltf_looks
-from virtualrobot_kernel.formats.submesh import Submesh, frozen, transformed
+from virtualrobot_kernel.shapes.submesh import Submesh, frozen, transformed
 
 Color = tuple[float, float, float, float]
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.formats.files import File, located
+from virtualrobot_kernel.formats.files import File
 from virtualrobot_kernel.formats.urdf_elements import (
     Palette,
     Place,
@@ -96,7 +96,7 @@ class _Reader:
         try:
             mesh = self.find_mesh(filename, self.uri, (x, y, z), look)
         except KernelError as error:
-            raise located(error, place_in(self.uri, line_of(shape), place.path)) from error
+            raise error.at(place_in(self.uri, line_of(shape), place.path)) from error
         self.mesh_count += 1
         return mesh
 

@@ -8,10 +8,10 @@ from google.protobuf.json_format import ParseDict, ParseError
 from virtualrobot.v1 import nodes_pb2
 from virtualrobot_sdk.gazebo import Element, SensorTag, read_sensor, sensor_tags
 
-from virtualrobot_kernel.api.convert.sensing import sensing_data
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.formats.urdf_elements import Place, read_only
 from virtualrobot_kernel.formats.xml import children
+from virtualrobot_kernel.messages.sensing import sensing_data
 from virtualrobot_kernel.world.structure import Kind, NodeData, NodeSpec
 
 

@@ -121,7 +121,7 @@ class Bounds(NamedTuple):
         return Bounds(*(value.tolist() for value in values), couplings=tuple(couplings))
 
 
-class Way(NamedTuple):
+class StoppableTrajectory(NamedTuple):
     """A way of k joints that can be ended at every moment within their position limits."""
 
     legs: tuple[_Leg, ...]
@@ -146,15 +146,15 @@ def _inside(states: Sequence[tuple[float, float, float]], bounds: Bounds) -> Joi
     return JointState(tuple(map(min, map(max, q, bounds.lower), bounds.upper)), v, a)
 
 
-def brake(now: JointState, bounds: Bounds, dt: float) -> tuple[Way, JointState]:
+def brake(now: JointState, bounds: Bounds, dt: float) -> tuple[StoppableTrajectory, JointState]:
     """Return the fastest way to standstill, and where it is after `dt` seconds."""
-    way = Way((_brake(now, bounds),), (0,) * len(now.q), bounds)
+    way = StoppableTrajectory((_brake(now, bounds),), (0,) * len(now.q), bounds)
     return way, way.at(dt)
 
 
 def follow_velocities(
     now: JointState, wanted: Sequence[float], bounds: Bounds, greatest: Sequence[float], dt: float
-) -> tuple[Way, JointState]:
+) -> tuple[StoppableTrajectory, JointState]:
     """Return the fastest way to the velocities `wanted` (k,), and to a rest at the limit where one is near.
 
     `greatest` (k,) are the velocities that hold now; a joint that is faster slows down. The way is for the next `dt`
@@ -175,7 +175,7 @@ def follow_positions(
     bounds: Bounds,
     greatest: Sequence[float],
     dt: float,
-) -> tuple[Way, JointState]:
+) -> tuple[StoppableTrajectory, JointState]:
     """Return the fastest way to a goal that is at `origin` (k,) now and moves with the velocities `drift` (k,).
 
     Seen from the goal the joint comes to rest, so it runs up to no goal and swings back from none. Where such a way
@@ -194,7 +194,7 @@ def _within_limits(
     bounds: Bounds,
     greatest: Sequence[float],
     dt: float,
-) -> tuple[Way, JointState]:
+) -> tuple[StoppableTrajectory, JointState]:
     """Return the way by `leg`, but to a rest at `rests` (k,) for joints that could not stop within limits after `dt`.
 
     By induction every joint could stop within its limits now. The fastest way to a rest within them never leaves them:
@@ -203,7 +203,7 @@ def _within_limits(
     """
     states = leg.at(dt)
     if not bounds.couplings and _far_from_limits(now, states, bounds, dt):
-        return Way((leg,), (0,) * len(states), bounds), JointState(*zip(*states, strict=True))
+        return StoppableTrajectory((leg,), (0,) * len(states), bounds), JointState(*zip(*states, strict=True))
     q, v, a = zip(*states, strict=True)
     extrema = _brake(JointState(q, v, a), bounds).trajectory.position_extrema
     chosen, spans = [], []
@@ -223,11 +223,11 @@ def _within_limits(
     if bounds.couplings:
         _brake_coupled(now, bounds, chosen, spans)
     if not any(chosen):
-        return Way((leg,), chosen, bounds), _inside(states, bounds)
+        return StoppableTrajectory((leg,), chosen, bounds), _inside(states, bounds)
     goals = [goal if choice == 1 else place for goal, place, choice in zip(rests, now.q, chosen, strict=True)]
     braking = _brake(now, bounds)
     instead = _to_rest(now, goals, [0.0] * len(goals), bounds, greatest) or braking
-    way = Way((leg, instead, braking), chosen, bounds)
+    way = StoppableTrajectory((leg, instead, braking), chosen, bounds)
     return way, way.at(dt)
 
 

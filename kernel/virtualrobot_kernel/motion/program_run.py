@@ -15,11 +15,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.motion import running
-from virtualrobot_kernel.motion.moving import ENDED, NOTHING, Given, Phase
+from virtualrobot_kernel.motion import plan_execution
+from virtualrobot_kernel.motion.plan_execution import PlanExecution
 from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.program import Program, Stage, Wait
-from virtualrobot_kernel.motion.running import Running
+from virtualrobot_kernel.motion.running_motion import ENDED, NOTHING, Phase, TickContext
 
 MOST_STAGES = 64
 """How many stages a tick may end at the most: a tick must stay short, whatever a program says."""
@@ -40,7 +40,7 @@ class ProgramRun:
     program: Program
     phase: Phase
     at: int
-    running: Running | None
+    running: PlanExecution | None
     waited: float
     held: Array
     marked: int
@@ -102,12 +102,12 @@ class ProgramRun:
         q[columns], v[columns], a[columns] = moved
         return q, v, a
 
-    def advance(self, dt: float, override: float, given: Given = NOTHING) -> ProgramRun:
+    def advance(self, dt: float, override: float, context: TickContext = NOTHING) -> ProgramRun:
         """Return the program `dt` seconds later, with the speed `override` in (0, 1] of its motions."""
         if self.phase in ENDED:
             return self
-        run = _searched(self, given)
-        return _on_its_way(run, dt, override) or _advanced(run, dt, override, given)
+        run = _searched(self, context)
+        return _on_its_way(run, dt, override) or _advanced(run, dt, override, context)
 
     def pause(self) -> ProgramRun:
         """Return the program slowing to standstill; at once PAUSED where it stands; a pausing or paused one as it is.
@@ -155,18 +155,18 @@ class ProgramRun:
 def start(program: Program, override: float) -> ProgramRun:
     """Return a program at its start, at rest; one that does nothing has succeeded already."""
     first = program.stages[0]
-    begun = running.start(first.plan, override) if first.plan is not None else None
+    begun = plan_execution.start(first.plan, override) if first.plan is not None else None
     empty = begun is not None and begun.ended and not first.marks and first.until is None
     phase = Phase.SUCCEEDED if empty and len(program.stages) == 1 else Phase.RUNNING
     return ProgramRun(program, phase, 0, begun, 0.0, program.start, 0, (), _NO_SIGNALS)
 
 
-def _searched(run: ProgramRun, given: Given) -> ProgramRun:
+def _searched(run: ProgramRun, context: TickContext) -> ProgramRun:
     """Brake where the signal of a search has its value as the tick begins, moving or about to move."""
     if run.found is not None or run.running is None or run.phase not in (Phase.RUNNING, Phase.PAUSING):
         return run
     until = run.program.stages[run.at].until
-    if until is None or given.signals.get(until[0]) != until[1]:
+    if until is None or context.signals.get(until[0]) != until[1]:
         return run
     return replace(run, running=run.running.cancel(), phase=Phase.STOPPING, found=True)
 
@@ -184,7 +184,7 @@ def _on_its_way(run: ProgramRun, dt: float, override: float) -> ProgramRun | Non
     return ProgramRun(run.program, moving.phase, run.at, moving, 0.0, run.held, run.marked, (), _NO_SIGNALS, run.found)
 
 
-def _advanced(run: ProgramRun, dt: float, override: float, given: Given) -> ProgramRun:
+def _advanced(run: ProgramRun, dt: float, override: float, context: TickContext) -> ProgramRun:
     program, stages = run.program, run.program.stages
     phase, at, moving, waited, held, marked = run.phase, run.at, run.running, run.waited, run.held, run.marked
     due, told = list(run.due), dict[str, bool]()
@@ -196,10 +196,10 @@ def _advanced(run: ProgramRun, dt: float, override: float, given: Given) -> Prog
             stage = stages[at]
             if stage.plan is not None:
                 if moving is None and phase is not Phase.STOPPING:
-                    moving = running.start(stage.plan, override)
+                    moving = plan_execution.start(stage.plan, override)
                 if moving is not None:
                     if not moving.ended:
-                        moving = moving.advance(left, override, given)
+                        moving = moving.advance(left, override, context)
                         left = moving.left
                     marked = _mark(stage, moving.tau, marked, due)
                     over = moving.phase is Phase.SUCCEEDED
@@ -208,13 +208,13 @@ def _advanced(run: ProgramRun, dt: float, override: float, given: Given) -> Prog
                 marked = _mark(stage, 0.0, marked, due)
                 over = stage.wait is None
                 if stage.wait is not None:
-                    over, waited, left, fault = _waited(stage, stage.wait, waited, left, told, given)
+                    over, waited, left, fault = _waited(stage, stage.wait, waited, left, told, context)
                     phase = Phase.WAITING
                     if fault:
                         phase = Phase.CANCELLED
         if over:
             if (until := stages[at].until) is not None and found is None:
-                found = given.signals.get(until[0]) == until[1]  # only if it began with this tick: see `_searched`
+                found = context.signals.get(until[0]) == until[1]  # only if it began with this tick: see `_searched`
             held = _arrived(program, at, held)
             at, moving, waited, marked = at + 1, None, 0.0, 0
             if phase is Phase.WAITING:
@@ -248,10 +248,10 @@ def _tell(due: list[tuple[str, bool]], told: dict[str, bool]) -> None:
 
 
 def _waited(
-    stage: Stage, wait: Wait, waited: float, left: float, told: Mapping[str, bool], given: Given
+    stage: Stage, wait: Wait, waited: float, left: float, told: Mapping[str, bool], context: TickContext
 ) -> tuple[bool, float, float, tuple[str, str] | None]:
     """Return whether a wait is over, how long it has taken, what is left of the tick, and the fault when it failed."""
-    if wait.signal and told.get(wait.signal, given.signals.get(wait.signal)) == wait.value:
+    if wait.signal and told.get(wait.signal, context.signals.get(wait.signal)) == wait.value:
         return True, waited, left, None
     waited += left
     if wait.seconds == 0.0 or waited < wait.seconds - _TOLERANCE:

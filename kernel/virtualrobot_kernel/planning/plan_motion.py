@@ -31,7 +31,7 @@ from virtualrobot_kernel.planning.program import (
 from virtualrobot_kernel.planning.redundancy import NearOf
 from virtualrobot_kernel.planning.robots import SolverOf
 from virtualrobot_kernel.planning.steps import Column, plan_step, plan_steps
-from virtualrobot_kernel.planning.together import assumed_by, search_of
+from virtualrobot_kernel.planning.together import preconditions_by, search_of
 from virtualrobot_kernel.planning.tracking import tracked
 from virtualrobot_kernel.world.change import single_joint
 from virtualrobot_kernel.world.commands import StartMotion
@@ -94,8 +94,8 @@ def _start(snapshot: Snapshot, moves: Sequence[Move], run: PlannedRun) -> StartM
     search = search_of(snapshot, moves)
     program = of_plan(run.plan, search.search if search else None)
     tool_states = tuple((0, *pair) for pair in run.tool_states)
-    assumed = assumed_by(snapshot, moves, run.joints)
-    return StartMotion(run.joints, program, tool_states, search.robot if search else "", assumed)
+    preconditions = preconditions_by(snapshot, moves, run.joints)
+    return StartMotion(run.joints, program, tool_states, search.robot if search else "", preconditions)
 
 
 def _program(
@@ -224,7 +224,7 @@ def _command(snapshot: Snapshot, spec: MotionSpec, parts: Sequence[_Part]) -> St
         Program(tuple(stages), np.array(start, dtype=np.float64), len(spec.steps)),
         tuple((part.steps[-1][1], *pair) for part in parts for pair in part.tool_states),
         search.robot if search else "",
-        assumed_by(snapshot, spec.every_move, joints),
+        preconditions_by(snapshot, spec.every_move, joints),
     )
 
 

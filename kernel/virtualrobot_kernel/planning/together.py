@@ -11,7 +11,7 @@ from virtualrobot_kernel.planning.moving_base import carried_by, in_order, movin
 from virtualrobot_kernel.planning.planned_move import PlannedMove
 from virtualrobot_kernel.planning.redundancy import NearOf
 from virtualrobot_kernel.planning.robots import SolverOf, arm_of
-from virtualrobot_kernel.world.assumed import Assumed, Way, assume
+from virtualrobot_kernel.world.preconditions import Preconditions, TcpPath, preconditions_of
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind
 
@@ -41,20 +41,20 @@ def solved_robots(snapshot: Snapshot, moves: Iterable[Move]) -> set[int]:
     return {move.node(snapshot).uid for move in moves if move.solved}
 
 
-def assumed_by(snapshot: Snapshot, moves: Iterable[Move], joints: Iterable[tuple[str, str]]) -> Assumed:
+def preconditions_by(snapshot: Snapshot, moves: Iterable[Move], joints: Iterable[tuple[str, str]]) -> Preconditions:
     """Return what the plan of these moves, which moves these joints (robot, joint), assumes of the world."""
     structure = snapshot.structure
-    ways: list[Way] = []
+    ways: list[TcpPath] = []
     postures: list[tuple[int, str]] = []
     tool_states: list[tuple[int, str]] = []
     for move in moves:
         robot = move.node(snapshot).uid
         if move.solved:
-            ways.append(Way(robot, tuple(structure.node(name).uid for name in move.references)))
+            ways.append(TcpPath(robot, tuple(structure.node(name).uid for name in move.references)))
         tool_states += [(structure.node(tool).uid, state) for tool, state in move.tool_states(snapshot)]
         postures += [(robot, move.posture)] if move.posture else []
     uids = ((structure.node(robot, Kind.ROBOT).uid, joint) for robot, joint in joints)
-    return assume(structure, snapshot.state, uids, ways, postures, tool_states)
+    return preconditions_of(structure, snapshot.state, uids, ways, postures, tool_states)
 
 
 def plan_moves(

@@ -9,7 +9,7 @@ import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason
 from virtualrobot_kernel.motion.cartesian_path import SMALLEST_SINGULAR_VALUE
-from virtualrobot_kernel.motion.frame_following import OVERSHOOT, Follower
+from virtualrobot_kernel.motion.conveyor_tracking import OVERSHOOT, TrackingArm
 from virtualrobot_kernel.motion.limits import TOLERANCE, JointLimits
 from virtualrobot_kernel.motion.planned import Plan, peaks
 from virtualrobot_kernel.motion.polynomial import Array
@@ -67,7 +67,7 @@ class Budget:
 
 
 def checked_rates(
-    follower: Follower,
+    tracking_arm: TrackingArm,
     limits: JointLimits,
     actuators: Sequence[ActuatorLimit],
     stage: Stage,
@@ -82,17 +82,17 @@ def checked_rates(
     KernelError with SINGULARITY or UNREACHABLE, that names the place.
     """
     times, states = _nominal(stage, q)
-    nominal, velocity, acceleration = (state[:, follower.columns] for state in states)
+    nominal, velocity, acceleration = (state[:, tracking_arm.columns] for state in states)
     goal = ends[1] if ends[1] > 0.0 else ends[0]
     count = max(2 * _SPARSE, int(np.ceil(abs(goal) / STEP)))
     places = np.linspace(0.0, goal, count + 1)
     table = [nominal]
     thin = np.unique(np.append(np.arange(0, len(times), _THIN), len(times) - 1))
-    null_space = _null_space(follower, nominal[thin])
+    null_space = _null_space(tracking_arm, nominal[thin])
     for column, e in enumerate(places.tolist()):
         if column:
             predicted = _extrapolated(table)
-            found, error = follower.postures(nominal, np.full(len(times), e), predicted)
+            found, error = tracking_arm.postures(nominal, np.full(len(times), e), predicted)
             bad = ~(error < _LARGEST_ERROR) | (np.abs(found - predicted).max(axis=1) > _LARGEST_JUMP)
             if bad.any():
                 row = int(np.argmax(bad))
@@ -104,9 +104,9 @@ def checked_rates(
                 )
             table.append(found)
             _check_limits(table, limits, actuators, times, e, number, place)
-        _check_singularity(follower, null_space, table[-1][thin], times[thin], e, number, place)
+        _check_singularity(tracking_arm, null_space, table[-1][thin], times[thin], e, number, place)
     sparse = sorted({*range(0, count + 1, _SPARSE), count})
-    rates = [_rates(follower, nominal, velocity, acceleration, places[j], table[j]) for j in sparse]
+    rates = [_rates(tracking_arm, nominal, velocity, acceleration, places[j], table[j]) for j in sparse]
     return Rates(number, times, places[sparse], velocity, *(np.stack(arrays) for arrays in zip(*rates, strict=True)))
 
 
@@ -160,20 +160,20 @@ def _check_limits(
             raise error
 
 
-def _null_space(follower: Follower, nominal: Array) -> Array:
+def _null_space(tracking_arm: TrackingArm, nominal: Array) -> Array:
     """Return the projectors (m, k, k) on the null spaces at nominal postures (m, k): zeros for up to six joints."""
     count = nominal.shape[1]
     if count <= 6:
         return np.zeros((len(nominal), count, count))
-    jacobians = follower.jacobians(nominal)
+    jacobians = tracking_arm.jacobians(nominal)
     return np.eye(count) - np.linalg.pinv(jacobians) @ jacobians
 
 
 def _check_singularity(
-    follower: Follower, null_space: Array, q: Array, times: Array, e: float, number: int, place: Place
+    tracking_arm: TrackingArm, null_space: Array, q: Array, times: Array, e: float, number: int, place: Place
 ) -> None:
     """Raise KernelError (SINGULARITY) where what `follow_frame` solves at q (m, k) is nearly singular."""
-    jacobians = follower.jacobians(q)
+    jacobians = tracking_arm.jacobians(q)
     system = jacobians.transpose(0, 2, 1) @ jacobians + null_space
     smallest = np.sqrt(np.maximum(np.linalg.eigvalsh(system)[:, 0], 0.0))
     worst = int(np.argmin(smallest))
@@ -188,11 +188,11 @@ def _check_singularity(
         )
 
 
-def _rates(follower: Follower, q: Array, v: Array, a: Array, e: float, near: Array) -> tuple[Array, ...]:
+def _rates(tracking_arm: TrackingArm, q: Array, v: Array, a: Array, e: float, near: Array) -> tuple[Array, ...]:
     """Return the derivatives that `Rates` holds at one place, by differences; near (m, k): the postures there."""
 
     def at(t: float, x: float) -> Array:
-        return follower.postures(q + t * (v + 0.5 * t * a), np.full(len(q), e + x), near)[0]
+        return tracking_arm.postures(q + t * (v + 0.5 * t * a), np.full(len(q), e + x), near)[0]
 
     here, later, before, far, back = near, at(_DT, 0.0), at(-_DT, 0.0), at(0.0, _DE), at(0.0, -_DE)
     both = at(_DT, _DE) + at(-_DT, -_DE)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, LimitError
-from virtualrobot_kernel.motion.frame_following import Follower, Following
+from virtualrobot_kernel.motion.conveyor_tracking import ConveyorTracking, TrackingArm
 from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.program import Program
@@ -26,9 +26,9 @@ from virtualrobot_kernel.planning.tracked_limits import (
     slowed,
     stretch,
 )
-from virtualrobot_kernel.world.assumed import Aspect, Way, assume
 from virtualrobot_kernel.world.change import inverse, single_joint
 from virtualrobot_kernel.world.commands import StartMotion, Tracking
+from virtualrobot_kernel.world.preconditions import Aspect, TcpPath, preconditions_of
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Joint, JointType, LinkData, Node
 
@@ -84,18 +84,18 @@ def tracked(
     window, velocity = _window(frame, tracking), min(tracking.max_velocity or np.inf, frame.joint.limits.velocity)
     joints = tuple(dict.fromkeys([*command.joints, *((robot.name, j) for robot, arm in arms for j in arm.joint_names)]))
     program = _widened(snapshot, command.program, joints)
-    followers = [_follower(snapshot, robot, arm, joints, frame) for robot, arm in arms]
-    program, following = _checked(snapshot, program, frame, window, velocity, arms, followers, go_on)
-    ways = [Way(robot.uid, (structure.node(tracking.node).uid,)) for robot, _ in arms]
+    tracking_arms = [_tracking_arm(snapshot, robot, arm, joints, frame) for robot, arm in arms]
+    program, tracked = _checked(snapshot, program, frame, window, velocity, arms, tracking_arms, go_on)
+    ways = [TcpPath(robot.uid, (structure.node(tracking.node).uid,)) for robot, _ in arms]
     uids = ((structure.robot(robot)[0].uid, joint) for robot, joint in joints)
-    assumed = (*command.assumed, *assume(structure, snapshot.state, uids, ways))
+    preconditions = (*command.preconditions, *preconditions_of(structure, snapshot.state, uids, ways))
     return replace(
         command,
         joints=joints,
         program=program,
         # Where the frame's joint stands is what may change.
-        assumed=tuple(f for f in assumed if (f.node.uid, f.aspect) != (frame.link, Aspect.POSITION)),
-        tracking=Tracking(frame.robot.name, frame.joint.name, following),
+        preconditions=tuple(f for f in preconditions if (f.node.uid, f.aspect) != (frame.link, Aspect.POSITION)),
+        tracking=Tracking(frame.robot.name, frame.joint.name, tracked),
     )
 
 
@@ -193,13 +193,15 @@ def _widened(snapshot: Snapshot, program: Program, joints: Sequence[tuple[str, s
     return replace(program, start=start)
 
 
-def _follower(snapshot: Snapshot, robot: Node, arm: Arm, joints: Sequence[tuple[str, str]], frame: _Frame) -> Follower:
+def _tracking_arm(
+    snapshot: Snapshot, robot: Node, arm: Arm, joints: Sequence[tuple[str, str]], frame: _Frame
+) -> TrackingArm:
     chain = arm.serial()
     structure = snapshot.structure
     base_t_link = inverse(snapshot.world_t(arm.base)) @ snapshot.world_t(frame.link)
     row = structure.rows[frame.link]
     columns = np.array([joints.index((robot.name, name)) for name in arm.joint_names])
-    follower = Follower(
+    tracking_arm = TrackingArm(
         columns,
         chain._replace(post=np.ascontiguousarray(chain.post @ flange_t_tcp(snapshot, robot))),
         1.0,
@@ -208,10 +210,10 @@ def _follower(snapshot: Snapshot, robot: Node, arm: Arm, joints: Sequence[tuple[
         base_t_link[:3, 3].copy(),
         float(structure.forest.multiplier[row]),
     )
-    jacobian = follower.jacobians(snapshot.state.q[arm.q_index][None])[0]
+    jacobian = tracking_arm.jacobians(snapshot.state.q[arm.q_index][None])[0]
     turning = np.linalg.norm(jacobian[3:], axis=0) > 1e-9
     lever = float(np.linalg.norm(jacobian[:3], axis=0)[turning].max(initial=0.0))
-    return replace(follower, weight=1.0 / lever if lever > 1e-6 else 1.0)
+    return replace(tracking_arm, weight=1.0 / lever if lever > 1e-6 else 1.0)
 
 
 def _checked(
@@ -221,19 +223,19 @@ def _checked(
     window: tuple[float, float],
     velocity: float,
     arms: Sequence[tuple[Node, Arm]],
-    followers: Sequence[Follower],
+    tracking_arms: Sequence[TrackingArm],
     go_on: GoOn,
-) -> tuple[Program, Following]:
+) -> tuple[Program, ConveyorTracking]:
     """Return the program as slow as the joints need it, and how the frame is followed; raise where they can't."""
     rates: list[tuple[Rates, JointLimits]] = []
     q = program.start
     for number, stage in enumerate(program.stages):
         go_on()
-        for (robot, arm), follower in zip(arms, followers, strict=True):
+        for (robot, arm), tracking_arm in zip(arms, tracking_arms, strict=True):
             limits, _ = joint_limits(snapshot, robot, arm.joint_names)
             place = _place(snapshot, program, robot, arm, frame)
             motors = actuator_limits(snapshot, robot, arm.joint_names)
-            rates.append((checked_rates(follower, limits, motors, stage, number, q, window, place), limits))
+            rates.append((checked_rates(tracking_arm, limits, motors, stage, number, q, window, place), limits))
         if stage.plan is not None:
             q = q.copy()
             q[list(stage.columns)] = stage.plan.goal
@@ -250,15 +252,15 @@ def _checked(
             )
         shares = {
             int(column): braking_share(one, limits, taken, factor)
-            for (one, limits), follower in zip(of_stage, followers, strict=True)
-            for column in follower.columns
+            for (one, limits), tracking_arm in zip(of_stage, tracking_arms, strict=True)
+            for column in tracking_arm.columns
         }
         stages[number] = slowed(stage, factor, shares)
-    following = Following(
-        tuple(followers), frame.position, *window, taken.velocity, taken.acceleration, taken.own_acceleration,
+    tracked = ConveyorTracking(
+        tuple(tracking_arms), frame.position, *window, taken.velocity, taken.acceleration, taken.own_acceleration,
         taken.own_jerk,
     )  # fmt: skip
-    return replace(program, stages=tuple(stages)), following
+    return replace(program, stages=tuple(stages)), tracked
 
 
 def _place(snapshot: Snapshot, program: Program, robot: Node, arm: Arm, frame: _Frame) -> Place:

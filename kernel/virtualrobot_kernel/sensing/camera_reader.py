@@ -15,7 +15,7 @@ from virtualrobot_kernel.sensing.lenses import Lens, lens_of, size_of
 from virtualrobot_kernel.sensing.looks import LookLibrary
 from virtualrobot_kernel.sensing.picture import Picture
 from virtualrobot_kernel.sensing.reading import Moment
-from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
+from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.sensing import CameraSensor, ImageKind
 from virtualrobot_kernel.world.structure import Node
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from virtualrobot_sdk.rays import RayScene, Shape
 
 from virtualrobot_kernel.numeric.scan import composed
-from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
+from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.figures import Figure, Material
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind, Structure

@@ -15,7 +15,7 @@ from virtualrobot_kernel.sensing.lenses import Lens
 from virtualrobot_kernel.sensing.lights import lights_of
 from virtualrobot_kernel.sensing.looks import LookLibrary, Looks
 from virtualrobot_kernel.sensing.picture import BACKGROUND, Color, Picture, Subject, render
-from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
+from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.sensing import ImageKind
 from virtualrobot_kernel.world.state import Snapshot
 

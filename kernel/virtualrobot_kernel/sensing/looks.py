@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.srgb import to_linear
 
-from virtualrobot_kernel.formats.creases import shaded
-from virtualrobot_kernel.formats.submesh import Meshes, Submesh
 from virtualrobot_kernel.sensing.elements import Elements
 from virtualrobot_kernel.sensing.textures import levels
+from virtualrobot_kernel.shapes.creases import shaded
+from virtualrobot_kernel.shapes.submesh import Meshes, Submesh
 from virtualrobot_kernel.world.figures import Geometry, Mesh
 
 log = logging.getLogger(__name__)

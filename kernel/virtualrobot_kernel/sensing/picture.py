@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from virtualrobot_sdk.embree import TopScene, Traced
 from virtualrobot_sdk.srgb import to_linear
 
-from virtualrobot_kernel.drawing.view import ViewSettings
 from virtualrobot_kernel.numeric.illumination import toward
 from virtualrobot_kernel.numeric.projection import start_rays
 from virtualrobot_kernel.numeric.shading import measure, shade
@@ -23,8 +22,8 @@ from virtualrobot_kernel.world.sensing import ImageKind
 
 Color = tuple[float, float, float]
 
-BACKGROUND: Color = ViewSettings().background
-"""What is seen where nothing is, as sRGB: what the viewer shows."""
+BACKGROUND: Color = (0.90, 0.92, 0.94)
+"""What is seen where nothing is, as sRGB: the viewer shows the same."""
 BAND = 32768
 """So many rays are traced and shaded at a time: measured, their arrays stay in the processor's cache, and are not had
 anew from the system for each picture. Smaller ones ask for the interpreter more often than they gain."""

@@ -25,7 +25,7 @@ from virtualrobot_kernel.sensing.patterns import beams_of, rays_of
 from virtualrobot_kernel.sensing.range_content import RangeContent
 from virtualrobot_kernel.sensing.reading import Moment
 from virtualrobot_kernel.sensing.settings import Presets, range_settings
-from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
+from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.sensing import RangeSensor
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Node, Structure

@@ -14,7 +14,7 @@ from virtualrobot_kernel.sensing.motion_reader import MotionReader
 from virtualrobot_kernel.sensing.range_reader import RangeReader
 from virtualrobot_kernel.sensing.reading import Reader
 from virtualrobot_kernel.sensing.settings import Presets
-from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
+from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind, Node
 

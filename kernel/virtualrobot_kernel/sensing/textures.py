@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.srgb import from_linear, to_linear
 
-from virtualrobot_kernel.formats.textures import decoded
 from virtualrobot_kernel.numeric.shading import STEPS
 from virtualrobot_kernel.numeric.textures import halve
+from virtualrobot_kernel.shapes.textures import decoded
 
 Pixels = NDArray[np.uint8]
 

@@ -41,7 +41,7 @@ HANDLERS: dict[type, Callable[[Change, Any, Forward], Change]] = {
     commands.SetSignal: apply_robots.set_signal,
     commands.SetSpeedFactor: apply_robots.set_speed_factor,
     commands.StartMotion: apply_motions.start_motion,
-    commands.StartFollowing: apply_setpoints.start_following,
+    commands.StartSetpointMotion: apply_setpoints.start_setpoint_motion,
     commands.SetSetpoint: apply_setpoints.set_setpoint,
     commands.EndSetpoints: apply_setpoints.end_setpoints,
     commands.PauseMotion: apply_motions.pause_motion,

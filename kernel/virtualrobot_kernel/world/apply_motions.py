@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
-from virtualrobot_kernel.motion import program_run, tracked
-from virtualrobot_kernel.motion.moving import Phase
-from virtualrobot_kernel.world import assumed
+from virtualrobot_kernel.motion import program_run, tracking_motion
+from virtualrobot_kernel.motion.running_motion import Phase
+from virtualrobot_kernel.world import preconditions
 from virtualrobot_kernel.world.actuators import coupled_joints
 from virtualrobot_kernel.world.apply_robots import tool_state
 from virtualrobot_kernel.world.change import (
@@ -66,7 +66,7 @@ def start_motion(change: Change, command: StartMotion, forward: Forward) -> Chan
             robot=robot,
             joint=joint,
         )
-    assumed.check(command.assumed, structure, state)
+    preconditions.check(command.preconditions, structure, state)
     tool_states = tuple((at, tool_state(structure, tool, name)[0].uid, name) for at, tool, name in command.tool_states)
     owners = (robot.uid for _, tool, _ in tool_states if (robot := structure.robot_of(tool)))
     id = f"motion-{state.motion_count + 1}"
@@ -87,12 +87,12 @@ def start_motion(change: Change, command: StartMotion, forward: Forward) -> Chan
     if (tracking := command.tracking) is None:
         motion = replace(motion, running=started)
     else:
-        followed = structure.robot(tracking.robot)[0].uid, tracking.joint
+        tracked_joint = structure.robot(tracking.robot)[0].uid, tracking.joint
         motion = replace(
             motion,
-            running=tracked.start(started, tracking.following),
-            followed=followed,
-            followed_at=place_of(structure, *followed),
+            running=tracking_motion.start(started, tracking.law),
+            tracked_joint=tracked_joint,
+            tracked_at=place_of(structure, *tracked_joint),
         )
     state = replace(state, motions=(*state.motions, motion), motion_count=state.motion_count + 1)
     return replace(change, state=state, created=(*change.created, id))

@@ -7,19 +7,19 @@ from dataclasses import replace
 import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.motion import follow
-from virtualrobot_kernel.motion.follow import Following
+from virtualrobot_kernel.motion import setpoint_motion
 from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.online import Coupling
+from virtualrobot_kernel.motion.setpoint_motion import SetpointMotion
 from virtualrobot_kernel.world.actuators import actuators_of
 from virtualrobot_kernel.world.apply_motions import replaced, running_motion
 from virtualrobot_kernel.world.change import Change, Forward, joint_places, refuse_while_moving, single_joint
-from virtualrobot_kernel.world.commands import EndSetpoints, SetSetpoint, StartFollowing
+from virtualrobot_kernel.world.commands import EndSetpoints, SetSetpoint, StartSetpointMotion
 from virtualrobot_kernel.world.state import Motion
 from virtualrobot_kernel.world.structure import Node, Structure
 
 
-def start_following(change: Change, command: StartFollowing, forward: Forward) -> Change:
+def start_setpoint_motion(change: Change, command: StartSetpointMotion, forward: Forward) -> Change:
     """Start a motion that follows setpoints; refused when the joints move, or have limits that cannot be kept."""
     structure, state = change.structure, change.state
     node = structure.robot(command.robot)[0]
@@ -37,7 +37,7 @@ def start_following(change: Change, command: StartFollowing, forward: Forward) -
         joints=joints,
         q_index=q_index,
         v_index=v_index,
-        running=follow.start(command.mode, limits, state.q[q_index], command.timeout, couplings),
+        running=setpoint_motion.start(command.mode, limits, state.q[q_index], command.timeout, couplings),
         start_tick=state.tick,
     )
     state = replace(state, motions=(*state.motions, motion), motion_count=state.motion_count + 1)
@@ -47,17 +47,17 @@ def start_following(change: Change, command: StartFollowing, forward: Forward) -
 def set_setpoint(change: Change, command: SetSetpoint, forward: Forward) -> Change:
     """Give a motion its newest setpoint; refused when it is not possible, and for motions that have ended."""
     motion = running_motion(change.state, command.id)
-    return replaced(change, replace(motion, running=_following(motion).set(command.values)))
+    return replaced(change, replace(motion, running=_setpoint_motion(motion).set(command.values)))
 
 
 def end_setpoints(change: Change, command: EndSetpoints, forward: Forward) -> Change:
     """Let a motion come to its end at its newest setpoint, or at standstill."""
     motion = running_motion(change.state, command.id)
-    return replaced(change, replace(motion, running=_following(motion).close()))
+    return replaced(change, replace(motion, running=_setpoint_motion(motion).close()))
 
 
-def _following(motion: Motion) -> Following:
-    if not isinstance(motion.running, Following):
+def _setpoint_motion(motion: Motion) -> SetpointMotion:
+    if not isinstance(motion.running, SetpointMotion):
         raise KernelError(
             f"the motion {motion.id!r} was planned and follows no setpoints",
             reason=Reason.WRONG_STATE,

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.motion import online
-from virtualrobot_kernel.motion.follow import Following
-from virtualrobot_kernel.motion.moving import ENDED, Moving, Phase
 from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.motion.program_run import ProgramRun
+from virtualrobot_kernel.motion.running_motion import ENDED, Phase, RunningMotion
+from virtualrobot_kernel.motion.setpoint_motion import SetpointMotion
 from virtualrobot_kernel.world import commands
 from virtualrobot_kernel.world.apply import apply
 from virtualrobot_kernel.world.apply_motions import override
@@ -27,7 +27,7 @@ LONGEST_BRAKE_TICKS = 15_000
 
 HARMLESS: frozenset[type] = frozenset(
     {
-        *(commands.StartMotion, commands.StartFollowing, commands.SetSetpoint, commands.EndSetpoints),
+        *(commands.StartMotion, commands.StartSetpointMotion, commands.SetSetpoint, commands.EndSetpoints),
         *(commands.CancelMotion, commands.StopMotions, commands.HaltRobots),
         *(commands.CreateSignal, commands.RemoveSignal, commands.SetSignal),
         *(commands.RunSensors, commands.SetRangeComponents, commands.SetKinematics, commands.SelectTool),
@@ -102,7 +102,7 @@ def braking(structure: Structure, state: State, tick_seconds: float, forward: Fo
 
 def _alone(motion: Motion) -> bool:
     """Return whether a motion brakes by itself, and puts no tool into another state before it stands."""
-    if motion.followed is not None:
+    if motion.tracked_joint is not None:
         return False
     run = motion.running
     if not motion.tool_states or not isinstance(run, ProgramRun) or run.at == len(run.program.stages):
@@ -110,7 +110,7 @@ def _alone(motion: Motion) -> bool:
     return len(run.program.stages[run.at].steps) == 1
 
 
-def _way(motion: Motion, override: float, dt: float) -> tuple[NDArray[np.float64], Moving]:
+def _way(motion: Motion, override: float, dt: float) -> tuple[NDArray[np.float64], RunningMotion]:
     """Return where the joints of a motion (n,) go while it brakes from now on, (m, n), a tick apart.
 
     With it comes the motion as it is in the end; where that is told by its brakes at once, as it is before.
@@ -129,7 +129,7 @@ def _way(motion: Motion, override: float, dt: float) -> tuple[NDArray[np.float64
     return np.array(rows), now
 
 
-def _reached(end: Moving) -> tuple[float, ...] | None:
+def _reached(end: RunningMotion) -> tuple[float, ...] | None:
     """Return where each track of a stage comes to, of a motion as `_way` tells it; None where there is no path."""
     if not isinstance(end, ProgramRun) or end.running is None:
         return None
@@ -138,7 +138,7 @@ def _reached(end: Moving) -> tuple[float, ...] | None:
     return tuple(u for u, _, _ in end.running.path_states)
 
 
-def _on_plan(now: Moving, dt: float, override: float) -> tuple[Moving, NDArray[np.float64]] | None:
+def _on_plan(now: RunningMotion, dt: float, override: float) -> tuple[RunningMotion, NDArray[np.float64]] | None:
     """Return a motion that stops without brakes of its own as it is before its last tick, or when it has some.
 
     With it come the places of its joints (m, n) until then, m >= 1; None where this is so with the next tick.
@@ -159,9 +159,9 @@ def _on_plan(now: Moving, dt: float, override: float) -> tuple[Moving, NDArray[n
     return replace(now, running=moving), _places(now, plan, laws)
 
 
-def _rest(now: Moving, dt: float) -> NDArray[np.float64] | None:
+def _rest(now: RunningMotion, dt: float) -> NDArray[np.float64] | None:
     """Return where the joints of a motion (n,) that brakes go from the next tick on, (m, n), at once; or None."""
-    if isinstance(now, Following) and now.phase is Phase.STOPPING:
+    if isinstance(now, SetpointMotion) and now.phase is Phase.STOPPING:
         way, _ = online.brake(now.now, now.bounds, dt)
         count = math.ceil(way.duration / dt)
         return np.array([way.at((row + 1) * dt).q for row in range(count)]) if count else None

@@ -120,7 +120,11 @@ def relocated(structure: Structure, motion: Motion) -> Motion:
     """Return a motion whose columns point to where its joints are in `structure`."""
     q_index, v_index = joint_places(structure, motion.joints)
     motion = replace(motion, q_index=q_index, v_index=v_index)
-    return motion if motion.followed is None else replace(motion, followed_at=place_of(structure, *motion.followed))
+    return (
+        motion
+        if motion.tracked_joint is None
+        else replace(motion, tracked_at=place_of(structure, *motion.tracked_joint))
+    )
 
 
 def place_of(structure: Structure, uid: int, name: str) -> tuple[int, int] | None:

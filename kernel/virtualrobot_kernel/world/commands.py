@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot_kernel.motion.follow import SetpointMode
-from virtualrobot_kernel.motion.frame_following import Following
+from virtualrobot_kernel.motion.conveyor_tracking import ConveyorTracking
 from virtualrobot_kernel.motion.program import Program
-from virtualrobot_kernel.world.assumed import Assumed
+from virtualrobot_kernel.motion.setpoint_motion import SetpointMode
 from virtualrobot_kernel.world.collisions import CollisionMode
 from virtualrobot_kernel.world.figures import Figure, Pose
+from virtualrobot_kernel.world.preconditions import Preconditions
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Signal
 from virtualrobot_kernel.world.structure import NodeData, NodeSpec
 
@@ -185,11 +185,11 @@ class SetSpeedFactor:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tracking:
-    """What a motion goes along with: a joint of a robot, and how arms follow it."""
+    """Joint of a robot that a motion goes along with, and the law by which arms do."""
 
     robot: str
     joint: str
-    following: Following
+    law: ConveyorTracking
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -205,12 +205,12 @@ class StartMotion:
     program: Program
     tool_states: tuple[tuple[int, str, str], ...] = ()
     searcher: str = ""
-    assumed: Assumed = ()
+    preconditions: Preconditions = ()
     tracking: Tracking | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class StartFollowing:
+class StartSetpointMotion:
     """Starts a motion of some joints of a robot that follows setpoints, its present positions being the first one.
 
     timeout: after how long without a setpoint it stops, in seconds of simulation time.
@@ -299,7 +299,7 @@ Command = (
     | SetSignal
     | SetSpeedFactor
     | StartMotion
-    | StartFollowing
+    | StartSetpointMotion
     | SetSetpoint
     | EndSetpoints
     | PauseMotion

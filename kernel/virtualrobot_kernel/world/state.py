@@ -9,7 +9,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot_kernel.motion.moving import Moving
+from virtualrobot_kernel.motion.running_motion import RunningMotion
 from virtualrobot_kernel.world.collisions import NOTHING_SET, CollisionSettings
 from virtualrobot_kernel.world.structure import Structure
 
@@ -78,8 +78,8 @@ class Motion:
     `q_index` and `v_index` say where each column of the path goes in q and v; `joints` names the columns as
     (robot uid, joint name); `tool_states` (step, tool uid, state) become true when their step is done; `step_count` is
     0 for moves that are no program; `signals` are all that it names; `searcher` is the robot that searches (a uid; 0:
-    none) and `search` what it came to; `followed` is the joint (robot uid, name) that the motion goes along with, and
-    `followed_at` where that is in q and v, None when it is gone; `end_tick` is 0 until it has ended.
+    none) and `search` what it came to; `tracked_joint` is the joint (robot uid, name) that the motion goes along with,
+    and `tracked_at` where that is in q and v, None when it is gone; `end_tick` is 0 until it has ended.
     """
 
     id: str
@@ -87,15 +87,15 @@ class Motion:
     joints: tuple[tuple[int, str], ...]
     q_index: NDArray[np.int32]
     v_index: NDArray[np.int32]
-    running: Moving
+    running: RunningMotion
     start_tick: int
     tool_states: tuple[tuple[int, int, str], ...] = ()
     step_count: int = 0
     signals: frozenset[str] = frozenset()
     searcher: int = 0
     search: Search | None = None
-    followed: tuple[int, str] | None = None
-    followed_at: tuple[int, int] | None = None
+    tracked_joint: tuple[int, str] | None = None
+    tracked_at: tuple[int, int] | None = None
     cancellation: Cancellation | None = None
     end_tick: int = 0
 

@@ -24,16 +24,16 @@ from virtualrobot_kernel.world.clock import Clock, Mode, Pacer
 from virtualrobot_kernel.world.commands import Command
 from virtualrobot_kernel.world.journal import Entry, Journal
 from virtualrobot_kernel.world.listeners import Listeners
-from virtualrobot_kernel.world.overseer import Overseer
 from virtualrobot_kernel.world.state import Snapshot, State
 from virtualrobot_kernel.world.structure import Structure
+from virtualrobot_kernel.world.supervisor import Supervisor
 from virtualrobot_kernel.world.tick import advance
 
 MAX_STEPS = 10_000
 """The most ticks in one Step: nothing else is served meanwhile."""
 
 MOST_INTERVENTIONS = 100
-"""How often overseers may change the world before one tick."""
+"""How often supervisors may change the world before one tick."""
 
 log = logging.getLogger(__name__)
 
@@ -113,8 +113,8 @@ class World:
         self._queue: queue.SimpleQueue[_Batch | _Step | _SetClock | None] = queue.SimpleQueue()
         self._listeners: Listeners[[]] = Listeners()
         self._tick_listeners: Listeners[[Snapshot]] = Listeners()
-        self._overseers: tuple[Overseer, ...] = ()
-        self._overseeing = threading.Lock()
+        self._supervisors: tuple[Supervisor, ...] = ()
+        self._supervising = threading.Lock()
         self._closing = self._ended = False
         self._thread = threading.Thread(target=self._run, name="world", daemon=True)
 
@@ -155,15 +155,15 @@ class World:
         """
         return self._tick_listeners.add(ticked)
 
-    def oversee(self, overseer: Overseer) -> None:
-        """Have an overseer asked from now on; each tick of a Step is published then."""
-        with self._overseeing:
-            self._overseers = (*self._overseers, overseer)
+    def supervise(self, supervisor: Supervisor) -> None:
+        """Have a supervisor asked from now on; each tick of a Step is published then."""
+        with self._supervising:
+            self._supervisors = (*self._supervisors, supervisor)
 
-    def unoversee(self, overseer: Overseer) -> None:
-        """Ask an overseer no more."""
-        with self._overseeing:
-            self._overseers = tuple(one for one in self._overseers if one is not overseer)
+    def unsupervise(self, supervisor: Supervisor) -> None:
+        """Ask a supervisor no more."""
+        with self._supervising:
+            self._supervisors = tuple(one for one in self._supervisors if one is not supervisor)
 
     def submit(
         self,
@@ -230,17 +230,17 @@ class World:
         check_revision(before.structure, batch.expected_revision)
         if batch.permit is not None:
             batch.permit(before, batch.commands)
-        change = self._applied(batch.commands, batch.author, self._overseers)
+        change = self._applied(batch.commands, batch.author, self._supervisors)
         applied = Applied(self.snapshot, change.created, change.picked)
-        self._oversee_change()
+        self._supervise_change()
         return applied
 
-    def _applied(self, commands: tuple[Command, ...], author: str, admitting: Sequence[Overseer] = ()) -> Change:
+    def _applied(self, commands: tuple[Command, ...], author: str, admitting: Sequence[Supervisor] = ()) -> Change:
         before = self.snapshot
         change = apply(before.structure, before.state, commands, self._forward)
         after = self._later(change.structure, change.state)
-        for overseer in admitting:
-            overseer.admit(before, after, commands)
+        for supervisor in admitting:
+            supervisor.admit(before, after, commands)
         self._journal.append(Entry(before.state.tick, author, commands))
         self._publish(after)
         return change
@@ -254,11 +254,11 @@ class World:
             raise KernelError(f"a step takes 1 to {MAX_STEPS} ticks, not {ticks}", ticks=ticks)
         state = self.snapshot.state
         last = state.tick + ticks
-        overseen = bool(self._overseers)
+        supervised = bool(self._supervisors)
         for _ in range(ticks):
             if self._closing:
                 raise _closed()
-            if overseen:
+            if supervised:
                 self._tick()
                 continue
             before, state = state, self._ticked(state)
@@ -269,30 +269,30 @@ class World:
         return self.snapshot
 
     def _tick(self) -> None:
-        """Publish the world one tick later, once no overseer wants anything done before."""
+        """Publish the world one tick later, once no supervisor wants anything done before."""
         for _ in range(MOST_INTERVENTIONS):
             later = self._later(self.snapshot.structure, self._ticked(self.snapshot.state))
-            if not any(self._enacted(one, one.before_tick, self.snapshot, later) for one in self._overseers):
+            if not any(self._enacted(one, one.before_tick, self.snapshot, later) for one in self._supervisors):
                 break
         else:
-            log.error("overseers have changed the world %d times before one tick; it goes on", MOST_INTERVENTIONS)
+            log.error("supervisors have changed the world %d times before one tick; it goes on", MOST_INTERVENTIONS)
             later = self._later(self.snapshot.structure, self._ticked(self.snapshot.state))
         self._publish(later)
-        self._oversee_change()
+        self._supervise_change()
         self._tick_listeners.tell(self.snapshot)
 
-    def _oversee_change(self) -> None:
-        for overseer in self._overseers:
-            self._enacted(overseer, overseer.after_change, self.snapshot)
+    def _supervise_change(self) -> None:
+        for supervisor in self._supervisors:
+            self._enacted(supervisor, supervisor.after_change, self.snapshot)
 
-    def _enacted(self, overseer: Overseer, ask: Callable[..., Sequence[Command]], *about: Snapshot) -> bool:
-        """Do what an overseer wants done; return whether that was anything."""
+    def _enacted(self, supervisor: Supervisor, ask: Callable[..., Sequence[Command]], *about: Snapshot) -> bool:
+        """Do what a supervisor wants done; return whether that was anything."""
         try:
             commands = tuple(ask(*about))
             if commands:
-                self._applied(commands, overseer.author)
+                self._applied(commands, supervisor.author)
         except Exception:
-            log.exception("%s failed inside the kernel", overseer.author)
+            log.exception("%s failed inside the kernel", supervisor.author)
             return False
         return bool(commands)
 
@@ -306,7 +306,7 @@ class World:
             )
         self._pacer.set(mode, speed_factor, time.monotonic())
         self._publish(self._later(self.snapshot.structure, self.snapshot.state))
-        self._oversee_change()
+        self._supervise_change()
         return self.snapshot
 
     def _later(self, structure: Structure, state: State) -> Snapshot:

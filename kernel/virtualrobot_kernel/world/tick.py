@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from virtualrobot_kernel.motion.moving import Given, Phase
+from virtualrobot_kernel.motion.running_motion import Phase, TickContext
 from virtualrobot_kernel.world.apply_motions import override
 from virtualrobot_kernel.world.change import Forward, frozen
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion, Search, Signal, State
@@ -26,15 +26,15 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
     if not state.motions:
         return replace(state, tick=state.tick + 1)
     q, v = state.q.copy(), state.v.copy()
-    given = Given(q, {name: signal.value for name, signal in state.signals.items()})
+    context = TickContext(q, {name: signal.value for name, signal in state.signals.items()})
     signals: dict[str, Signal] = {}
     advanced: dict[str, Motion] = {}
     tool_states: dict[int, str] = {}
     for motion in in_order(state.motions):
         # One without length has succeeded before its first tick.
         done = motion.running.steps_done if state.tick > motion.start_tick else 0
-        at = motion.followed_at
-        told = given._replace(followed=(float(q[at[0]]), float(v[at[1]]))) if at else given
+        at = motion.tracked_at
+        told = context._replace(tracked=(float(q[at[0]]), float(v[at[1]]))) if at else context
         try:
             now = motion.running.advance(tick_seconds, override(state, motion), told)
             position, velocity, _ = now.sample()
@@ -100,15 +100,15 @@ def in_order(motions: Sequence[Motion]) -> Sequence[Motion]:
 
     Otherwise they keep their order; so do those that go along with each other.
     """
-    if not any(motion.followed for motion in motions):
+    if not any(motion.tracked_joint for motion in motions):
         return motions
     mover = {joint: motion for motion in motions for joint in motion.joints}
 
     def depth(motion: Motion) -> int:
         count = 0
         at: Motion | None = motion
-        while at and at.followed and count < len(motions):
-            at, count = mover.get(at.followed), count + 1
+        while at and at.tracked_joint and count < len(motions):
+            at, count = mover.get(at.tracked_joint), count + 1
         return count
 
     return sorted(motions, key=depth)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import secrets
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
@@ -11,6 +10,7 @@ import pytest
 from virtualrobot_sdk.errors import ArgumentError, ComponentFault, PluginError
 from virtualrobot_sdk.registration import ComponentKind
 from virtualrobot_sdk.testing.laws import LawBroken, Measured
+from virtualrobot_sdk.testing.seeds import seed_or_drawn
 from virtualrobot_sdk.testing.subject import locate
 from virtualrobot_sdk.testing.trial import Law, NotTried, Trial, examine
 
@@ -28,7 +28,7 @@ class ComponentContract:
         component: `my_lidar` (of an installed plugin), `my_package/my_lidar` (the plugin's module and the component's
             name) or `my_package.lidar:MyLidar` (something that makes the component, without settings).
         settings: plain values, as in a scene file.
-        seed: what random values come from; None: another each time. It is printed when a test fails.
+        seed: what random values come from; None: VIRTUALROBOT_TEST_SEED or a new one; a failed test prints it.
     """
 
     kind: ClassVar[ComponentKind]
@@ -50,7 +50,7 @@ class ComponentContract:
         for name in ("component", "facts"):
             if not hasattr(cls, name):
                 pytest.fail(f"{cls.__name__} does not say its `{name}`", pytrace=False)
-        cls._drawn = secrets.randbits(32) if cls.seed is None else cls.seed
+        cls._drawn = seed_or_drawn(cls.seed)
         failed = ""
         try:
             cls.trial = Trial(cls.kind, locate(cls.kind, cls.component, cls.settings), cls.facts)

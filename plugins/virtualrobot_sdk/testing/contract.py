@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import secrets
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
@@ -14,6 +13,7 @@ from virtualrobot_sdk.registration import ComponentKind
 from virtualrobot_sdk.testing.chains import kit_chains
 from virtualrobot_sdk.testing.examination import LAWS, Examination, Finding, State
 from virtualrobot_sdk.testing.laws import branches, complete
+from virtualrobot_sdk.testing.seeds import seed_or_drawn
 from virtualrobot_sdk.testing.subject import locate
 
 
@@ -32,7 +32,7 @@ class KinematicsContract:
         settings: plain values, as in a scene file.
         chains: by name; those of the kit, and whatever is added.
         complete: whether the component says that it returns all solutions within limits.
-        seed: what random postures come from; None: another each time. It is printed when a test fails.
+        seed: what random postures come from; None: VIRTUALROBOT_TEST_SEED or a new one; a failed test prints it.
     """
 
     component: ClassVar[str]
@@ -52,7 +52,7 @@ class KinematicsContract:
     @classmethod
     def setup_class(cls) -> None:
         """Find the component; its processes start when a law needs them."""
-        seed = secrets.randbits(32) if cls.seed is None else cls.seed
+        seed = seed_or_drawn(cls.seed)
         cls.examination = None
         try:
             subject = locate(ComponentKind.KINEMATICS, cls.component, cls.settings)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import secrets
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -18,6 +17,7 @@ from virtualrobot_sdk.testing.chains import kit_chains
 from virtualrobot_sdk.testing.examination import LAWS, Examination, Finding, State
 from virtualrobot_sdk.testing.laws import EXISTING, RETURNED, branches
 from virtualrobot_sdk.testing.report import Cost, Report, Row, Solutions, text
+from virtualrobot_sdk.testing.seeds import seed_or_drawn
 from virtualrobot_sdk.testing.subject import locate
 
 
@@ -35,11 +35,11 @@ def grade(
             name) or `my_package.arm:MyArm` (something that makes the component of a chain).
         settings: plain values, as in a scene file.
         chains: by name; None: those of the kit.
-        seed: what random postures come from; None: another each time.
+        seed: what random postures come from; None: that of VIRTUALROBOT_TEST_SEED, or another each time.
 
     Raises PluginError when there is no such component, and PluginError or ComponentFault when its plugin fails.
     """
-    seed = secrets.randbits(32) if seed is None else seed
+    seed = seed_or_drawn(seed)
     subject = locate(ComponentKind.KINEMATICS, component, settings or {})
     examination = Examination(subject, kit_chains() if chains is None else chains, seed)
     try:

@@ -7,8 +7,8 @@ import math
 import pytest
 from virtualrobot.v1 import geometry_pb2, nodes_pb2, scene_pb2
 from virtualrobot_kernel.api.convert.commands import world_commands
-from virtualrobot_kernel.api.convert.nodes import node_spec
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.nodes import node_spec
 from virtualrobot_kernel.world.structure import RobotData
 
 V = geometry_pb2.Vector3

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from google.protobuf.message import Message
 from virtualrobot.v1 import sensing_pb2
-from virtualrobot_kernel.api.convert.sensing import CLASSES, sensing_data, sensing_message
-from virtualrobot_kernel.api.convert.values import array_message
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.sensing import CLASSES, sensing_data, sensing_message
+from virtualrobot_kernel.messages.values import array_message
 
 BEAMS = np.array([[1.0, 0.0, 0.0], [0.0, 2.0, 0.0]])
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from virtualrobot.v1 import geometry_pb2
-from virtualrobot_kernel.api.convert.values import array, pose, pose_message, quaternion, rotation, snapped
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.values import array, pose, pose_message, quaternion, rotation, snapped
 
 
 def many(rng: np.random.Generator) -> np.ndarray:
@@ -74,6 +74,7 @@ NAN = np.array([1.0, np.nan, 3.0])
             r"must have the shape \(n, 3\)",
         ),
         ({"type": FLOAT64, "shape": [2, 3], "data": bytes(47)}, "needs 48 bytes, not 47"),
+        ({"type": FLOAT64, "shape": [1] * 65, "data": bytes(8)}, "may have 8 dimensions, not 65"),
         ({"type": FLOAT64, "shape": [2**31, 3]}, "needs 51539607552 bytes, not 0"),
         (
             {

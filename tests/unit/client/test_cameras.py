@@ -8,7 +8,7 @@ from virtualrobot.cameras import CameraReading, camera, camera_reading_of, image
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.v1 import sensing_pb2, sensor_pb2
 from virtualrobot.wire import array_message
-from virtualrobot_kernel.api.convert.sensing import sensing_data
+from virtualrobot_kernel.messages.sensing import sensing_data
 from virtualrobot_kernel.sensing.lenses import Lens, lens_of
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from virtualrobot_kernel.collision.guard import CollisionGuard
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.motion.follow import SetpointMode
+from virtualrobot_kernel.motion.setpoint_motion import SetpointMode
 from virtualrobot_kernel.planning.moves import CartesianJog, JointJog, Linear, Move, PointToPoint
 from virtualrobot_kernel.planning.plan_motion import plan_motion
 from virtualrobot_kernel.planning.planned_move import PoseGoal
@@ -25,8 +25,8 @@ from virtualrobot_kernel.world.commands import (
     SetCollisionSettings,
     SetJointPositions,
     SetSetpoint,
-    StartFollowing,
     StartMotion,
+    StartSetpointMotion,
     UpdateNode,
 )
 from virtualrobot_kernel.world.figures import Box, Figure
@@ -187,7 +187,7 @@ def stream(cell: Cell, robot: str, rng: np.random.Generator, ticks: int) -> None
     """Send random setpoints, of positions or velocities, until the guard or time ends it."""
     joints = cell.world.snapshot.structure.robot(robot)[1].joints
     mode = SetpointMode(rng.choice(["POSITION", "VELOCITY"]))
-    (id,) = cell.do(StartFollowing(robot, tuple(joint.name for joint in joints), mode, 0.5))
+    (id,) = cell.do(StartSetpointMotion(robot, tuple(joint.name for joint in joints), mode, 0.5))
     fastest = np.array([joint.limits.velocity for joint in joints])
     speed = fastest * rng.uniform(-0.8, 0.8, len(joints))
     at = np.array(cell.world.snapshot.state.q[list(cell.world.snapshot.structure.robot(robot)[1].q_start)])

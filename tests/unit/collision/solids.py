@@ -10,7 +10,7 @@ import numpy as np
 import trimesh
 from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.placed import Placed
-from virtualrobot_kernel.formats.submesh import Submesh
+from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.world.figures import Box, Capsule, Cone, Cylinder, Geometry, Mesh, Pose, Sphere
 
 from tests.unit.world.builders import random_pose

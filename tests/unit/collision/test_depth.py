@@ -17,7 +17,7 @@ from virtualrobot_kernel.collision.pairs import pair_within
 from virtualrobot_kernel.collision.placed import Placed
 from virtualrobot_kernel.collision.scene import Detail
 from virtualrobot_kernel.collision.tessellation import box_triangles
-from virtualrobot_kernel.formats.submesh import Submesh
+from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.world.commands import CreateNodes
 from virtualrobot_kernel.world.figures import Box, Capsule, Cylinder, Figure, Geometry, Mesh, Pose, Sphere
 from virtualrobot_kernel.world.structure import Kind, NodeSpec

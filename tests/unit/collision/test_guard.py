@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from virtualrobot_kernel.collision.guard import CollisionGuard, _Threat
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.motion.follow import SetpointMode
+from virtualrobot_kernel.motion.setpoint_motion import SetpointMode
 from virtualrobot_kernel.planning.moves import PointToPoint, ToolStateMove
 from virtualrobot_kernel.planning.plan_motion import plan_motion
 from virtualrobot_kernel.planning.program import DwellStep, MotionSpec, MoveStep
@@ -28,7 +28,7 @@ from virtualrobot_kernel.world.commands import (
     SetSetpoint,
     SetSpeedFactor,
     SetToolState,
-    StartFollowing,
+    StartSetpointMotion,
     UpdateNode,
 )
 from virtualrobot_kernel.world.figures import Box, Figure
@@ -154,7 +154,7 @@ def test_with_long_ticks_what_stands_near_may_go_away_and_no_nearer(gap: float, 
     def went(goal: float) -> float:
         begin = float(world.snapshot.state.q[0])
         if following:
-            (id,) = world.submit([StartFollowing("cart", ("x",), SetpointMode.VELOCITY, 0.1)]).result(WAIT).created
+            (id,) = world.submit([StartSetpointMotion("cart", ("x",), SetpointMode.VELOCITY, 0.1)]).result(WAIT).created
         else:
             do(world, drive(begin, goal))
         for _ in range(40):
@@ -177,7 +177,7 @@ def test_setpoints_lead_no_farther_than_to_what_is_in_the_way(
     world: World, guard: CollisionGuard, speed: float
 ) -> None:
     do(world, cart("cart"), block("block", 1.0), mode("guard"))
-    (id,) = world.submit([StartFollowing("cart", ("x",), SetpointMode.VELOCITY, 0.1)]).result(WAIT).created
+    (id,) = world.submit([StartSetpointMotion("cart", ("x",), SetpointMode.VELOCITY, 0.1)]).result(WAIT).created
     for _ in range(1200):
         if not world.snapshot.state.motions:
             break

@@ -9,7 +9,7 @@ from virtualrobot_kernel.collision.geometry import CollisionShapes, Solid
 from virtualrobot_kernel.collision.pairs import near_pairs
 from virtualrobot_kernel.collision.placed import Placed
 from virtualrobot_kernel.collision.scene import CollisionScene, Detail
-from virtualrobot_kernel.formats.submesh import Submesh
+from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.world.commands import CreateNodes, SetCollisionSettings
 from virtualrobot_kernel.world.figures import Box, Cylinder, Mesh, Sphere
 

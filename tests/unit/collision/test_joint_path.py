@@ -13,7 +13,7 @@ from virtualrobot_kernel.collision.joint_path import (
     through,
     together,
 )
-from virtualrobot_kernel.motion import running
+from virtualrobot_kernel.motion import plan_execution
 from virtualrobot_kernel.motion.planned import plan_together
 
 from tests.unit.motion.motions import random_ptp, random_trajectory
@@ -69,7 +69,7 @@ def test_plans_are_followed_by_their_own_polynomials(kind: str, rng: np.random.G
 def test_brakes_are_laws_on_the_paths_of_the_plan(rng: np.random.Generator) -> None:
     """What a cancelled motion does in its ticks lies on the way of its brakes."""
     plan = random_ptp(rng)
-    going = running.start(plan, 1.0).advance(0.4 * plan.duration, 1.0).cancel()
+    going = plan_execution.start(plan, 1.0).advance(0.4 * plan.duration, 1.0).cancel()
     assert going.brakes
     end = max(brake.end for brake in going.brakes)
     path = of_laws(np.zeros(plan.q_count), np.arange(plan.q_count, dtype=np.int32), plan, going.brakes, 0.0, end)

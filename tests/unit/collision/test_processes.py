@@ -20,7 +20,7 @@ from virtualrobot_kernel.collision.processes import Processes
 from virtualrobot_kernel.collision.scene import CollisionScene, Detail
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning.robots import standing_at
-from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
+from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.commands import CreateNodes, SetAllowedPairs, SetCollisionSettings
 from virtualrobot_kernel.world.figures import Box, Figure
 from virtualrobot_kernel.world.state import Snapshot

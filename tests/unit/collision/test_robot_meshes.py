@@ -10,8 +10,8 @@ import pytest
 from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.pairs import near_pairs
 from virtualrobot_kernel.collision.placed import Placed
-from virtualrobot_kernel.formats.submesh import Submesh
 from virtualrobot_kernel.planning.robots import world_poses
+from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.world.figures import Mesh
 from virtualrobot_kernel.world.state import State
 

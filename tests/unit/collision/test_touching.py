@@ -9,7 +9,7 @@ from virtualrobot_kernel.collision.pairs import Pair, near_pairs
 from virtualrobot_kernel.collision.placed import Placed
 from virtualrobot_kernel.collision.tessellation import PIECE, box_triangles, pieces, turned_triangles
 from virtualrobot_kernel.collision.touching import touches
-from virtualrobot_kernel.formats.submesh import Submesh
+from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.world.figures import Box, Capsule, Cone, Cylinder, Frame, Geometry, Label, Mesh, Pose, Sphere
 
 from tests.unit.collision.solids import TORUS, placed, torus

@@ -12,9 +12,9 @@ import pytest
 import trimesh
 from PIL import Image
 from virtualrobot_kernel.drawing.appearance import encode
-from virtualrobot_kernel.formats import shapes
-from virtualrobot_kernel.formats.creases import shaded
-from virtualrobot_kernel.formats.submesh import Submesh
+from virtualrobot_kernel.shapes import primitives
+from virtualrobot_kernel.shapes.creases import shaded
+from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_sdk.srgb import to_linear
 
 
@@ -33,12 +33,12 @@ def attribute(data: bytes, name: str) -> np.ndarray:
 
 
 def part(**look: object) -> Submesh:
-    box = shapes.box()
+    box = primitives.box()
     return Submesh(box.vertices, box.faces, box.normals, **look)  # pyright: ignore[reportArgumentType]  the test's own
 
 
 def test_triangles_and_normals_survive() -> None:
-    sphere = shapes.sphere()
+    sphere = primitives.sphere()
     (data,) = encode((sphere,), (1.0, 0.0, 0.0, 1.0))
     read = trimesh.load_mesh(io.BytesIO(data), file_type="glb", process=False)
     assert np.array_equal(read.vertices, sphere.vertices)

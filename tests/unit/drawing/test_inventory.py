@@ -11,7 +11,7 @@ from virtualrobot_kernel.drawing.batches import wxyz_of
 from virtualrobot_kernel.drawing.inventory import joint_axes, node_bounds, take, turned_to, world_bounds
 from virtualrobot_kernel.drawing.library import AXIS_ARROW, ShapeLibrary
 from virtualrobot_kernel.errors import MalformedFileError
-from virtualrobot_kernel.formats.submesh import Submesh
+from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.figures import Box, Capsule, Cylinder, Figure, Label, Material, Mesh, Sphere
 from virtualrobot_kernel.world.structure import (

@@ -9,7 +9,7 @@ from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.json_format import ParseDict
 from google.protobuf.message import Message
 from virtualrobot.v1 import scene_pb2
-from virtualrobot_kernel.formats.fields import STRUCT, Field, is_map, is_repeated, map_value
+from virtualrobot_kernel.messages.fields import STRUCT, Field, is_map, is_repeated, map_value
 
 WORDS = [
     "on", "off", "yes", "No", "5", "1.0", "1e5", "0x10", "null", "~", "true", "", " ", "a b", " a", "a ", "- a", "a: b",

@@ -15,7 +15,7 @@ from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.export.model import export_model
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.meshes import parse_mesh
-from virtualrobot_kernel.formats.submesh import Submesh
+from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.world.figures import Box, Figure, Material, Mesh
 from virtualrobot_plugins.importers.glb import Piece, write_glb
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from virtualrobot_kernel.errors import MalformedFileError
 from virtualrobot_kernel.formats.meshes import parse_mesh, scaled
-from virtualrobot_kernel.formats.submesh import Submesh
+from virtualrobot_kernel.shapes.submesh import Submesh
 
 from tests.unit.formats.models import DATA, TETRAHEDRON, TETRAHEDRON_FACES, binary_stl, volume
 

@@ -21,8 +21,8 @@ from virtualrobot_kernel.motion.plan import (
     plan_together,
     plan_trajectory,
 )
+from virtualrobot_kernel.motion.plan_execution import PlanExecution
 from virtualrobot_kernel.motion.rotation import rotation_matrix
-from virtualrobot_kernel.motion.running import Running
 from virtualrobot_plugins.chain.component import ChainKinematics
 from virtualrobot_sdk.testing.chains import ur5
 
@@ -195,7 +195,7 @@ def random_group(rng: np.random.Generator) -> Plan:
     return plan_together([random_ptp(rng, 6), random_line(rng, "panda")[0]])
 
 
-def nominal_times(motion: Running) -> list[float]:
+def nominal_times(motion: PlanExecution) -> list[float]:
     """Return the nominal time at which each track passes where it is now; they differ when a group brakes."""
     if not motion.brakes:
         return [motion.tau] * len(motion.plan.tracks)
@@ -203,7 +203,7 @@ def nominal_times(motion: Running) -> list[float]:
     return [nominal_time(track.time_law, state[0], 0.0) for track, state in tracks]
 
 
-def fine_steps(after: Running) -> Iterator[Running]:
+def fine_steps(after: PlanExecution) -> Iterator[PlanExecution]:
     """Yield the motion at ten points within the tick that led to `after`, and at its end."""
     for k in range(1, 11):
         if after.brakes:

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 import ruckig
-from virtualrobot_kernel.motion import running
+from virtualrobot_kernel.motion import plan_execution
 from virtualrobot_kernel.motion.brake import nominal_time
 from virtualrobot_kernel.motion.limits import JointLimits
-from virtualrobot_kernel.motion.moving import Phase
 from virtualrobot_kernel.motion.plan import Plan, plan_lin, plan_ptp, plan_together
-from virtualrobot_kernel.motion.running import Running
+from virtualrobot_kernel.motion.plan_execution import PlanExecution
+from virtualrobot_kernel.motion.running_motion import Phase
 
 from .motions import (
     FINE,
@@ -33,7 +33,7 @@ from .motions import (
 class Stop:
     """A cancelled motion from the cancel to its end: the joints at each tick and at ten points between two ticks."""
 
-    end: Running
+    end: PlanExecution
     ticks: int
     q: np.ndarray
     v: np.ndarray
@@ -41,7 +41,7 @@ class Stop:
     progress: np.ndarray
 
 
-def stopped(motion: Running) -> Stop:
+def stopped(motion: PlanExecution) -> Stop:
     """Cancel a motion and follow it to its end."""
     steps = [motion, motion.cancel()]
     ticks = 0
@@ -52,9 +52,9 @@ def stopped(motion: Running) -> Stop:
     return Stop(steps[-1], ticks, q, v, a, np.array([step.progress for step in steps]))
 
 
-def at(plan: Plan, tau: float, override: float = 1.0) -> Running:
+def at(plan: Plan, tau: float, override: float = 1.0) -> PlanExecution:
     """Return the motion `tau` s of nominal time after its start."""
-    return running.start(plan, override).advance(tau / override, override)
+    return plan_execution.start(plan, override).advance(tau / override, override)
 
 
 def check_limits(plan: Plan, stop: Stop) -> None:
@@ -111,7 +111,7 @@ def test_one_tick_after_its_start_a_motion_stops_within_three_more(rng: np.rando
         limits = random_limits(rng, 1)
         jerk = float(limits.jerk[0])
         plan = plan_ptp([0.0], [float(rng.uniform(0.05, 1.0))], limits)
-        motion = running.start(plan, 1.0).advance(TICK, 1.0)
+        motion = plan_execution.start(plan, 1.0).advance(TICK, 1.0)
         assert motion.cancel().brakes[0].end == pytest.approx(3.0 * TICK, rel=1e-9)
         stop = stopped(motion)
         assert stop.end.phase is Phase.CANCELLED
@@ -121,7 +121,7 @@ def test_one_tick_after_its_start_a_motion_stops_within_three_more(rng: np.rando
 
 def test_before_its_first_tick_a_motion_stops_where_it_is(rng: np.random.Generator) -> None:
     for plan in (random_ptp(rng), random_group(rng)):
-        stop = stopped(running.start(plan, 1.0))
+        stop = stopped(plan_execution.start(plan, 1.0))
         assert (stop.end.phase, stop.ticks, stop.end.progress) == (Phase.CANCELLED, 1, 0.0)
         np.testing.assert_array_equal(stop.q[-1], plan.start)
 
@@ -219,7 +219,7 @@ def test_progress_at_standstill_is_that_of_the_place(rng: np.random.Generator) -
 
 
 def test_a_cancel_while_the_rate_changes_brakes_from_there(rng: np.random.Generator) -> None:
-    for request in (Running.pause, lambda motion: motion.set_override(0.3)):
+    for request in (PlanExecution.pause, lambda motion: motion.set_override(0.3)):
         plan = plan_ptp([-1.9, 1.0], [1.9, -1.0], random_limits(rng, 2))
         motion = request(at(plan, 0.4 * plan.duration))
         motion = motion.advance(float(rng.uniform(0.1, 0.8)) * motion.ramp.length, motion.override)

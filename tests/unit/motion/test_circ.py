@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason
-from virtualrobot_kernel.motion import running
+from virtualrobot_kernel.motion import plan_execution
 from virtualrobot_kernel.motion.circle import Center, Via
 from virtualrobot_kernel.motion.limits import CartesianLimits
-from virtualrobot_kernel.motion.moving import Phase
 from virtualrobot_kernel.motion.plan import Plan, plan_circ, plan_lin
 from virtualrobot_kernel.motion.rotation import rotation_matrix, rotation_vector
+from virtualrobot_kernel.motion.running_motion import Phase
 from virtualrobot_plugins.chain.component import ChainKinematics
 from virtualrobot_sdk.kinematics import InverseOptions
 
@@ -152,7 +152,7 @@ def test_an_interrupted_arc_stays_on_its_circle(request_at: str, rng: np.random.
     chain = kinematics("panda")
     arc = random_arc(rng, "panda")
     circle = circle_of(arc, chain.forward(arc.start)[-1] @ arc.tool)
-    motion = running.start(arc.plan, 1.0)
+    motion = plan_execution.start(arc.plan, 1.0)
     override, when = 1.0, float(rng.uniform(0.05, 0.4)) * arc.plan.duration
     asked, samples = False, []
     for _ in range(200_000):  # a long arc at a twentieth of its speed takes minutes

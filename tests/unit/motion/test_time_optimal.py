@@ -12,16 +12,16 @@ from toppra import SplineInterpolator
 from toppra.algorithm import TOPPRA
 from toppra.constraint import JointAccelerationConstraint, JointVelocityConstraint
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.motion import running, time_optimal
+from virtualrobot_kernel.motion import plan_execution, time_optimal
 from virtualrobot_kernel.motion.bounds import JointBound, TcpBound, TimeLaw
 from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
 from virtualrobot_kernel.motion.limits import JointLimits
-from virtualrobot_kernel.motion.moving import Phase
 from virtualrobot_kernel.motion.path import joint_line, smooth_path
 from virtualrobot_kernel.motion.path_law import path_law
 from virtualrobot_kernel.motion.plan import Plan, plan_circ, plan_lin, plan_ptp
 from virtualrobot_kernel.motion.planned import Track
 from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
+from virtualrobot_kernel.motion.running_motion import Phase
 
 from .motions import (
     FINE,
@@ -181,7 +181,7 @@ def test_pause_resume_override_and_cancel_stay_on_the_path_and_within_its_limits
     for plan in plans(rng):
         track = plan.tracks[0]
         for action in ("cancel", "pause", "override"):
-            motion = running.start(plan, 1.0)
+            motion = plan_execution.start(plan, 1.0)
             moment = int(rng.uniform(0.0, plan.duration) / TICK)
             for _ in range(moment):
                 motion = motion.advance(TICK, 1.0)
@@ -208,7 +208,7 @@ def test_a_cancel_brakes_with_limited_jerk(rng: np.random.Generator) -> None:
     limits = random_limits(rng, 7)
     # So far that it has top speed at 40% and more than the 0.55 s to go that a stop takes at most.
     plan = plan_ptp(rng.uniform(limits.lower, -1.0), rng.uniform(1.0, limits.upper), limits, 1.0, OPTIMAL)
-    motion = running.start(plan, 1.0)
+    motion = plan_execution.start(plan, 1.0)
     while motion.tau < 0.4 * plan.duration:
         motion = motion.advance(TICK, 1.0)
     stopping = motion.cancel()

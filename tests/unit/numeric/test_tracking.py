@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.linalg import null_space
 from scipy.spatial.transform import Rotation
-from virtualrobot_kernel.motion.frame_following import Follower
+from virtualrobot_kernel.motion.conveyor_tracking import TrackingArm
 from virtualrobot_kernel.numeric.forest import PRISMATIC, REVOLUTE
 
 from tests.unit.plugins.chain.arms import arm, arm_chain
 
 
-def follower(name: str, rng: np.random.Generator, frame_type: int) -> tuple[Follower, np.ndarray]:
+def tracking_arm(name: str, rng: np.random.Generator, frame_type: int) -> tuple[TrackingArm, np.ndarray]:
     """Return an arm that follows a frame, and a tool centre point (4, 4) at its tip."""
     chain = arm_chain(name)
     tool = np.eye(4)
@@ -21,10 +21,10 @@ def follower(name: str, rng: np.random.Generator, frame_type: int) -> tuple[Foll
     chain = chain._replace(post=np.ascontiguousarray(chain.post @ tool))
     columns = np.arange(len(chain.lower))
     point = rng.uniform(-1.0, 1.0, 3)
-    return Follower(columns, chain, 1.3, frame_type, axis / np.linalg.norm(axis), point, -0.5), tool
+    return TrackingArm(columns, chain, 1.3, frame_type, axis / np.linalg.norm(axis), point, -0.5), tool
 
 
-def moved(one: Follower, displacement: float) -> np.ndarray:
+def moved(one: TrackingArm, displacement: float) -> np.ndarray:
     """Return the motion (4, 4) of the frame."""
     amount = one.ratio * displacement
     result = np.eye(4)
@@ -42,7 +42,7 @@ def test_the_tool_is_where_the_frame_takes_it(name: str, frame_type: int, rng: n
     kinematics = arm(name)
     checked = 0
     while checked < 20:
-        one, tool = follower(name, rng, frame_type)
+        one, tool = tracking_arm(name, rng, frame_type)
         nominal = rng.uniform(0.7 * kinematics.lower, 0.7 * kinematics.upper)
         (jacobian,) = one.jacobians(nominal[None])
         if np.linalg.svd(jacobian)[1][5] < 0.15:
@@ -64,7 +64,7 @@ def test_the_tool_is_where_the_frame_takes_it(name: str, frame_type: int, rng: n
 
 
 def test_where_the_frame_stands_still_so_does_the_arm(rng: np.random.Generator) -> None:
-    one, _ = follower("iiwa", rng, PRISMATIC)
+    one, _ = tracking_arm("iiwa", rng, PRISMATIC)
     nominal = rng.uniform(-1.0, 1.0, (50, 7))
     nominal = nominal[np.linalg.svd(one.jacobians(nominal))[1][:, 5] > 0.01][:5]  # at a singularity no step is made
     q, error = one.postures(nominal, np.zeros(5), nominal)
@@ -73,7 +73,7 @@ def test_where_the_frame_stands_still_so_does_the_arm(rng: np.random.Generator) 
 
 
 def test_a_frame_that_jumps_out_of_reach_is_told(rng: np.random.Generator) -> None:
-    one, _ = follower("iiwa", rng, PRISMATIC)
+    one, _ = tracking_arm("iiwa", rng, PRISMATIC)
     nominal = rng.uniform(-1.0, 1.0, (3, 7))
     _, error = one.postures(nominal, np.full(3, 10.0), nominal)
     assert not np.any(error < 1e-3)

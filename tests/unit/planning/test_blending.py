@@ -9,10 +9,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.motion import running
+from virtualrobot_kernel.motion import plan_execution
 from virtualrobot_kernel.motion.bounds import TimeLaw
-from virtualrobot_kernel.motion.moving import ENDED, Phase
 from virtualrobot_kernel.motion.planned import Plan
+from virtualrobot_kernel.motion.running_motion import ENDED, Phase
 from virtualrobot_kernel.planning.blending import PlannedRun
 from virtualrobot_kernel.planning.moves import Circular, JointTrajectory, Linear, Move, PointToPoint
 from virtualrobot_kernel.planning.notes import NoteKind
@@ -351,7 +351,7 @@ def test_pause_resume_override_and_cancel_never_leave_the_path(rng: np.random.Ge
     run = max(plan_run(snapshot, steps, solver)[0], key=lambda run: run.plan.duration)
     (track,) = run.plan.tracks
     for cancelled in (False, True):
-        motion = running.start(run.plan, float(rng.uniform(0.01, 1.0)))
+        motion = plan_execution.start(run.plan, float(rng.uniform(0.01, 1.0)))
         last = 0.0
         for tick in range(100_000):
             if rng.random() < 0.01:

@@ -21,10 +21,10 @@ from virtualrobot_kernel.planning.program import (
     WaitSignalStep,
     Zone,
 )
+from virtualrobot_kernel.world.affected_robots import affected_robots
 from virtualrobot_kernel.world.change import Change, inverse
 from virtualrobot_kernel.world.commands import CreateSignal, RemoveSignal, StartMotion
 from virtualrobot_kernel.world.state import CancelCause, Signal
-from virtualrobot_kernel.world.touched import touched_robots
 
 from tests.unit.planning.cell import READY, cell, chain, pictured, tcp
 from tests.unit.world.builders import after, shifted, ticked
@@ -281,5 +281,5 @@ def test_a_program_touches_all_its_robots() -> None:
     change = world()
     command = planned(change, step(belt(0.1)), DwellStep(0.1), step(PointToPoint("arm", READY)))
     both = {change.structure.node("arm").uid, change.structure.node("belt").uid}
-    assert touched_robots(pictured(change), [command]) == both
+    assert affected_robots(pictured(change), [command]) == both
     assert set(after(change, command).state.motions[0].robots) == both

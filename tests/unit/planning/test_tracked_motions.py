@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from virtualrobot_kernel.motion.moving import Phase
+from virtualrobot_kernel.motion.running_motion import Phase
 from virtualrobot_kernel.world.commands import (
     CancelMotion,
     PauseMotion,
@@ -35,7 +35,7 @@ def check(cell: Cell, before: tuple[np.ndarray, np.ndarray], seconds: float) -> 
     assert np.all(np.abs(v - before[1]) / seconds <= cell.limits("acceleration") * 1.01)
     # The trapezium's error is q''' t^3 / 12; jumps of q would be far larger.
     assert np.abs(q - before[0] - 0.5 * seconds * (v + before[1])).max() < 200.0 * seconds**3
-    following = cell.tracked.following
+    following = cell.tracked.tracking
     assert following.low - BEHIND <= cell.tracked.place <= following.high + 1e-8
     if cell.tracked.in_step:
         off, turned, _ = cell.off_line()
@@ -65,7 +65,7 @@ def test_a_line_is_one_in_the_moving_frame_at_ticks_and_between(arm: str, kind: 
 def stirred_belt(cell: Cell, rng: np.random.Generator) -> None:
     """Stop the belt, turn it back, speed it up or slow it down, now and then."""
     state = cell.change.state
-    moving = [motion for motion in state.motions if not motion.followed]
+    moving = [motion for motion in state.motions if not motion.tracked_joint]
     chance = rng.random()
     if chance < 0.01:
         cell.apply(SetSpeedFactor("conveyor", float(rng.uniform(0.1, 1.0))))
@@ -161,9 +161,9 @@ def test_a_belt_that_cannot_be_followed(trouble: str, rng: np.random.Generator) 
     cell.apply(SetSpeedFactor("arm", 0.05), cell.command)
     while cell.motion.running.progress < 0.02:
         cell.tick()
-    belt = next(motion for motion in cell.change.state.motions if not motion.followed)
+    belt = next(motion for motion in cell.change.state.motions if not motion.tracked_joint)
     cell.apply(CancelMotion(belt.id))
-    while any(not motion.followed for motion in cell.change.state.motions):
+    while any(not motion.tracked_joint for motion in cell.change.state.motions):
         cell.tick()
     if trouble == "jumped":
         cell.apply(SetJointPositions("conveyor", {"run": float(cell.change.state.q[cell.belt]) + 0.003}))
@@ -196,7 +196,7 @@ def test_the_belt_of_this_tick_counts_also_when_it_starts_later(rng: np.random.G
     cell.apply(SetSpeedFactor("arm", 0.3), cell.command)
     cell.tick()
     cell.run_belt(10.0, 0.02)  # a motion that is younger than the one that goes along
-    assert [bool(motion.followed) for motion in cell.change.state.motions] == [True, False]
+    assert [bool(motion.tracked_joint) for motion in cell.change.state.motions] == [True, False]
     while not cell.motion.running.ended:
         before = cell.joints
         cell.tick()

@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from virtualrobot_kernel.motion.moving import Phase
-from virtualrobot_kernel.motion.tracked import Tracked
+from virtualrobot_kernel.motion.running_motion import Phase
+from virtualrobot_kernel.motion.tracking_motion import TrackingMotion
 from virtualrobot_kernel.planning.moves import Linear, PointToPoint
 from virtualrobot_kernel.planning.plan_motion import plan_motion
 from virtualrobot_kernel.planning.planned_move import PoseGoal
@@ -64,11 +64,11 @@ def started(change: Change, wish: MotionSpec, *before: Command) -> Change:
 
 def following(change: Change) -> Motion:
     state = change.state
-    return next(motion for motion in (*state.motions, *state.ended) if motion.followed)
+    return next(motion for motion in (*state.motions, *state.ended) if motion.tracked_joint)
 
 
 def in_step(motion: Motion) -> bool:
-    assert isinstance(motion.running, Tracked)
+    assert isinstance(motion.running, TrackingMotion)
     return motion.running.in_step
 
 

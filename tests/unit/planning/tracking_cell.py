@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.rotation import rotation_matrix
-from virtualrobot_kernel.motion.tracked import Tracked
+from virtualrobot_kernel.motion.tracking_motion import TrackingMotion
 from virtualrobot_kernel.planning.moves import Linear, PointToPoint
 from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.planning.program import TrackingSpec
@@ -73,13 +73,13 @@ class Cell:
     def motion(self) -> Motion:
         """The motion that goes along, also when it has ended."""
         state = self.change.state
-        return next(motion for motion in (*state.motions, *state.ended) if motion.followed)
+        return next(motion for motion in (*state.motions, *state.ended) if motion.tracked_joint)
 
     @property
-    def tracked(self) -> Tracked:
+    def tracked(self) -> TrackingMotion:
         """How it is doing."""
         running = self.motion.running
-        assert isinstance(running, Tracked)
+        assert isinstance(running, TrackingMotion)
         return running
 
     @property
@@ -163,6 +163,6 @@ def random_cell(rng: np.random.Generator, arm: str, kind: str, window: float, ve
             command = tracked(snapshot, planned, wish)
         except KernelError:
             continue
-        if command.tracking and command.tracking.following.max_acceleration == BELT.acceleration:
+        if command.tracking and command.tracking.law.max_acceleration == BELT.acceleration:
             return Cell(change, command, wish, start, goal)
     raise AssertionError(f"no line of 200 could be planned for {arm} with a {kind}")

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from virtualrobot_kernel.api.convert.dh import denavit_hartenberg
 from virtualrobot_kernel.formats import scene_file
+from virtualrobot_kernel.messages.dh import denavit_hartenberg
 from virtualrobot_sdk.denavit_hartenberg import Row, Table, frames
 
 from .paper_arm import ENTRIES, TWIST_DEGREES, Lengths, closed_form, corrected, printed, product

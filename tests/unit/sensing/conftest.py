@@ -10,7 +10,7 @@ from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.sensing.readers import READERS
 from virtualrobot_kernel.sensing.reading import Reading
 from virtualrobot_kernel.sensing.sensors import Sensors
-from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
+from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.journal import MemoryJournal
 from virtualrobot_kernel.world.state import Snapshot

@@ -7,12 +7,12 @@ from contextlib import contextmanager
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from virtualrobot_kernel.formats.submesh import Submesh
 from virtualrobot_kernel.sensing.elements import Elements
 from virtualrobot_kernel.sensing.lights import NONE, Lights, light_row
 from virtualrobot_kernel.sensing.looks import LookLibrary
 from virtualrobot_kernel.sensing.picture import Subject
-from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
+from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
+from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.world.figures import Figure, Geometry, Material, Mesh
 from virtualrobot_kernel.world.sensing import Light
 from virtualrobot_sdk.embree import TopScene

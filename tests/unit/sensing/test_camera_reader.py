@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from PIL import Image
 from virtualrobot_kernel.errors import LimitError
-from virtualrobot_kernel.formats.submesh import Submesh
 from virtualrobot_kernel.sensing.camera_reader import CameraContent, CameraReader
 from virtualrobot_kernel.sensing.looks import LookLibrary
 from virtualrobot_kernel.sensing.reading import Moment
-from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
+from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
+from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.world.commands import RemoveNode, UpdateNode
 from virtualrobot_kernel.world.figures import Box, Figure, Material, Mesh, Sphere
 from virtualrobot_kernel.world.sensing import CameraSensor, ImageKind, Light, Projection

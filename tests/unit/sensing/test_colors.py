@@ -9,15 +9,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from PIL import Image
-from virtualrobot_kernel.formats.submesh import Submesh
 from virtualrobot_kernel.numeric.shading import AMBIENT, HEAD_LIGHT
 from virtualrobot_kernel.sensing.elements import Elements
 from virtualrobot_kernel.sensing.lenses import Lens, lens_of
 from virtualrobot_kernel.sensing.lights import FADING, NONE, Lights
 from virtualrobot_kernel.sensing.looks import LookLibrary
 from virtualrobot_kernel.sensing.picture import render
-from virtualrobot_kernel.sensing.shape_library import EMPTY, ShapeLibrary
 from virtualrobot_kernel.sensing.textures import levels
+from virtualrobot_kernel.shapes.shape_library import EMPTY, ShapeLibrary
+from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.world.figures import Box, Figure, Mesh, Sphere
 from virtualrobot_kernel.world.sensing import CameraSensor, ImageKind, Light, LightKind
 from virtualrobot_sdk.srgb import from_linear, to_linear
@@ -237,13 +237,13 @@ def test_a_texture_far_away_is_its_mean_light() -> None:
 
 
 def test_a_mesh_with_smooth_normals_is_shaded_like_the_sphere_that_it_stands_for() -> None:
-    from virtualrobot_kernel.formats import shapes
+    from virtualrobot_kernel.shapes import primitives
 
     camera = looking([0, -3, 0], [0, 0, 0])
     light = lit_by((Light(LightKind.DIRECTIONAL, intensity=0.8, shadowless=True), looking([0, 0, 0], [1, 1, -1])))
     color = (0.7, 0.7, 0.7, 1.0)
     exact = shot([(Sphere(1.0), np.eye(4), color)], camera, light)
-    mesh = shot([(Mesh("ball.stl", "ball"), np.eye(4), color)], camera, light, meshes={"ball": (shapes.sphere(),)})
+    mesh = shot([(Mesh("ball.stl", "ball"), np.eye(4), color)], camera, light, meshes={"ball": (primitives.sphere(),)})
     row, column = np.indices((60, 80))
     inner = np.hypot(row - 29.5, column - 39.5) < 17
     # 48 x 24 facets: flat ones would be wrong by up to 15; where the light only grazes them they are dark too soon.

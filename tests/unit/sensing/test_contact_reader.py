@@ -7,10 +7,10 @@ import pytest
 from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.touching import MOST_POINTS
 from virtualrobot_kernel.errors import UnknownNameError
-from virtualrobot_kernel.formats.submesh import Submesh
 from virtualrobot_kernel.sensing.contact_content import Contact
 from virtualrobot_kernel.sensing.contact_reader import ContactReader
 from virtualrobot_kernel.sensing.reading import Moment
+from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.world.commands import (
     AttachNode,
     CreateNodes,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from virtualrobot_kernel.sensing.elements import Elements, elements_of
-from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
+from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.commands import CreateNodes, SetJointPositions, SetToolState, UpdateNode
 from virtualrobot_kernel.world.figures import Box, Capsule, Cone, Cylinder, Figure, Frame, Label, Material, Mesh, Sphere
 from virtualrobot_kernel.world.sensing import RangeSensor

@@ -5,10 +5,10 @@ from __future__ import annotations
 import gc
 
 import numpy as np
-from virtualrobot_kernel.formats.submesh import Submesh
 from virtualrobot_kernel.sensing.elements import Elements, elements_of
 from virtualrobot_kernel.sensing.looks import LookLibrary
-from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
+from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
+from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.world.commands import UpdateNode
 from virtualrobot_kernel.world.figures import Mesh
 

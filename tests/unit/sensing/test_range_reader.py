@@ -11,7 +11,7 @@ from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.errors import KernelError, LimitError
 from virtualrobot_kernel.sensing.range_reader import RangeReader
 from virtualrobot_kernel.sensing.reading import Moment
-from virtualrobot_kernel.sensing.shape_library import ShapeLibrary
+from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.commands import UpdateNode
 from virtualrobot_kernel.world.figures import Box, Cylinder, Figure, Material, Sphere
 from virtualrobot_kernel.world.sensing import Fan, FreeBeams, RangeSensor, Raster, Ring, Spinning

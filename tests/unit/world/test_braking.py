@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from virtualrobot_kernel.motion.follow import Following, SetpointMode
+from virtualrobot_kernel.motion.setpoint_motion import SetpointMode, SetpointMotion
 from virtualrobot_kernel.planning.moves import Linear, PointToPoint, ToolStateMove
 from virtualrobot_kernel.planning.plan_motion import plan_motion
 from virtualrobot_kernel.planning.planned_move import PoseGoal
@@ -21,7 +21,7 @@ from virtualrobot_kernel.world.commands import (
     PauseMotion,
     SetSetpoint,
     SetSpeedFactor,
-    StartFollowing,
+    StartSetpointMotion,
     StopMotions,
 )
 from virtualrobot_kernel.world.state import Signal
@@ -67,7 +67,7 @@ def program(change: Change, rng: np.random.Generator) -> list[Command]:
 
 
 def setpoints(change: Change, rng: np.random.Generator) -> list[Command]:
-    return [StartFollowing("arm", JOINTS, SetpointMode(str(rng.choice(["POSITION", "VELOCITY"]))), 10.0)]
+    return [StartSetpointMotion("arm", JOINTS, SetpointMode(str(rng.choice(["POSITION", "VELOCITY"]))), 10.0)]
 
 
 @pytest.mark.parametrize("made", [point_to_point, group, program, setpoints])
@@ -82,7 +82,7 @@ def test_it_is_what_the_ticks_are(
             break
         chance = rng.random()
         motion = change.state.motions[0]
-        if isinstance(motion.running, Following):
+        if isinstance(motion.running, SetpointMotion):
             limits, wanted = motion.running.limits, rng.uniform(-1.0, 1.0, 7)
             if motion.running.mode is SetpointMode.POSITION:
                 wanted = np.clip(change.state.q[motion.q_index] + 0.01 * wanted, limits.lower, limits.upper)

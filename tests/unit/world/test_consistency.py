@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.limits import JointLimits as PlanLimits
-from virtualrobot_kernel.motion.moving import Phase
 from virtualrobot_kernel.motion.plan import plan_ptp
 from virtualrobot_kernel.motion.program import Program, of_plan
+from virtualrobot_kernel.motion.running_motion import Phase
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import (
     AttachNode,

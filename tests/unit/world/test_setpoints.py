@@ -1,4 +1,4 @@
-"""Motions that follow setpoints, as commands of the world; how they move is in tests/unit/motion/test_follow.py."""
+"""Motions that follow setpoints, as commands; how they move is in tests/unit/motion/test_setpoint_motion.py."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason, UnknownNameError
-from virtualrobot_kernel.motion.follow import Following, SetpointMode
 from virtualrobot_kernel.motion.limits import JointLimits
-from virtualrobot_kernel.motion.moving import Phase
 from virtualrobot_kernel.motion.plan import plan_ptp
 from virtualrobot_kernel.motion.program import of_plan
+from virtualrobot_kernel.motion.running_motion import Phase
+from virtualrobot_kernel.motion.setpoint_motion import SetpointMode, SetpointMotion
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import (
@@ -23,8 +23,8 @@ from virtualrobot_kernel.world.commands import (
     ResumeMotion,
     SetSetpoint,
     SetSpeedFactor,
-    StartFollowing,
     StartMotion,
+    StartSetpointMotion,
     UpdateNode,
 )
 from virtualrobot_kernel.world.journal import Entry, replay
@@ -50,9 +50,9 @@ def ticked(change: Change, ticks: int = 1) -> Change:
     return Change(change.structure, state)
 
 
-def following(change: Change) -> Following:
+def following(change: Change) -> SetpointMotion:
     running = change.state.motions[0].running
-    assert isinstance(running, Following)
+    assert isinstance(running, SetpointMotion)
     return running
 
 
@@ -67,7 +67,7 @@ def finger(goal: float) -> StartMotion:
 
 
 def test_joints_follow_while_the_gripper_moves(cell: Change) -> None:
-    change = after(cell, StartFollowing("arm", ("b", "a"), VELOCITY, 0.2), finger(0.0))
+    change = after(cell, StartSetpointMotion("arm", ("b", "a"), VELOCITY, 0.2), finger(0.0))
     assert change.created == ("motion-1", "motion-2")
     for _ in range(200):
         change = ticked(after(change, SetSetpoint("motion-1", (0.5, -0.25))))
@@ -78,7 +78,7 @@ def test_joints_follow_while_the_gripper_moves(cell: Change) -> None:
 
 
 def test_a_stream_begins_where_the_joints_are_and_stays_there(cell: Change) -> None:
-    change = ticked(after(cell, StartFollowing("arm", ("a", "b"), POSITION, 0.2)), 20)
+    change = ticked(after(cell, StartSetpointMotion("arm", ("a", "b"), POSITION, 0.2)), 20)
     assert following(change).phase is Phase.RUNNING
     assert np.array_equal(change.state.q, cell.state.q)
 
@@ -86,11 +86,11 @@ def test_a_stream_begins_where_the_joints_are_and_stays_there(cell: Change) -> N
 @pytest.mark.parametrize(
     ("command", "error", "reason"),
     [
-        (StartFollowing("nobody", ("a",), POSITION, 0.2), UnknownNameError, Reason.UNKNOWN_NAME),
-        (StartFollowing("arm", ("a", "x"), POSITION, 0.2), UnknownNameError, Reason.UNKNOWN_NAME),
-        (StartFollowing("arm", ("a", "a"), POSITION, 0.2), KernelError, Reason.INVALID_ARGUMENT),
-        (StartFollowing("arm", (), POSITION, 0.2), KernelError, Reason.INVALID_ARGUMENT),
-        (StartFollowing("arm", ("a",), POSITION, -1.0), KernelError, Reason.INVALID_ARGUMENT),
+        (StartSetpointMotion("nobody", ("a",), POSITION, 0.2), UnknownNameError, Reason.UNKNOWN_NAME),
+        (StartSetpointMotion("arm", ("a", "x"), POSITION, 0.2), UnknownNameError, Reason.UNKNOWN_NAME),
+        (StartSetpointMotion("arm", ("a", "a"), POSITION, 0.2), KernelError, Reason.INVALID_ARGUMENT),
+        (StartSetpointMotion("arm", (), POSITION, 0.2), KernelError, Reason.INVALID_ARGUMENT),
+        (StartSetpointMotion("arm", ("a",), POSITION, -1.0), KernelError, Reason.INVALID_ARGUMENT),
         (SetSetpoint("motion-9", (0.0,)), UnknownNameError, Reason.UNKNOWN_NAME),
         (EndSetpoints("motion-9"), UnknownNameError, Reason.UNKNOWN_NAME),
     ],
@@ -106,17 +106,17 @@ def test_impossible_streams_are_refused(
 def test_joints_that_move_are_busy_for_streams_and_those_of_streams_for_others(cell: Change) -> None:
     change = after(cell, finger(0.01))
     with pytest.raises(KernelError, match="moves in 'motion-1'") as refused:
-        after(change, StartFollowing("arm", ("a", "f"), POSITION, 0.2))
+        after(change, StartSetpointMotion("arm", ("a", "f"), POSITION, 0.2))
     assert refused.value.reason is Reason.ROBOT_BUSY
     with pytest.raises(KernelError, match="follows no setpoints"):
         after(change, SetSetpoint("motion-1", (0.0,)))
-    change = after(cell, StartFollowing("arm", ("f",), POSITION, 0.2))
+    change = after(cell, StartSetpointMotion("arm", ("f",), POSITION, 0.2))
     with pytest.raises(KernelError, match="moves in 'motion-1'"):
         after(change, finger(0.01))
 
 
 def test_a_refused_setpoint_changes_nothing(cell: Change) -> None:
-    change = ticked(after(cell, StartFollowing("arm", ("a", "b"), POSITION, 0.2)), 3)
+    change = ticked(after(cell, StartSetpointMotion("arm", ("a", "b"), POSITION, 0.2)), 3)
     with pytest.raises(LimitError, match="joint 'b' would go from 0 to 1"):
         after(change, SetSetpoint("motion-1", (0.0, 1.0)))
     with pytest.raises(KernelError, match="it must be finite"):
@@ -125,7 +125,7 @@ def test_a_refused_setpoint_changes_nothing(cell: Change) -> None:
 
 
 def test_a_silent_stream_is_cancelled_with_its_cause(cell: Change) -> None:
-    change = ticked(after(cell, StartFollowing("arm", ("a",), POSITION, 0.1)), 26)
+    change = ticked(after(cell, StartSetpointMotion("arm", ("a",), POSITION, 0.1)), 26)
     cancellation = last(change).cancellation
     assert cancellation is not None
     assert (cancellation.cause, cancellation.reason) == (CancelCause.SETPOINT_TIMEOUT, "no setpoint came for 0.1 s")
@@ -135,14 +135,14 @@ def test_a_silent_stream_is_cancelled_with_its_cause(cell: Change) -> None:
 
 
 def test_a_stream_that_is_ended_succeeds(cell: Change) -> None:
-    change = after(cell, StartFollowing("arm", ("a",), POSITION, 0.2), SetSetpoint("motion-1", (0.03,)))
+    change = after(cell, StartSetpointMotion("arm", ("a",), POSITION, 0.2), SetSetpoint("motion-1", (0.03,)))
     change = ticked(after(change, EndSetpoints("motion-1")), 100)
     assert (last(change).running.phase, last(change).cancellation) == (Phase.SUCCEEDED, None)
     assert change.state.q[0] == 0.03
 
 
 def test_a_stream_goes_on_when_its_robot_is_renamed(cell: Change) -> None:
-    change = after(cell, StartFollowing("arm", ("a",), VELOCITY, 0.2), UpdateNode("arm", new_name="other"))
+    change = after(cell, StartSetpointMotion("arm", ("a",), VELOCITY, 0.2), UpdateNode("arm", new_name="other"))
     change = ticked(after(change, SetSetpoint("motion-1", (0.5,))), 10)
     assert change.state.v[0] > 0.0
 
@@ -157,16 +157,16 @@ def test_actuators_keep_their_limits(cell: Change) -> None:
     assert isinstance(robot.data, RobotData)
     geared = after(cell, UpdateNode("arm", data=replace(robot.data, actuators=(gear, rods))))
     with pytest.raises(KernelError, match="'rods' of 'arm' moves 'a' and 'b' together") as refused:
-        after(geared, StartFollowing("arm", ("a",), VELOCITY, 0.2))
+        after(geared, StartSetpointMotion("arm", ("a",), VELOCITY, 0.2))
     assert refused.value.metadata["actuator"] == "rods"
-    change = after(geared, StartFollowing("arm", ("a", "b"), VELOCITY, 1e9), SetSetpoint("motion-1", (-0.1, 0.9)))
+    change = after(geared, StartSetpointMotion("arm", ("a", "b"), VELOCITY, 1e9), SetSetpoint("motion-1", (-0.1, 0.9)))
     change = ticked(change, 1000)
     assert change.state.q[1] == pytest.approx(0.5, abs=2e-3), "the gear's -45 is at 0.5 rad"
     assert change.state.q[1] <= 0.5
     change = ticked(after(change, SetSetpoint("motion-1", (0.9, 0.0))), 1000)
     assert change.state.q[:2].sum() == pytest.approx(0.8, abs=2e-3)
     assert change.state.q[:2].sum() <= 0.8
-    follow = after(geared, StartFollowing("arm", ("a", "b"), POSITION, 1e9))
+    follow = after(geared, StartSetpointMotion("arm", ("a", "b"), POSITION, 1e9))
     change = ticked(after(follow, SetSetpoint("motion-1", (0.04, 0.04))), 500)
     for _ in range(80):
         place = change.state.q[:2] + 0.01
@@ -186,7 +186,7 @@ def test_a_run_with_setpoints_is_replayed_bit_for_bit(cell: Change, rng: np.rand
         entries.append(Entry(change.state.tick, "", commands))
         change = after(change, *commands)
 
-    do(StartFollowing("arm", ("a", "b"), POSITION, 0.2), StartFollowing("arm", ("f",), VELOCITY, 1.0))
+    do(StartSetpointMotion("arm", ("a", "b"), POSITION, 0.2), StartSetpointMotion("arm", ("f",), VELOCITY, 1.0))
     place = np.zeros(2)
     steering = PauseMotion("motion-1"), ResumeMotion("motion-1"), SetSpeedFactor("arm", 0.5)
     for _ in range(150):
@@ -211,15 +211,17 @@ def test_a_run_with_setpoints_is_replayed_bit_for_bit(cell: Change, rng: np.rand
 def test_a_motion_that_fails_in_the_tick_ends_alone(
     cell: Change, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    both = after(cell, StartFollowing("arm", ("a",), VELOCITY, 1.0), StartFollowing("arm", ("b",), VELOCITY, 1.0))
-    go_on = Following.advance
+    both = after(
+        cell, StartSetpointMotion("arm", ("a",), VELOCITY, 1.0), StartSetpointMotion("arm", ("b",), VELOCITY, 1.0)
+    )
+    go_on = SetpointMotion.advance
 
-    def fail(self: Following, *arguments: Any) -> Following:  # noqa: ANN401 those of the method
+    def fail(self: SetpointMotion, *arguments: Any) -> SetpointMotion:  # noqa: ANN401 those of the method
         if self.limits.names == ("a",):
             raise ZeroDivisionError("no way")
         return go_on(self, *arguments)
 
-    monkeypatch.setattr(Following, "advance", fail)
+    monkeypatch.setattr(SetpointMotion, "advance", fail)
     change = ticked(both, 2)
     assert [motion.id for motion in change.state.motions] == ["motion-2"]
     assert last(change).end_tick == both.state.tick + 1
@@ -232,9 +234,9 @@ def test_a_motion_that_fails_in_the_tick_ends_alone(
 def test_a_motion_that_leads_nowhere_ends_where_it_is(
     cell: Change, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    going = after(cell, StartFollowing("arm", ("a",), VELOCITY, 1.0))
+    going = after(cell, StartSetpointMotion("arm", ("a",), VELOCITY, 1.0))
     nowhere = np.array([np.nan])
-    monkeypatch.setattr(Following, "sample", lambda self: (nowhere, nowhere, nowhere))
+    monkeypatch.setattr(SetpointMotion, "sample", lambda self: (nowhere, nowhere, nowhere))
     change = ticked(going, 2)
     assert not change.state.motions
     assert last(change).cancellation == Cancellation(

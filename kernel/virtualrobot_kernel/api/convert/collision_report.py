@@ -7,8 +7,9 @@ from dataclasses import replace
 from virtualrobot.v1 import collision_pb2
 
 from virtualrobot_kernel.api.convert.collisions import pair_message
-from virtualrobot_kernel.api.convert.values import stamp
+from virtualrobot_kernel.collision.guard import GuardCost
 from virtualrobot_kernel.collision.report import Ended, Event, Report, Stopped, Touch
+from virtualrobot_kernel.messages.values import stamp
 
 
 def report_message(report: Report, told: int | None) -> collision_pb2.WatchCollisionsResponse:
@@ -51,3 +52,9 @@ def _event(event: Event) -> collision_pb2.CollisionEvent:
     else:
         message.fault = what.fault
     return message
+
+
+def cost_message(cost: GuardCost) -> collision_pb2.GuardCost:
+    """Return what guarding has cost as a message."""
+    mean = cost.seconds / cost.ticks if cost.ticks else 0.0
+    return collision_pb2.GuardCost(ticks=cost.ticks, mean_seconds=mean, worst_seconds=cost.worst_seconds)

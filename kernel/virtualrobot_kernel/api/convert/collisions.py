@@ -7,13 +7,13 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 from virtualrobot.v1 import collision_pb2, nodes_pb2
 
-from virtualrobot_kernel.api.convert.values import by_name, check_enum, vector_message
 from virtualrobot_kernel.collision.allowed import Cause
 from virtualrobot_kernel.collision.bodies import BODILESS, Bodies
 from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.report import thinned
 from virtualrobot_kernel.collision.scene import Collision, Detail, Nearest
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.values import by_name, check_enum, vector_message
 from virtualrobot_kernel.planning.robots import standing_at
 from virtualrobot_kernel.world.change import check_joint_value, single_joint
 from virtualrobot_kernel.world.commands import SetAllowedPairs

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from virtualrobot.v1 import nodes_pb2, scene_pb2
 
-from virtualrobot_kernel.api.convert.nodes import SENSING, figures, node_data, node_spec
-from virtualrobot_kernel.api.convert.values import array, by_name, finite, mask_fields, not_negative, pose
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.nodes import SENSING, figures, node_data, node_spec
+from virtualrobot_kernel.messages.values import array, by_name, finite, mask_fields, not_negative, pose
 from virtualrobot_kernel.world import commands
 from virtualrobot_kernel.world.state import Signal
 from virtualrobot_kernel.world.structure import NodeSpec

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from virtualrobot.v1 import collision_pb2, geometry_pb2
 
-from virtualrobot_kernel.api.convert.values import array, array_message
 from virtualrobot_kernel.errors import KernelError, LimitError
+from virtualrobot_kernel.messages.values import array, array_message
 from virtualrobot_kernel.world.change import check_joint_value, single_joint
 from virtualrobot_kernel.world.structure import Joint, Kind, Node, Structure
 

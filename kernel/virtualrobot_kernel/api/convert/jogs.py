@@ -6,8 +6,8 @@ from math import hypot, tau
 
 from virtualrobot.v1 import motion_pb2
 
-from virtualrobot_kernel.api.convert.values import check_enum, finite, not_negative, vector
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.values import check_enum, finite, not_negative, vector
 from virtualrobot_kernel.planning.moves import CartesianJog, JogFrame, JointJog
 
 SMALLEST_DIRECTION = 1e-9

@@ -11,8 +11,8 @@ from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.api.convert.jogs import cartesian_jog, joint_jog
 from virtualrobot_kernel.api.convert.redundancy import requested_redundancy
-from virtualrobot_kernel.api.convert.values import array, by_name, check_enum, finite, pose, vector
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.values import array, by_name, check_enum, finite, pose, vector
 from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.circle import Center, Via
 from virtualrobot_kernel.motion.spline import MOST_GOALS

@@ -7,8 +7,8 @@ from typing import Any
 
 from virtualrobot.v1 import motion_pb2, path_pb2
 
-from virtualrobot_kernel.api.convert.values import by_name, finite
 from virtualrobot_kernel.errors import KernelError, LimitError
+from virtualrobot_kernel.messages.values import by_name, finite
 from virtualrobot_kernel.paths.query import PathOptions, PathQuery
 from virtualrobot_kernel.paths.search import check_planner
 

@@ -8,7 +8,7 @@ import numpy as np
 from virtualrobot.v1 import geometry_pb2, motion_pb2
 
 from virtualrobot_kernel.api.convert.program import note_messages
-from virtualrobot_kernel.api.convert.values import array_message, pose_message, poses_array, vector_message
+from virtualrobot_kernel.messages.values import array_message, pose_message, poses_array, vector_message
 from virtualrobot_kernel.planning.check import Checked
 from virtualrobot_kernel.planning.notes import Note
 from virtualrobot_kernel.planning.sampling import RobotSamples, Samples

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from virtualrobot.v1 import sensor_pb2
 
-from virtualrobot_kernel.api.convert.sensing import sensing_data, sensing_message
 from virtualrobot_kernel.formats import preset_file
+from virtualrobot_kernel.messages.sensing import sensing_data, sensing_message
 from virtualrobot_kernel.sensing.settings import Preset, Presets
 
 

@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.api.convert.moves import requested_move
-from virtualrobot_kernel.api.convert.values import finite
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.values import finite
 from virtualrobot_kernel.planning.notes import Note, NoteKind
 from virtualrobot_kernel.planning.program import (
     DwellStep,

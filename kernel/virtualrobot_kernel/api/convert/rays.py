@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from virtualrobot.v1 import geometry_pb2, ray_pb2
 from virtualrobot_sdk.rays import NO_ELEMENT
 
-from virtualrobot_kernel.api.convert.values import GREATEST, array, array_message, not_negative, stamp
 from virtualrobot_kernel.errors import KernelError, LimitError
+from virtualrobot_kernel.messages.values import GREATEST, array, array_message, not_negative, stamp
 from virtualrobot_kernel.sensing.casting import Cast
 from virtualrobot_kernel.sensing.compare import Comparison
 from virtualrobot_kernel.sensing.elements import Elements

@@ -17,8 +17,8 @@ from virtualrobot_kernel.api.convert.readings_motion import (
     pose_reading_message,
     wrench_message,
 )
-from virtualrobot_kernel.api.convert.values import array_message, check_enum, pose_message, stamp
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.values import array_message, check_enum, pose_message, stamp
 from virtualrobot_kernel.sensing.camera_reader import CameraContent
 from virtualrobot_kernel.sensing.contact_content import ContactContent
 from virtualrobot_kernel.sensing.motion_content import EncoderContent, ImuContent, PoseContent, WrenchContent

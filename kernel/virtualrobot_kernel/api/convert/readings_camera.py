@@ -7,8 +7,8 @@ from collections.abc import Collection
 import numpy as np
 from virtualrobot.v1 import geometry_pb2, sensor_pb2
 
-from virtualrobot_kernel.api.convert.sensing import sensing_message
-from virtualrobot_kernel.api.convert.values import DTYPES
+from virtualrobot_kernel.messages.sensing import sensing_message
+from virtualrobot_kernel.messages.values import DTYPES
 from virtualrobot_kernel.sensing.camera_reader import CameraContent
 from virtualrobot_kernel.sensing.picture import Picture
 from virtualrobot_kernel.world.sensing import ImageKind

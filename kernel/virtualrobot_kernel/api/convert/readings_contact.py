@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from virtualrobot.v1 import sensor_pb2
 
-from virtualrobot_kernel.api.convert.values import vector_message
+from virtualrobot_kernel.messages.values import vector_message
 from virtualrobot_kernel.sensing.contact_content import Contact, ContactContent
 
 

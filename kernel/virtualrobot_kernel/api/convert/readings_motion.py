@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from virtualrobot.v1 import sensor_pb2
 
-from virtualrobot_kernel.api.convert.values import pose_message, vector_message
+from virtualrobot_kernel.messages.values import pose_message, vector_message
 from virtualrobot_kernel.sensing.motion_content import EncoderContent, ImuContent, PoseContent, WrenchContent
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from virtualrobot.v1 import robot_pb2
 
-from virtualrobot_kernel.api.convert.values import by_name, check_enum, finite
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.values import by_name, check_enum, finite
 from virtualrobot_kernel.planning.redundancy import FREE, Preference, Redundancy
 
 _PREFERENCES = {

@@ -7,10 +7,10 @@ import math
 from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.api.convert.states import motion_message
-from virtualrobot_kernel.api.convert.values import check_enum, not_negative, stamp
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.motion.follow import SetpointMode
-from virtualrobot_kernel.world.commands import StartFollowing
+from virtualrobot_kernel.messages.values import check_enum, not_negative, stamp
+from virtualrobot_kernel.motion.setpoint_motion import SetpointMode
+from virtualrobot_kernel.world.commands import StartSetpointMotion
 from virtualrobot_kernel.world.state import Motion, Snapshot
 
 TIMEOUT_SECONDS = 0.2
@@ -22,7 +22,7 @@ MODES = {
 }
 
 
-def followed(snapshot: Snapshot, target: motion_pb2.SetpointTarget) -> StartFollowing:
+def followed(snapshot: Snapshot, target: motion_pb2.SetpointTarget) -> StartSetpointMotion:
     """Return the command that starts a motion which follows setpoints; raise KernelError that names the bad field."""
     check_enum(target, "mode")
     check_enum(target, "busy_policy")
@@ -31,7 +31,7 @@ def followed(snapshot: Snapshot, target: motion_pb2.SetpointTarget) -> StartFoll
     if not names:
         index = snapshot.structure.robot(target.robot)[1]
         names = tuple(joint.name for joint in index.joints if joint.type.coordinate_count == 1)
-    return StartFollowing(target.robot, names, MODES[target.mode], timeout)
+    return StartSetpointMotion(target.robot, names, MODES[target.mode], timeout)
 
 
 def setpoint(message: motion_pb2.StreamSetpointsRequest, joint_names: tuple[str, ...]) -> tuple[float, ...]:

@@ -6,12 +6,12 @@ import math
 
 from virtualrobot.v1 import geometry_pb2, ray_pb2, view_pb2
 
-from virtualrobot_kernel.api.convert.values import GREATEST, check_enum, finite, not_negative, stamp, vector_message
 from virtualrobot_kernel.api.convert.view import camera
 from virtualrobot_kernel.drawing.painter import Picked
 from virtualrobot_kernel.drawing.shots import HEIGHT, LARGEST, WIDTH, ImageFormat, Shot
 from virtualrobot_kernel.drawing.view import Camera, check_camera
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.values import GREATEST, check_enum, finite, not_negative, stamp, vector_message
 from virtualrobot_kernel.sensing.lenses import size_of
 from virtualrobot_kernel.world.sensing import CameraSensor
 from virtualrobot_kernel.world.state import Snapshot

@@ -6,8 +6,8 @@ from collections.abc import Iterable
 
 from virtualrobot.v1 import geometry_pb2, kernel_pb2, motion_pb2, robot_pb2, signal_pb2
 
-from virtualrobot_kernel.api.convert.values import pose_message, quaternion, vector_message
-from virtualrobot_kernel.motion.moving import Phase
+from virtualrobot_kernel.messages.values import pose_message, quaternion, vector_message
+from virtualrobot_kernel.motion.running_motion import Phase
 from virtualrobot_kernel.planning.robots import tcp_frame
 from virtualrobot_kernel.world.actuators import actuator_positions
 from virtualrobot_kernel.world.clock import Clock, Mode

@@ -8,10 +8,10 @@ from google.protobuf.field_mask_pb2 import FieldMask
 from virtualrobot.v1 import geometry_pb2, view_pb2
 
 from virtualrobot_kernel.api.convert.ghosts import ghost_messages, ghosts
-from virtualrobot_kernel.api.convert.values import check_enum, mask_fields, vector, vector_message
 from virtualrobot_kernel.collision.clearances import Clearance, is_there
 from virtualrobot_kernel.drawing.view import DEFAULT_FIELD_OF_VIEW, Camera, ViewSettings
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.values import check_enum, mask_fields, vector, vector_message
 from virtualrobot_kernel.sensing.measuring import Measurement, NodePoint
 from virtualrobot_kernel.sensing.overlays import PointColor, SensorOverlay
 from virtualrobot_kernel.world.apply_sensors import sensor_node

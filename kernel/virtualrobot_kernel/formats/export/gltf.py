@@ -16,7 +16,7 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.formats.export.gltf_meshes import MeshTable
 from virtualrobot_kernel.formats.export.names import listed
 from virtualrobot_kernel.formats.glb import container
-from virtualrobot_kernel.formats.submesh import Submesh
+from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.version import VERSION
 from virtualrobot_kernel.world.figures import Label, Lines, Mesh, Points
 from virtualrobot_kernel.world.rotation import quaternion

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.srgb import to_linear
 
-from virtualrobot_kernel.formats.creases import shaded
 from virtualrobot_kernel.formats.export.triangles import same_content, triangles
 from virtualrobot_kernel.formats.glb import ARRAY_BUFFER, ELEMENT_BUFFER, ROUGHNESS, Buffers
-from virtualrobot_kernel.formats.submesh import Submesh
+from virtualrobot_kernel.shapes.creases import shaded
+from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.world.figures import Figure, Frame, Geometry, Label, Lines, Mesh, Points
 
 Rgba = tuple[float, float, float, float]

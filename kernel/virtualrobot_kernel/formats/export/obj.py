@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot_kernel.formats.submesh import Submesh
+from virtualrobot_kernel.shapes.submesh import Submesh
 
 
 def write_obj(parts: Sequence[Submesh], stem: str) -> dict[str, bytes]:

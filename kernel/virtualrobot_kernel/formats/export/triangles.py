@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from virtualrobot_kernel.formats import shapes
 from virtualrobot_kernel.formats.references import ending
-from virtualrobot_kernel.formats.submesh import Submesh
+from virtualrobot_kernel.shapes import primitives
+from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.world.figures import Box, Capsule, Cone, Cylinder, Mesh, Sphere
 
 Solid = Box | Sphere | Cylinder | Cone | Capsule
@@ -16,15 +16,15 @@ def triangles(solid: Solid) -> Submesh:
     """Return a primitive as triangles in the frame of its figure; meters, float32."""
     match solid:
         case Box(size):
-            return shapes.transformed(shapes.box(), size)
+            return primitives.transformed(primitives.box(), size)
         case Sphere(radius):
-            return shapes.transformed(shapes.sphere(), (radius, radius, radius))
+            return primitives.transformed(primitives.sphere(), (radius, radius, radius))
         case Cylinder(radius, length):
-            return shapes.transformed(shapes.cylinder(), (radius, radius, length))
+            return primitives.transformed(primitives.cylinder(), (radius, radius, length))
         case Cone(radius, length):
-            return shapes.transformed(shapes.cone(), (radius, radius, length))
+            return primitives.transformed(primitives.cone(), (radius, radius, length))
         case Capsule(radius, length):
-            return shapes.capsule(radius, length)
+            return primitives.capsule(radius, length)
 
 
 def same_content(mesh: Mesh) -> Mesh:

@@ -17,8 +17,8 @@ from virtualrobot_kernel.formats.export.obj import write_obj
 from virtualrobot_kernel.formats.export.stl import write_stl
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.meshes import parse_mesh
-from virtualrobot_kernel.formats.shapes import box, sphere
-from virtualrobot_kernel.formats.submesh import Submesh
+from virtualrobot_kernel.shapes.primitives import box, sphere
+from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.world.figures import Capsule, Cone, Mesh
 
 from tests.unit.formats.models import TETRAHEDRON, TETRAHEDRON_FACES, binary_stl, disk

@@ -1,4 +1,4 @@
-"""Every pose that an arm reaches is solved: 1,000 poses drawn anew for each arm and seed, from joints within limits."""
+"""Every pose that an arm reaches is solved: 1,000 poses for each arm and draw, from joints within limits."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ POSES = 1000
 @pytest.mark.parametrize("draw", range(3))
 @pytest.mark.parametrize("name", sorted(ARMS))
 def test_every_reachable_pose_is_solved_from_mid_range(name: str, draw: int, seed: int) -> None:
-    # The fixture draws a seed for each test; adding `draw` keeps the three apart when one seed is set from outside.
+    # Adding `draw` keeps the three apart when one seed is set from outside.
     rng = np.random.default_rng(seed + draw)
     kinematics = arm(name)
     joints = rng.uniform(kinematics.lower, kinematics.upper, (POSES, len(kinematics.lower)))

@@ -11,7 +11,7 @@ import pytest
 from virtualrobot.v1 import scene_pb2
 from virtualrobot_kernel.formats import scene_file
 from virtualrobot_kernel.formats.meshes import parse_mesh
-from virtualrobot_kernel.formats.submesh import Submesh
+from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_sdk.errors import ArgumentError
 from virtualrobot_sdk.importers import Importer, Translation
 

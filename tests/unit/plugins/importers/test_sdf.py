@@ -10,7 +10,7 @@ import pybullet
 import pytest
 from scipy.spatial.transform import Rotation
 from virtualrobot.v1 import nodes_pb2
-from virtualrobot_kernel.api.convert.nodes import node_spec
+from virtualrobot_kernel.messages.nodes import node_spec
 from virtualrobot_kernel.world.figures import Box
 from virtualrobot_kernel.world.structure import JointType, LinkData, NodeSpec
 from virtualrobot_plugins.importers.sdf.importer import SdfImporter

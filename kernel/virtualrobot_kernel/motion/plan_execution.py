@@ -1,0 +1,264 @@
+"""Execution of a plan: nominal time tau, advanced at a rate. Pure: functions take a PlanExecution and return one.
+
+Pause, resume and speed override change the rate dtau/dt alone, so they never leave the path. A change is a ramp that is
+twice differentiable, hence joint acceleration stays continuous, and short enough as the limits allow; while no ramp
+fits (braking harder than the limits during a motion's own braking), the motion goes on and it is tried again, at the
+latest for the time that a stop from top speed takes. A cancel brakes each track on its own path, at once, or lets the
+motion run to its goal when that is where it stands still soonest; only where no brake keeps the limits (on timed
+trajectories, rarely on a curved joint path) it is a ramp of the rate, too.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.motion.brake import PathState, brake_state, can_brake, choose_brakes, nominal_time
+from virtualrobot_kernel.motion.limits import checked_scale
+from virtualrobot_kernel.motion.planned import Plan
+from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
+from virtualrobot_kernel.motion.ramp import RateRamp, choose_ramp
+from virtualrobot_kernel.motion.running_motion import ENDED, NOTHING, Phase, TickContext
+
+_RETRY = 0.02
+_SHORTEST_PATIENCE = 0.1
+_END_TOLERANCE = 1e-9
+
+_SLOWING = (Phase.PAUSING, Phase.STOPPING)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlanExecution:
+    """Where a motion is on its plan.
+
+    tau: nominal time gone by (s); rate: dtau/dt; rate_slope: d2tau/dt2 (1/s). override: the rate that is wanted while
+    it runs, in (0, 1]. ramp, ramp_tau, elapsed: the rate's law, tau at its start and the time since (s). waiting: for
+    how long a wanted change has found no ramp that fits (s). brakes: the laws u(t) of the tracks that brake, instead
+    of the plan's own; none while it does not. Then `elapsed` counts from their start, `tau` is the nominal time of
+    the track that is furthest behind, and the rate and its ramp are what they were before. left: what it did not need
+    of the last seconds that it was advanced by, because it reached its goal.
+    """
+
+    plan: Plan
+    phase: Phase
+    override: float
+    tau: float
+    rate: float
+    rate_slope: float
+    ramp: RateRamp
+    ramp_tau: float
+    elapsed: float
+    waiting: float = 0.0
+    brakes: tuple[PiecewisePolynomial, ...] = ()
+    left: float = 0.0
+
+    @property
+    def ended(self) -> bool:
+        """Whether the motion has succeeded or been cancelled."""
+        return self.phase in ENDED
+
+    @property
+    def duration(self) -> float:
+        """How long the motion takes at full rate, in s."""
+        return self.plan.duration
+
+    @property
+    def progress(self) -> float:
+        """The share of the plan's duration that is done, 0 to 1; 1 for a motion without length."""
+        return self.tau / self.plan.duration if self.plan.duration > 0.0 else 1.0
+
+    @property
+    def signals(self) -> Mapping[str, bool]:
+        """No signals."""
+        return {}
+
+    @property
+    def fault(self) -> tuple[str, str] | None:
+        """Nothing: it stops by itself only at its goal."""
+        return None
+
+    @property
+    def steps_done(self) -> int:
+        """1 when it has succeeded."""
+        return 1 if self.phase is Phase.SUCCEEDED else 0
+
+    @property
+    def found(self) -> bool | None:
+        """Nothing is searched."""
+        return None
+
+    @property
+    def path_states(self) -> list[PathState]:
+        """The path parameter u of each track and its first two derivatives by time, in 1/s and 1/s²."""
+        if self.brakes:
+            return [brake_state(brake, self.elapsed) for brake in self.brakes]
+        states = [track.time_law.scalar_state(self.tau) for track in self.plan.tracks]
+        return [(u, u1 * self.rate, u2 * self.rate**2 + u1 * self.rate_slope) for u, u1, u2 in states]
+
+    def sample(self) -> tuple[Array, Array, Array]:
+        """Return joint positions, velocities and accelerations (n,): rad or m, per s, per s²."""
+        if self.brakes:
+            return self.plan.sample_path(self.path_states)
+        return self.plan.sample(self.tau, self.rate, self.rate_slope)
+
+    def advance(self, dt: float, override: float, context: TickContext = NOTHING) -> PlanExecution:
+        """Return the motion `dt` seconds later, with the speed `override` in (0, 1] that holds from now on."""
+        del context  # what it does is in its plan
+        if self.ended:
+            return self
+        return _advanced(self if override == self.override else self.set_override(override), dt)
+
+    def set_override(self, override: float) -> PlanExecution:
+        """Return the motion with another speed override in (0, 1]; a paused or stopping one remembers it."""
+        return _retarget(replace(self, override=checked_scale(override, "speed override"), waiting=0.0))
+
+    def pause(self) -> PlanExecution:
+        """Return the motion slowing to standstill; a pausing or paused one as it is.
+
+        Raises KernelError (WRONG_STATE) when it is stopping or has ended.
+        """
+        if self.phase in (Phase.PAUSING, Phase.PAUSED):
+            return self
+        _refuse(self, "paused")
+        return _retarget(replace(self, phase=Phase.PAUSING, waiting=0.0))
+
+    def resume(self) -> PlanExecution:
+        """Return the motion going on after a pause; a running one as it is.
+
+        Raises KernelError (WRONG_STATE) when it is stopping or has ended.
+        """
+        if self.phase is Phase.RUNNING:
+            return self
+        _refuse(self, "resumed")
+        return _retarget(replace(self, phase=Phase.RUNNING, waiting=0.0))
+
+    def abort(self) -> PlanExecution:
+        """Return the motion ended where it is: what it moved is gone."""
+        return replace(self, phase=Phase.CANCELLED)
+
+    def cancel(self) -> PlanExecution:
+        """Return the motion braking to its end; a paused one ends at once; one that stops or has ended stays as it is.
+
+        A motion that stands still no later at its goal than by braking runs on to it, and has succeeded then.
+        """
+        if self.phase in (*ENDED, Phase.STOPPING):
+            return self
+        if self.phase is Phase.PAUSED:
+            return replace(self, phase=Phase.CANCELLED)
+        waiting = self.waiting if self.phase is Phase.PAUSING else 0.0
+        return _retarget(replace(self, phase=Phase.STOPPING, waiting=waiting))
+
+
+def start(plan: Plan, override: float) -> PlanExecution:
+    """Return the motion at the start of its plan, at rest; a plan of duration 0 has succeeded already.
+
+    The rate is `override` from the first moment on: the plan itself starts at rest.
+    """
+    rate = checked_scale(override, "speed override")
+    phase = Phase.RUNNING if plan.duration > 0.0 else Phase.SUCCEEDED
+    return PlanExecution(plan, phase, rate, 0.0, rate, 0.0, RateRamp(rate), 0.0, 0.0)
+
+
+def _advanced(running: PlanExecution, dt: float) -> PlanExecution:
+    if running.phase is Phase.PAUSED:
+        return running
+    if running.brakes:
+        return _brake_on(running, dt)
+    waiting = 0.0
+    if _wanted(running) != running.ramp.goal:
+        waiting = running.waiting + dt
+        if int(waiting / _RETRY) != int(running.waiting / _RETRY):
+            running = _retarget(replace(running, waiting=waiting))
+            if running.brakes:
+                return _brake_on(running, dt)
+            waiting = running.waiting
+    elapsed = running.elapsed + dt
+    rate, slope, _, gone = running.ramp.state(elapsed)
+    tau = max(running.tau, running.ramp_tau + gone)
+    phase, left = running.phase, 0.0
+    if tau >= running.plan.duration - _END_TOLERANCE:
+        left = min(dt, max(0.0, tau - running.plan.duration) / rate) if rate > 0.0 else 0.0
+        phase, tau, rate, slope = Phase.SUCCEEDED, running.plan.duration, 0.0, 0.0
+    elif elapsed >= running.ramp.length and running.ramp.goal == 0.0 and phase in _SLOWING:
+        phase = Phase.PAUSED if phase is Phase.PAUSING else Phase.CANCELLED
+    return PlanExecution(
+        running.plan,
+        phase,
+        running.override,
+        tau,
+        rate,
+        slope,
+        running.ramp,
+        running.ramp_tau,
+        elapsed,
+        waiting,
+        left=left,
+    )
+
+
+def _wanted(running: PlanExecution) -> float:
+    return 0.0 if running.phase in (*_SLOWING, Phase.PAUSED) else running.override
+
+
+def _brake_on(running: PlanExecution, dt: float) -> PlanExecution:
+    elapsed = running.elapsed + dt
+    taus = [
+        nominal_time(track.time_law, brake_state(brake, elapsed)[0], running.tau)
+        for track, brake in zip(running.plan.tracks, running.brakes, strict=True)
+        if brake.end > 0.0  # else it does not move, and says nothing about how far the motion is
+    ]
+    stands = all(elapsed >= brake.end for brake in running.brakes)
+    phase = Phase.CANCELLED if stands else running.phase
+    return replace(running, phase=phase, tau=min(taus, default=running.tau), elapsed=elapsed)
+
+
+def _retarget(running: PlanExecution) -> PlanExecution:
+    """Start the brakes or the ramp to the wanted rate when they fit, or when waiting has taken long enough."""
+    if running.brakes:
+        return running
+    left = _time_left(running) if running.phase is Phase.STOPPING else math.inf
+    if running.phase is Phase.STOPPING and can_brake(running.plan):
+        stop = choose_brakes(running.plan, running.path_states, left)
+        if stop.brakes is not None:
+            return replace(running, brakes=stop.brakes, elapsed=0.0, waiting=0.0)
+        if not stop.sooner:
+            return replace(running, waiting=0.0)
+    wanted = _wanted(running)
+    if running.phase in ENDED or wanted == running.ramp.goal:
+        return replace(running, waiting=0.0)
+    rate, slope, curvature, _ = running.ramp.state(running.elapsed)
+    # At standstill, waiting would change nothing. While there is patience, a better moment for a short ramp is likely
+    # nearer than the end of a long one.
+    patience = max(running.plan.braking.stop_time, _SHORTEST_PATIENCE) if rate > 0.0 else 0.0
+    patient = running.waiting < patience
+    choice = choose_ramp(
+        running.plan,
+        running.tau,
+        rate,
+        slope,
+        curvature,
+        wanted,
+        prompt=patient,
+        joints_only=running.phase is Phase.STOPPING,
+    )
+    if choice.ramp is None or (patient and not choice.fits) or choice.ramp.length > left:
+        return running
+    return replace(running, ramp=choice.ramp, ramp_tau=running.tau, elapsed=0.0, waiting=0.0)
+
+
+def _time_left(running: PlanExecution) -> float:
+    """Return after how many seconds the motion stands still, at its goal or at the end of a ramp to rate 0."""
+    ramp = running.ramp
+    at_goal = ramp.time_when(running.plan.duration - running.ramp_tau)
+    return (min(at_goal, ramp.length) if ramp.goal == 0.0 else at_goal) - running.elapsed
+
+
+def _refuse(running: PlanExecution, what: str) -> None:
+    if running.phase in (*ENDED, Phase.STOPPING):
+        raise KernelError(
+            f"a motion that is {running.phase.value} cannot be {what}; only one that is RUNNING, PAUSING or PAUSED can",
+            reason=Reason.WRONG_STATE,
+            phase=running.phase.value,
+        )

@@ -1,0 +1,111 @@
+"""Running motions, as the tick sees every kind of them. Pure: each method returns the motion as it is afterwards."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import Enum
+from typing import NamedTuple, Protocol, Self
+
+import numpy as np
+
+from virtualrobot_kernel.motion.polynomial import Array
+
+
+class Phase(Enum):
+    """Phases of a motion; the names equal those of `MotionPhase` in the contract."""
+
+    RUNNING = "RUNNING"
+    PAUSING = "PAUSING"
+    PAUSED = "PAUSED"
+    STOPPING = "STOPPING"
+    WAITING = "WAITING"
+    SUCCEEDED = "SUCCEEDED"
+    CANCELLED = "CANCELLED"
+
+
+ENDED = (Phase.SUCCEEDED, Phase.CANCELLED)
+"""The phases that last."""
+
+
+class TickContext(NamedTuple):
+    """World values that a motion may read in its tick."""
+
+    q: Array
+    """All coordinates of the world; those of motions that are older have made this tick already."""
+    signals: Mapping[str, bool]
+    """Every signal's value before this tick."""
+    tracked: tuple[float, float] | None = None
+    """Position and velocity by the end of this tick of the joint that the motion goes along with; None where none is.
+    """
+
+
+NOTHING = TickContext(np.zeros(0), {})
+"""For motions that look at nothing."""
+
+
+class RunningMotion(Protocol):
+    """A motion that runs or has ended, of n joints."""
+
+    @property
+    def phase(self) -> Phase:
+        """What it is doing."""
+        ...
+
+    @property
+    def ended(self) -> bool:
+        """Whether it has succeeded or been cancelled."""
+        ...
+
+    @property
+    def progress(self) -> float:
+        """The share of it that is done, 0 to 1."""
+        ...
+
+    @property
+    def duration(self) -> float:
+        """How long it takes at full rate, in s; 0 where nobody can know."""
+        ...
+
+    @property
+    def signals(self) -> Mapping[str, bool]:
+        """The signals that it sets with this tick."""
+        ...
+
+    @property
+    def fault(self) -> tuple[str, str] | None:
+        """Why it stops or has stopped by itself: the name of a `CancelCause`, and words; None where it doesn't."""
+        ...
+
+    @property
+    def steps_done(self) -> int:
+        """How many steps are done: of a program; else 1 when it has succeeded."""
+        ...
+
+    @property
+    def found(self) -> bool | None:
+        """Whether a search has found its signal; None before it is over, and where nothing is searched."""
+        ...
+
+    def sample(self) -> tuple[Array, Array, Array]:
+        """Return joint positions, velocities and accelerations (n,): rad or m, per s, per s²."""
+        ...
+
+    def advance(self, dt: float, override: float, context: TickContext = NOTHING) -> Self:
+        """Return the motion `dt` seconds later, with the speed `override` in (0, 1] that holds from now on."""
+        ...
+
+    def pause(self) -> Self:
+        """Return the motion slowing to standstill; raise KernelError (WRONG_STATE) when it stops or has ended."""
+        ...
+
+    def resume(self) -> Self:
+        """Return the motion going on after a pause; raise KernelError (WRONG_STATE) when it stops or has ended."""
+        ...
+
+    def cancel(self) -> Self:
+        """Return the motion braking to its end; one that stops or has ended stays as it is."""
+        ...
+
+    def abort(self) -> Self:
+        """Return the motion ended where it is: what it moved is gone."""
+        ...

@@ -1,0 +1,155 @@
+"""Robots that a command moves or changes: what a lease of a robot keeps others from.
+
+A robot is its joints, links, adapters and tools, its place, its settings and the parts that its tools hold. What it
+stands on is not: a rail or a pedestal may be moved with all that it carries. Nor are parts that only lie on it, such as
+those on a conveyor. Stopping affects nothing, since anyone may always stop.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+from virtualrobot_kernel.world import commands
+from virtualrobot_kernel.world.state import CancelCause, Snapshot
+from virtualrobot_kernel.world.structure import Kind, Structure
+
+
+def affected_robots(snapshot: Snapshot, batch: Sequence[commands.Command]) -> set[int]:
+    """Return the uids of the robots that commands would move or change; unknown names affect nothing."""
+    return {uid for command in batch for uid in AFFECTED[type(command)](snapshot, command)}
+
+
+def named_nodes(structure: Structure, names: Iterable[str]) -> list[int]:
+    """Return the uids of nodes by name; names that nothing has are left out."""
+    return [uid for name in names if (uid := structure.uid_by_name.get(name)) is not None]
+
+
+def _nothing(snapshot: Snapshot, command: Any) -> Iterable[int]:  # noqa: ANN401 any command
+    return ()
+
+
+def _everything(snapshot: Snapshot, command: commands.ClearWorld) -> Iterable[int]:
+    return snapshot.structure.robots
+
+
+def _robot(snapshot: Snapshot, command: Any) -> Iterable[int]:  # noqa: ANN401 any command that names a robot
+    return named_nodes(snapshot.structure, [command.robot])
+
+
+def _speed(snapshot: Snapshot, command: commands.SetSpeedFactor) -> Iterable[int]:
+    return _robot(snapshot, command) if command.robot else snapshot.structure.robots
+
+
+def _created(snapshot: Snapshot, command: commands.CreateNodes) -> Iterable[int]:
+    for spec in command.specs:
+        for parent in named_nodes(snapshot.structure, [spec.parent]):
+            yield from _owner(snapshot.structure, spec.kind, parent)
+
+
+def _updated(snapshot: Snapshot, command: commands.UpdateNode) -> Iterable[int]:
+    for uid in named_nodes(snapshot.structure, [command.name]):
+        yield from _owner(snapshot.structure, snapshot.structure.nodes[uid].kind, uid)
+
+
+def _removed(snapshot: Snapshot, command: commands.RemoveNode) -> Iterable[int]:
+    for uid in named_nodes(snapshot.structure, [command.name]):
+        for node in snapshot.structure.below(uid):
+            yield from _owner(snapshot.structure, node.kind, node.uid)
+
+
+def _attached(snapshot: Snapshot, command: commands.AttachNode) -> Iterable[int]:
+    structure = snapshot.structure
+    for uid in named_nodes(structure, [command.name]):
+        kind = structure.nodes[uid].kind
+        yield from _owner(structure, kind, uid)
+        for parent in named_nodes(structure, [command.parent]):
+            yield from _owner(structure, kind, parent)
+
+
+def _tool(snapshot: Snapshot, command: commands.SetToolState) -> Iterable[int]:
+    for uid in named_nodes(snapshot.structure, [command.tool]):
+        yield from _owner(snapshot.structure, Kind.TOOL, uid)
+
+
+def _placed(snapshot: Snapshot, command: commands.PlacePart) -> Iterable[int]:
+    yield from _robot(snapshot, command)
+    for parent in named_nodes(snapshot.structure, [command.parent]):
+        yield from _owner(snapshot.structure, Kind.PART, parent)
+
+
+def _started(snapshot: Snapshot, command: commands.StartMotion) -> Iterable[int]:
+    structure = snapshot.structure
+    yield from named_nodes(structure, (robot for robot, _ in command.joints))
+    for tool in named_nodes(structure, (tool for _, tool, _ in command.tool_states)):
+        yield from _owner(structure, Kind.TOOL, tool)
+
+
+def _pairs(snapshot: Snapshot, command: commands.SetAllowedPairs) -> Iterable[int]:
+    names = {name for pair in (*command.allow, *command.forbid) for name in pair[:2]}
+    for uid in named_nodes(snapshot.structure, names):
+        yield from _owner(snapshot.structure, snapshot.structure.nodes[uid].kind, uid)
+
+
+def _collision_settings(snapshot: Snapshot, command: commands.SetCollisionSettings) -> Iterable[int]:
+    if command.mode is not None:
+        yield from snapshot.structure.robots.keys() - snapshot.state.collisions.modes.keys()
+    if command.look_ahead_seconds is not None:
+        yield from snapshot.structure.robots
+    yield from named_nodes(snapshot.structure, (robot for robot, _ in command.modes))
+    for uid in named_nodes(snapshot.structure, (node for node, _ in command.paddings)):
+        yield from _owner(snapshot.structure, snapshot.structure.nodes[uid].kind, uid)
+
+
+def _motion(snapshot: Snapshot, command: Any) -> Iterable[int]:  # noqa: ANN401 any command that names a motion
+    return next((motion.robots for motion in snapshot.state.motions if motion.id == command.id), ())
+
+
+def _cancelled(snapshot: Snapshot, command: commands.CancelMotion) -> Iterable[int]:
+    # Whoever preempts means to move the robot: a start that is refused in the end must not have stopped its owner.
+    return _motion(snapshot, command) if command.cancellation.cause is CancelCause.PREEMPTED else ()
+
+
+def _owner(structure: Structure, kind: Kind, uid: int) -> Iterable[int]:
+    """Yield the robot that a node of this kind belongs to when it is, or hangs on, the node `uid`."""
+    if kind is Kind.ANNOTATION:
+        return
+    start = uid
+    if kind is Kind.PART:
+        start = next((node.uid for node in structure.ancestors(uid) if node.kind is Kind.TOOL), 0)
+    robot = structure.robot_of(start) if start else None
+    if robot is not None:
+        yield robot.uid
+
+
+AFFECTED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
+    commands.CreateNodes: _created,
+    commands.UpdateNode: _updated,
+    commands.RemoveNode: _removed,
+    commands.ClearWorld: _everything,
+    commands.AttachNode: _attached,
+    commands.PickPart: _robot,
+    commands.PlacePart: _placed,
+    commands.SetJointPositions: _robot,
+    commands.SetKinematics: _robot,
+    commands.RunSensors: _nothing,
+    commands.SetRangeComponents: _nothing,
+    commands.SetAllowedPairs: _pairs,
+    commands.SetCollisionSettings: _collision_settings,
+    commands.SelectTool: _robot,
+    commands.SetToolState: _tool,
+    commands.CreateSignal: _nothing,
+    commands.RemoveSignal: _nothing,
+    commands.SetSignal: _nothing,
+    commands.SetSpeedFactor: _speed,
+    commands.StartMotion: _started,
+    commands.StartSetpointMotion: _robot,
+    commands.SetSetpoint: _motion,
+    commands.EndSetpoints: _motion,
+    commands.PauseMotion: _nothing,
+    commands.ResumeMotion: _motion,
+    commands.CancelMotion: _cancelled,
+    commands.StopMotions: _nothing,
+    commands.HaltRobots: _nothing,
+}
+"""The robots (uids) of each command: whoever adds a command says here whom it affects."""

@@ -1,0 +1,193 @@
+"""Preconditions of a plan: facts about the world, read when it is planned and again when it starts. Pure.
+
+A plan that was made a moment ago is right only while the arm, its tool and the frames of its goals are what they were.
+Other changes, such as another robot's joints, a signal or a new name, don't make it wrong.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.world.actuators import coupled_joints
+from virtualrobot_kernel.world.change import joint_places
+from virtualrobot_kernel.world.index import moved_links
+from virtualrobot_kernel.world.state import Selection, State
+from virtualrobot_kernel.world.structure import JointType, LinkData, Node, RobotData, Structure, ToolData
+
+TOLERANCE = 1e-6
+"""How far a joint that carries an arm or a goal may have moved meanwhile, in radians or meters."""
+
+
+class Aspect(Enum):
+    """Property of a node that a plan looked at; the value tells it to people."""
+
+    PARENT = "what it hangs on"
+    PLACE = "where it is fixed on its parent"
+    JOINT = "its joint or its joint's limits"
+    POSITION = "where its joint stands"
+    FLANGE = "its flange"
+    TOOL = "its chosen tool or tool centre point"
+    ACTUATORS = "its actuators"
+    POSTURE = "its posture"
+    STATE = "its state"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Precondition:
+    """A node as it was, what of it counts (of POSTURE and STATE the one called `key`), and its value then."""
+
+    node: Node
+    aspect: Aspect
+    key: str
+    value: object
+
+
+Preconditions = tuple[Precondition, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class TcpPath:
+    """A tool centre point on its way: that of a robot (a uid), and the nodes (uids) in whose frames its goals are.
+
+    Without such nodes it goes by the robot's own frame.
+    """
+
+    robot: int
+    references: tuple[int, ...]
+
+
+def preconditions_of(
+    structure: Structure,
+    state: State,
+    joints: Iterable[tuple[int, str]],
+    ways: Sequence[TcpPath] = (),
+    postures: Iterable[tuple[int, str]] = (),
+    tool_states: Iterable[tuple[int, str]] = (),
+) -> Preconditions:
+    """Return what a plan assumes that was made in this world.
+
+    Args:
+        structure: the world's structure when it was planned.
+        state: its state then.
+        joints: what the plan moves, as (robot uid, joint name). Where these joints start is the plan's own matter.
+        ways: whose tool centre points it leads, and in which frames.
+        postures: (robot uid, name) of its goals.
+        tool_states: (tool uid, name) of its goals.
+    """
+    joints = tuple(dict.fromkeys(joints))
+    wanted: dict[tuple[int, Aspect, str], None] = {}
+    for uid, name in joints:
+        robot = structure.robots[uid]
+        wanted[moved_links(structure, robot)[robot.joint_names.index(name)], Aspect.JOINT, ""] = None
+    wanted |= dict.fromkeys((uid, Aspect.ACTUATORS, "") for uid, _ in joints)
+    # Where the others are that an actuator moves with them decides how far it may go.
+    for uid, name in sorted(coupled_joints(structure, joints) - set(joints)):
+        robot = structure.robots[uid]
+        wanted[moved_links(structure, robot)[robot.joint_names.index(name)], Aspect.POSITION, ""] = None
+    moving = {int(place) for motion in state.motions for place in motion.q_index}
+    moving |= {int(place) for place in joint_places(structure, joints)[0]}
+    for way in ways:
+        wanted[way.robot, Aspect.FLANGE, ""] = wanted[way.robot, Aspect.TOOL, ""] = None
+        tip = state.selections.get(way.robot, Selection()).tool or structure.robots[way.robot].flange
+        above = {node.uid for node in structure.ancestors(tip)}
+        for reference in way.references or (way.robot,):
+            # What carries both the arm and its goal may be moved with both.
+            for uid in sorted(above ^ {node.uid for node in structure.ancestors(reference)}):
+                wanted[uid, Aspect.PARENT, ""] = wanted[uid, Aspect.PLACE, ""] = None
+                if _moves(structure, uid):
+                    wanted[uid, Aspect.JOINT, ""] = None
+                    if int(structure.forest.q_index[structure.rows[uid]]) not in moving:
+                        wanted[uid, Aspect.POSITION, ""] = None
+    wanted |= dict.fromkeys((uid, Aspect.POSTURE, name) for uid, name in postures)
+    wanted |= dict.fromkeys((uid, Aspect.STATE, name) for uid, name in tool_states)
+    return tuple(
+        Precondition(node := structure.nodes[uid], aspect, key, READERS[aspect](structure, state, node, key))
+        for uid, aspect, key in wanted
+    )
+
+
+def check(preconditions: Preconditions, structure: Structure, state: State) -> None:
+    """Raise KernelError (STALE_REVISION) that names the first node that is no more what the plan assumes."""
+    for fact in preconditions:
+        node = structure.nodes.get(fact.node.uid)
+        if node is None:
+            raise _stale(fact, fact.node.name, "it was removed")
+        now = READERS[fact.aspect](structure, state, node, fact.key)
+        if not _same(fact.aspect, now, fact.value):
+            what = f"{fact.aspect.value} {fact.key!r}" if fact.key else fact.aspect.value
+            raise _stale(fact, node.name, f"{what} has changed")
+
+
+def _stale(fact: Precondition, name: str, what: str) -> KernelError:
+    return KernelError(
+        f"{name!r} is not what the motion was planned with: {what}; plan again",
+        reason=Reason.STALE_REVISION,
+        node=name,
+        aspect=fact.aspect.name,
+    )
+
+
+def _same(aspect: Aspect, now: object, then: object) -> bool:
+    if aspect is Aspect.POSITION:
+        assert isinstance(now, np.ndarray) and isinstance(then, np.ndarray)
+        return now.shape == then.shape and bool((np.abs(now - then) <= TOLERANCE).all())
+    return now == then
+
+
+def _moves(structure: Structure, uid: int) -> bool:
+    data = structure.nodes[uid].data
+    return isinstance(data, LinkData) and data.joint.type is not JointType.FIXED
+
+
+def _joint(structure: Structure, state: State, node: Node, key: str) -> object:
+    return node.data.joint if isinstance(node.data, LinkData) else None
+
+
+def _position(structure: Structure, state: State, node: Node, key: str) -> object:
+    assert isinstance(node.data, LinkData)
+    start = int(structure.forest.q_index[structure.rows[node.uid]])
+    return state.q[start : start + node.data.joint.type.coordinate_count]
+
+
+def _flange(structure: Structure, state: State, node: Node, key: str) -> object:
+    return structure.robots[node.uid].flange
+
+
+def _tool(structure: Structure, state: State, node: Node, key: str) -> object:
+    selection = state.selections.get(node.uid, Selection())
+    tool = structure.nodes.get(selection.tool)
+    if tool is None or not isinstance(tool.data, ToolData):
+        return 0, None
+    point = tool.data.tool_center_points.get(selection.tool_center_point)
+    return tool.uid, None if point is None else point.tolist()
+
+
+def _actuators(structure: Structure, state: State, node: Node, key: str) -> object:
+    return node.data.actuators if isinstance(node.data, RobotData) else ()
+
+
+def _posture(structure: Structure, state: State, node: Node, key: str) -> object:
+    return node.data.postures.get(key) if isinstance(node.data, RobotData) else None
+
+
+def _state(structure: Structure, state: State, node: Node, key: str) -> object:
+    return node.data.states.get(key) if isinstance(node.data, ToolData) else None
+
+
+READERS: dict[Aspect, Callable[[Structure, State, Node, str], object]] = {
+    Aspect.PARENT: lambda structure, state, node, key: node.parent,
+    Aspect.PLACE: lambda structure, state, node, key: state.parent_t_node[structure.rows[node.uid]].tolist(),
+    Aspect.JOINT: _joint,
+    Aspect.POSITION: _position,
+    Aspect.FLANGE: _flange,
+    Aspect.TOOL: _tool,
+    Aspect.ACTUATORS: _actuators,
+    Aspect.POSTURE: _posture,
+    Aspect.STATE: _state,
+}
+"""How each aspect of a node is read: equal values mean that it is as it was."""

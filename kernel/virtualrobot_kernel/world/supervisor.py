@@ -1,0 +1,37 @@
+"""Supervisors of the world: what the kernel itself wants done between two ticks, said by commands."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from virtualrobot_kernel.world.commands import Command
+from virtualrobot_kernel.world.state import Snapshot
+
+
+class Supervisor(Protocol):
+    """Is asked by the world thread, which applies what it wants, journals it with its author and publishes the result.
+
+    So a replay needs no supervisor. What it raises counts as wanting nothing, and is logged.
+    """
+
+    author: str
+    """Who the journal says it was."""
+
+    def admit(self, before: Snapshot, after: Snapshot, batch: Sequence[Command]) -> None:
+        """Raise KernelError when commands of others must not make `before` what is `after`; nothing changes then."""
+        ...
+
+    def before_tick(self, now: Snapshot, later: Snapshot) -> Sequence[Command]:
+        """Return commands to apply to `now` before time goes on to `later`, which is not published yet.
+
+        When there are some, `later` is made again and all supervisors are asked again.
+        """
+        ...
+
+    def after_change(self, now: Snapshot) -> Sequence[Command]:
+        """Return commands to apply after a publication: of a tick, a batch of commands, a change of the clock.
+
+        They are applied in the same tick, and nobody is asked because of them.
+        """
+        ...
