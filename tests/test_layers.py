@@ -19,7 +19,11 @@ KERNEL = "kernel/virtualrobot_kernel"
 SDK = "plugins/virtualrobot_sdk"
 PLUGINS = "plugins/virtualrobot_plugins"
 
-ANYONE = ("numpy", "virtualrobot_kernel.errors", "virtualrobot_kernel.background", "virtualrobot_kernel.version")
+# Files beside the rooms, and poses, which plugins need, too.
+ANYONE = (
+    *("numpy", "virtualrobot_sdk.poses", "virtualrobot_kernel.errors", "virtualrobot_kernel.background"),
+    "virtualrobot_kernel.version",
+)
 CONTRACT = ("google.protobuf", "virtualrobot.v1")
 
 # Which rooms of the kernel each of its rooms may see: a room stands above all that it names.
@@ -28,17 +32,19 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "components": (),
     "motion": ("numeric",),
     "world": ("motion",),
+    "inputs": ("world",),
     "shapes": ("world",),
     "messages": ("world",),
     "planning": ("components", "motion", "numeric", "world"),
     "formats": ("messages", "shapes", "world"),
+    "scenes": ("formats", "messages", "world"),
     "collision": ("motion", "numeric", "planning", "shapes", "world"),
     "paths": ("collision", "motion", "planning", "world"),
-    "sensing": ("collision", "components", "motion", "numeric", "planning", "shapes", "world"),
+    "sensing": ("collision", "components", "numeric", "planning", "shapes", "world"),
     "drawing": ("collision", "formats", "numeric", "planning", "sensing", "shapes", "world"),
     "api": (
-        *("collision", "components", "drawing", "formats", "messages", "motion", "paths", "planning", "sensing"),
-        "world",
+        *("collision", "components", "drawing", "formats", "inputs", "messages", "motion", "paths", "planning"),
+        *("scenes", "sensing", "world"),
     ),
 }
 
@@ -62,9 +68,9 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{CLIENT}/film.py": ("virtualrobot", "numpy", "av"),
     # The composition root knows every room; `serve` writes the token where the client's rule says.
     KERNEL: (*ANYONE, "virtualrobot_kernel", "virtualrobot_sdk.worker"),
-    f"{KERNEL}/kernel.py": (*ANYONE, "virtualrobot_kernel", "virtualrobot_sdk.worker", "virtualrobot.v1"),
     f"{KERNEL}/serve.py": (*ANYONE, "virtualrobot_kernel", "virtualrobot_sdk.compiled.cache", "virtualrobot.session"),
     f"{KERNEL}/world": room("world"),
+    f"{KERNEL}/inputs": room("inputs"),
     f"{KERNEL}/numeric": room("numeric", "numba", "virtualrobot_sdk.compiled"),
     # ruckig and toppra make the time laws of what is planned, and ruckig in the tick the next step of what follows
     # setpoints, which nobody can plan: a pure function of a few microseconds.
@@ -85,6 +91,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
         *("formats", "virtualrobot_sdk", "virtualrobot.resolver", *CONTRACT),
         *("trimesh", "lxml", "ruamel", "collada", "PIL"),
     ),
+    f"{KERNEL}/scenes": room("scenes", "virtualrobot.resolver", "virtualrobot.v1"),
     # FCL holds the interpreter's lock: whoever asks it goes through the bounded calls of this room.
     f"{KERNEL}/collision": room("collision", "fcl", "virtualrobot_sdk"),
     # OMPL holds the interpreter's lock: it runs in a process of its own, and only this file imports it.
@@ -95,7 +102,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{KERNEL}/drawing": room("drawing", "virtualrobot_sdk", "viser", "websockets", "PIL"),
     f"{KERNEL}/api": room(
         *("api", *CONTRACT, "grpc", "grpc_status", "grpc_health", "grpc_reflection", "google.rpc"),
-        *("virtualrobot_sdk", "virtualrobot.resolver"),
+        "virtualrobot_sdk",
     ),
     # What plugin authors import knows neither kernel nor client, and plugins know only it.
     SDK: ("virtualrobot_sdk", "numpy", "pluggy", "msgspec", "psutil"),

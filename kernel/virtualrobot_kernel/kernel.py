@@ -10,10 +10,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from virtualrobot.v1 import scene_pb2
 from virtualrobot_sdk.worker import close_all
 
-from virtualrobot_kernel.api import scene_files
 from virtualrobot_kernel.api.convert.presets import presets
 from virtualrobot_kernel.api.lease_table import LeaseTable
 from virtualrobot_kernel.api.publications import Publications
@@ -34,8 +32,11 @@ from virtualrobot_kernel.drawing.view import ViewStore
 from virtualrobot_kernel.errors import MissingFileError
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
+from virtualrobot_kernel.inputs.mailbox import Mailbox
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.planning.solvers import Solvers
+from virtualrobot_kernel.scenes.assets import files_of
+from virtualrobot_kernel.scenes.reading import read_scene
 from virtualrobot_kernel.sensing.casting import Casters
 from virtualrobot_kernel.sensing.choices import check_choices
 from virtualrobot_kernel.sensing.looks import LookLibrary
@@ -86,7 +87,9 @@ class Kernel:
         self._clearances = partial(measured, self._collisions)
         self._studio = Studio(self._sensing.shapes, looks, load, self._clearances)
         self._processes = Processes(self._sensing.shapes)
-        self.world = World(world_poses, MemoryJournal(), Clock(settings.mode, 1.0, settings.tick_nanoseconds))
+        self._mailbox = Mailbox()
+        clock = Clock(settings.mode, 1.0, settings.tick_nanoseconds)
+        self.world = World(world_poses, MemoryJournal(), clock, inputs=self._mailbox.take)
         self._guard = CollisionGuard(self._sensing.solids, self.world)
         self._sensors = Sensors(self.world, self._sensing)
         self._monitor = Monitor(self.world, self._sensing.solids)
@@ -125,9 +128,8 @@ class Kernel:
             text = path.read_text("utf-8")
         except (OSError, UnicodeDecodeError) as error:
             raise MissingFileError(f"cannot read the scene file {path}: {error}", file=path) from error
-        request = scene_pb2.LoadSceneRequest(text=text, uri=str(path.resolve()))
-        structure = self.world.snapshot.structure
-        commands, warnings = scene_files.read_scene(self._meshes, request, structure)
+        files = files_of(self._meshes, ())
+        commands, warnings = read_scene(text, str(path.resolve()), files, self._meshes)
         for warning in warnings:
             log.warning("%s: %s", path, warning)
         self._solvers.check_choices(commands)
@@ -156,6 +158,7 @@ class Kernel:
     def _rooms(self, publications: Publications) -> Rooms:
         return Rooms(
             world=self.world,
+            mailbox=self._mailbox,
             publications=publications,
             assets=self._assets,
             meshes=self._meshes,

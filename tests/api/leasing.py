@@ -20,11 +20,11 @@ class Holder:
     def __init__(self, kernel: KernelProcess, *robots: str, owner: str = "Ada", take: bool = False) -> None:
         """Lease, or take, the robots."""
         self.stubs = kernel.stubs()
-        ask = lease_pb2.TakeRequest if take else lease_pb2.AcquireRequest
-        call = self.stubs.lease.Take if take else self.stubs.lease.Acquire
+        ask = lease_pb2.TakeLeaseRequest if take else lease_pb2.AcquireLeaseRequest
+        call = self.stubs.lease.TakeLease if take else self.stubs.lease.AcquireLease
         self.given: Any = call(ask(robots=robots, owner=owner))
         self.metadata = (("virtualrobot-lease", self.given.token),)
-        self.told: Any = self.stubs.lease.KeepAlive(lease_pb2.KeepAliveRequest(token=self.given.token))
+        self.told: Any = self.stubs.lease.KeepLeaseAlive(lease_pb2.KeepLeaseAliveRequest(token=self.given.token))
         assert next(self.told).lease == self.given.lease
 
     def start(self, move: motion_pb2.Move, **fields: Any) -> str:  # noqa: ANN401 fields of the request
@@ -38,7 +38,7 @@ class Holder:
 
     def release(self) -> None:
         """Give the robots back."""
-        self.stubs.lease.Release(lease_pb2.ReleaseRequest(token=self.given.token))
+        self.stubs.lease.ReleaseLease(lease_pb2.ReleaseLeaseRequest(token=self.given.token))
 
     def vanish(self) -> None:
         """Close the connection without a word."""
@@ -65,7 +65,9 @@ def slow(robot: str) -> motion_pb2.Move:
 
 
 def update(name: str, node: nodes_pb2.Node, *fields: str) -> scene_pb2.Command:
-    return scene_pb2.Command(update_node=scene_pb2.UpdateNode(name=name, node=node, mask=FieldMask(paths=fields)))
+    return scene_pb2.Command(
+        update_node=scene_pb2.UpdateNode(name=name, node=node, update_mask=FieldMask(paths=fields))
+    )
 
 
 def two_arms(stubs: Stubs) -> None:
@@ -85,7 +87,7 @@ def two_arms(stubs: Stubs) -> None:
 def all_free(stubs: Stubs) -> None:
     """Take what is leased from whoever has it, and release it."""
     for lease in leases(stubs):
-        taken = stubs.lease.Take(lease_pb2.TakeRequest(robots=lease.robots)) if lease.robots else None
+        taken = stubs.lease.TakeLease(lease_pb2.TakeLeaseRequest(robots=lease.robots)) if lease.robots else None
         if taken:
-            stubs.lease.Release(lease_pb2.ReleaseRequest(token=taken.token))
+            stubs.lease.ReleaseLease(lease_pb2.ReleaseLeaseRequest(token=taken.token))
     free(stubs)

@@ -152,7 +152,7 @@ class Program:
         field = str(self.rng.choice(["parent_t_node", "hidden", "name"]))
         node = nodes_pb2.Node(hidden=bool(self.rng.integers(2)), parent_t_node=self.pose())
         node.name = f"named{len(self.answers)}"
-        update = scene_pb2.UpdateNode(name=name, node=node, mask=FieldMask(paths=[field]))
+        update = scene_pb2.UpdateNode(name=name, node=node, update_mask=FieldMask(paths=[field]))
         if self.apply(scene_pb2.Command(update_node=update)) and field == "name":
             self.names[self.names.index(name)] = node.name
 
@@ -296,7 +296,7 @@ class Program:
 
     def step(self) -> None:
         """Let time go on by up to 60 ticks."""
-        self.ask(self.stubs.kernel.Step, kernel_pb2.StepRequest(ticks=int(self.rng.integers(1, 60))))
+        self.ask(self.stubs.kernel.StepClock, kernel_pb2.StepClockRequest(ticks=int(self.rng.integers(1, 60))))
 
 
 def timeless(message: Message) -> bytes:

@@ -83,9 +83,9 @@ def state(stubs: Stubs, robot: str) -> robot_pb2.RobotState:
     return stubs.robot.GetRobotStates(robot_pb2.GetRobotStatesRequest(names=[robot])).robots[0]
 
 
-def step(stubs: Stubs, ticks: int = 1) -> kernel_pb2.StepResponse:
+def step(stubs: Stubs, ticks: int = 1) -> kernel_pb2.StepClockResponse:
     """Let time go on by some ticks."""
-    return stubs.kernel.Step(kernel_pb2.StepRequest(ticks=ticks))
+    return stubs.kernel.StepClock(kernel_pb2.StepClockRequest(ticks=ticks))
 
 
 def world(stubs: Stubs) -> dict[str, Any]:

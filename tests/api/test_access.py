@@ -16,7 +16,7 @@ import trustme
 from google.protobuf.internal.encoder import _VarintBytes  # pyright: ignore[reportAttributeAccessIssue]
 from grpc_health.v1 import health_pb2, health_pb2_grpc
 from grpc_reflection.v1alpha import reflection_pb2, reflection_pb2_grpc
-from virtualrobot.v1 import collision_pb2, geometry_pb2, kernel_pb2, kernel_pb2_grpc, robot_pb2
+from virtualrobot.v1 import collision_pb2, geometry_pb2, kernel_pb2, kernel_pb2_grpc, robot_pb2, view_pb2
 
 from tests.api.asking import IIWA, load, refusal
 from tests.api.conftest import KernelProcess, StartKernel
@@ -160,7 +160,7 @@ def test_a_signal_ends_the_kernel_cleanly(start_kernel: StartKernel, number: sig
 
 
 def test_an_ending_kernel_says_so_to_who_waits_for_long_work(start_kernel: StartKernel) -> None:
-    """Some check configurations, one tries some: each for much longer than a kernel takes to end."""
+    """Some check configurations, one tries some, two take pictures: each for much longer than a kernel takes to end."""
     kernel = start_kernel()
     stubs = kernel.stubs()
     load(stubs, IIWA, "arm")
@@ -175,9 +175,13 @@ def test_an_ending_kernel_says_so_to_who_waits_for_long_work(start_kernel: Start
     checks += [stubs.collision.CheckConfigurations(request, timeout=100) for _ in range(3)]
     for check in checks:
         assert next(part.progress for part in check if part.progress) < 0.5
+    shot = view_pb2.Shot(width=4000, height=3000)
+    picture = stubs.view.CaptureImage.future(view_pb2.CaptureImageRequest(shot=shot), timeout=100)
+    film = stubs.view.RecordFilm(view_pb2.RecordFilmRequest(shot=shot, frames_per_second=10), timeout=100)
     stubs.kernel.Shutdown(kernel_pb2.ShutdownRequest())
-    for check in checks:
-        refused = refusal(lambda check=check: [None for _ in check])
+    waiting = [lambda check=check: [None for _ in check] for check in (*checks, film)]
+    for wait in (picture.result, *waiting):
+        refused = refusal(wait)
         assert (refused.code, refused.reason) == (grpc.StatusCode.UNAVAILABLE, "SHUTTING_DOWN")
     assert kernel.process.wait(30) == 0
     assert not [line for line in kernel.lines if "Traceback" in line or "ERROR" in line], kernel.lines

@@ -19,14 +19,14 @@ from tests.api.conftest import Stubs
 from tests.api.reading import scene, unchanged
 
 MEBIBYTE = 1024 * 1024
-Upload, Find, References = asset_pb2.UploadRequest, asset_pb2.FindRequest, asset_pb2.ListReferencesRequest
+Upload, Find, References = asset_pb2.UploadAssetRequest, asset_pb2.FindAssetsRequest, asset_pb2.ListReferencesRequest
 
 
 def sha256(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()
 
 
-def chunks(data: bytes, stated: str, size: int = MEBIBYTE) -> Iterator[asset_pb2.UploadRequest]:
+def chunks(data: bytes, stated: str, size: int = MEBIBYTE) -> Iterator[asset_pb2.UploadAssetRequest]:
     """Yield a file in chunks; the first says its SHA-256."""
     yield Upload(sha256=stated)
     for start in range(0, len(data), size):
@@ -34,17 +34,17 @@ def chunks(data: bytes, stated: str, size: int = MEBIBYTE) -> Iterator[asset_pb2
 
 
 def upload(stubs: Stubs, data: bytes) -> str:
-    return stubs.asset.Upload(chunks(data, sha256(data))).sha256
+    return stubs.asset.UploadAsset(chunks(data, sha256(data))).sha256
 
 
 def download(stubs: Stubs, key: str) -> list[bytes]:
-    return [answer.chunk for answer in stubs.asset.Download(asset_pb2.DownloadRequest(sha256=key))]
+    return [answer.chunk for answer in stubs.asset.DownloadAsset(asset_pb2.DownloadAssetRequest(sha256=key))]
 
 
 @pytest.mark.parametrize("size", [0, 1, MEBIBYTE, 5 * MEBIBYTE + 17])
 def test_bytes_come_back_as_they_went(stepped: Stubs, rng: np.random.Generator, size: int) -> None:
     data = rng.bytes(size)
-    answer = stepped.asset.Upload(chunks(data, sha256(data).upper(), int(rng.integers(MEBIBYTE // 2, MEBIBYTE))))
+    answer = stepped.asset.UploadAsset(chunks(data, sha256(data).upper(), int(rng.integers(MEBIBYTE // 2, MEBIBYTE))))
     assert (answer.sha256, answer.size_bytes) == (sha256(data), size)
     parts = download(stepped, answer.sha256)
     assert b"".join(parts) == data
@@ -55,35 +55,35 @@ def test_find_tells_which_of_the_asked_ones_are_held(stepped: Stubs, rng: np.ran
     held = [upload(stepped, rng.bytes(100)) for _ in range(2)]
     unknown = sha256(rng.bytes(100))
     asked = [held[1], unknown, "nonsense", held[0]]
-    assert list(stepped.asset.Find(Find(sha256s=asked)).sha256s) == [held[1], held[0]]
+    assert list(stepped.asset.FindAssets(Find(sha256s=asked)).sha256s) == [held[1], held[0]]
     assert upload(stepped, download(stepped, held[0])[0]) == held[0], "the same bytes again cost nothing"
 
 
 def test_uploads_that_do_not_match_are_refused(stepped: Stubs, rng: np.random.Generator) -> None:
     data = rng.bytes(1000)
     key = sha256(data)
-    wrong = refusal(lambda: stepped.asset.Upload(chunks(data[:-1], key)))
+    wrong = refusal(lambda: stepped.asset.UploadAsset(chunks(data[:-1], key)))
     assert (wrong.code, wrong.reason) == (grpc.StatusCode.INVALID_ARGUMENT, "MALFORMED_ASSET")
     assert (wrong.metadata["stated_sha256"], wrong.metadata["sha256"]) == (key, sha256(data[:-1]))
     for messages in ([Upload(chunk=data)], [], [Upload(sha256="abc", chunk=data)]):
-        assert refusal(lambda m=messages: stepped.asset.Upload(iter(m))).reason == "MALFORMED_ASSET"
-    assert not stepped.asset.Find(Find(sha256s=[key, sha256(data[:-1])])).sha256s
+        assert refusal(lambda m=messages: stepped.asset.UploadAsset(iter(m))).reason == "MALFORMED_ASSET"
+    assert not stepped.asset.FindAssets(Find(sha256s=[key, sha256(data[:-1])])).sha256s
 
 
 def test_oversized_chunks_and_files_are_refused(stepped: Stubs) -> None:
-    large = refusal(lambda: stepped.asset.Upload(iter([Upload(sha256="0" * 64, chunk=bytes(MEBIBYTE + 1))])))
+    large = refusal(lambda: stepped.asset.UploadAsset(iter([Upload(sha256="0" * 64, chunk=bytes(MEBIBYTE + 1))])))
     assert (large.code, large.reason) == (grpc.StatusCode.RESOURCE_EXHAUSTED, "TOO_LARGE")
     assert str(MEBIBYTE) in large.message
     limit = stepped.kernel.GetInfo(kernel_pb2.GetInfoRequest()).max_asset_bytes
     chunk, sent = bytes(MEBIBYTE), 0
 
-    def endless() -> Iterator[asset_pb2.UploadRequest]:
+    def endless() -> Iterator[asset_pb2.UploadAssetRequest]:
         nonlocal sent
         while sent <= 2 * limit:
             sent += len(chunk)
             yield Upload(sha256="0" * 64, chunk=chunk)
 
-    refused = refusal(lambda: stepped.asset.Upload(endless()))
+    refused = refusal(lambda: stepped.asset.UploadAsset(endless()))
     assert refused.reason == "TOO_LARGE"
     assert (refused.metadata["limit_bytes"], int(refused.metadata["size_bytes"]) > limit) == (str(limit), True)
     assert sent < 2 * limit, "refused before the end"
@@ -95,17 +95,17 @@ def test_an_upload_that_breaks_off_leaves_nothing(stepped: Stubs, rng: np.random
 
     begun = threading.Event()
 
-    def broken() -> Iterator[asset_pb2.UploadRequest]:
+    def broken() -> Iterator[asset_pb2.UploadAssetRequest]:
         yield from chunks(half, sha256(data))
         begun.wait()
         call.cancel()
         yield Upload(chunk=data[2 * MEBIBYTE :])
 
-    call = stepped.asset.Upload.future(broken())
+    call = stepped.asset.UploadAsset.future(broken())
     begun.set()
     with pytest.raises(grpc.FutureCancelledError):
         call.result(30)
-    assert not stepped.asset.Find(Find(sha256s=[sha256(data), sha256(half)])).sha256s
+    assert not stepped.asset.FindAssets(Find(sha256s=[sha256(data), sha256(half)])).sha256s
     assert upload(stepped, data) == sha256(data), "the next one is none the worse"
 
 
@@ -125,7 +125,7 @@ def test_what_is_not_held_is_refused(stepped: Stubs, rng: np.random.Generator) -
 
 
 def references(stubs: Stubs, key: str, uri: str) -> list[str]:
-    return list(stubs.asset.ListReferences(References(sha256=key, uri=uri)).uris)
+    return [file.uri for file in stubs.asset.ListReferences(References(sha256=key, uri=uri)).files]
 
 
 def test_references_are_listed_as_written(stepped: Stubs) -> None:
@@ -177,6 +177,54 @@ def test_a_model_that_the_kernel_cannot_see_comes_from_its_client(
         for name in ("sent", "seen")
     }
     assert hashes["sent"] == hashes["seen"], "the very same meshes"
+
+
+MATERIAL = b"mtllib %s\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+TEXTURED = b"newmtl m\nmap_Kd %s\n"
+WORLD = (
+    b'#VRML V2.0 utf8\nShape { appearance Appearance { texture ImageTexture { url "%s" } } geometry IndexedFaceSet {'
+    b" coord Coordinate { point [0 0 0, 1 0 0, 0 1 0] } coordIndex [0 1 2 -1] } }\n"
+)
+
+
+@pytest.mark.parametrize("way", ["material", "texture", "vrml"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "{}",
+        "file://{}",
+        "package://pybullet_data{up}{}",
+        "package://p/{}",
+        "package://x{}",
+        "package://pybullet_data/{}",
+    ],
+)
+def test_an_uploaded_mesh_reads_no_file_of_the_kernels_disk(
+    stepped: Stubs, tmp_path: Path, way: str, name: str
+) -> None:
+    """The secret is on the disk of the kernel, which these tests share; whether it is there makes no difference."""
+    secret = tmp_path / "secret.png"
+    named = name.format(secret, up="/.." * len(MODELS.parts)).encode()
+    main = b"x.wrl" if way == "vrml" else b"x.obj"
+    sent = {main: (WORLD if way == "vrml" else MATERIAL) % (b"x.mtl" if way == "texture" else named)}
+    if way == "texture":
+        sent[b"x.mtl"] = TEXTURED % named
+    files = [nodes_pb2.AssetFile(uri=uri.decode(), sha256=upload(stepped, data)) for uri, data in sent.items()]
+    told = []
+    content = str(tmp_path).encode()
+    for there in (False, True):
+        if there:
+            secret.write_bytes(content)
+        answer = load(stepped, main.decode(), f"mesh_{len(told)}", files=files)
+        mesh = next(node for node in nodes(stepped) if node.name == f"mesh_{len(told)}").figures[0].mesh
+        assert {file.sha256 for file in mesh.files} <= {file.sha256 for file in files}
+        told.append(list(answer.warnings))
+    assert told[0] == told[1]
+    assert not stepped.asset.FindAssets(Find(sha256s=[sha256(content)])).sha256s
+
+
+def nodes(stubs: Stubs) -> list[nodes_pb2.Node]:
+    return list(stubs.scene.GetScene(scene_pb2.GetSceneRequest()).nodes)
 
 
 def test_a_missing_upload_names_the_file_and_what_was_tried(stepped: Stubs) -> None:

@@ -66,7 +66,7 @@ def test_a_number_that_is_not_finite_is_refused_wherever_it_stands(stepped: Stub
     jump = scene_pb2.SetJointPositions(robot="arm", joint_positions={JOINT: 0.5})
     camera = view_pb2.Camera(position=axis, target=place.position, field_of_view_radians=1)
     view = view_pb2.UpdateViewRequest(view=view_pb2.View(camera=camera))
-    view.mask.paths.append("camera")
+    view.update_mask.paths.append("camera")
     calls: list[tuple[Callable[[Any], object], Message]] = [
         (stepped.scene.Apply, scene_pb2.ApplyRequest(commands=[create(one) for one in (node, *new)])),
         (stepped.scene.Apply, scene_pb2.ApplyRequest(commands=[scene_pb2.Command(set_joint_positions=jump)])),

@@ -1,4 +1,4 @@
-"""ViewService.Capture and RayService.Pick: pictures without a browser, against projections computed here.
+"""ViewService.CaptureImage and ViewService.PickPixel: pictures without a browser, against projections computed here.
 
 The eye looks along +y from 4 m away, so column = middle + f x / depth and row = middle - f z / depth, with
 f = height / 2 / tan(0.9 / 2).
@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from google.protobuf.field_mask_pb2 import FieldMask
 from PIL import Image
-from virtualrobot.v1 import geometry_pb2, kernel_pb2, nodes_pb2, ray_pb2, scene_pb2, sensing_pb2, sensor_pb2, view_pb2
+from virtualrobot.v1 import geometry_pb2, kernel_pb2, nodes_pb2, scene_pb2, sensing_pb2, sensor_pb2, view_pb2
 
 from tests.api.asking import PANDA, apply, create, load, refusal
 from tests.api.conftest import Stubs
@@ -43,14 +43,14 @@ def stage(stepped: Stubs) -> Iterator[Stubs]:
 
 
 def change(stubs: Stubs, view: view_pb2.View, *fields: str) -> None:
-    stubs.view.UpdateView(view_pb2.UpdateViewRequest(view=view, mask=FieldMask(paths=fields)))
+    stubs.view.UpdateView(view_pb2.UpdateViewRequest(view=view, update_mask=FieldMask(paths=fields)))
 
 
 def capture(stubs: Stubs, **fields: object) -> np.ndarray:
     """Return a picture (h, w, 3) as signed numbers."""
     shot = view_pb2.Shot(**{"camera": FRONT, "width": WIDTH, "height": HEIGHT, **fields})  # pyright: ignore[reportArgumentType]
     shot.format = view_pb2.IMAGE_FORMAT_RAW
-    answer = stubs.view.Capture(view_pb2.CaptureRequest(shot=shot))
+    answer = stubs.view.CaptureImage(view_pb2.CaptureImageRequest(shot=shot))
     return np.frombuffer(answer.image, np.uint8).reshape(answer.height, answer.width, 3).astype(int)
 
 
@@ -94,7 +94,7 @@ def test_a_sphere_has_the_silhouette_of_the_formula(stage: Stubs, rng: np.random
     assert (picture[~seen] == BACKGROUND).all(axis=1).mean() > 0.99
     red, green, blue = picture[seen].T
     assert (red > 2 * np.maximum(green, blue))[10:-10].mean() > 0.95
-    stage.view.Capture(view_pb2.CaptureRequest())  # framed by itself
+    stage.view.CaptureImage(view_pb2.CaptureImageRequest())  # framed by itself
 
 
 def test_points_and_lines_are_where_they_project_and_hidden_behind_a_box(stage: Stubs) -> None:
@@ -167,14 +167,14 @@ def test_files_are_of_the_asked_format_and_size(stage: Stubs) -> None:
         (view_pb2.IMAGE_FORMAT_JPEG, "JPEG", 1.0),
     ):
         shot = view_pb2.Shot(camera=FRONT, width=WIDTH, height=HEIGHT, format=format)
-        answer = stage.view.Capture(view_pb2.CaptureRequest(shot=shot))
+        answer = stage.view.CaptureImage(view_pb2.CaptureImageRequest(shot=shot))
         image = Image.open(io.BytesIO(answer.image))
         assert (image.format, image.size) == (name, (WIDTH, HEIGHT))
         assert np.abs(np.asarray(image).astype(int) - exact).mean() <= error
-    answer = stage.view.Capture(view_pb2.CaptureRequest())
+    answer = stage.view.CaptureImage(view_pb2.CaptureImageRequest())
     assert (answer.width, answer.height) == Image.open(io.BytesIO(answer.image)).size == (1280, 720)
     shot = view_pb2.Shot(width=37, height=1)
-    assert stage.view.Capture(view_pb2.CaptureRequest(shot=shot)).width == 37
+    assert stage.view.CaptureImage(view_pb2.CaptureImageRequest(shot=shot)).width == 37
 
 
 def test_a_hidden_node_is_not_seen_and_a_moved_one_elsewhere(stage: Stubs) -> None:
@@ -197,8 +197,8 @@ def test_a_pick_meets_the_sphere_where_geometry_says(stage: Stubs, rng: np.rando
     apply(stage, ball)
     for _ in range(10):
         column, row = rng.uniform(-0.4, 0.4, 2) * FOCAL * radius / DISTANCE + MIDDLE
-        request = ray_pb2.PickRequest(camera=FRONT, width=WIDTH, height=HEIGHT, column=column, row=row)
-        found = stage.ray.Pick(request)
+        request = view_pb2.PickPixelRequest(camera=FRONT, width=WIDTH, height=HEIGHT, column=column, row=row)
+        found = stage.view.PickPixel(request)
         direction = np.array([(column - MIDDLE[0]) / FOCAL, 1.0, -(row - MIDDLE[1]) / FOCAL])
         direction /= np.linalg.norm(direction)
         eye = np.array([0.0, -DISTANCE, 0.0])
@@ -217,7 +217,7 @@ def test_a_pick_meets_the_sphere_where_geometry_says(stage: Stubs, rng: np.rando
         )
         color = found.color.red, found.color.green, found.color.blue
         np.testing.assert_allclose(color, (0.8, 0.1, 0.1), atol=0.003)
-    nothing = stage.ray.Pick(ray_pb2.PickRequest(camera=FRONT, width=WIDTH, height=HEIGHT))
+    nothing = stage.view.PickPixel(view_pb2.PickPixelRequest(camera=FRONT, width=WIDTH, height=HEIGHT))
     assert (nothing.node, nothing.distance_meters) == ("", math.inf)
 
 
@@ -250,8 +250,8 @@ def test_a_camera_of_the_scene_sees_through_its_own_lens(stage: Stubs) -> None:
     assert rows.mean() == pytest.approx(49.5, abs=0.5)
     larger = capture(stage, camera_sensor="eye", camera=None, width=400, height=200)
     assert np.nonzero(larger[..., 0] > 1.5 * larger[..., 2])[1].mean() == pytest.approx(2 * columns.mean() + 0.5, abs=2)
-    request = ray_pb2.PickRequest(camera_sensor="eye", column=99.5 + focal * 0.5 / (DISTANCE - 0.3), row=49.5)
-    found = stage.ray.Pick(request)
+    request = view_pb2.PickPixelRequest(camera_sensor="eye", column=99.5 + focal * 0.5 / (DISTANCE - 0.3), row=49.5)
+    found = stage.view.PickPixel(request)
     np.testing.assert_allclose(three(found.world_point), (0.5, -0.3, 0.0), atol=0.04)
 
 
@@ -314,7 +314,7 @@ def test_what_sensors_say_is_drawn(stage: Stubs) -> None:
         node("wall", 0.9, 0.0, 0.0, box=nodes_pb2.Box(size=Vector(x=0.2, y=0.4, z=1.0))),
         sensor("eye", aside, width=40, height=30, running=True),
     )
-    stage.kernel.Step(kernel_pb2.StepRequest(ticks=60))
+    stage.kernel.StepClock(kernel_pb2.StepClockRequest(ticks=60))
     before = capture(stage)
     shown = {
         "rays": [(-0.9, 0.0, 0.0), (0.0, 0.0, 0.0), (0.7, 0.0, 0.0)],
@@ -349,22 +349,25 @@ def test_what_no_picture_can_be_taken_of_is_refused_by_its_field(stage: Stubs) -
         (None, "UNKNOWN_NAME", view_pb2.Shot(camera_sensor="nobody")),
         (None, "UNKNOWN_NAME", view_pb2.Shot(camera_sensor="ball")),
     ):
-        for ask in (stage.view.Capture, lambda request: next(stage.view.Record(request))):
-            make = view_pb2.CaptureRequest if ask == stage.view.Capture else view_pb2.RecordRequest
+        for ask in (stage.view.CaptureImage, lambda request: next(stage.view.RecordFilm(request))):
+            make = view_pb2.CaptureImageRequest if ask == stage.view.CaptureImage else view_pb2.RecordFilmRequest
             refused = refusal(lambda ask=ask, make=make, shot=shot: ask(make(shot=shot)))
             assert (refused.reason, refused.metadata.get("field")) == (reason, field)
     for field, request in (
-        ("column", ray_pb2.PickRequest(camera=FRONT, column=NAN)),
-        ("column", ray_pb2.PickRequest(camera=FRONT, column=1280.0)),
-        ("row", ray_pb2.PickRequest(camera=FRONT, row=-1.0)),
-        ("row", ray_pb2.PickRequest(camera_sensor="eye", row=480.0)),
-        ("width", ray_pb2.PickRequest(camera_sensor="eye", width=100)),
-        ("width", ray_pb2.PickRequest(camera=FRONT, width=100_000)),
-        ("camera.position", ray_pb2.PickRequest(camera=view_pb2.Camera(position=Vector(z=NAN)))),
+        ("column", view_pb2.PickPixelRequest(camera=FRONT, column=NAN)),
+        ("column", view_pb2.PickPixelRequest(camera=FRONT, column=1280.0)),
+        ("row", view_pb2.PickPixelRequest(camera=FRONT, row=-1.0)),
+        ("row", view_pb2.PickPixelRequest(camera_sensor="eye", row=480.0)),
+        ("width", view_pb2.PickPixelRequest(camera_sensor="eye", width=100)),
+        ("width", view_pb2.PickPixelRequest(camera=FRONT, width=100_000)),
+        ("camera.position", view_pb2.PickPixelRequest(camera=view_pb2.Camera(position=Vector(z=NAN)))),
     ):
-        refused = refusal(lambda request=request: stage.ray.Pick(request))
+        refused = refusal(lambda request=request: stage.view.PickPixel(request))
         assert (refused.reason, refused.metadata["field"]) == ("INVALID_ARGUMENT", field)
-    assert refusal(lambda: stage.ray.Pick(ray_pb2.PickRequest(camera_sensor="nobody"))).reason == "UNKNOWN_NAME"
+    assert (
+        refusal(lambda: stage.view.PickPixel(view_pb2.PickPixelRequest(camera_sensor="nobody"))).reason
+        == "UNKNOWN_NAME"
+    )
 
 
 def camera_shot(position: Vector, target: Vector, field: float = 0.0) -> view_pb2.Shot:

@@ -37,7 +37,7 @@ def scene(stage: Stubs) -> Iterator[Stubs]:
     wall = node("wall", 1.05, 0.0, 0.0, box=nodes_pb2.Box(size=Vector(x=0.1, y=0.001, z=2.0)), color=GREEN)
     lidar = nodes_pb2.Node(name="lidar", range_sensor=sensing_pb2.RangeSensor(pattern=pattern, running=True))
     apply(stage, wall, create(lidar))
-    stage.kernel.Step(kernel_pb2.StepRequest(ticks=25))
+    stage.kernel.StepClock(kernel_pb2.StepClockRequest(ticks=25))
     yield stage
 
 
@@ -80,7 +80,7 @@ def test_films_show_sensors_too(scene: Stubs) -> None:
     show(scene, rays=True)
     shot = view_pb2.Shot(camera=view_pb2.Camera(position=Vector(y=-4.0)), width=320, height=240)
     shot.format = view_pb2.IMAGE_FORMAT_RAW
-    film = scene.view.Record(view_pb2.RecordRequest(shot=shot, frames_per_second=50, duration_seconds=0.02))
+    film = scene.view.RecordFilm(view_pb2.RecordFilmRequest(shot=shot, frames_per_second=50, duration_seconds=0.02))
     first = np.frombuffer(next(iter(film)).image, np.uint8).reshape(240, 320, 3).astype(int)
     assert has(first, 0.5, 0.0, NEAREST)
     film.cancel()
@@ -92,7 +92,7 @@ def test_a_camera_has_its_pyramid_and_its_picture(stage: Stubs) -> None:
     sensor = sensing_pb2.CameraSensor(width=64, height=48, horizontal_field_radians=1.2, running=True)
     far = node("far", 0.0, 10.0, 0.0, box=nodes_pb2.Box(size=Vector(x=40.0, y=0.1, z=40.0)))
     apply(stage, far, create(nodes_pb2.Node(name="eye", parent_t_node=place, camera_sensor=sensor)))
-    stage.kernel.Step(kernel_pb2.StepRequest(ticks=25))
+    stage.kernel.StepClock(kernel_pb2.StepClockRequest(ticks=25))
     half = 0.3 * np.tan(0.6)
     behind = capture(stage)
     overlay = view_pb2.SensorOverlay(sensor="eye", frustum=True)
@@ -103,7 +103,7 @@ def test_a_camera_has_its_pyramid_and_its_picture(stage: Stubs) -> None:
     # Something green before its eye fills its picture alone, since it is nearer than the eye's own figures.
     near = node("near", 0.0, -0.2, 0.0, box=nodes_pb2.Box(size=Vector(x=0.2, y=0.001, z=0.2)), color=GREEN)
     apply(stage, near)
-    stage.kernel.Step(kernel_pb2.StepRequest(ticks=25))
+    stage.kernel.StepClock(kernel_pb2.StepClockRequest(ticks=25))
     overlay.image = True
     change(stage, view_pb2.View(sensors=[overlay]), "sensors")
     at_edge = colors(capture(stage), 0.75 * half, 0.0)
@@ -124,7 +124,7 @@ def test_what_is_behind_a_cameras_picture_is_hidden_by_it(stage: Stubs) -> None:
         create(nodes_pb2.Node(name="eye", parent_t_node=place, camera_sensor=sensor)),
         node("lines", 0.0, 0.0, 0.0, color=GREEN, lines=nodes_pb2.Lines(segments=across, width_pixels=3.0)),
     )
-    stage.kernel.Step(kernel_pb2.StepRequest(ticks=25))
+    stage.kernel.StepClock(kernel_pb2.StepClockRequest(ticks=25))
 
     def is_green(picture: np.ndarray, *place: float) -> bool:
         red, green, _ = near(picture, *place).T

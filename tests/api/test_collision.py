@@ -148,7 +148,7 @@ def test_what_is_allowed_is_no_collision_and_follows_its_nodes(stubs: Stubs) -> 
     for first, second in touching:
         allow(stubs, first, second)
     assert names(stubs.collision.CheckCollision(Check())) == set()
-    rename = scene_pb2.UpdateNode(name="box", node=nodes_pb2.Node(name="crate"), mask={"paths": ["name"]})
+    rename = scene_pb2.UpdateNode(name="box", node=nodes_pb2.Node(name="crate"), update_mask={"paths": ["name"]})
     apply(stubs, scene_pb2.Command(update_node=rename))
     assert {pair[1] for pair in allowed(stubs, "crate")} == {"crate"}
     apply(stubs, scene_pb2.Command(remove_node=scene_pb2.RemoveNode(name="crate")), create(box("crate", z=0.1)))
@@ -171,10 +171,10 @@ def test_a_scene_file_keeps_allowed_pairs(stubs: Stubs) -> None:
 def test_a_lease_keeps_others_from_allowing_pairs_of_its_robot(stubs: Stubs) -> None:
     load(stubs, IIWA, "arm")
     apply(stubs, create(box("one")), create(box("two")))
-    lease = stubs.lease.Acquire(lease_pb2.AcquireRequest(robots=["arm"], owner="me"))
+    lease = stubs.lease.AcquireLease(lease_pb2.AcquireLeaseRequest(robots=["arm"], owner="me"))
     assert refusal(lambda: allow(stubs, "arm.lbr_iiwa_link_0", "one")).reason == "LEASED"
     allow(stubs, "one", "two")
-    stubs.lease.Release(lease_pb2.ReleaseRequest(token=lease.token))
+    stubs.lease.ReleaseLease(lease_pb2.ReleaseLeaseRequest(token=lease.token))
 
 
 def test_the_search_counts_what_touches(stubs: Stubs, seed: int) -> None:

@@ -146,7 +146,7 @@ def listed(stubs: Stubs, *nodes: str) -> list[collision_pb2.CollisionMesh]:
 def hulled(node: nodes_pb2.Node, vertices: int) -> scene_pb2.Command:
     node.figures[0].mesh.collision_hull_vertices = vertices
     mask = {"paths": ["figures"]}
-    return scene_pb2.Command(update_node=scene_pb2.UpdateNode(name=node.name, node=node, mask=mask))
+    return scene_pb2.Command(update_node=scene_pb2.UpdateNode(name=node.name, node=node, update_mask=mask))
 
 
 def test_a_mesh_collides_as_a_hull_when_it_shall(cell: Stubs) -> None:

@@ -74,7 +74,9 @@ def mode(stubs: Stubs, name: str = "", **robots: str) -> None:
 
 def update(name: str, field: str, node: nodes_pb2.Node) -> scene_pb2.Command:
     """Return the command that changes a field of a node."""
-    return scene_pb2.Command(update_node=scene_pb2.UpdateNode(name=name, node=node, mask=FieldMask(paths=[field])))
+    return scene_pb2.Command(
+        update_node=scene_pb2.UpdateNode(name=name, node=node, update_mask=FieldMask(paths=[field]))
+    )
 
 
 def put(stubs: Stubs, **joint_positions: float) -> None:

@@ -24,7 +24,7 @@ def ran(kernel: KernelProcess, seed: int) -> list[bytes]:
         )
     )
     last = [
-        stubs.kernel.Step(kernel_pb2.StepRequest(ticks=1000)),
+        stubs.kernel.StepClock(kernel_pb2.StepClockRequest(ticks=1000)),
         stubs.scene.GetScene(scene_pb2.GetSceneRequest()),
         stubs.motion.ListMotions(motion_pb2.ListMotionsRequest()),
     ]

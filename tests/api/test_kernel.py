@@ -12,8 +12,8 @@ from tests.api.conftest import Stubs
 REALTIME, STEPPED = kernel_pb2.CLOCK_MODE_REALTIME, kernel_pb2.CLOCK_MODE_STEPPED
 
 
-def step(stubs: Stubs, ticks: int) -> kernel_pb2.StepResponse:
-    return stubs.kernel.Step(kernel_pb2.StepRequest(ticks=ticks))
+def step(stubs: Stubs, ticks: int) -> kernel_pb2.StepClockResponse:
+    return stubs.kernel.StepClock(kernel_pb2.StepClockRequest(ticks=ticks))
 
 
 def test_info_says_what_the_kernel_can_do(stubs: Stubs) -> None:

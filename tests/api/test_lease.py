@@ -86,8 +86,8 @@ def test_a_start_that_would_preempt_the_holder_stops_nothing(cell: Stubs, kernel
 def test_several_robots_are_leased_all_or_none(cell: Stubs, kernel: KernelProcess) -> None:
     stubs = cell
     ada = Holder(kernel, "left")
-    ask = lease_pb2.AcquireRequest(robots=["right", "left"], owner="Bob")
-    assert refusal(lambda: stubs.lease.Acquire(ask)).metadata["owner"] == "Ada"
+    ask = lease_pb2.AcquireLeaseRequest(robots=["right", "left"], owner="Bob")
+    assert refusal(lambda: stubs.lease.AcquireLease(ask)).metadata["owner"] == "Ada"
     start(stubs, joints("right", lbr_iiwa_joint_1=0.1))  # is still free
     bob = Holder(kernel, "right", owner="Bob")
     both = (*ada.metadata, *bob.metadata)
@@ -101,7 +101,9 @@ def test_several_robots_are_leased_all_or_none(cell: Stubs, kernel: KernelProces
 def test_of_many_who_acquire_at_once_one_gets_it(cell: Stubs, kernel: KernelProcess) -> None:
     clients = [kernel.stubs() for _ in range(8)]
     calls = [
-        client.lease.Acquire.future(lease_pb2.AcquireRequest(robots=["left", "right"], owner=f"client {number}"))
+        client.lease.AcquireLease.future(
+            lease_pb2.AcquireLeaseRequest(robots=["left", "right"], owner=f"client {number}")
+        )
         for number, client in enumerate(clients)
     ]
     refused = [call for call in calls if call.exception(30) is not None]
@@ -171,8 +173,8 @@ from virtualrobot.v1 import lease_pb2, lease_pb2_grpc, motion_pb2, motion_pb2_gr
 address, robot = sys.argv[1:]
 channel = grpc.insecure_channel(address)
 leases, motions = lease_pb2_grpc.LeaseServiceStub(channel), motion_pb2_grpc.MotionServiceStub(channel)
-token = leases.Acquire(lease_pb2.AcquireRequest(robots=[robot], owner="doomed")).token
-told = leases.KeepAlive(lease_pb2.KeepAliveRequest(token=token))
+token = leases.AcquireLease(lease_pb2.AcquireLeaseRequest(robots=[robot], owner="doomed")).token
+told = leases.KeepLeaseAlive(lease_pb2.KeepLeaseAliveRequest(token=token))
 next(told)
 goal = motion_pb2.JointGoal(joint_positions={"lbr_iiwa_joint_1": 2.0})
 move = motion_pb2.Move(robot=robot, speed_factor=0.003, point_to_point=motion_pb2.PointToPoint(joints=goal))
@@ -223,23 +225,23 @@ def test_a_client_that_vanishes_loses_its_lease_and_its_robot_stops(
 
 def test_a_lease_that_nobody_keeps_alive_expires(cell: Stubs) -> None:
     stubs = cell
-    token = stubs.lease.Acquire(lease_pb2.AcquireRequest(robots=["left"])).token
+    token = stubs.lease.AcquireLease(lease_pb2.AcquireLeaseRequest(robots=["left"])).token
     assert leases(stubs)
     free(stubs)
-    keep = lease_pb2.KeepAliveRequest(token=token)
-    for call in (lambda: next(stubs.lease.KeepAlive(keep)), lambda: stubs.lease.Release(keep)):
+    keep = lease_pb2.KeepLeaseAliveRequest(token=token)
+    for call in (lambda: next(stubs.lease.KeepLeaseAlive(keep)), lambda: stubs.lease.ReleaseLease(keep)):
         with pytest.raises(grpc.RpcError):
             call()
-    refused = refusal(lambda: next(stubs.lease.KeepAlive(keep)))
+    refused = refusal(lambda: next(stubs.lease.KeepLeaseAlive(keep)))
     assert (refused.reason, refused.metadata["cause"]) == ("LEASE_ENDED", "expired")
 
 
 def test_a_stream_that_is_opened_again_in_time_keeps_the_lease(cell: Stubs, kernel: KernelProcess) -> None:
     stubs = cell
     ada = Holder(kernel, "left")
-    keep = lease_pb2.KeepAliveRequest(token=ada.given.token)
+    keep = lease_pb2.KeepLeaseAliveRequest(token=ada.given.token)
     for _ in range(20):
-        again = stubs.lease.KeepAlive(keep)
+        again = stubs.lease.KeepLeaseAlive(keep)
         next(again)
         ada.told.cancel()
         ada.told = again
@@ -306,7 +308,10 @@ def test_once_a_robot_is_taken_nothing_of_others_starts(cell: Stubs, kernel: Ker
 )
 def test_bad_requests_are_refused(cell: Stubs, fields: dict[str, Any], reason: str) -> None:
     stubs = cell
-    for call, ask in ((stubs.lease.Acquire, lease_pb2.AcquireRequest), (stubs.lease.Take, lease_pb2.TakeRequest)):
+    for call, ask in (
+        (stubs.lease.AcquireLease, lease_pb2.AcquireLeaseRequest),
+        (stubs.lease.TakeLease, lease_pb2.TakeLeaseRequest),
+    ):
         assert refusal(lambda call=call, ask=ask: call(ask(**fields))).reason == reason
     assert leases(stubs) == []
 
@@ -314,8 +319,8 @@ def test_bad_requests_are_refused(cell: Stubs, fields: dict[str, Any], reason: s
 def test_tokens_that_are_none(cell: Stubs) -> None:
     stubs = cell
     for call in (
-        lambda: stubs.lease.Release(lease_pb2.ReleaseRequest(token="guess")),
-        lambda: next(stubs.lease.KeepAlive(lease_pb2.KeepAliveRequest(token=""))),
+        lambda: stubs.lease.ReleaseLease(lease_pb2.ReleaseLeaseRequest(token="guess")),
+        lambda: next(stubs.lease.KeepLeaseAlive(lease_pb2.KeepLeaseAliveRequest(token=""))),
         lambda: stubs.scene.Apply(scene_pb2.ApplyRequest(), metadata=(("virtualrobot-lease", "guess"),)),
     ):
         assert refusal(call).reason == "LEASE_ENDED"
@@ -324,8 +329,8 @@ def test_tokens_that_are_none(cell: Stubs) -> None:
 
 def test_an_owner_without_a_name_is_the_client(cell: Stubs) -> None:
     stubs = cell
-    ask = lease_pb2.AcquireRequest(robots=["left", "left"])
-    lease = stubs.lease.Acquire(ask, metadata=(("client-name", "press"),)).lease
+    ask = lease_pb2.AcquireLeaseRequest(robots=["left", "left"])
+    lease = stubs.lease.AcquireLease(ask, metadata=(("client-name", "press"),)).lease
     assert list(lease.robots) == ["left"]
     assert lease.owner == "press at ipv4:127.0.0.1"
 

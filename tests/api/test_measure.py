@@ -1,11 +1,11 @@
-"""RayService.Measure and the view's measurements: distances between points that move with nodes."""
+"""ViewService.MeasurePointDistance and the view's measurements: distances between points that move with nodes."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 from google.protobuf.field_mask_pb2 import FieldMask
-from virtualrobot.v1 import geometry_pb2, ray_pb2, view_pb2
+from virtualrobot.v1 import geometry_pb2, view_pb2
 
 from tests.api.asking import IIWA, apply, box, create, joints, load, refusal, start
 from tests.api.conftest import Stubs
@@ -20,8 +20,8 @@ def at(node: str, *point: float) -> view_pb2.NodePoint:
     return view_pb2.NodePoint(node=node, point=geometry_pb2.Vector3(x=x, y=y, z=z))
 
 
-def measure(stubs: Stubs, first: view_pb2.NodePoint, second: view_pb2.NodePoint) -> ray_pb2.MeasureResponse:
-    return stubs.ray.Measure(ray_pb2.MeasureRequest(first=first, second=second))
+def measure(stubs: Stubs, first: view_pb2.NodePoint, second: view_pb2.NodePoint) -> view_pb2.PointDistance:
+    return stubs.view.MeasurePointDistance(view_pb2.MeasurePointDistanceRequest(first=first, second=second)).distance
 
 
 def as_array(vector: geometry_pb2.Vector3) -> np.ndarray:
@@ -30,7 +30,9 @@ def as_array(vector: geometry_pb2.Vector3) -> np.ndarray:
 
 def show(stubs: Stubs, *measurements: view_pb2.Measurement) -> view_pb2.View:
     view = view_pb2.View(measurements=measurements)
-    return stubs.view.UpdateView(view_pb2.UpdateViewRequest(view=view, mask=FieldMask(paths=["measurements"]))).view
+    return stubs.view.UpdateView(
+        view_pb2.UpdateViewRequest(view=view, update_mask=FieldMask(paths=["measurements"]))
+    ).view
 
 
 def test_points_are_in_the_frames_of_their_nodes(stepped: Stubs) -> None:
@@ -45,14 +47,14 @@ def test_a_watched_distance_follows_a_moving_arm(stepped: Stubs, rng: np.random.
     load(stepped, IIWA, "arm")
     apply(stepped, create(box("a", *rng.uniform(-1.0, 1.0, 3))))
     first, second = at(TIP, *rng.uniform(-0.2, 0.2, 3)), at("a", *rng.uniform(-0.1, 0.1, 3))
-    request = ray_pb2.WatchMeasureRequest(first=first, second=second, max_rate_hertz=1000.0)
-    watch = stepped.ray.WatchMeasure(request)
-    assert next(watch).measure == measure(stepped, first, second)
+    request = view_pb2.WatchPointDistanceRequest(first=first, second=second, max_rate_hertz=1000.0)
+    watch = stepped.view.WatchPointDistance(request)
+    assert next(watch).distance == measure(stepped, first, second)
     start(stepped, joints("arm", lbr_iiwa_joint_1=1.0, lbr_iiwa_joint_4=-1.0))
     seen = []
     for _ in range(5):
         tick = step(stepped, 20).stamp.tick
-        told = next(one.measure for one in watch if one.measure.stamp.tick == tick)
+        told = next(one.distance for one in watch if one.stamp.tick == tick)
         poses = scene(stepped, TIP, "a")
         ends = [poses[TIP] @ [*as_array(first.point), 1.0], poses["a"] @ [*as_array(second.point), 1.0]]
         np.testing.assert_allclose([as_array(told.first), as_array(told.second)], np.array(ends)[:, :3], atol=1e-12)
@@ -64,11 +66,11 @@ def test_a_watched_distance_follows_a_moving_arm(stepped: Stubs, rng: np.random.
 
 def test_a_watch_ends_when_its_node_goes(stepped: Stubs) -> None:
     apply(stepped, create(box("a")))
-    request = ray_pb2.WatchMeasureRequest(first=at("a", 0.0, 0.0, 0.0), second=at("", 0.0, 0.0, 0.0))
-    watch = stepped.ray.WatchMeasure(request)
+    request = view_pb2.WatchPointDistanceRequest(first=at("a", 0.0, 0.0, 0.0), second=at("", 0.0, 0.0, 0.0))
+    watch = stepped.view.WatchPointDistance(request)
     next(watch)
     apply(stepped, update("a", "name", name="b"))
-    assert next(watch).measure.distance_meters == 0.0, "it is known by its uid"
+    assert next(watch).distance.distance_meters == 0.0, "it is known by its uid"
     apply(stepped, remove("b"))
     refused = refusal(lambda: next(watch))
     assert (refused.reason, "has been removed" in refused.message) == ("UNKNOWN_NAME", True)
@@ -79,8 +81,8 @@ def test_what_cannot_be_measured_is_refused(stepped: Stubs) -> None:
     assert refusal(lambda: measure(stepped, at("nobody", 0.0, 0.0, 0.0), here)).reason == "UNKNOWN_NAME"
     refused = refusal(lambda: measure(stepped, here, at("", 0.0, nan, 0.0)))
     assert (refused.reason, refused.metadata["field"]) == ("INVALID_ARGUMENT", "second.point")
-    bad_rate = ray_pb2.WatchMeasureRequest(first=here, second=here, max_rate_hertz=-1.0)
-    assert refusal(lambda: next(stepped.ray.WatchMeasure(bad_rate))).reason == "INVALID_ARGUMENT"
+    bad_rate = view_pb2.WatchPointDistanceRequest(first=here, second=here, max_rate_hertz=-1.0)
+    assert refusal(lambda: next(stepped.view.WatchPointDistance(bad_rate))).reason == "INVALID_ARGUMENT"
 
 
 def test_the_view_keeps_measurements_by_uid(stepped: Stubs) -> None:

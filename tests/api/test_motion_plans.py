@@ -17,14 +17,14 @@ from tests.api.reading import matrices, matrix, state, step, values
 Wish = motion_pb2.Move | motion_pb2.ProgramStep
 
 
-def motion_of(*wishes: Wish, expected_revision: int = 0) -> motion_pb2.StartMotionRequest:
+def motion_of(*wishes: Wish, expected_revision: int | None = None) -> motion_pb2.StartMotionRequest:
     moves = [wish for wish in wishes if isinstance(wish, motion_pb2.Move)]
     steps = [wish for wish in wishes if isinstance(wish, motion_pb2.ProgramStep)]
     return motion_pb2.StartMotionRequest(
         moves=moves,
         steps=steps,
         on_disconnect=motion_pb2.DISCONNECT_POLICY_CONTINUE,
-        expected_revision=expected_revision,
+        expected_structure_revision=expected_revision,
     )
 
 

@@ -91,8 +91,12 @@ def test_an_arm_comes_round_a_wall_and_touches_nothing_on_its_way(stepped: Stubs
     straight = motion_pb2.Move(robot="arm", point_to_point=joint_goal(right))
     assert any("wall" in pair for pair in drive(stepped, [_alone(straight)]))
     put(stepped, ROBOTS[kind][1])
-    path = found(stepped, asked(right, seed=seed % 2**32, time_limit_seconds=60.0))
-    assert not path.straight and path.length > path.straight_length > 0.0 and path.planner == "RRTConnect"
+    path = found(stepped, asked(right, seed=seed, time_limit_seconds=60.0))
+    assert (
+        not path.straight
+        and path.length > path.straight_length > 0.0
+        and path.planner == path_pb2.PATH_PLANNER_RRT_CONNECT
+    )
     assert len(path.steps) == len(path.waypoints) - 1 >= 2 and path.planning_seconds > 0.0
     assert drive(stepped, list(path.steps)) == set()
     reached = positions(stepped)
@@ -107,7 +111,9 @@ def test_progress_comes_before_the_path_and_the_time_is_kept(stepped: Stubs) -> 
     """Who uses all the time has told several times how far it is."""
     right = cell(stepped)
     began = time.monotonic()
-    responses = list(stepped.path.FindPath(asked(right, planner="RRTstar", time_limit_seconds=3.0), timeout=120))
+    responses = list(
+        stepped.path.FindPath(asked(right, planner=path_pb2.PATH_PLANNER_RRT_STAR, time_limit_seconds=3.0), timeout=120)
+    )
     assert time.monotonic() - began >= 3.0 * 0.6
     *before, last = responses
     assert len(before) >= 3 and not any(one.HasField("path") for one in before)
@@ -156,7 +162,9 @@ def test_equal_seeds_find_equal_paths(stepped: Stubs) -> None:
 
 def test_who_goes_away_ends_the_search_and_the_next_one_begins(stepped: Stubs) -> None:
     right = cell(stepped)
-    call = stepped.path.FindPath(asked(right, planner="InformedRRTstar", time_limit_seconds=600.0))
+    call = stepped.path.FindPath(
+        asked(right, planner=path_pb2.PATH_PLANNER_INFORMED_RRT_STAR, time_limit_seconds=600.0)
+    )
     assert not next(iter(call)).HasField("path")
     call.cancel()
     assert len(found(stepped, asked(right, time_limit_seconds=60.0)).waypoints) > 1
@@ -164,7 +172,7 @@ def test_who_goes_away_ends_the_search_and_the_next_one_begins(stepped: Stubs) -
 
 def test_time_goes_on_while_a_path_is_looked_for(stubs: Stubs) -> None:
     right = cell(stubs)
-    call = stubs.path.FindPath(asked(right, planner="RRTstar", time_limit_seconds=600.0))
+    call = stubs.path.FindPath(asked(right, planner=path_pb2.PATH_PLANNER_RRT_STAR, time_limit_seconds=600.0))
     ticks, over = [], threading.Event()
 
     def watch() -> None:
@@ -201,8 +209,8 @@ def test_refusals(stepped: Stubs) -> None:
     assert refused(asked({"lbr_iiwa_joint_2": 3.0}))[0] == "LIMIT_EXCEEDED"
     assert refused(asked({"elbow": 1.0}))[0] == "UNKNOWN_NAME"
     assert refused(asked(right, robot="leg"))[0] == "UNKNOWN_NAME"
-    reason, message = refused(asked(right, planner="RTTConnect"))
-    assert reason == "UNKNOWN_NAME" and "RRTConnect" in message
+    reason, message = refused(asked(right, planner=99))
+    assert reason == "INVALID_ARGUMENT" and "PATH_PLANNER_RRT_CONNECT" in message
     far = geometry_pb2.Pose(position=geometry_pb2.Vector3(x=9.0), orientation=geometry_pb2.Quaternion(w=1.0))
     goal = motion_pb2.PointToPoint(pose=motion_pb2.PoseGoal(reference_t_tcp=far))
     assert refused(asked(goal))[0] == "UNREACHABLE"

@@ -336,7 +336,7 @@ def test_a_renamed_robot_goes_on(stepped: Stubs) -> None:
     step(stepped, 20)
     update = scene_pb2.UpdateNode(name="arm")
     update.node.name = "leg"
-    update.mask.paths.append("name")
+    update.update_mask.paths.append("name")
     apply(stepped, scene_pb2.Command(update_node=update))
     turn_on(stepped, "go")
     ended = finished(stepped, ask.motion.id)

@@ -88,9 +88,9 @@ def test_states_by_name_and_mask(stepped: Stubs) -> None:
     load(stepped, PANDA, "b")
     assert [one.name for one in stepped.robot.GetRobotStates(STATES()).robots] == ["a", "b"]
     mask = FieldMask(paths=["positions", "name"])
-    (b,) = stepped.robot.GetRobotStates(STATES(names=["b"], mask=mask)).robots
+    (b,) = stepped.robot.GetRobotStates(STATES(names=["b"], read_mask=mask)).robots
     assert (b.name, len(b.positions), len(b.velocities), b.HasField("world_t_tcp")) == ("b", 8, 0, False)
-    refused = refusal(lambda: stepped.robot.GetRobotStates(STATES(mask=FieldMask(paths=["position"]))))
+    refused = refusal(lambda: stepped.robot.GetRobotStates(STATES(read_mask=FieldMask(paths=["position"]))))
     assert "did you mean 'positions'" in refused.message
     for call in (lambda: robot(stepped, "c"), lambda: stepped.robot.GetRobotStates(STATES(names=["c"]))):
         assert (refusal(call).code, refusal(call).reason) == (grpc.StatusCode.NOT_FOUND, "UNKNOWN_NAME")

@@ -30,7 +30,7 @@ def attach(name: str, parent: str = "", parent_t_node: np.ndarray | None = None)
 
 def update(name: str, /, *mask: str, **fields: Any) -> scene_pb2.Command:  # noqa: ANN401 fields of Node
     node = nodes_pb2.Node(**fields)
-    return scene_pb2.Command(update_node=scene_pb2.UpdateNode(name=name, node=node, mask=FieldMask(paths=mask)))
+    return scene_pb2.Command(update_node=scene_pb2.UpdateNode(name=name, node=node, update_mask=FieldMask(paths=mask)))
 
 
 def revision(stubs: Stubs) -> int:
@@ -161,14 +161,14 @@ def test_parts_of_the_scene_by_name_and_mask(stepped: Stubs) -> None:
     load(stepped, IIWA, "arm")
     apply(stepped, create(box("a", x=0.3)))
     mask = FieldMask(paths=["name", "parent"])
-    answer = stepped.scene.GetScene(GET(names=["a", "arm.lbr_iiwa_link_1"], node_mask=mask))
+    answer = stepped.scene.GetScene(GET(names=["a", "arm.lbr_iiwa_link_1"], read_mask=mask))
     assert [(node.name, node.parent) for node in answer.nodes] == [
         ("a", "world"),
         ("arm.lbr_iiwa_link_1", "arm.lbr_iiwa_link_0"),
     ]
     assert all(node.uid == 0 and not node.figures and node.WhichOneof("kind") is None for node in answer.nodes)
     assert matrices(answer.world_t_node)[0, 0, 3] == 0.3
-    refused = refusal(lambda: stepped.scene.GetScene(GET(node_mask=FieldMask(paths=["nmae"]))))
+    refused = refusal(lambda: stepped.scene.GetScene(GET(read_mask=FieldMask(paths=["nmae"]))))
     assert refused.reason == "UNKNOWN_NAME"
     assert "did you mean 'name'" in refused.message
     refused = refusal(lambda: stepped.scene.GetScene(GET(names=["arm.lbr_iiwa_link_77"])))

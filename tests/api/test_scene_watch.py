@@ -125,7 +125,7 @@ def test_a_listener_knows_what_a_reader_reads(stepped: Stubs, rng: np.random.Gen
 
 def test_names_and_mask_choose_what_is_told(stepped: Stubs) -> None:
     created = apply(stepped, create(box("a")), create(box("b"))).created
-    request = WATCH(names=["b"], node_mask=FieldMask(paths=["name"]), max_rate_hertz=250)
+    request = WATCH(names=["b"], read_mask=FieldMask(paths=["name"]), max_rate_hertz=250)
     watch = stepped.scene.WatchScene(request)
     first = next(watch)
     assert [(node.name, node.uid) for node in first.nodes] == [("b", 0)]
@@ -136,7 +136,7 @@ def test_names_and_mask_choose_what_is_told(stepped: Stubs) -> None:
     apply(stepped, remove("d"))
     assert list(next(watch).removed_uids) == [created[1].uid]
     watch.cancel()
-    for bad in (WATCH(names=["nobody"]), WATCH(node_mask=FieldMask(paths=["nothing"]))):
+    for bad in (WATCH(names=["nobody"]), WATCH(read_mask=FieldMask(paths=["nothing"]))):
         assert refusal(lambda bad=bad: next(stepped.scene.WatchScene(bad))).reason == "UNKNOWN_NAME"
 
 

@@ -312,7 +312,7 @@ def test_a_stream_without_a_lease_ends_when_somebody_leases_the_robot(kernel: Ke
     load(stubs, IIWA, "arm")
     stream = Sender(stubs, timeout_seconds=LONG)
     stream.give(0.1)
-    ada = stubs.lease.Acquire(lease_pb2.AcquireRequest(robots=["arm"], owner="Ada"))
+    ada = stubs.lease.AcquireLease(lease_pb2.AcquireLeaseRequest(robots=["arm"], owner="Ada"))
     assert refusal(lambda: stream.give(0.1)).metadata["owner"] == "Ada"
     assert ended(stubs, stream.id).cancel_cause == motion_pb2.CANCEL_CAUSE_LEASE_TAKEN
-    stubs.lease.Release(lease_pb2.ReleaseRequest(token=ada.token))
+    stubs.lease.ReleaseLease(lease_pb2.ReleaseLeaseRequest(token=ada.token))

@@ -21,7 +21,7 @@ def get(stubs: Stubs) -> view_pb2.View:
 
 
 def change(stubs: Stubs, *mask: str, **fields: Any) -> view_pb2.View:  # noqa: ANN401 fields of View
-    request = view_pb2.UpdateViewRequest(view=view_pb2.View(**fields), mask=FieldMask(paths=mask))
+    request = view_pb2.UpdateViewRequest(view=view_pb2.View(**fields), update_mask=FieldMask(paths=mask))
     return stubs.view.UpdateView(request).view
 
 

@@ -71,7 +71,7 @@ export async function move(kernel: Kernel, ...moves: readonly Move[]): Promise<M
 export async function positions(kernel: Kernel, arm: Arm): Promise<readonly number[]> {
   const { robots } = await kernel.call(RobotService.method.getRobotStates, {
     names: [arm.name],
-    mask: { paths: ["positions"] },
+    readMask: { paths: ["positions"] },
   });
   return given(robots[0], "robot").positions;
 }

@@ -39,7 +39,7 @@ async function work(kernel: Kernel, arm: Arm): Promise<void> {
 
 /** Prints the robot's state again and again, until `signal` is aborted. */
 async function printStates(kernel: Kernel, arm: Arm, signal: AbortSignal): Promise<void> {
-  const request = { names: [arm.name], mask: { paths: ["positions"] }, maxRateHertz: 10 };
+  const request = { names: [arm.name], readMask: { paths: ["positions"] }, maxRateHertz: 10 };
   for await (const { stamp, robots } of kernel.watch(RobotService.method.watchRobotStates, request, signal)) {
     const { tick } = given(stamp, "stamp"); // a bigint
     for (const robot of robots) console.log(`tick ${tick}: ${numbers(robot.positions)}`);

@@ -60,13 +60,13 @@ class Assets:
 
     def download(self, sha256: str) -> bytes:
         """Take a file's bytes from the kernel."""
-        request = asset_pb2.DownloadRequest(sha256=sha256)
-        stream = self._services.asset.Download(request, timeout=LONG_TIMEOUT_SECONDS)
+        request = asset_pb2.DownloadAssetRequest(sha256=sha256)
+        stream = self._services.asset.DownloadAsset(request, timeout=LONG_TIMEOUT_SECONDS)
         return b"".join(response.chunk for response in stream)
 
     def find(self, sha256s: Iterable[str]) -> set[str]:
         """Return which of these files the kernel holds."""
-        return set(self._services.asset.Find(asset_pb2.FindRequest(sha256s=sha256s)).sha256s)
+        return set(self._services.asset.FindAssets(asset_pb2.FindAssetsRequest(sha256s=sha256s)).sha256s)
 
     def mesh(
         self,
@@ -148,18 +148,18 @@ class Assets:
             settings=settings if referrer == upload.uri else None,
         )
         try:
-            uris = self._services.asset.ListReferences(request, timeout=LONG_TIMEOUT_SECONDS).uris
+            files = self._services.asset.ListReferences(request, timeout=LONG_TIMEOUT_SECONDS).files
         except _UNREADABLE:
             if referrer == upload.uri:
                 raise
             # What reads the main file says what is wrong with this one, if it reads it at all.
             return {}
         here: dict[str, Path] = {}
-        for uri in uris:
+        for file in files:
             try:
-                here[join_uri(referrer, uri)] = resolver.resolve(uri, path)
+                here[join_uri(referrer, file.uri)] = resolver.resolve(file.uri, path, file.sha256)
             except UnresolvedUriError as error:
-                upload.missing[uri] = error
+                upload.missing[file.uri] = error
         return here
 
     def _send_all(self, upload: Upload, paths: Mapping[str, Path]) -> None:
@@ -171,12 +171,12 @@ class Assets:
             self._send(sha256, here[sha256])
 
     def _send(self, sha256: str, source: bytes | Path) -> None:
-        def requests() -> Iterator[asset_pb2.UploadRequest]:
-            yield asset_pb2.UploadRequest(sha256=sha256)
+        def requests() -> Iterator[asset_pb2.UploadAssetRequest]:
+            yield asset_pb2.UploadAssetRequest(sha256=sha256)
             for chunk in _chunks(source):
-                yield asset_pb2.UploadRequest(chunk=chunk)
+                yield asset_pb2.UploadAssetRequest(chunk=chunk)
 
-        self._services.asset.Upload(requests(), timeout=LONG_TIMEOUT_SECONDS)
+        self._services.asset.UploadAsset(requests(), timeout=LONG_TIMEOUT_SECONDS)
 
 
 def _may_name_others(main: str, referrer: str, name: str) -> bool:

@@ -106,8 +106,8 @@ class Clock:
         Raises:
             WrongStateError: when time follows the wall clock.
         """
-        request = kernel_pb2.StepRequest(ticks=ticks)
-        response = self._services.kernel.Step(request, timeout=LONG_TIMEOUT_SECONDS)
+        request = kernel_pb2.StepClockRequest(ticks=ticks)
+        response = self._services.kernel.StepClock(request, timeout=LONG_TIMEOUT_SECONDS)
         return Observation(
             stamp_of(response.stamp),
             {robot.name: RobotState.of(robot, response.stamp) for robot in response.robots},

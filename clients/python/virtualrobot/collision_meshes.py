@@ -64,7 +64,7 @@ def list_meshes(services: Services, nodes: Iterable[str]) -> list[CollisionMesh]
 def use_hulls(services: Services, nodes: Iterable[str], vertices: int) -> None:
     """Have meshes of nodes and of all below them collide as hulls, or with 0 vertices as triangles, in one change."""
     mask = FieldMask(paths=["name", "parent", "figures"])
-    every = services.scene.GetScene(scene_pb2.GetSceneRequest(node_mask=mask)).nodes
+    every = services.scene.GetScene(scene_pb2.GetSceneRequest(read_mask=mask)).nodes
     commands = [_changed(node) for node in _below(every, set(nodes)) if _set_vertices(node, vertices)]
     if commands:
         services.apply(commands)
@@ -96,6 +96,6 @@ def _set_vertices(node: nodes_pb2.Node, vertices: int) -> bool:
 
 def _changed(node: nodes_pb2.Node) -> scene_pb2.Command:
     update = scene_pb2.UpdateNode(
-        name=node.name, node=nodes_pb2.Node(figures=node.figures), mask=FieldMask(paths=["figures"])
+        name=node.name, node=nodes_pb2.Node(figures=node.figures), update_mask=FieldMask(paths=["figures"])
     )
     return scene_pb2.Command(update_node=update)

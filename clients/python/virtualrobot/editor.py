@@ -181,7 +181,7 @@ class Editor(ABC, Generic[Created]):
     def update(self, name: str, node: nodes_pb2.Node, *fields: str) -> None:
         """Change the named `fields` of a node to those of `node`."""
         mask = FieldMask(paths=fields)
-        self._submit(scene_pb2.Command(update_node=scene_pb2.UpdateNode(name=name, node=node, mask=mask)))
+        self._submit(scene_pb2.Command(update_node=scene_pb2.UpdateNode(name=name, node=node, update_mask=mask)))
 
     def rename(self, name: str, new_name: str) -> None:
         """Give a node another name."""

@@ -98,15 +98,15 @@ class Lease:
         """Give the robots back; motions that run go on. Does nothing when the lease has ended already."""
         self._services.channel.drop(self._token)
         try:
-            self._services.lease.Release(lease_pb2.ReleaseRequest(token=self._token))
+            self._services.lease.ReleaseLease(lease_pb2.ReleaseLeaseRequest(token=self._token))
         except LeaseEndedError:
             pass  # why, the stream has told
         finally:
             self._stream.cancel()
             self._tell(None, self._lost or "it was released")
 
-    def _open(self) -> Stream[lease_pb2.KeepAliveResponse]:
-        return self._services.lease.KeepAlive(lease_pb2.KeepAliveRequest(token=self._token))
+    def _open(self) -> Stream[lease_pb2.KeepLeaseAliveResponse]:
+        return self._services.lease.KeepLeaseAlive(lease_pb2.KeepLeaseAliveRequest(token=self._token))
 
     def _keep_alive(self) -> None:
         """Read what the kernel tells; open the stream again when the connection is lost, as long as that may help."""
@@ -154,9 +154,9 @@ def acquire(services: Services, robots: Sequence[str], owner: str = "", take: bo
     """Lease robots, all or none; with `take` whoever has them."""
     owner = owner or _program()
     if take:
-        response = services.lease.Take(lease_pb2.TakeRequest(robots=robots, owner=owner))
+        response = services.lease.TakeLease(lease_pb2.TakeLeaseRequest(robots=robots, owner=owner))
     else:
-        response = services.lease.Acquire(lease_pb2.AcquireRequest(robots=robots, owner=owner))
+        response = services.lease.AcquireLease(lease_pb2.AcquireLeaseRequest(robots=robots, owner=owner))
     return Lease(services, response.lease, response.token)
 
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.newest import newest
 from virtualrobot.services import Services
-from virtualrobot.v1 import geometry_pb2, ray_pb2, view_pb2
+from virtualrobot.v1 import geometry_pb2, view_pb2
 from virtualrobot.wire import vector_message
 
 Place = tuple[str, ArrayLike]
@@ -38,17 +38,17 @@ class Measure:
 
 def measure(services: Services, first: Place, second: Place) -> Measure:
     """Return how far two points are apart now."""
-    request = ray_pb2.MeasureRequest(first=place_message(first), second=place_message(second))
-    return _measure_of(services.ray.Measure(request))
+    request = view_pb2.MeasurePointDistanceRequest(first=place_message(first), second=place_message(second))
+    return _measure_of(services.view.MeasurePointDistance(request))
 
 
 def watch_measure(services: Services, first: Place, second: Place, max_rate: float = 0.0) -> Iterator[Measure]:
     """Yield how far two points are apart now, and again whenever the world changes."""
-    request = ray_pb2.WatchMeasureRequest(
+    request = view_pb2.WatchPointDistanceRequest(
         first=place_message(first), second=place_message(second), max_rate_hertz=max_rate
     )
-    stream = services.ray.WatchMeasure(request)
-    with closing(newest(stream, lambda response: [("", response.measure)])) as measures:
+    stream = services.view.WatchPointDistance(request)
+    with closing(newest(stream, lambda response: [("", response)])) as measures:
         yield from map(_measure_of, measures)
 
 
@@ -70,10 +70,11 @@ def vector_of(message: geometry_pb2.Vector3) -> NDArray[np.float64]:
     return np.array([message.x, message.y, message.z])
 
 
-def _measure_of(message: ray_pb2.MeasureResponse) -> Measure:
+def _measure_of(answer: view_pb2.MeasurePointDistanceResponse | view_pb2.WatchPointDistanceResponse) -> Measure:
+    found = answer.distance
     return Measure(
-        message.distance_meters,
-        vector_of(message.first),
-        vector_of(message.second),
-        message.stamp.simulation_time_seconds,
+        found.distance_meters,
+        vector_of(found.first),
+        vector_of(found.second),
+        answer.stamp.simulation_time_seconds,
     )

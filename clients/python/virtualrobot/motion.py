@@ -302,7 +302,7 @@ def start_request(
     if preempt is not None:
         asked.busy_policy = motion_pb2.BUSY_POLICY_PREEMPT if preempt else motion_pb2.BUSY_POLICY_REJECT
     if expected_revision is not None:
-        asked.expected_revision = expected_revision
+        asked.expected_structure_revision = expected_revision
     if tracking is not None:
         if not isinstance(tracking, Tracking):
             raise InvalidArgumentError(f"tracking is a virtualrobot.Tracking(node, window), not {tracking!r}")

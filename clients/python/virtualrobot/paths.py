@@ -11,12 +11,25 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from virtualrobot import moves
-from virtualrobot.errors import WrongStateError
+from virtualrobot.errors import UnknownNameError, WrongStateError
 from virtualrobot.motion import Motion, StartOptions
 from virtualrobot.program import Program
 from virtualrobot.services import Services
 from virtualrobot.v1 import motion_pb2, path_pb2, robot_pb2
 from virtualrobot.wire import joint_map
+
+PLANNERS = {
+    "": path_pb2.PATH_PLANNER_UNSPECIFIED,
+    "RRTConnect": path_pb2.PATH_PLANNER_RRT_CONNECT,
+    "RRT": path_pb2.PATH_PLANNER_RRT,
+    "KPIECE1": path_pb2.PATH_PLANNER_KPIECE1,
+    "BKPIECE1": path_pb2.PATH_PLANNER_BKPIECE1,
+    "LBKPIECE1": path_pb2.PATH_PLANNER_LBKPIECE1,
+    "RRTstar": path_pb2.PATH_PLANNER_RRT_STAR,
+    "InformedRRTstar": path_pb2.PATH_PLANNER_INFORMED_RRT_STAR,
+}
+"""The planners by the names that OMPL gives them; the empty one is the default."""
+PLANNER_NAMES = {number: name for name, number in PLANNERS.items()}
 
 AT_START = 1e-4
 """How far from a path's start its joints may be, in rad or m."""
@@ -137,12 +150,14 @@ class Paths:
             LimitError: when a joint cannot be there.
             WrongStateError: when the kernel does not have the library ompl.
         """
+        if planner not in PLANNERS:
+            raise UnknownNameError(f"there is no planner {planner!r}; give one of {', '.join(filter(None, PLANNERS))}")
         move = moves.point_to_point(robot, goal, reference=reference, configuration=configuration)
         request = path_pb2.FindPathRequest(
             robot=robot,
             start=motion_pb2.JointGoal(joint_positions=joint_map(start or {})),
             goal=move.point_to_point,
-            planner=planner,
+            planner=PLANNERS[planner],
             seed=seed,
             time_limit_seconds=time_limit,
             speed_factor=speed_factor,
@@ -165,7 +180,7 @@ class Paths:
             path.straight_length,
             Program(self._services, motion_pb2.StartMotionRequest(steps=path.steps)),
             path.duration_seconds,
-            path.planner,
+            PLANNER_NAMES[path.planner],
             path.planning_seconds,
             last.checks,
             last.states,

@@ -13,7 +13,7 @@ from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.measuring import vector_of
 from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot.transport import Stream
-from virtualrobot.v1 import ray_pb2, view_pb2
+from virtualrobot.v1 import view_pb2
 from virtualrobot.wire import vector_message
 
 Camera = str | tuple[ArrayLike, ArrayLike] | tuple[ArrayLike, ArrayLike, float]
@@ -91,7 +91,7 @@ class Picked:
 class Recording:
     """Pictures of a film as they are drawn; it ends with its time, or when it is cancelled."""
 
-    def __init__(self, stream: Stream[view_pb2.RecordResponse], shot: view_pb2.Shot, format: str) -> None:
+    def __init__(self, stream: Stream[view_pb2.RecordFilmResponse], shot: view_pb2.Shot, format: str) -> None:
         """Read the pictures of `shot`, which says how large they are."""
         self._stream, self._shot, self._format = stream, shot, format
 
@@ -127,8 +127,8 @@ class Recording:
 
 def capture(services: Services, camera: Camera | None, size: tuple[int, int], format: str, plain: bool) -> Picture:
     """Return a picture of the world as it is now."""
-    request = view_pb2.CaptureRequest(shot=shot_message(camera, size, format, plain))
-    answer = services.view.Capture(request, timeout=LONG_TIMEOUT_SECONDS)
+    request = view_pb2.CaptureImageRequest(shot=shot_message(camera, size, format, plain))
+    answer = services.view.CaptureImage(request, timeout=LONG_TIMEOUT_SECONDS)
     name = "jpeg" if format == "jpg" else format
     return Picture(answer.image, name, answer.width, answer.height, answer.stamp.simulation_time_seconds)
 
@@ -147,19 +147,19 @@ def record(
     if not (shot.width and shot.height):
         # The pictures of a film do not say how large they are; a small one that is taken before does.
         shot.width, shot.height = _own_size(services, shot)
-    request = view_pb2.RecordRequest(shot=shot, frames_per_second=rate, duration_seconds=seconds)
-    return Recording(services.view.Record(request), shot, "jpeg" if format == "jpg" else format)
+    request = view_pb2.RecordFilmRequest(shot=shot, frames_per_second=rate, duration_seconds=seconds)
+    return Recording(services.view.RecordFilm(request), shot, "jpeg" if format == "jpg" else format)
 
 
 def pick(services: Services, column: float, row: float, camera: Camera | None, size: tuple[int, int]) -> Picked:
     """Return what is under a pixel."""
     shot = shot_message(camera, size, "raw", False)
-    request = ray_pb2.PickRequest(column=column, row=row, width=shot.width, height=shot.height)
+    request = view_pb2.PickPixelRequest(column=column, row=row, width=shot.width, height=shot.height)
     if shot.WhichOneof("from") == "camera":
         request.camera.CopyFrom(shot.camera)
     elif shot.WhichOneof("from") == "camera_sensor":
         request.camera_sensor = shot.camera_sensor
-    found = services.ray.Pick(request)
+    found = services.view.PickPixel(request)
     nowhere = np.full(3, np.nan)
     if not found.node:
         return Picked("", nowhere, nowhere, nowhere, np.inf, nowhere)
@@ -211,5 +211,5 @@ def _own_size(services: Services, shot: view_pb2.Shot) -> tuple[int, int]:
     small = view_pb2.Shot()
     small.CopyFrom(shot)
     small.format, small.plain = view_pb2.IMAGE_FORMAT_JPEG, True
-    answer = services.view.Capture(view_pb2.CaptureRequest(shot=small), timeout=LONG_TIMEOUT_SECONDS)
+    answer = services.view.CaptureImage(view_pb2.CaptureImageRequest(shot=small), timeout=LONG_TIMEOUT_SECONDS)
     return answer.width, answer.height

@@ -131,7 +131,7 @@ def status_of(message: sensor_pb2.SensorStatus) -> SensorStatus:
     """Return how a sensor is from a message."""
     return SensorStatus(
         message.name,
-        message.kind,
+        f"{sensor_pb2.SensorKind.Name(message.kind).removeprefix('SENSOR_KIND_').lower()}_sensor",
         _state(message.state),
         message.fault,
         message.rate_hertz,

@@ -63,7 +63,7 @@ class Scene(Editor[Node]):
     def read(self, names: Sequence[str] = (), fields: Sequence[str] = ()) -> tuple[list[nodes_pb2.Node], Matrix]:
         """Return nodes (all, or these) with the wanted fields (all, or these), and `world_t_node` (n, 4, 4)."""
         mask = FieldMask(paths=fields) if fields else None
-        response = self._services.scene.GetScene(scene_pb2.GetSceneRequest(names=names, node_mask=mask))
+        response = self._services.scene.GetScene(scene_pb2.GetSceneRequest(names=names, read_mask=mask))
         return list(response.nodes), poses_from_rows(array_of(response.world_t_node))
 
     def nodes(self, kind: str = "") -> list[Node]:
@@ -87,7 +87,7 @@ class Scene(Editor[Node]):
     @property
     def revision(self) -> int:
         """The revision of the structure, for `batch(expected_revision=...)`."""
-        request = scene_pb2.GetSceneRequest(names=["world"], node_mask=FieldMask(paths=["name"]))
+        request = scene_pb2.GetSceneRequest(names=["world"], read_mask=FieldMask(paths=["name"]))
         return self._services.scene.GetScene(request).stamp.structure_revision
 
     def tree(self, links: bool = True) -> str:

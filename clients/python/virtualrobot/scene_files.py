@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
 
+from google.protobuf.struct_pb2 import Struct
 from numpy.typing import ArrayLike
 
 from virtualrobot.assets import Assets, Upload
@@ -56,10 +57,10 @@ def load_model(
     packages: Mapping[str, str | Path],
 ) -> scene_pb2.ImportModelResponse:
     """Import a model from a file of this machine, or one that the kernel knows."""
-    upload = _sent(assets, file, packages, request)
+    upload = _sent(assets, file, packages, request.settings)
     request.uri = upload.uri
     if srdf is not None:
-        beside = _sent(assets, srdf, packages, request)
+        beside = _sent(assets, srdf, packages, request.settings)
         request.srdf_uri = beside.uri
         upload = Upload(upload.uri, beside.files | upload.files, beside.missing | upload.missing)
     request.files.extend(upload.messages())
@@ -71,18 +72,15 @@ def load_model(
     return response
 
 
-def _sent(
-    assets: Assets, file: str | Path, packages: Mapping[str, str | Path], request: scene_pb2.ImportModelRequest
-) -> Upload:
+def _sent(assets: Assets, file: str | Path, packages: Mapping[str, str | Path], settings: Struct) -> Upload:
     """Send a file with all that it names; leave one that is not here to the kernel, which may have it."""
     uri = str(file)
     try:
         Resolver(packages).resolve(uri)
     except UnresolvedUriError as error:
-        request.packages.update({package: str(folder) for package, folder in packages.items()})
         # A model that the kernel knows by name is no file of this machine.
         return Upload(uri, missing={} if _KNOWN_MODEL.fullmatch(uri) else {uri: error})
-    return assets.upload_with_references(file, packages, request.settings)
+    return assets.upload_with_references(file, packages, settings)
 
 
 def load_scene(

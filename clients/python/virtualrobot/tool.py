@@ -82,7 +82,7 @@ class Tool:
 
     @property
     def _message(self) -> nodes_pb2.Tool:
-        request = scene_pb2.GetSceneRequest(names=[self.name], node_mask=FieldMask(paths=["name", "tool"]))
+        request = scene_pb2.GetSceneRequest(names=[self.name], read_mask=FieldMask(paths=["name", "tool"]))
         return self._services.scene.GetScene(request).nodes[0].tool
 
     def __repr__(self) -> str:

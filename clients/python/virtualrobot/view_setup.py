@@ -202,4 +202,4 @@ class ViewSetup:
         self._update(view_pb2.View(camera=camera), "camera")
 
     def _update(self, view: view_pb2.View, field: str) -> None:
-        self._services.view.UpdateView(view_pb2.UpdateViewRequest(view=view, mask=FieldMask(paths=[field])))
+        self._services.view.UpdateView(view_pb2.UpdateViewRequest(view=view, update_mask=FieldMask(paths=[field])))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator
 
-from virtualrobot.v1 import asset_pb2, asset_pb2_grpc
+from virtualrobot.v1 import asset_pb2, asset_pb2_grpc, nodes_pb2
 
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason
@@ -22,9 +22,9 @@ class AssetServicer(asset_pb2_grpc.AssetServiceServicer):
         """Serve from these rooms."""
         self._rooms = rooms
 
-    async def Upload(
-        self, request_iterator: AsyncIterator[asset_pb2.UploadRequest], context: object
-    ) -> asset_pb2.UploadResponse:
+    async def UploadAsset(
+        self, request_iterator: AsyncIterator[asset_pb2.UploadAssetRequest], context: object
+    ) -> asset_pb2.UploadAssetResponse:
         """Take a file; nothing is kept of one that breaks off or does not have the stated SHA-256."""
         store = self._rooms.assets
         stated, data = "", bytearray()
@@ -46,20 +46,20 @@ class AssetServicer(asset_pb2_grpc.AssetServiceServicer):
             )
         run = asyncio.get_running_loop().run_in_executor
         sha256 = await run(self._rooms.workers, store.put, bytes(data), stated)
-        return asset_pb2.UploadResponse(sha256=sha256, size_bytes=len(data))
+        return asset_pb2.UploadAssetResponse(sha256=sha256, size_bytes=len(data))
 
-    async def Download(
-        self, request: asset_pb2.DownloadRequest, context: object
-    ) -> AsyncIterator[asset_pb2.DownloadResponse]:
+    async def DownloadAsset(
+        self, request: asset_pb2.DownloadAssetRequest, context: object
+    ) -> AsyncIterator[asset_pb2.DownloadAssetResponse]:
         """Give a file."""
         data = self._rooms.assets.get(request.sha256)
         for start in range(0, len(data), CHUNK_BYTES):
-            yield asset_pb2.DownloadResponse(chunk=data[start : start + CHUNK_BYTES])
+            yield asset_pb2.DownloadAssetResponse(chunk=data[start : start + CHUNK_BYTES])
 
-    async def Find(self, request: asset_pb2.FindRequest, context: object) -> asset_pb2.FindResponse:
+    async def FindAssets(self, request: asset_pb2.FindAssetsRequest, context: object) -> asset_pb2.FindAssetsResponse:
         """Tell which files are here already."""
         store = self._rooms.assets
-        return asset_pb2.FindResponse(sha256s=[sha256 for sha256 in request.sha256s if store.has(sha256)])
+        return asset_pb2.FindAssetsResponse(sha256s=[sha256 for sha256 in request.sha256s if store.has(sha256)])
 
     async def ListReferences(
         self, request: asset_pb2.ListReferencesRequest, context: object
@@ -68,10 +68,11 @@ class AssetServicer(asset_pb2_grpc.AssetServiceServicer):
         store = self._rooms.assets
         data = store.get(request.sha256)
         known = {file.uri: store.get(file.sha256) for file in request.files}
-        uris = await asyncio.get_running_loop().run_in_executor(
+        found = await asyncio.get_running_loop().run_in_executor(
             self._rooms.workers,
             lambda: list_references(
                 data, request.uri, self._rooms.importers, known, settings(request.settings, "settings")
             ),
         )
-        return asset_pb2.ListReferencesResponse(uris=uris)
+        files = [nodes_pb2.AssetFile(uri=uri, sha256=sha256) for uri, sha256 in found.items()]
+        return asset_pb2.ListReferencesResponse(files=files)

@@ -1,8 +1,9 @@
-"""ViewService.Capture and Record: pictures and films of the world, without a browser."""
+"""ViewService.CaptureImage and RecordFilm: pictures and films of the world, without a browser."""
 
 from __future__ import annotations
 
 import asyncio
+import threading
 from collections.abc import AsyncIterator
 from contextlib import aclosing
 
@@ -23,15 +24,19 @@ class CaptureCalls:
 
     _rooms: Rooms
 
-    async def Capture(self, request: view_pb2.CaptureRequest, context: object) -> view_pb2.CaptureResponse:
+    async def CaptureImage(
+        self, request: view_pb2.CaptureImageRequest, context: object
+    ) -> view_pb2.CaptureImageResponse:
         """Take a picture of the world as it is now."""
         snapshot = self._rooms.world.snapshot
         shot = shot_of(request.shot, snapshot.structure)
         image = await self._taken(self._sight(snapshot), shot, Framing())
         width, height = picture_size(shot, snapshot)
-        return view_pb2.CaptureResponse(stamp=stamp(snapshot), image=image, width=width, height=height)
+        return view_pb2.CaptureImageResponse(stamp=stamp(snapshot), image=image, width=width, height=height)
 
-    async def Record(self, request: view_pb2.RecordRequest, context: object) -> AsyncIterator[view_pb2.RecordResponse]:
+    async def RecordFilm(
+        self, request: view_pb2.RecordFilmRequest, context: object
+    ) -> AsyncIterator[view_pb2.RecordFilmResponse]:
         """Take a picture at each equal step of simulation time; what happens meanwhile is kept until it is drawn."""
         world = self._rooms.world
         shot = shot_of(request.shot, world.snapshot.structure)
@@ -41,7 +46,7 @@ class CaptureCalls:
             async for _ in wakings:
                 while (frame := film.take()) is not None:
                     image = await self._taken(frame.sight, shot, framing)
-                    yield view_pb2.RecordResponse(
+                    yield view_pb2.RecordFilmResponse(
                         stamp=stamp(frame.sight.snapshot), frame=frame.number, image=image, behind=film.behind
                     )
                 if film.is_over:
@@ -51,7 +56,12 @@ class CaptureCalls:
         return Sight(snapshot, self._rooms.view.get(), self._rooms.sensors.latest, self._rooms.monitor.latest.touching)
 
     async def _taken(self, sight: Sight, shot: Shot, framing: Framing) -> bytes:
-        def take(painter: Painter) -> bytes:
-            return packed(painter.paint(sight, shot, framing), shot.format)
+        gone = threading.Event()
 
-        return await asyncio.wrap_future(self._rooms.studio.submit(take))
+        def take(painter: Painter) -> bytes:
+            return packed(painter.paint(sight, shot, framing), shot.format, painter.check)
+
+        try:
+            return await asyncio.wrap_future(self._rooms.studio.submit(take, gone.is_set))
+        finally:
+            gone.set()

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 import hmac
 import logging
-from collections.abc import AsyncIterable, Awaitable, Callable, Iterable
-from contextlib import aclosing
+from collections.abc import AsyncIterable, AsyncIterator, Awaitable, Callable, Iterable
+from contextlib import aclosing, asynccontextmanager
 from inspect import isawaitable
 from typing import Any, NoReturn
 
@@ -88,6 +89,12 @@ class Errors(grpc.aio.ServerInterceptor):
         """Refuse calls once `publications` are closed."""
         self._publications = publications
         self._guarded: dict[str, grpc.RpcMethodHandler] = {}
+        self._running: set[asyncio.Task[object]] = set()
+
+    def end(self) -> None:
+        """End calls that still wait for something once `publications` are closed: as SHUTTING_DOWN."""
+        for task in self._running:
+            task.cancel()
 
     async def intercept_service(
         self, continuation: Continuation, handler_call_details: grpc.HandlerCallDetails
@@ -106,33 +113,44 @@ class Errors(grpc.aio.ServerInterceptor):
         whole = handler.stream_unary if handler.request_streaming else handler.unary_unary
         parts = handler.stream_stream if handler.request_streaming else handler.unary_stream
         decode = _Decoding if handler.request_streaming else _decoded
-        ends = method.startswith("/virtualrobot.")
 
         async def answer(request: Any, context: grpc.aio.ServicerContext) -> Any:  # noqa: ANN401 bytes, or many
-            try:
-                if ends and self._publications.closed:
-                    raise ending()
+            async with self._told(method, context):
                 return await whole(decode(request, handler.request_deserializer), context)
-            except Exception as error:
-                await _told(error, method, context)
 
         async def stream(request: Any, context: grpc.aio.ServicerContext) -> None:  # noqa: ANN401 bytes, or many
-            try:
-                if ends and self._publications.closed:
-                    raise ending()
+            async with self._told(method, context):
                 answers = parts(decode(request, handler.request_deserializer), context)
                 if isawaitable(answers):  # as of grpcio's health service, which writes to the context by itself
                     return await answers
                 async with aclosing(answers) as messages:
                     async for message in messages:
-                        await context.write(message)
-            except grpc.aio.InternalError:  # who reads has gone in the middle of a message
-                log.debug("%s: its reader has gone", method)
-            except Exception as error:
-                await _told(error, method, context)
+                        try:
+                            await context.write(message)
+                        except grpc.aio.InternalError:  # who reads has gone in the middle of a message
+                            return log.debug("%s: its reader has gone", method)
 
         # Decoded here and not by grpcio, which would answer UNKNOWN and log a traceback of what cannot be decoded.
         return _like(handler, answer, stream, decoded=True)
+
+    @asynccontextmanager
+    async def _told(self, method: str, context: grpc.aio.ServicerContext) -> AsyncIterator[None]:
+        """Abort the call with the status that tells what is raised in this context, or that the kernel is ending."""
+        task = asyncio.current_task()
+        assert task is not None
+        self._running.add(task)
+        try:
+            if self._publications.closed and method.startswith("/virtualrobot."):
+                raise ending()
+            yield
+        except asyncio.CancelledError:
+            if not self._publications.closed:
+                raise  # the caller has gone
+            await _abort(context, ending())
+        except Exception as error:
+            await _told(error, method, context)
+        finally:
+            self._running.discard(task)
 
 
 class Leasing(grpc.aio.ServerInterceptor):

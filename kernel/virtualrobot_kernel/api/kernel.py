@@ -15,12 +15,12 @@ from virtualrobot_kernel.api.convert.states import (
     motion_message,
     robot_states,
     robots_named,
-    signal_message,
 )
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import MAX_MESSAGE_BYTES, Rooms
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.formats.models import MODEL_FORMATS
+from virtualrobot_kernel.messages.signals import signal_message
 from virtualrobot_kernel.messages.values import finite, stamp
 from virtualrobot_kernel.version import VERSION
 
@@ -88,14 +88,14 @@ class KernelServicer(kernel_pb2_grpc.KernelServiceServicer):
         async for snapshot in self._rooms.publications.snapshots(rate(request.max_rate_hertz, 1.0)):
             yield kernel_pb2.WatchClockResponse(stamp=stamp(snapshot), clock=clock_message(world.clock))
 
-    async def Step(self, request: kernel_pb2.StepRequest, context: object) -> kernel_pb2.StepResponse:
+    async def StepClock(self, request: kernel_pb2.StepClockRequest, context: object) -> kernel_pb2.StepClockResponse:
         """Let time go on by some ticks."""
         world = self._rooms.world
         first = world.snapshot.state.tick
         snapshot = await asyncio.wrap_future(world.step(request.ticks))
         state = snapshot.state
         ended = [motion for motion in state.ended if motion.end_tick > first]
-        return kernel_pb2.StepResponse(
+        return kernel_pb2.StepClockResponse(
             stamp=stamp(snapshot),
             robots=robot_states(snapshot, robots_named(snapshot, ())),
             signals=[signal_message(signal) for signal in state.signals.values()],

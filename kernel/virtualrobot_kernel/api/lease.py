@@ -36,7 +36,9 @@ class LeaseServicer(lease_pb2_grpc.LeaseServiceServicer):
         self._keepers: Counter[str] = Counter()
         self._timers: dict[str, asyncio.TimerHandle] = {}
 
-    async def Acquire(self, request: lease_pb2.AcquireRequest, context: object) -> lease_pb2.AcquireResponse:
+    async def AcquireLease(
+        self, request: lease_pb2.AcquireLeaseRequest, context: object
+    ) -> lease_pb2.AcquireLeaseResponse:
         """Lease robots, all or none."""
         world = self._rooms.world
         robots, owner = _robots(world.snapshot, request.robots), _owner(request.owner, context)
@@ -44,11 +46,11 @@ class LeaseServicer(lease_pb2_grpc.LeaseServiceServicer):
         self._expire_later(lease.token)
         # Behind what was let into the queue before; so nobody else's command is applied once this call is answered.
         applied = await asyncio.wrap_future(world.submit([], f"{lease.id} acquired by {author(context)}"))
-        return lease_pb2.AcquireResponse(
+        return lease_pb2.AcquireLeaseResponse(
             stamp=stamp(applied.snapshot), lease=_message(applied.snapshot, lease), token=lease.token
         )
 
-    async def Take(self, request: lease_pb2.TakeRequest, context: object) -> lease_pb2.TakeResponse:
+    async def TakeLease(self, request: lease_pb2.TakeLeaseRequest, context: object) -> lease_pb2.TakeLeaseResponse:
         """Lease robots whoever had them, and stop their motions."""
         world = self._rooms.world
         robots, owner = _robots(world.snapshot, request.robots), _owner(request.owner, context)
@@ -57,30 +59,33 @@ class LeaseServicer(lease_pb2_grpc.LeaseServiceServicer):
         cancellation = Cancellation(CancelCause.LEASE_TAKEN, f"the robot was taken over by {owner!r}")
         halt = world.submit([HaltRobots(robots, cancellation)], f"{lease.id} taken by {author(context)}")
         applied = await asyncio.wrap_future(halt)
-        return lease_pb2.TakeResponse(
+        return lease_pb2.TakeLeaseResponse(
             stamp=stamp(applied.snapshot),
             lease=_message(applied.snapshot, lease),
             token=lease.token,
             taken_from=[_message(applied.snapshot, loser) for loser in losers],
         )
 
-    async def KeepAlive(
-        self, request: lease_pb2.KeepAliveRequest, context: object
-    ) -> AsyncIterator[lease_pb2.KeepAliveResponse]:
+    async def KeepLeaseAlive(
+        self, request: lease_pb2.KeepLeaseAliveRequest, context: object
+    ) -> AsyncIterator[lease_pb2.KeepLeaseAliveResponse]:
         """Hold a lease while the stream is open, and tell what it loses."""
-        leases, token = self._rooms.leases, request.token
+        world, leases, token = self._rooms.world, self._rooms.leases, request.token
         told = leases.held_by(token)
         self._keepers[token] += 1
         try:
-            yield lease_pb2.KeepAliveResponse(lease=_message(self._rooms.world.snapshot, told))
+            snapshot = world.snapshot
+            yield lease_pb2.KeepLeaseAliveResponse(stamp=stamp(snapshot), lease=_message(snapshot, told))
             async with aclosing(self._rooms.publications.each(leases.subscribe)) as changes:
                 async for _ in changes:
                     now = leases.record(token)
                     if now.robots == told.robots:
                         continue
                     told = now
-                    yield lease_pb2.KeepAliveResponse(
-                        lease=_message(self._rooms.world.snapshot, now),
+                    snapshot = world.snapshot
+                    yield lease_pb2.KeepLeaseAliveResponse(
+                        stamp=stamp(snapshot),
+                        lease=_message(snapshot, now),
                         loss=LOSSES[now.loss] if now.loss else None,
                         reason=now.reason,
                     )
@@ -92,11 +97,14 @@ class LeaseServicer(lease_pb2_grpc.LeaseServiceServicer):
                 del self._keepers[token]
             self._expire_later(token)
 
-    async def Release(self, request: lease_pb2.ReleaseRequest, context: object) -> lease_pb2.ReleaseResponse:
+    async def ReleaseLease(
+        self, request: lease_pb2.ReleaseLeaseRequest, context: object
+    ) -> lease_pb2.ReleaseLeaseResponse:
         """Make the robots of a lease free."""
         lease = self._rooms.leases.held_by(request.token)
         self._rooms.leases.end(lease, Loss.RELEASED, "it was released")
-        return lease_pb2.ReleaseResponse(lease=_message(self._rooms.world.snapshot, lease))
+        snapshot = self._rooms.world.snapshot
+        return lease_pb2.ReleaseLeaseResponse(stamp=stamp(snapshot), lease=_message(snapshot, lease))
 
     async def ListLeases(self, request: lease_pb2.ListLeasesRequest, context: object) -> lease_pb2.ListLeasesResponse:
         """Tell who has leased what."""

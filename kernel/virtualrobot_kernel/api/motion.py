@@ -21,7 +21,7 @@ from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.api.setpoints import stream_setpoints
 from virtualrobot_kernel.collision.clearance import near_by
 from virtualrobot_kernel.formats import program_file
-from virtualrobot_kernel.messages.values import check_enum, stamp
+from virtualrobot_kernel.messages.values import check_enum, expected_revision, stamp
 from virtualrobot_kernel.planning.plan_motion import plan_motion
 from virtualrobot_kernel.world.commands import CancelMotion, Command, PauseMotion, ResumeMotion, StopMotions
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot
@@ -47,7 +47,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         check_enum(request, "busy_policy")
         check_enum(request, "on_disconnect")
         world = self._rooms.world
-        check_revision(world.snapshot.structure, request.expected_revision or None)
+        check_revision(world.snapshot.structure, expected_revision(request))
         spec, joints, robots = await requested(self._rooms, request)
         await make_way(self._rooms, lambda _: joints, request.busy_policy, context)
         near_of = near_by(self._rooms.collisions)
@@ -56,7 +56,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
             robots,
             lambda given_up: plan_motion(world.snapshot, spec, self._rooms.solvers.of, given_up, near_of),
         )
-        started = self._rooms.submit([planned.command], context, request.expected_revision or None)
+        started = self._rooms.submit([planned.command], context, expected_revision(request))
         if request.on_disconnect != motion_pb2.DISCONNECT_POLICY_CONTINUE:
             # Not after the await below: a client that vanishes there would leave a motion that nothing stops.
             started.add_done_callback(partial(self._started, asyncio.get_running_loop()))

@@ -12,7 +12,7 @@ from virtualrobot_kernel.api.convert.program import motion_spec
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.planning.program import MotionSpec
-from virtualrobot_kernel.planning.together import joints_of, solved_robots
+from virtualrobot_kernel.planning.together import joints_of, moved_arms, solved_robots
 from virtualrobot_kernel.planning.tracking import arms_joints
 from virtualrobot_kernel.world.actuators import coupled_joints
 from virtualrobot_kernel.world.change import moving_motion
@@ -65,7 +65,7 @@ async def requested(
         snapshot, spec = rooms.world.snapshot, motion_spec(request)
         joints = joints_of(snapshot, spec.every_move)
         if spec.tracking is not None:
-            joints = arms_joints(snapshot, joints)
+            joints = arms_joints(joints, moved_arms(snapshot, spec.every_move))
         return spec, joints, solved_robots(snapshot, spec.every_move)
 
     if not request.steps:

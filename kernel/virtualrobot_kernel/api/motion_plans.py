@@ -13,10 +13,11 @@ from virtualrobot_kernel.collision.clearance import near_by
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.collision.swept import RESOLUTION
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.messages.values import not_negative, stamp
+from virtualrobot_kernel.messages.values import expected_revision, not_negative, stamp
 from virtualrobot_kernel.planning.check import check_motion
 from virtualrobot_kernel.planning.plan_motion import GivenUp, plan_motion
 from virtualrobot_kernel.planning.sampling import check_size, sample_times, sampled
+from virtualrobot_kernel.planning.together import moved_arms
 from virtualrobot_kernel.planning.violations import Contact
 from virtualrobot_kernel.world.change import joint_places
 from virtualrobot_kernel.world.commands import StartMotion
@@ -37,8 +38,9 @@ async def planned_motion(rooms: Rooms, request: motion_pb2.PlanMotionRequest) ->
         snapshot = _snapshot(rooms, request.motion)
         planned = plan_motion(snapshot, spec, rooms.solvers.of, given_up, near_by(rooms.collisions))
         program, joints = planned.command.program, planned.command.joints
+        arms = moved_arms(snapshot, spec.every_move)
         check_size(program.duration, seconds, len(joints), len({robot for robot, _ in joints}))
-        samples = sampled(snapshot, program, joints, sample_times(program.duration, seconds), given_up)
+        samples = sampled(snapshot, program, joints, sample_times(program.duration, seconds), given_up, arms)
         message = plan_message(samples, planned.notes)
         message.stamp.CopyFrom(stamp(snapshot))
         return message
@@ -102,7 +104,7 @@ def _resolution(meters: float) -> float:
 def _snapshot(rooms: Rooms, motion: motion_pb2.StartMotionRequest) -> Snapshot:
     """Return the world as it is; raise KernelError when the motion is meant for another one."""
     snapshot = rooms.world.snapshot
-    check_revision(snapshot.structure, motion.expected_revision or None)
+    check_revision(snapshot.structure, expected_revision(motion))
     return snapshot
 
 

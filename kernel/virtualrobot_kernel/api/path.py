@@ -11,6 +11,7 @@ from virtualrobot.v1 import path_pb2, path_pb2_grpc
 from virtualrobot_kernel.api.convert.moves import point_goal
 from virtualrobot_kernel.api.convert.paths import found_message, path_options, start_of
 from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.messages.robots import group_selection
 from virtualrobot_kernel.messages.values import stamp
 from virtualrobot_kernel.paths.query import PathQuery, path_query, started_at
 from virtualrobot_kernel.world.state import Snapshot
@@ -32,12 +33,12 @@ class PathServicer(path_pb2_grpc.PathServiceServicer):
         """Look for a path, and tell how far that is; a caller that goes ends it."""
         snapshot = self._rooms.world.snapshot
         robot = snapshot.structure.node(request.robot, Kind.ROBOT)
-        options, start = path_options(request), start_of(request)
+        options, start, group = path_options(request), start_of(request), group_selection(request.group, "group")
         goal = point_goal(request.goal, "goal")
 
         def asked() -> tuple[Snapshot, PathQuery]:
-            there = started_at(snapshot, robot, start)
-            return there, path_query(there, robot.name, goal, self._rooms.solvers.of, options)
+            there = started_at(snapshot, robot, start, group)
+            return there, path_query(there, robot.name, goal, self._rooms.solvers.of, options, group)
 
         there, query = await self._rooms.turns.run([robot.uid], asked)
         newest = [(0, 0)]

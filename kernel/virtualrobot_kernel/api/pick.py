@@ -1,10 +1,10 @@
-"""RayService.Pick: what is under a pixel."""
+"""ViewService.PickPixel: what is under a pixel."""
 
 from __future__ import annotations
 
 import asyncio
 
-from virtualrobot.v1 import ray_pb2
+from virtualrobot.v1 import view_pb2
 
 from virtualrobot_kernel.api.convert.shots import pick_message, pixel_of
 from virtualrobot_kernel.api.rooms import Rooms
@@ -12,11 +12,11 @@ from virtualrobot_kernel.drawing.painter import Painter, Picked
 
 
 class PickCalls:
-    """The call of RayService that picks."""
+    """Calls of ViewService that pick."""
 
     _rooms: Rooms
 
-    async def Pick(self, request: ray_pb2.PickRequest, context: object) -> ray_pb2.PickResponse:
+    async def PickPixel(self, request: view_pb2.PickPixelRequest, context: object) -> view_pb2.PickPixelResponse:
         """Tell what is under a pixel of the world as it is now."""
         snapshot, settings = self._rooms.world.snapshot, self._rooms.view.get()
         shot, column, row = pixel_of(request, snapshot)

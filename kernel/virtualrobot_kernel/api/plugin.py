@@ -60,6 +60,7 @@ class PluginServicer(plugin_pb2_grpc.PluginServiceServicer):
             uses.setdefault((ComponentKind.KINEMATICS, use.kinematics), []).append(
                 plugin_pb2.ComponentUse(
                     robot=use.robot,
+                    group=use.group,
                     fault=use.fault,
                     calls=use.calls,
                     mean_call_seconds=use.mean_call_seconds,

@@ -1,18 +1,107 @@
-"""RayService: rays at a client's word, what is under a pixel, how far points are apart."""
+"""RayService: a client's own rays, and random ones by several components."""
 
 from __future__ import annotations
 
-from virtualrobot.v1 import ray_pb2_grpc
+import asyncio
+from collections.abc import AsyncIterator
 
-from virtualrobot_kernel.api.measure import MeasureCalls
-from virtualrobot_kernel.api.pick import PickCalls
-from virtualrobot_kernel.api.ray_casting import CastCalls
+from virtualrobot.v1 import ray_pb2, ray_pb2_grpc
+from virtualrobot_sdk.rays import Hits, RayScene
+from virtualrobot_sdk.registration import ComponentKind
+
+from virtualrobot_kernel.api.convert.rays import cast_message, check_count, comparison_message, rays
 from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.api.turns import IsGone
+from virtualrobot_kernel.components.catalog import Offer
+from virtualrobot_kernel.errors import LimitError
+from virtualrobot_kernel.messages.values import stamp
+from virtualrobot_kernel.sensing.compare import Comparison, Floats, compared, random_rays
+from virtualrobot_kernel.sensing.settings import DEFAULT_RAY_CASTER
+
+COMPARED_RAYS = 10_000
+"""How many rays are compared where a client does not say."""
+MOST_COMPARED_RAYS = 1_000_000
 
 
-class RayServicer(CastCalls, MeasureCalls, PickCalls, ray_pb2_grpc.RayServiceServicer):
-    """Serves RayService; each group of its calls has a file of its own."""
+class RayServicer(ray_pb2_grpc.RayServiceServicer):
+    """Servicer of RayService."""
 
     def __init__(self, rooms: Rooms) -> None:
         """Serve from these rooms."""
         self._rooms = rooms
+
+    async def CastRays(self, request: ray_pb2.CastRaysRequest, context: object) -> ray_pb2.CastRaysResponse:
+        """Cast a client's rays, in a worker thread, on the snapshot of that moment."""
+        check_count(request)
+        rooms, name = self._rooms, request.ray_caster or DEFAULT_RAY_CASTER
+        rooms.catalog.find(ComponentKind.RAY_CASTER, name)
+
+        def work(is_gone: IsGone) -> ray_pb2.CastRaysResponse:
+            snapshot = rooms.world.snapshot
+            structure = snapshot.structure
+            world_t_frame = snapshot.world_t_node[structure.rows[structure.node(request.frame).uid]]
+            given = rays(request, world_t_frame)
+            elements = rooms.casters.elements(snapshot)
+            scene = elements.scene(snapshot.world_t_node)
+            cast = rooms.casters.cast(
+                name, scene, given.origins, given.directions, given.max_range, lambda _: not is_gone()
+            )
+            return cast_message(cast, elements, snapshot, world_t_frame)
+
+        return await rooms.turns.run_while_wanted([name], work)
+
+    async def CompareRayCasters(
+        self, request: ray_pb2.CompareRayCastersRequest, context: object
+    ) -> AsyncIterator[ray_pb2.CompareRayCastersResponse]:
+        """Cast the same random rays by one component after the other, each made for this; tell each when it is done."""
+        if request.rays > MOST_COMPARED_RAYS:
+            raise LimitError(
+                f"{request.rays} rays are too many; compare at most {MOST_COMPARED_RAYS}",
+                rays=request.rays,
+                limit=MOST_COMPARED_RAYS,
+            )
+        rooms, offers = self._rooms, self._offers(list(request.ray_casters))
+        snapshot = rooms.world.snapshot
+        loop = asyncio.get_running_loop()
+        elements = await loop.run_in_executor(rooms.workers, rooms.casters.elements, snapshot)
+        scene = elements.scene(snapshot.world_t_node)
+        drawn = await loop.run_in_executor(
+            rooms.workers, random_rays, scene, request.rays or COMPARED_RAYS, request.seed
+        )
+        answer = ray_pb2.CompareRayCastersResponse(stamp=stamp(snapshot))
+        first: Hits | None = None
+        for place, offer in enumerate(offers):
+            done = [0.0]
+            task = self._begin(offer, scene, drawn, first, done)
+            try:
+                while not await rooms.publications.is_done(task):
+                    answer.progress = (place + done[0]) / len(offers)
+                    yield answer
+                comparison, hits = task.result()
+            finally:
+                task.cancel()
+            first = hits if first is None else first
+            answer.comparisons.append(comparison_message(comparison))
+            answer.progress = (place + 1) / len(offers)
+            yield answer
+
+    def _begin(
+        self, offer: Offer, scene: RayScene, drawn: tuple[Floats, Floats], first: Hits | None, done: list[float]
+    ) -> asyncio.Future[tuple[Comparison, Hits | None]]:
+        """Return a task that compares a component, and keeps in `done` which part of that is done."""
+
+        def work(is_gone: IsGone) -> tuple[Comparison, Hits | None]:
+            def told(part: float) -> bool:
+                done[0] = part
+                return not is_gone()
+
+            return compared(offer, scene, *drawn, first, told)
+
+        return asyncio.ensure_future(self._rooms.turns.run_while_wanted([offer.about.name], work))
+
+    def _offers(self, names: list[str]) -> list[Offer]:
+        """Return the components of these names; of no names all of them, the default one first."""
+        catalog, kind = self._rooms.catalog, ComponentKind.RAY_CASTER
+        if not names:
+            names = sorted(catalog.offers(kind), key=lambda name: (name != DEFAULT_RAY_CASTER, name))
+        return [catalog.find(kind, name) for name in names]

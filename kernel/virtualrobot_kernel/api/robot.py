@@ -21,6 +21,7 @@ from virtualrobot_kernel.messages.nodes import JOINT_TYPE_NUMBERS, limits_messag
 from virtualrobot_kernel.messages.robots import (
     actuator_messages,
     group_messages,
+    group_selection,
     pair_messages,
     posture_messages,
     settings,
@@ -40,8 +41,10 @@ from virtualrobot_kernel.messages.values import (
 from virtualrobot_kernel.planning.dynamics import EffortViolation, solve_inverse_dynamics
 from virtualrobot_kernel.planning.free_joints import solve_inverse
 from virtualrobot_kernel.planning.jacobian import Point, solve_jacobian
-from virtualrobot_kernel.planning.robots import arm_of, forward_links
+from virtualrobot_kernel.planning.robots import arm_if_chain, arm_of, forward_links
+from virtualrobot_kernel.planning.solvers import chosen
 from virtualrobot_kernel.world.commands import SetKinematics
+from virtualrobot_kernel.world.groups import Group, joints_of
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import Applied
 from virtualrobot_kernel.world.structure import Kind, Node, RobotData
@@ -59,17 +62,22 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         self._book = _Book()
 
     async def GetRobot(self, request: robot_pb2.GetRobotRequest, context: object) -> robot_pb2.GetRobotResponse:
-        """Tell joints, links and tools."""
+        """Tell joints, links and tools; and the chain of a group."""
         snapshot = self._rooms.world.snapshot
         structure = snapshot.structure
         node, index = structure.robot(request.name)
         data = node.data if isinstance(node.data, RobotData) else RobotData()
-        arm = arm_of(snapshot, node)
-        kinematics = data.kinematics or self._rooms.solvers.name_found(node)
-        if not kinematics:
+        group = group_selection(request.group, "group")
+        arm, kinematics = arm_if_chain(snapshot, node, group), ""
+        if arm is not None:
+            kinematics = chosen(node, group)[0] or self._rooms.solvers.name_found(node, group)
+        if arm is not None and not kinematics:
             # The robot has to be tried to tell; that is not for the thread that all calls share.
             find = partial(self._rooms.solvers.name_of, snapshot, arm)
             kinematics = await self._rooms.turns.run([node.uid], find)
+        groups = group_messages(data)
+        for message in groups:
+            message.joint_names[:] = joints_of(structure, node, Group(message.name))
         return robot_pb2.GetRobotResponse(
             stamp=stamp(snapshot),
             uid=node.uid,
@@ -85,13 +93,13 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
             ],
             links=[structure.nodes[uid].name for uid in index.links],
             tools=[tool.name for tool in structure.tools_of(node.uid)],
-            flange=structure.nodes[arm.flange].name,
+            flange=structure.nodes[arm.tip].name if arm is not None else "",
             kinematics=kinematics,
-            chain_joints=arm.joint_names,
+            chain_joints=arm.joint_names if arm is not None else joints_of(structure, node, group),
             postures=posture_messages(data),
-            kinematics_settings=settings_message(data.kinematics_settings),
-            kinematics_fault=self._rooms.solvers.fault_of(node),
-            groups=group_messages(data),
+            kinematics_settings=settings_message(chosen(node, group)[1]),
+            kinematics_fault=self._rooms.solvers.fault_of(node, group),
+            groups=groups,
             allowed_collisions=pair_messages(data),
             actuators=actuator_messages(data),
         )
@@ -127,7 +135,8 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         """Tell where links would be."""
         snapshot = self._rooms.world.snapshot
         node = snapshot.structure.node(request.robot, Kind.ROBOT)
-        world_t_link, world_t_tcp = forward_links(snapshot, node, dict(request.joint_positions))
+        group = group_selection(request.group, "group")
+        world_t_link, world_t_tcp = forward_links(snapshot, node, dict(request.joint_positions), group)
         links = snapshot.structure.robots[node.uid].links
         return robot_pb2.SolveForwardResponse(
             stamp=stamp(snapshot),
@@ -157,7 +166,8 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
             )
             for row, point in enumerate(request.points)
         ]
-        solve = partial(solve_jacobian, snapshot, node, dict(request.joint_positions), points)
+        group = group_selection(request.group, "group")
+        solve = partial(solve_jacobian, snapshot, node, dict(request.joint_positions), points, group)
         found = await asyncio.get_running_loop().run_in_executor(self._rooms.workers, solve)
         return robot_pb2.SolveJacobianResponse(
             stamp=stamp(snapshot),
@@ -177,10 +187,9 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         world_t_tcp = snapshot.world_t(reference.uid) @ pose(request.reference_t_tcp, "reference_t_tcp")
         seed, solver_of = dict(request.seed), self._rooms.solvers.of
         redundancy = requested_redundancy(request.redundancy, "redundancy")
-        near_of = near_by(self._rooms.collisions)
-        solve = partial(
-            solve_inverse, snapshot, node, world_t_tcp, seed, solver_of, request.configuration, redundancy, near_of
-        )
+        group, near_of = group_selection(request.group, "group"), near_by(self._rooms.collisions)
+        options = seed, solver_of, request.configuration, redundancy, group, near_of
+        solve = partial(solve_inverse, snapshot, node, world_t_tcp, *options)
         arm, result = await self._rooms.turns.run([node.uid], solve)
         solved = len(result.solutions) > 0
         return robot_pb2.SolveInverseResponse(
@@ -208,8 +217,8 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         def swap() -> tuple[Applied, SelfCheck]:
             # All in one thread: a client that goes away cancels what is awaited, and a component must not be lost.
             wanted = settings(request.settings, "settings")
-            command = SetKinematics(request.robot, name, wanted)
-            arm = arm_of(snapshot, node)
+            command = SetKinematics(request.robot, name, wanted, request.group)
+            arm = arm_of(snapshot, node, Group(request.group))
             return rooms.solvers.swap(snapshot, arm, name, wanted, lambda: submit([command]).result())
 
         applied, check = await rooms.turns.run([node.uid], swap)
@@ -327,5 +336,5 @@ def _quiet(before: Snapshot, after: Snapshot) -> bool:
     return before.structure is after.structure and all(getattr(a, field) is getattr(b, field) for field in TOLD)
 
 
-TOLD = ("q", "v", "parent_t_node", "motions", "tool_states", "selections", "speed_factors")
+TOLD = ("q", "v", "commanded", "parent_t_node", "motions", "tool_states", "selections", "speed_factors")
 """The fields of State that RobotState tells of."""

@@ -9,7 +9,6 @@ from functools import partial
 import numpy as np
 from virtualrobot.v1 import nodes_pb2, scene_pb2, scene_pb2_grpc
 
-from virtualrobot_kernel.api import model_files, scene_files
 from virtualrobot_kernel.api.convert.commands import world_commands
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.readiness import ready_for_guard
@@ -18,10 +17,14 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.export.model import export_model
 from virtualrobot_kernel.formats.model_table import list_models
 from virtualrobot_kernel.messages.nodes import node_message
-from virtualrobot_kernel.messages.values import mask_fields, masked, poses_array, stamp
+from virtualrobot_kernel.messages.values import expected_revision, mask_fields, masked, poses_array, stamp
+from virtualrobot_kernel.scenes.assets import files_of, with_assets
+from virtualrobot_kernel.scenes.models import read_model
+from virtualrobot_kernel.scenes.reading import read_scene
+from virtualrobot_kernel.scenes.writing import write_scene
 from virtualrobot_kernel.sensing.choices import check_choices
 from virtualrobot_kernel.world.commands import Command, CreateNodes, UpdateNode
-from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.state import Snapshot, unchanged
 from virtualrobot_kernel.world.store import Applied
 from virtualrobot_kernel.world.structure import Kind, Node, Structure
 
@@ -36,7 +39,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
     async def GetScene(self, request: scene_pb2.GetSceneRequest, context: object) -> scene_pb2.GetSceneResponse:
         """Tell nodes and where they are."""
         snapshot = self._rooms.world.snapshot
-        fields = mask_fields(request.node_mask, nodes_pb2.Node)
+        fields = mask_fields(request.read_mask, nodes_pb2.Node)
         structure = snapshot.structure
         nodes = [structure.node(name) for name in request.names] or _parents_first(structure)
         rows = [structure.rows[node.uid] for node in nodes]
@@ -50,7 +53,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         self, request: scene_pb2.WatchSceneRequest, context: object
     ) -> AsyncIterator[scene_pb2.WatchSceneResponse]:
         """Tell all nodes, then changes."""
-        fields = mask_fields(request.node_mask, nodes_pb2.Node)
+        fields = mask_fields(request.read_mask, nodes_pb2.Node)
         wanted = {self._rooms.world.snapshot.structure.node(name).uid for name in request.names}
         before: Snapshot | None = None
         async for snapshot in self._rooms.publications.snapshots(rate(request.max_rate_hertz)):
@@ -65,9 +68,8 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         commands = world_commands(request.commands)
         if any(isinstance(command, (CreateNodes, UpdateNode)) for command in commands):
             run = asyncio.get_running_loop().run_in_executor
-            commands = await run(self._rooms.workers, scene_files.with_assets, self._rooms.meshes, commands)
-        expected = request.expected_structure_revision if request.HasField("expected_structure_revision") else None
-        applied = await self._submit(commands, context, expected)
+            commands = await run(self._rooms.workers, with_assets, self._rooms.meshes, commands)
+        applied = await self._submit(commands, context, expected_revision(request))
         nodes = applied.snapshot.structure.nodes
         return scene_pb2.ApplyResponse(
             stamp=stamp(applied.snapshot),
@@ -81,10 +83,10 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         """Read a model in a worker thread, then add it as one change."""
         run = asyncio.get_running_loop().run_in_executor
         meshes = self._rooms.meshes
-        files = model_files.files_of(meshes, request.files, request.packages)
+        files = files_of(meshes, request.files)
         while True:
             structure = self._rooms.world.snapshot.structure
-            read = partial(model_files.read_model, meshes, request, files, structure.uid_by_name)
+            read = partial(read_model, meshes, request, files, structure.uid_by_name)
             model = await run(self._rooms.workers, read)
             try:
                 applied = await self._submit([CreateNodes(model.nodes)], context)
@@ -118,9 +120,11 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
     async def LoadScene(self, request: scene_pb2.LoadSceneRequest, context: object) -> scene_pb2.LoadSceneResponse:
         """Read a scene file in a worker thread, then replace the world by it, as one change."""
         run = asyncio.get_running_loop().run_in_executor
-        structure = self._rooms.world.snapshot.structure
-        read = run(self._rooms.workers, scene_files.read_scene, self._rooms.meshes, request, structure)
-        commands, warnings = await read
+        meshes = self._rooms.meshes
+        files = files_of(meshes, request.files)
+        known = self._rooms.world.snapshot.structure.uid_by_name if request.add else None
+        read = partial(read_scene, request.text, request.uri, files, meshes, known)
+        commands, warnings = await run(self._rooms.workers, read)
         applied = await self._submit(commands, context)
         if not request.add:
             self._rooms.view.reset()
@@ -132,7 +136,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         """Write the world as a scene file's text."""
         snapshot = self._rooms.world.snapshot
         run = asyncio.get_running_loop().run_in_executor
-        text, files = await run(self._rooms.workers, scene_files.write_scene, snapshot, request.bundle)
+        text, files = await run(self._rooms.workers, write_scene, snapshot, request.bundle)
         return scene_pb2.SaveSceneResponse(
             stamp=stamp(snapshot),
             text=text,
@@ -177,7 +181,7 @@ def _parents_first(structure: Structure) -> list[Node]:
 
 def _quiet(before: Snapshot, after: Snapshot) -> bool:
     """Return whether nothing that WatchScene tells has changed between two snapshots."""
-    return before.structure is after.structure and before.world_t_node is after.world_t_node
+    return unchanged(*((one.structure, one.world_t_node, one.state.running_sensors) for one in (before, after)))
 
 
 def _difference(
@@ -191,8 +195,10 @@ def _difference(
     else:
         old = before.structure
         moved = _chosen(_moved(before, after), wanted)
-        if old is not structure:
-            changed = [node for node in _chosen(_parents_first(structure), wanted) if _differs(old, structure, node)]
+        running = before.state.running_sensors.keys() ^ after.state.running_sensors.keys()
+        if old is not structure or running:
+            nodes = _chosen(_parents_first(structure), wanted)
+            changed = [node for node in nodes if node.uid in running or _differs(old, structure, node)]
             removed = [uid for uid in old.nodes if uid not in structure.nodes and (not wanted or uid in wanted)]
     rows = [structure.rows[node.uid] for node in moved]
     return scene_pb2.WatchSceneResponse(

@@ -29,6 +29,11 @@ TOGETHER_BYTES = 1024 * 1024
 """Readings travel in one message as long as they are smaller than this together."""
 FASTEST_HERTZ = 10_000.0
 
+SENSOR_KINDS = {
+    kind: getattr(sensor_pb2, f"SENSOR_KIND_{kind.name.removesuffix('_SENSOR')}")
+    for kind in (Kind.RANGE_SENSOR, Kind.CAMERA_SENSOR, Kind.CONTACT_SENSOR, Kind.MOTION_SENSOR)
+}
+
 Told = TypeVar("Told")
 
 
@@ -47,7 +52,7 @@ class SensorServicer(sensor_pb2_grpc.SensorServiceServicer):
         told = [
             sensor_pb2.SensorStatus(
                 name=status.node.name,
-                kind=status.node.kind.value,
+                kind=SENSOR_KINDS[status.node.kind],
                 state=status.state.value,  # pyright: ignore[reportArgumentType] the values are the contract's
                 fault=status.fault,
                 rate_hertz=status.rate_hertz,

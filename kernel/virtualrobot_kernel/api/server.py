@@ -95,7 +95,7 @@ OPTIONS = (
 
 
 GRACE_SECONDS = 1.0
-"""How long an ending kernel waits for calls that are being worked on."""
+"""How long an ending kernel waits for calls: half of it for their work, then for them to say that it ends."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,8 +148,8 @@ class Server:
         tokens = [Token(self._address.token)] if self._address.token else []
         rooms = self._rooms(publications)
         services = [service for module, _, _ in SERVICES for service in module.DESCRIPTOR.services_by_name.values()]
-        leasing = Leasing(services, rooms)
-        server = grpc.aio.server(interceptors=[*tokens, Errors(publications), leasing], options=OPTIONS)
+        errors, leasing = Errors(publications), Leasing(services, rooms)
+        server = grpc.aio.server(interceptors=[*tokens, errors, leasing], options=OPTIONS)
         names = [reflection.SERVICE_NAME, health_pb2.DESCRIPTOR.services_by_name["Health"].full_name]
         names += [service.full_name for service in services]
         for _, add, servicer in SERVICES:
@@ -165,6 +165,7 @@ class Server:
         await self._stop.wait()
         await health.enter_graceful_shutdown()
         publications.close()
+        self._loop.call_later(GRACE_SECONDS / 2, errors.end)
         await server.stop(GRACE_SECONDS)
 
     def _bind(self, server: grpc.aio.Server) -> int:

@@ -7,9 +7,9 @@ from collections.abc import AsyncIterator, Iterable, Mapping
 
 from virtualrobot.v1 import signal_pb2, signal_pb2_grpc
 
-from virtualrobot_kernel.api.convert.states import signal_message
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import UnknownNameError
+from virtualrobot_kernel.messages.signals import signal_message
 from virtualrobot_kernel.messages.values import stamp
 from virtualrobot_kernel.world.commands import SetSignal
 from virtualrobot_kernel.world.state import Signal

@@ -1,4 +1,4 @@
-"""ViewService: how the picture is set up, pictures and films."""
+"""ViewService: how the picture is set up, pictures and films, what is under a pixel, how far points are apart."""
 
 from __future__ import annotations
 
@@ -8,11 +8,14 @@ from virtualrobot.v1 import view_pb2, view_pb2_grpc
 
 from virtualrobot_kernel.api.capture import CaptureCalls
 from virtualrobot_kernel.api.convert.view import changed_settings, view_message
+from virtualrobot_kernel.api.measure import MeasureCalls
+from virtualrobot_kernel.api.pick import PickCalls
 from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.messages.values import stamp
 
 
-class ViewServicer(CaptureCalls, view_pb2_grpc.ViewServiceServicer):
-    """Serves ViewService."""
+class ViewServicer(CaptureCalls, MeasureCalls, PickCalls, view_pb2_grpc.ViewServiceServicer):
+    """Servicer of ViewService; each group of its calls has a file of its own."""
 
     def __init__(self, rooms: Rooms) -> None:
         """Serve from these rooms."""
@@ -20,20 +23,22 @@ class ViewServicer(CaptureCalls, view_pb2_grpc.ViewServiceServicer):
 
     async def GetView(self, request: view_pb2.GetViewRequest, context: object) -> view_pb2.GetViewResponse:
         """Tell the set-up."""
-        structure = self._rooms.world.snapshot.structure
-        view = view_message(self._rooms.view.get(), structure)
-        return view_pb2.GetViewResponse(view=view, viewer_count=self._rooms.viewer_count())
+        snapshot = self._rooms.world.snapshot
+        view = view_message(self._rooms.view.get(), snapshot.structure)
+        return view_pb2.GetViewResponse(stamp=stamp(snapshot), view=view, viewer_count=self._rooms.viewer_count())
 
     async def UpdateView(self, request: view_pb2.UpdateViewRequest, context: object) -> view_pb2.UpdateViewResponse:
         """Change the set-up."""
         snapshot = self._rooms.world.snapshot
-        fields = changed_settings(request.view, request.mask, snapshot)
-        return view_pb2.UpdateViewResponse(view=view_message(self._rooms.view.update(**fields), snapshot.structure))
+        fields = changed_settings(request.view, request.update_mask, snapshot)
+        view = view_message(self._rooms.view.update(**fields), snapshot.structure)
+        return view_pb2.UpdateViewResponse(stamp=stamp(snapshot), view=view)
 
     async def WatchView(
         self, request: view_pb2.WatchViewRequest, context: object
     ) -> AsyncIterator[view_pb2.WatchViewResponse]:
         """Tell the set-up, then each change; a slow reader gets the latest."""
         async for _ in self._rooms.publications.each(self._rooms.view.subscribe):
-            view = view_message(self._rooms.view.get(), self._rooms.world.snapshot.structure)
-            yield view_pb2.WatchViewResponse(view=view)
+            snapshot = self._rooms.world.snapshot
+            view = view_message(self._rooms.view.get(), snapshot.structure)
+            yield view_pb2.WatchViewResponse(stamp=stamp(snapshot), view=view)

@@ -42,6 +42,9 @@ from virtualrobot_kernel.shapes.submesh import Meshes
 from virtualrobot_kernel.world.sensing import CameraSensor, ImageKind, Intrinsics
 from virtualrobot_kernel.world.state import Snapshot
 
+LARGEST_KEPT = 1 << 21
+"""A lens takes 20 bytes a pixel; one of more pixels than a film usually has is not kept for the next picture."""
+
 Pose = NDArray[np.float64]
 Pixels = NDArray[np.uint8]
 
@@ -99,6 +102,8 @@ class Painter:
             raise KernelError(f"no pictures can be taken: {reason}", reason=Reason.WRONG_STATE, cause=reason)
         self._shapes, self._looks, self._clearances = shapes, looks, clearances
         self._arrows, self._drawn = ShapeLibrary(with_arrows(meshes)), DrawnShapes(meshes)
+        self.check: Callable[[], None] = lambda: None
+        """Asked again and again while a picture is taken; raises when nobody waits for it any more."""
         self._scene = TopScene()
         self._last: _Seen | None = None
         self._lens: tuple[object, Lens] | None = None
@@ -211,20 +216,23 @@ class Painter:
         """Return the lens of `key`: the last one where it is that one's."""
         if self._lens is None or self._lens[0] != key:
             self._lens = None  # the old one need not be in memory beside the new one
-            self._lens = key, made()
+            lens = made()
+            if len(lens.directions) > LARGEST_KEPT:
+                return lens
+            self._lens = key, lens
         return self._lens[1]
 
     def _subject(self, seen: _Seen, world_t_element: Pose, lights: Lights, background: Color) -> Subject:
         return Subject(world_t_element, seen.elements.node_of, seen.looks, lights, background)
 
     def _color(self, subject: Subject, lens: Lens, pose: Pose) -> Pixels:
-        color = render(self._scene, subject, lens, pose, (ImageKind.COLOR,)).color
+        color = render(self._scene, subject, lens, pose, (ImageKind.COLOR,), self.check).color
         assert color is not None  # it was asked for
         return color
 
     def _taken(self, subject: Subject, lens: Lens, pose: Pose) -> tuple[Pixels, NDArray[np.float32]]:
         """Return colours (h, w, 3) and depth (h, w) in meters."""
-        taken = render(self._scene, subject, lens, pose, (ImageKind.COLOR, ImageKind.DEPTH))
+        taken = render(self._scene, subject, lens, pose, (ImageKind.COLOR, ImageKind.DEPTH), self.check)
         assert taken.color is not None and taken.depth is not None  # they were asked for
         return taken.color, taken.depth
 

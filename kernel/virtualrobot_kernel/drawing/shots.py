@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
@@ -50,12 +51,24 @@ class Shot:
     plain: bool = False
 
 
-def packed(picture: NDArray[np.uint8], format: ImageFormat) -> bytes:
-    """Return a picture (h, w, 3) as the bytes of a file."""
+class _Checked(io.BytesIO):
+    """Bytes in memory; `check` is called before each part is written."""
+
+    def __init__(self, check: Callable[[], None]) -> None:
+        super().__init__()
+        self._check = check
+
+    def write(self, data: bytes, /) -> int:  # pyright: ignore[reportIncompatibleMethodOverride] Pillow gives bytes
+        self._check()
+        return super().write(data)
+
+
+def packed(picture: NDArray[np.uint8], format: ImageFormat, check: Callable[[], None] = lambda: None) -> bytes:
+    """Return a picture (h, w, 3) as the bytes of a file; what `check` raises on the way ends it."""
     if format is ImageFormat.RAW:
         return picture.tobytes()
     height, width = picture.shape[:2]
-    image, file = Image.new("RGB", (width, height)), io.BytesIO()
+    image, file = Image.new("RGB", (width, height)), _Checked(check)
     # Pillow takes pixels over with the GIL held: a few rows at a time, or all calls would wait.
     rows = max(1, STRIP // width)
     for top in range(0, height, rows):

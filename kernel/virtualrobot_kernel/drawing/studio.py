@@ -10,6 +10,7 @@ from typing import TypeVar
 from virtualrobot_kernel.background import give_way
 from virtualrobot_kernel.collision.clearances import Measure
 from virtualrobot_kernel.drawing.painter import Painter
+from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.sensing.looks import LookLibrary
 from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.shapes.submesh import Meshes
@@ -29,20 +30,31 @@ class Studio:
         self._threads = ThreadPoolExecutor(THREADS, thread_name_prefix="picture", initializer=give_way)
         self._own = threading.local()
         self._painters: list[Painter] = []
+        self._closing = threading.Event()
 
-    def submit(self, work: Callable[[Painter], Result]) -> Future[Result]:
-        """Have `work` done by the next thread that is free; it raises KernelError where pictures can't be taken."""
-        return self._threads.submit(self._run, work)
+    def submit(self, work: Callable[[Painter], Result], is_gone: Callable[[], bool] = lambda: False) -> Future[Result]:
+        """Have `work` done by the next thread that is free; it raises KernelError where pictures can't be taken.
+
+        A picture is given up soon after `is_gone` says that nobody waits for it any more.
+        """
+        return self._threads.submit(self._run, work, is_gone)
 
     def close(self) -> None:
-        """Wait for what is being worked on, and free everything."""
+        """Give up what is being worked on, and free everything."""
+        self._closing.set()
         self._threads.shutdown(wait=True, cancel_futures=True)
         for painter in self._painters:
             painter.close()
 
-    def _run(self, work: Callable[[Painter], Result]) -> Result:
+    def _run(self, work: Callable[[Painter], Result], is_gone: Callable[[], bool]) -> Result:
+        def check() -> None:
+            if self._closing.is_set() or is_gone():
+                raise KernelError("nobody waits for this picture any more", reason=Reason.SHUTTING_DOWN)
+
+        check()
         painter: Painter | None = getattr(self._own, "painter", None)
         if painter is None:
             painter = self._own.painter = Painter(*self._made_of)
             self._painters.append(painter)
+        painter.check = check
         return work(painter)

@@ -15,9 +15,6 @@ _LOOKS = (".mtl", ".png", ".jpg", ".jpeg", ".webp", ".bmp", ".gif", ".tga", ".ti
 def find_dependents(files: Files, main: File) -> tuple[dict[str, str], list[str]]:
     """Return the SHA-256 of all that a mesh file names, by name as counted from it, and warnings.
 
-    On the kernel's disk only files of the mesh's own package are taken (`files.home_of`), and files that are named by
-    `package://` or `model://`: a mesh comes from anywhere, and could name any file of the machine as its material.
-
     Raises:
         MissingFileError: for a buffer that is nowhere. A material or texture costs the look only and is a warning.
     """
@@ -34,7 +31,7 @@ def _gather(files: Files, main: File, file: File, found: dict[str, str], warning
         if known_as in found:
             continue
         try:
-            dependent = _read(files, main, name, file.key)
+            dependent = _read(files, name, file.key)
         except MissingFileError as error:
             if ending(name) not in _LOOKS:
                 raise
@@ -44,17 +41,16 @@ def _gather(files: Files, main: File, file: File, found: dict[str, str], warning
         _gather(files, main, dependent, found, warnings)
 
 
-def _read(files: Files, main: File, name: str, referrer: str) -> File:
+def _read(files: Files, name: str, referrer: str) -> File:
     """Return the file by its name, or one of that name beside its referrer: exporters write their own disk's paths."""
-    homes = files.homes(main)
     try:
-        return files.read(name, referrer, homes)
+        return files.read(name, referrer)
     except MissingFileError:
         beside = name.rpartition("/")[2]
         if beside == name or not beside:
             raise
         try:
-            return files.read(beside, referrer, homes)
+            return files.read(beside, referrer)
         except MissingFileError:
             pass  # the first error says more
         raise

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,12 +11,6 @@ from virtualrobot.resolver import Resolver, UnresolvedUriError, is_relative, joi
 
 from virtualrobot_kernel.errors import MissingFileError
 from virtualrobot_kernel.formats.assets import AssetStore
-
-PACKAGE_FILES = ("package.xml", "model.config")
-"""Files that lie in the folder of a package of ROS or a model of Gazebo."""
-
-PACKAGE_LEVELS = 4
-"""How many folders above a file may be the folder of its package."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,28 +41,24 @@ class Files:
     uploaded: Mapping[str, str] = field(default_factory=dict)
     resolver: Resolver | None = None
 
-    def read(self, uri: str, referrer: str = "", homes: tuple[Path, ...] | None = None) -> File:
+    def read(self, uri: str, referrer: str = "", sha256: str = "") -> File:
         """Return the file that `referrer` (the key of the file that names it; empty: the request) names as `uri`.
 
-        Where `homes` are given, a file on the kernel's disk must lie in or below one of these folders, unless `uri`
-        names its package; links are followed.
+        What a file names must lie in its own folder or in a known package, or have the content that it states for it
+        (`sha256`); see `virtualrobot.resolver`. An uploaded file has no folder on the kernel's disk.
 
         Raises:
-            MissingFileError: when it is neither uploaded nor found, or outside of `homes`; the message names the file,
-                who names it and each place that was tried.
+            MissingFileError: when it is neither uploaded nor found; the message names the file, who names it and each
+                place that was tried.
             KernelError: TOO_LARGE over the limit of the store; UNKNOWN_ASSET when what was stated as uploaded is not.
         """
         names = list(dict.fromkeys((join_uri(referrer, uri), uri, unquote(join_uri(referrer, uri)))))
         for name in names:
             if name in self.uploaded:
-                sha256 = self.uploaded[name].lower()
-                return File(name, self.store.get(sha256), sha256)
+                held = self.uploaded[name].lower()
+                return File(name, self.store.get(held), held)
         tried = [f"uploaded as {name!r}" for name in names] if self.uploaded else []
-        path = self._find(uri, referrer, tried)
-        if homes is not None and not uri.startswith(("package://", "model://")):
-            if not any(path.is_relative_to(home) for home in homes):
-                outside = f"{path}, which is not taken, since it is outside of the model's folder"
-                raise _missing(uri, referrer, [*tried, f"{outside} {homes[0]}" if homes else outside])
+        path = self._find(uri, referrer, sha256, tried)
         self.store.check_size(path.stat().st_size, str(path))
         try:
             data = path.read_bytes()
@@ -77,41 +66,23 @@ class Files:
             raise _missing(uri, referrer, [f"{path} ({error.strerror or error})"]) from error
         return File(str(path), data, self.store.put(data))
 
-    def homes(self, file: File) -> tuple[Path, ...]:
-        """Return where on the kernel's disk the own files of a file may lie: nowhere when it was uploaded."""
-        if file.key in self.uploaded or not os.path.isabs(file.key):
-            return ()
-        path = Path(file.key)
-        return tuple({home_of(path): None, home_of(path.resolve()): None})
-
-    def _find(self, uri: str, referrer: str, tried: list[str]) -> Path:
+    def _find(self, uri: str, referrer: str, sha256: str, tried: list[str]) -> Path:
         """Return where on the disk the file is; raise MissingFileError when it is nowhere."""
         if self.resolver is None:
             raise _missing(uri, referrer, [*tried, "the kernel's disk is not looked at"])
-        source: Path | None = None
-        if referrer:
-            source = None if referrer in self.uploaded or not Path(referrer).is_absolute() else Path(referrer)
-            if source is None and is_relative(uri):
+        try:
+            if not referrer:
+                return self.resolver.resolve(uri)
+            if referrer not in self.uploaded and Path(referrer).is_absolute():
+                return self.resolver.resolve(uri, referrer, sha256)
+            if is_relative(uri):
                 # Its folder is on the client's machine; the kernel's own working folder has nothing to do with it.
                 raise _missing(uri, referrer, tried)
-        try:
-            return self.resolver.resolve(uri, source)
+            return self.resolver.resolve_known(uri)
         except UnresolvedUriError as error:
             raise _missing(uri, referrer, [*tried, *map(str, error.tried)], str(error)) from error
         except (OSError, ValueError) as error:  # a name too long, a null character, a folder that may not be read
             raise _missing(uri, referrer, [*tried, str(error)]) from error
-
-
-def home_of(path: Path) -> Path:
-    """Return the folder that the own files of a mesh or model lie in or below.
-
-    The nearest folder above it with a `package.xml` or `model.config`, else the one two above its own, never the disk's
-    root: `meshes/visual` and `textures` often lie side by side.
-    """
-    for folder in path.parents[:PACKAGE_LEVELS]:
-        if any((folder / name).is_file() for name in PACKAGE_FILES):
-            return folder
-    return path.parents[max(0, min(2, len(path.parents) - 2))]
 
 
 def _missing(uri: str, referrer: str, tried: list[str], resolved: str = "") -> MissingFileError:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from virtualrobot_sdk.srgb import from_linear
 
 from virtualrobot_kernel.formats.references import ending, gltf_json
+from virtualrobot_kernel.formats.xml import malformed
 
 COLORS = "_VIRTUALROBOT_COLOR_0"
 """The attribute under which trimesh hands on the colours of vertices; other names with `_` are the file's own."""
@@ -33,6 +34,9 @@ def prepared(data: bytes, uri: str) -> tuple[bytes, list[NDArray[np.float64] | N
     Raises MalformedFileError when there is no JSON in it, and whatever one of odd types makes Python raise.
     """
     tree = gltf_json(data, uri)
+    for number, accessor in enumerate(tree.get("accessors", [])):
+        if "bufferView" not in accessor:  # 3.6.2.3: all its numbers are 0, but for those that it tells apart
+            raise malformed(uri, None, f"accessors[{number}] has no bufferView; sparse ones are not read")
     factors: list[NDArray[np.float64] | None] = []
     for number, material in enumerate(tree.get("materials", [])):
         material["name"] = str(number)

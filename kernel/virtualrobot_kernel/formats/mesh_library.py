@@ -60,7 +60,7 @@ class MeshLibrary:
             MalformedFileError: when the file cannot be searched for names, or is not the one with `sha256` (where
                 given), or no mesh comes of its translation.
         """
-        main = files.read(uri, referrer)
+        main = files.read(uri, referrer, sha256)
         if sha256 and sha256.lower() != main.sha256:
             raise MalformedFileError(
                 f"{main.key} has changed: its SHA-256 is {main.sha256}, not {sha256} as stated; leave `sha256` out to "

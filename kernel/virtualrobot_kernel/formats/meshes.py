@@ -13,8 +13,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from virtualrobot_kernel.errors import MalformedFileError
+from virtualrobot_kernel.formats.collada import length_unit, parse_collada, without_unreadable_materials
 from virtualrobot_kernel.formats.references import ending
-from virtualrobot_kernel.formats.xml import local_name, malformed, parse_xml
+from virtualrobot_kernel.formats.xml import malformed
 from virtualrobot_kernel.shapes.submesh import Submesh, merged, transformed
 
 MESH_FORMATS = (".stl", ".obj", ".dae", ".gltf", ".glb")
@@ -35,12 +36,18 @@ def parse_mesh(data: bytes, uri: str, dependents: Mapping[str, bytes] | None = N
     kind = ending(uri)
     if kind not in MESH_FORMATS:
         raise malformed(uri, None, f"no mesh format has the ending {kind!r}; known: {', '.join(MESH_FORMATS)}")
-    unit = _collada_unit(data, uri) if kind == ".dae" else 1.0
+    unit = 1.0
+    if kind == ".dae":
+        root = parse_collada(data, uri)
+        unit = length_unit(root, uri)
+        data = without_unreadable_materials(data, root)
     # Only now, so that a kernel that reads no mesh starts without trimesh.
     from virtualrobot_kernel.formats import trimesh_reader
 
     try:
         parts = trimesh_reader.read(data, kind, uri, dependents or {}, unit)
+    except MalformedFileError:
+        raise
     except Exception as error:  # the readers below trimesh raise whatever a broken file makes them run into
         text = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
         raise malformed(uri, None, f"broken or not a {kind[1:].upper()} file ({text})") from error
@@ -60,23 +67,6 @@ def _check(part: Submesh, uri: str) -> None:
         raise malformed(
             uri, None, f"a face names vertex {int(part.faces.max())}, but there are {len(part.vertices)} vertices"
         )
-
-
-def _collada_unit(data: bytes, uri: str) -> float:
-    """Return the length of the file's unit in meters; 1 when it tells none (COLLADA 1.4.1, `<unit>`)."""
-    root = parse_xml(data, uri)
-    if local_name(root) != "COLLADA":
-        raise malformed(uri, root.sourceline, f"not COLLADA: the root element is <{local_name(root)}>")
-    unit = root.find("{*}asset/{*}unit")
-    if unit is None or not unit.get("meter"):
-        return 1.0
-    try:
-        meters = float(unit.get("meter", "1"))
-    except ValueError as error:
-        raise malformed(uri, unit.sourceline, f"unit meter={unit.get('meter')!r} is no number") from error
-    if not np.isfinite(meters) or meters <= 0.0:
-        raise malformed(uri, unit.sourceline, f"unit meter={unit.get('meter')!r} must be above 0")
-    return meters
 
 
 def scaled(parts: tuple[Submesh, ...], scale: tuple[float, float, float]) -> tuple[Submesh, ...]:

@@ -98,7 +98,7 @@ def import_model(
     if 0.0 in scale:
         raise _bad_argument(f"the scale {scale} has a factor of 0", scale=scale)
     known = model_table.named_by(uri)
-    if known and uri not in files.uploaded and known not in (files.resolver.packages if files.resolver else ()):
+    if known and uri not in files.uploaded:
         model = model_table.find(known)
         uri, settings = model.uri, {**model.settings, **(settings or {})}
     kind = ending(uri)

@@ -13,6 +13,7 @@ from virtualrobot.resolver import is_relative, join_uri
 
 from virtualrobot_kernel.errors import KernelError, MalformedFileError
 from virtualrobot_kernel.formats import scene_file
+from virtualrobot_kernel.formats.collada import image_names, parse_collada
 from virtualrobot_kernel.formats.translate import Importers, NoImporters, Settings, run
 from virtualrobot_kernel.formats.xml import malformed, parse_xml, xacro_in
 
@@ -48,11 +49,11 @@ def list_references(
     importers: Importers | None = None,
     known: Mapping[str, bytes] | None = None,
     settings: Settings | None = None,
-) -> list[str]:
-    """Return the names of the files that a file names, each once, in the order of the file.
+) -> dict[str, str]:
+    """Return the files that a file names, in its order: each name with the SHA-256 that it states, mostly an empty one.
 
     Names are as written, but for backslashes, which become slashes, and `%20` and the like in COLLADA and glTF, which
-    are worked out. A format that names no files gives an empty list.
+    are worked out. A format that names no files gives none.
 
     A file that is translated names what its importer asks for, and what the translation names. What it asks for may
     depend on what the files say that it asked for: give those in `known`, by name joined to `uri`, and ask again until
@@ -66,8 +67,10 @@ def list_references(
         return _foreign(data, uri, reader, known or {}, settings or {})
     read = _READERS.get(kind)
     if read is None:
-        return []
-    return list(dict.fromkeys(name for name in read(data, uri) if name))
+        return {}
+    if read is _scene:
+        return dict(_scene(data, uri))
+    return dict.fromkeys((name for name in read(data, uri) if name), "")
 
 
 def needs_xacro(data: bytes, uri: str) -> bool:
@@ -77,7 +80,9 @@ def needs_xacro(data: bytes, uri: str) -> bool:
     return may and xacro_in(parse_xml(data, uri)) is not None
 
 
-def _foreign(data: bytes, uri: str, importers: Importers, known: Mapping[str, bytes], settings: Settings) -> list[str]:
+def _foreign(
+    data: bytes, uri: str, importers: Importers, known: Mapping[str, bytes], settings: Settings
+) -> dict[str, str]:
     asked: dict[str, bool] = {}
 
     def read(name: str) -> bytes | None:
@@ -90,9 +95,9 @@ def _foreign(data: bytes, uri: str, importers: Importers, known: Mapping[str, by
     except KernelError:
         if all(asked.values()):
             raise
-        return list(asked)  # what it lacks explains the error
+        return dict.fromkeys(asked, "")  # what it lacks explains the error
     inner = list_references(translation.data, f"{uri}{translation.format}")
-    return list(dict.fromkeys([*asked, *inner]))
+    return dict.fromkeys(asked, "") | inner
 
 
 def _urdf(data: bytes, uri: str) -> Iterator[str]:
@@ -115,11 +120,7 @@ def _mtl(data: bytes, uri: str) -> Iterator[str]:
 
 
 def _dae(data: bytes, uri: str) -> Iterator[str]:
-    for image in parse_xml(data, uri).iterfind(".//{*}library_images/{*}image"):
-        for source in image.iterfind(".//{*}init_from"):
-            named = source.find("{*}ref")  # COLLADA 1.5 wraps the name in <ref>
-            text = (source.text if named is None else named.text) or ""
-            yield unquote(text.strip()).removeprefix("./").replace("\\", "/")
+    return image_names(parse_collada(data, uri))
 
 
 def _gltf(data: bytes, uri: str) -> Iterator[str]:
@@ -153,7 +154,7 @@ def gltf_json(data: bytes, uri: str) -> dict:
     return tree
 
 
-def _scene(data: bytes, uri: str) -> Iterator[str]:
+def _scene(data: bytes, uri: str) -> Iterator[tuple[str, str]]:
     try:
         text = data.decode()
     except UnicodeDecodeError as error:

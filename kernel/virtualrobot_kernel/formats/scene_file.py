@@ -69,15 +69,13 @@ def format(scene: scene_pb2.SceneFile) -> str:
     return HEADER + write_yaml(to_plain(scene))
 
 
-def references(scene: scene_pb2.SceneFile) -> Iterator[str]:
-    """Yield the names of the files that a scene names: meshes, models, what belongs to models."""
+def references(scene: scene_pb2.SceneFile) -> Iterator[tuple[str, str]]:
+    """Yield the files that a scene names (meshes, models, what belongs to models), each with the SHA-256 it states."""
     for node in scene.nodes:
         for mesh in meshes(node):
-            yield mesh.uri
+            yield mesh.uri, mesh.sha256
     for model in scene.models:
-        yield model.uri
-        if model.srdf_uri:
-            yield model.srdf_uri
+        yield from ((uri, "") for uri in (model.uri, model.srdf_uri) if uri)
 
 
 def meshes(node: nodes_pb2.Node) -> Iterator[nodes_pb2.Mesh]:

@@ -20,9 +20,6 @@ from virtualrobot_kernel.formats.xml import place_in
 ROUNDS = 100
 """How often an importer may ask for files: each round may name many."""
 
-_ANYWHERE = (".xacro", ".urdf", ".sdf", ".yaml", ".yml", ".stl", ".obj", ".dae", ".gltf", ".glb")
-"""Endings of models and meshes, which a model may name wherever they are; all else must be of its own package."""
-
 Settings = Mapping[str, Any]
 """An importer's settings, plain values as JSON has them."""
 
@@ -93,9 +90,8 @@ def translate(importers: Importers, file: File, files: Files, settings: Settings
     missing: dict[str, MissingFileError] = {}
 
     def read(name: str) -> bytes | None:
-        homes = None if name.lower().endswith(_ANYWHERE) else files.homes(file)
         try:
-            dependent = files.read(name, file.key, homes)
+            dependent = files.read(name, file.key)
         except MissingFileError as error:
             missing[name] = error
             return None

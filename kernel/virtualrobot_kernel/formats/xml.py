@@ -19,8 +19,8 @@ _OLD_PREFIX = re.compile(r"Namespace prefix (sensor|controller|interface|body|ge
 _ENCODING = re.compile(rb"""encoding\s*=\s*["']([A-Za-z0-9._-]+)["']""")
 
 
-def parse_xml(data: bytes, uri: str) -> Element:
-    """Return the root element of a document.
+def parse_xml(data: bytes, uri: str, *, huge: bool = False) -> Element:
+    """Return the root element of a document; `huge` lifts lxml's limit of 10 MB a text.
 
     A declaration that the standard refuses but that real models carry (`version="0.0"`, blank lines before it) is
     passed over, and so is that nobody has declared a prefix of Gazebo's before 1.0 (`sensor:ray`). Raises
@@ -31,17 +31,17 @@ def parse_xml(data: bytes, uri: str) -> Element:
     if declared >= 0:
         line = text[:declared].count(b"\n") + 1
         raise malformed(uri, line, "the document declares entities (<!ENTITY ...>); write their text out instead")
-    parser = _parser()
+    parser = _parser(huge)
     try:
         return etree.fromstring(text, parser)
     except etree.XMLSyntaxError as error:
         if all(_OLD_PREFIX.match(entry.message) for entry in parser.error_log):
-            return etree.fromstring(text, _parser(recover=True))
+            return etree.fromstring(text, _parser(huge, recover=True))
         raise malformed(uri, error.lineno or 1, f"not XML: {error.msg}") from error
 
 
-def _parser(recover: bool = False) -> etree.XMLParser:
-    safe = {"resolve_entities": False, "no_network": True, "load_dtd": False, "huge_tree": False}
+def _parser(huge: bool, recover: bool = False) -> etree.XMLParser:
+    safe = {"resolve_entities": False, "no_network": True, "load_dtd": False, "huge_tree": huge}
     return etree.XMLParser(recover=recover, encoding="utf-8", **safe)
 
 

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 
 from virtualrobot.v1 import geometry_pb2, nodes_pb2, scene_pb2
 from virtualrobot_sdk.denavit_hartenberg import GREATEST, Convention, PoseNumbers, Row, Table
+from virtualrobot_sdk.poses import quaternion
 
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.messages.nodes import JOINT_TYPES, inertial, joint_limits
-from virtualrobot_kernel.messages.values import pose, quaternion
+from virtualrobot_kernel.messages.values import pose
 from virtualrobot_kernel.world.structure import Inertial, Joint, JointType
 
 FIELD = "denavit_hartenberg"
@@ -19,7 +20,7 @@ CONVENTIONS: dict[int, Convention] = {
 }
 NUMBERS = ("a_meters", "alpha_radians", "d_meters", "theta_radians")
 MOVING = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
-FOR_FILES = ("uri", "files", "packages", "as_part", "scale", "settings", "srdf_uri")
+FOR_FILES = ("uri", "files", "as_part", "scale", "settings", "srdf_uri")
 """Fields of ImportModelRequest that have no meaning for a table."""
 
 

@@ -72,7 +72,14 @@ def node_spec(message: nodes_pb2.Node) -> NodeSpec:
         hidden=message.hidden,
         figures=figures(message, what),
         data=node_data(message, what),
+        running=runs(message),
     )
+
+
+def runs(message: nodes_pb2.Node) -> bool:
+    """Return whether a message says of a sensor that it reads at its rate."""
+    kind = message.WhichOneof("kind")
+    return kind in SENSING and getattr(getattr(message, kind), "running", False)
 
 
 def figures(message: nodes_pb2.Node, what: str) -> tuple:
@@ -217,7 +224,10 @@ def node_message(snapshot: Snapshot, node: Node) -> nodes_pb2.Node:
     elif isinstance(node.data, ToolData):
         message.tool.CopyFrom(_tool_message(node.data))
     elif node.kind.value in SENSING:
-        getattr(message, node.kind.value).CopyFrom(sensing_message(node.data))
+        settings = getattr(message, node.kind.value)
+        settings.CopyFrom(sensing_message(node.data))
+        if node.uid in snapshot.state.running_sensors:
+            settings.running = True
     return message
 
 

@@ -11,6 +11,7 @@ from virtualrobot.v1 import nodes_pb2
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.messages.values import by_name, finite
+from virtualrobot_kernel.world.groups import Group
 from virtualrobot_kernel.world.structure import Actuator, JointGroup, LinkPair, RobotData
 
 
@@ -19,9 +20,7 @@ def robot_data(message: nodes_pb2.Robot, what: str) -> RobotData:
     postures = {posture.name: by_name(posture.joint_positions) for posture in message.postures}
     if len(postures) != len(message.postures) or "" in postures:
         raise KernelError(f"the postures of {what!r} must have names that differ", robot=what)
-    groups = tuple(
-        JointGroup(group.name, tuple(group.joint_names), group.base_link, group.tip_link) for group in message.groups
-    )
+    groups = tuple(_joint_group(group, what) for group in message.groups)
     if len({group.name for group in groups} - {""}) != len(groups):
         raise KernelError(f"the groups of {what!r} must have names that differ", robot=what)
     return RobotData(
@@ -34,6 +33,33 @@ def robot_data(message: nodes_pb2.Robot, what: str) -> RobotData:
         tuple(LinkPair(pair.first, pair.second, pair.reason) for pair in message.allowed_collisions),
         _actuators(message, what),
     )
+
+
+def _joint_group(message: nodes_pb2.JointGroup, what: str) -> JointGroup:
+    return JointGroup(
+        message.name,
+        tuple(message.joint_names),
+        message.base_link,
+        message.tip_link,
+        message.kinematics,
+        settings(message.kinematics_settings, f"{what}.robot.groups[{message.name!r}].kinematics_settings"),
+    )
+
+
+def group_selection(message: nodes_pb2.GroupSelection, what: str) -> Group:
+    """Return the group that a message chooses; raise KernelError for one that says it twice."""
+    if message.name and (message.base_link or message.tip_link):
+        raise KernelError(
+            f"{what} names the group {message.name!r} and links, {message.base_link!r} and {message.tip_link!r}; give "
+            "the name or the links",
+            field=what,
+        )
+    return Group(message.name, message.base_link, message.tip_link)
+
+
+def selection_message(group: Group) -> nodes_pb2.GroupSelection:
+    """Return the choice of a group."""
+    return nodes_pb2.GroupSelection(name=group.name, base_link=group.base, tip_link=group.tip)
 
 
 def _actuators(message: nodes_pb2.Robot, what: str) -> tuple[Actuator, ...]:
@@ -89,7 +115,12 @@ def group_messages(data: RobotData) -> list[nodes_pb2.JointGroup]:
     """Return a robot's groups of joints."""
     return [
         nodes_pb2.JointGroup(
-            name=group.name, joint_names=group.joint_names, base_link=group.base_link, tip_link=group.tip_link
+            name=group.name,
+            joint_names=group.joint_names,
+            base_link=group.base_link,
+            tip_link=group.tip_link,
+            kinematics=group.kinematics,
+            kinematics_settings=settings_message(group.kinematics_settings),
         )
         for group in data.groups
     ]

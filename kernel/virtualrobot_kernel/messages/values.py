@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from google.protobuf.field_mask_pb2 import FieldMask
@@ -12,9 +12,9 @@ from google.protobuf.message import Message
 from google.protobuf.timestamp_pb2 import Timestamp
 from numpy.typing import NDArray
 from virtualrobot.v1 import geometry_pb2
+from virtualrobot_sdk.poses import from_quaternion, quaternion
 
 from virtualrobot_kernel.errors import KernelError, UnknownNameError
-from virtualrobot_kernel.world.rotation import quaternion
 from virtualrobot_kernel.world.state import Snapshot
 
 GRID = 2.0**-48
@@ -96,7 +96,7 @@ def pose(message: geometry_pb2.Pose, what: str = "pose") -> NDArray[np.float64]:
         result[:3, 3] = vector(message.position, f"{what}.position")
     if message.HasField("orientation"):
         turn = message.orientation
-        result[:3, :3] = rotation(snapped(np.array([turn.x, turn.y, turn.z, turn.w]), f"{what}.orientation"))
+        result[:3, :3] = from_quaternion(snapped(np.array([turn.x, turn.y, turn.z, turn.w]), f"{what}.orientation"))
     result.setflags(write=False)
     return result
 
@@ -117,19 +117,6 @@ def snapped(xyzw: NDArray[np.float64], what: str) -> NDArray[np.float64]:
     result[pivot] = 0.0
     result[pivot] = math.copysign(math.sqrt(1.0 - float(result @ result)), xyzw[pivot])
     return (result if result[3] > 0.0 or (result[3] == 0.0 and result[pivot] > 0.0) else -result) + 0.0
-
-
-def rotation(xyzw: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the rotation matrix (3, 3) of a unit quaternion x, y, z, w."""
-    x, y, z, w = xyzw
-    matrix = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-    return matrix + 0.0  # no -0.0: equal rotations have equal bits
 
 
 def pose_message(matrix: NDArray[np.float64]) -> geometry_pb2.Pose:
@@ -192,6 +179,11 @@ def array(message: geometry_pb2.NumericArray, shape: Sequence[int | None], what:
     return values if dtype.kind == "u" else values.astype(np.float64)
 
 
+def expected_revision(message: Any) -> int | None:  # noqa: ANN401 any message with the field
+    """Return the revision that the structure must still have, or None where the message does not say one."""
+    return message.expected_structure_revision if message.HasField("expected_structure_revision") else None
+
+
 def stamp(snapshot: Snapshot) -> geometry_pb2.Stamp:
     """Return when a snapshot was true."""
     seconds = int(snapshot.wall_time)
@@ -201,6 +193,8 @@ def stamp(snapshot: Snapshot) -> geometry_pb2.Stamp:
         tick=snapshot.state.tick,
         structure_revision=snapshot.structure.revision,
         state_revision=snapshot.revision,
+        tick_nanoseconds=round(snapshot.tick_seconds * 1e9),
+        epoch=snapshot.state.epoch,
     )
 
 

@@ -46,6 +46,6 @@ class TcpBound:
 
     begin: float
     end: float
-    columns: slice
+    columns: slice | Array
     tcp: TcpJacobian
     limits: CartesianLimits

@@ -18,7 +18,7 @@ from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.paths.program import free_program
 from virtualrobot_kernel.paths.query import PathQuery
-from virtualrobot_kernel.paths.search import BETTER, DEFAULT, FIRST, check_planner, library, search
+from virtualrobot_kernel.paths.search import BETTER, DEFAULT, FIRST, library, search
 from virtualrobot_kernel.paths.shorter import distinct, length_of, shortened
 from virtualrobot_kernel.paths.space import PathSpace
 from virtualrobot_kernel.world.state import Snapshot
@@ -73,9 +73,8 @@ def find_path(site: Site, query: PathQuery) -> dict[str, Any]:
     """
     started = time.monotonic()
     space = PathSpace(site.scene, site.snapshot, query, site.given_up)
-    planner = check_planner(query.planner)
     library()
-    found, states = _free_way(site, space, query, planner, started + query.time_limit)
+    found, states = _free_way(site, space, query, query.planner, started + query.time_limit)
     motion = free_program(space, site.snapshot, query, found, site.go_on)
     return {
         "waypoints": found,
@@ -87,7 +86,7 @@ def find_path(site: Site, query: PathQuery) -> dict[str, Any]:
         "seconds": time.monotonic() - started,
         "checks": space.checks,
         "states": states or 0,
-        "planner": planner,
+        "planner": query.planner,
     }
 
 

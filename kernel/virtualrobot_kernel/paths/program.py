@@ -61,9 +61,13 @@ def planned_program(
     snapshot: Snapshot, query: PathQuery, waypoints: Floats, zones: Sequence[float]
 ) -> tuple[Program, NDArray[np.int32]]:
     """Return the motion that the kernel plans of the moves along waypoints (n, k), and where its columns are in q."""
+
+    def named(goal: Floats) -> dict[str, float]:
+        return dict(zip(query.joint_names, goal.tolist(), strict=True))
+
     steps = tuple(
         MoveStep(
-            (PointToPoint(query.robot, dict(zip(query.joint_names, goal.tolist(), strict=True)), query.speed_factor),),
+            (PointToPoint(query.robot, named(goal), query.speed_factor, group=query.group),),
             Zone(percent=zone) if zone else None,
         )
         for goal, zone in zip(waypoints[1:], zones, strict=True)

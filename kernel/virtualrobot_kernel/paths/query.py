@@ -13,8 +13,9 @@ from virtualrobot_kernel.planning.actuators import actuator_limits
 from virtualrobot_kernel.planning.free_joints import reached, solve_inverse
 from virtualrobot_kernel.planning.moves import ActuatorGoal, goal_positions
 from virtualrobot_kernel.planning.planned_move import PoseGoal, world_t_goal
-from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_of, standing_at
+from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_of, kind_of_joint, standing_at
 from virtualrobot_kernel.world.change import check_joint_value, single_joint
+from virtualrobot_kernel.world.groups import WHOLE, Group
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import JointType, Kind, Node
 
@@ -43,7 +44,7 @@ class PathQuery:
     """A question for a free path; the world in which it is asked has the robot at the start.
 
     Attributes:
-        robot: its name.
+        robot: its name, and `group`, whose joints move.
         joint_names: the arm's joints (k,).
         q_index: (k,) where they are among all coordinates.
         lower: (k,) from where to where they may go, finite, and `upper`.
@@ -56,6 +57,7 @@ class PathQuery:
     """
 
     robot: str
+    group: Group
     joint_names: tuple[str, ...]
     q_index: NDArray[np.int32]
     lower: Floats
@@ -82,27 +84,34 @@ class PathOptions:
     blend_percent: float
 
 
-def started_at(snapshot: Snapshot, robot: Node, start: Mapping[str, float]) -> Snapshot:
-    """Return the world with joints of a robot's arm elsewhere; raise KernelError for others, or beyond limits."""
+def started_at(snapshot: Snapshot, robot: Node, start: Mapping[str, float], group: Group = WHOLE) -> Snapshot:
+    """Return the world with joints of a group elsewhere; raise KernelError for others or beyond limits."""
     if not start:
         return snapshot
-    return standing_at(snapshot, *_placed(snapshot, robot, arm_of(snapshot, robot), start))
+    return standing_at(snapshot, *_placed(snapshot, arm_of(snapshot, robot, group), start))
 
 
-def path_query(snapshot: Snapshot, robot_name: str, goal: Goal, solver_of: SolverOf, options: PathOptions) -> PathQuery:
-    """Return the question for a path of a robot from where it is in this world.
+def path_query(
+    snapshot: Snapshot,
+    robot_name: str,
+    goal: Goal,
+    solver_of: SolverOf,
+    options: PathOptions,
+    group: Group = WHOLE,
+) -> PathQuery:
+    """Return the question for a path of a robot, or a group of it, from where it is in this world.
 
     Raises UnknownNameError for a robot, joint or posture that there is not, LimitError for a joint beyond its limits,
     and KernelError (UNREACHABLE) for a pose.
     """
     robot = snapshot.structure.node(robot_name, Kind.ROBOT)
-    arm = arm_of(snapshot, robot)
+    arm = arm_of(snapshot, robot, group)
     chain = arm.serial()
     start = snapshot.state.q[arm.q_index]
     if isinstance(goal, PoseGoal):
-        goals = _reaching(snapshot, robot, goal, solver_of, options.seed)
+        goals = _reaching(snapshot, robot, goal, solver_of, options.seed, group)
     else:
-        q_index, q = _placed(snapshot, robot, arm, goal_positions(robot, goal))
+        q_index, q = _placed(snapshot, arm, goal_positions(robot, goal, None if group == WHOLE else chain.joint_names))
         goals = standing_at(snapshot, q_index, q).state.q[arm.q_index][None]
     endless = np.isinf(chain.lower) & np.isinf(chain.upper)
     turning = endless & np.array([_turns(snapshot, robot, name) for name in chain.joint_names])
@@ -116,6 +125,7 @@ def path_query(snapshot: Snapshot, robot_name: str, goal: Goal, solver_of: Solve
     rest = np.array([one.rest for one in limits])
     return PathQuery(
         robot.name,
+        group,
         chain.joint_names,
         arm.q_index,
         np.where(np.isinf(chain.lower), reached.min(axis=0) - beyond, np.minimum(chain.lower, reached.min(axis=0))),
@@ -132,32 +142,31 @@ def path_query(snapshot: Snapshot, robot_name: str, goal: Goal, solver_of: Solve
     )
 
 
-def _placed(
-    snapshot: Snapshot, robot: Node, arm: Arm, positions: Mapping[str, float]
-) -> tuple[NDArray[np.int32], Floats]:
+def _placed(snapshot: Snapshot, arm: Arm, positions: Mapping[str, float]) -> tuple[NDArray[np.int32], Floats]:
     """Return the coordinates of joints, (n,), and where they shall be."""
+    robot = arm.robot
     names = arm.serial().joint_names
     places: dict[int, float] = {}
     for name, value in positions.items():
         if name not in names:
             single_joint(snapshot.structure, robot, name)  # what is no joint at all is told by its own words
-            raise UnknownNameError(f"joint that moves the flange of {robot.name!r}, as a path does,", name, names)
+            raise UnknownNameError(f"{kind_of_joint(arm)}, as a path does,", name, names)
         joint, place, _ = single_joint(snapshot.structure, robot, name)
         check_joint_value(robot.name, joint, value)
         places[place] = value
     return np.array(list(places), np.int32), np.array(list(places.values()))
 
 
-def _reaching(snapshot: Snapshot, robot: Node, goal: PoseGoal, solver_of: SolverOf, seed: int) -> Floats:
+def _reaching(snapshot: Snapshot, robot: Node, goal: PoseGoal, solver_of: SolverOf, seed: int, group: Group) -> Floats:
     """Return configurations (m, k) that reach a pose, those first that a move from here would take."""
     world_t_tcp = world_t_goal(snapshot, goal)
-    arm, found = reached(snapshot, robot, world_t_tcp, solver_of, goal.configuration)
+    arm, found = reached(snapshot, robot, world_t_tcp, solver_of, goal.configuration, group=group)
     chain, rng = arm.serial(), np.random.default_rng(seed)
     lower = np.maximum(chain.lower, -np.pi)
     upper = np.maximum(np.minimum(chain.upper, np.pi), lower)
     for _ in range(TRIED_SEEDS):
         guess = dict(zip(chain.joint_names, rng.uniform(lower, upper).tolist(), strict=True))
-        again = solve_inverse(snapshot, robot, world_t_tcp, guess, solver_of, goal.configuration)[1]
+        again = solve_inverse(snapshot, robot, world_t_tcp, guess, solver_of, goal.configuration, group=group)[1]
         for solution in again.solutions:
             if all(np.abs(solution - other).max() > SAME for other in found):
                 found.append(solution)

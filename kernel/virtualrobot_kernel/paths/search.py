@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
+from virtualrobot_kernel.errors import KernelError, Reason
 
 if TYPE_CHECKING:
     from virtualrobot_kernel.paths.space import PathSpace
@@ -35,13 +35,6 @@ PLANNERS = (*FIRST, *BETTER)
 
 TOLD_SECONDS = 0.2
 """How often the size of the tree is told."""
-
-
-def check_planner(name: str) -> str:
-    """Return the name of a planner, the default for none; raise UnknownNameError."""
-    if name and name not in PLANNERS:
-        raise UnknownNameError("planner", name, PLANNERS)
-    return name or DEFAULT
 
 
 def library() -> tuple[Any, Any, Any]:

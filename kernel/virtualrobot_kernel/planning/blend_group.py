@@ -18,12 +18,11 @@ from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial, stacked
 from virtualrobot_kernel.motion.rates import Rate, joint_rates, tcp_rate
 from virtualrobot_kernel.planning.actuators import first_beyond
 from virtualrobot_kernel.planning.planned_move import PlannedMove, joint_limits
-from virtualrobot_kernel.planning.robots import Arm, arm_of, flange_t_tcp, tip_of
+from virtualrobot_kernel.planning.robots import Arm, arm_if_chain, tip_of, tip_t_tcp
 from virtualrobot_kernel.planning.steps import PlannedStep
 from virtualrobot_kernel.planning.zones import Position
 from virtualrobot_kernel.world.change import single_joint
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import Node
 
 Floats = NDArray[np.float64]
 
@@ -34,8 +33,7 @@ class BlendGroup:
     def __init__(self, steps: Sequence[PlannedStep]) -> None:
         """Take steps of which each begins where the one before it ends."""
         self.steps = steps
-        # Arms that are led along a course first, so that their joints are next to each other and in order.
-        moves = sorted((one for step in steps for one in step.moves), key=lambda one: one.tcp is None)
+        moves = (one for step in steps for one in step.moves)
         self.columns = list(dict.fromkeys((one.robot.name, name) for one in moves for name in one.joint_names))
         self.places = {column: place for place, column in enumerate(self.columns)}
         structure = steps[0].snapshot.structure
@@ -58,13 +56,12 @@ class BlendGroup:
     def positions(self, steps: Sequence[PlannedStep]) -> list[Position]:
         """Return where the tool centre points of the robots of steps are, by the joints of all columns."""
         snapshot = steps[0].snapshot
-        robots = {one.robot.uid: one.robot for step in steps for one in step.moves}
+        robots = {(one.robot.uid, one.group): one.robot for step in steps for one in step.moves}
         found: list[Position] = []
-        for robot in robots.values():
-            arm = arm_of(snapshot, robot)
-            if arm.chain is None:
-                continue
-            found.append(_position(snapshot, robot, arm, self.q_index))
+        for (_, group), robot in robots.items():
+            arm = arm_if_chain(snapshot, robot, group)
+            if arm is not None and arm.chain is not None:
+                found.append(_position(snapshot, arm, self.q_index))
         return found
 
     def _limits(self) -> JointLimits:
@@ -139,8 +136,8 @@ class BlendGroup:
         """Return what an arm keeps of its tool centre point, on a part of a path and in its columns."""
         if one.tcp is None:
             return None
-        first = self.places[one.robot.name, one.joint_names[0]]
-        return replace(one.tcp, begin=part[0], end=part[1], columns=slice(first, first + len(one.joint_names)))
+        columns = np.array([self.places[one.robot.name, name] for name in one.joint_names])
+        return replace(one.tcp, begin=part[0], end=part[1], columns=columns)
 
     def corner_limits(self, pair: Sequence[PlannedStep]) -> Floats:
         """Return velocity, acceleration and jerk (3, n) that the joints keep in the corner between two steps."""
@@ -154,12 +151,12 @@ class BlendGroup:
         The larger limits of those that are led along a course on both sides; one that is led on one side and stands
         still on the other keeps that side's.
         """
-        led = [{one.robot.uid: one for one in step.moves if one.tcp} for step in pair]
-        robots = [{one.robot.uid for one in step.moves} for step in pair]
+        led = [{(one.robot.uid, one.group): one for one in step.moves if one.tcp} for step in pair]
+        arms = [{(one.robot.uid, one.group) for one in step.moves} for step in pair]
         result = []
-        for uid in led[0] | led[1]:
-            ones = [side[uid] for side in led if uid in side]
-            if len(ones) == 1 and uid in robots[0] and uid in robots[1]:
+        for arm in led[0] | led[1]:
+            ones = [side[arm] for side in led if arm in side]
+            if len(ones) == 1 and arm in arms[0] and arm in arms[1]:
                 continue
             bounds = [bound for one in ones if (bound := self._placed(one, (0.0, 0.0)))]
             limits = [bound.limits for bound in bounds]
@@ -171,9 +168,9 @@ def _larger(one: CartesianLimits, other: CartesianLimits) -> CartesianLimits:
     return CartesianLimits(*(max(pair) for pair in zip(vars(one).values(), vars(other).values(), strict=True)))
 
 
-def _position(snapshot: Snapshot, robot: Node, arm: Arm, q_index: NDArray[np.int32]) -> Position:
+def _position(snapshot: Snapshot, arm: Arm, q_index: NDArray[np.int32]) -> Position:
     """Return what tells where a robot's tool centre point is by the joints of the columns `q_index`."""
-    tip, point = tip_of(snapshot, arm), flange_t_tcp(snapshot, robot)[:, 3]
+    tip, point = tip_of(snapshot, arm), tip_t_tcp(snapshot, arm)[:, 3]
     own = [int(np.flatnonzero(arm.q_index == index)[0]) for index in q_index if index in arm.q_index]
     columns = np.flatnonzero(np.isin(q_index, arm.q_index))
     base = snapshot.state.q[arm.q_index]

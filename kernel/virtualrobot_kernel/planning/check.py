@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot_sdk.poses import rotation_matrix
 
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.cartesian_path import SMALLEST_SINGULAR_VALUE
 from virtualrobot_kernel.motion.program import Program
-from virtualrobot_kernel.motion.rotation import rotation_matrix
 from virtualrobot_kernel.planning.moves import Move
 from virtualrobot_kernel.planning.notes import Note
 from virtualrobot_kernel.planning.plan_motion import GivenUp, PlannedMotion, plan_motion
@@ -20,6 +20,7 @@ from virtualrobot_kernel.planning.redundancy import NearOf
 from virtualrobot_kernel.planning.relaxed import relaxed, solver_in
 from virtualrobot_kernel.planning.robots import SolverOf, arm_of
 from virtualrobot_kernel.planning.sampling import Samples, sample_times, sampled
+from virtualrobot_kernel.planning.together import moved_arms
 from virtualrobot_kernel.planning.violations import Contact, Violation, ViolationKind, first_of, moves_arm, touching
 from virtualrobot_kernel.world.commands import StartMotion
 from virtualrobot_kernel.world.figures import Pose
@@ -73,12 +74,13 @@ def check_motion(
         if error.reason not in ANSWERS:
             raise
         return _refused(snapshot, spec, solver_of, min_singular_value, given_up, first_contact, near_of, error)
-    return _looked_at(snapshot, snapshot, planned, min_singular_value, given_up, first_contact)
+    return _looked_at(snapshot, snapshot, spec, planned, min_singular_value, given_up, first_contact)
 
 
 def _looked_at(
     snapshot: Snapshot,
     planned_on: Snapshot,
+    spec: MotionSpec,
     planned: PlannedMotion,
     min_singular_value: float,
     given_up: GivenUp,
@@ -86,13 +88,14 @@ def _looked_at(
 ) -> Checked:
     """Return what a planned motion violates of the limits of `snapshot`."""
     program, joints = planned.command.program, planned.command.joints
-    samples = sampled(planned_on, program, joints, _times(program, snapshot.tick_seconds), given_up)
-    violation = first_of(snapshot, program, joints, samples, min_singular_value)
+    arms = moved_arms(planned_on, spec.every_move)
+    samples = sampled(planned_on, program, joints, _times(program, snapshot.tick_seconds), given_up, arms)
+    violation = first_of(snapshot, program, joints, samples, min_singular_value, arms)
     if first_contact is not None:
         until = program.duration if violation is None or violation.time is None else violation.time
         contact = first_contact(snapshot, planned.command, until)
         if contact is not None:
-            violation = touching(snapshot, program, joints, contact)
+            violation = touching(snapshot, program, joints, contact, arms)
     return Checked(violation, program.duration, _least_singular_value(snapshot, samples), planned.notes)
 
 
@@ -104,7 +107,12 @@ def _times(program: Program, tick_seconds: float) -> NDArray[np.float64]:
 
 
 def _least_singular_value(snapshot: Snapshot, samples: Samples) -> float | None:
-    values = [float(robot.singular_values.min()) for robot in samples.robots if moves_arm(snapshot, robot)]
+    values = [
+        float(tool.singular_values.min())
+        for robot in samples.robots
+        for tool in robot.tools
+        if moves_arm(snapshot, robot, tool.group)
+    ]
     return min(values, default=None)
 
 
@@ -127,7 +135,7 @@ def _refused(
             if other.reason not in ANSWERS:
                 raise
         else:
-            found = _looked_at(snapshot, loose, planned, min_singular_value, given_up, first_contact)
+            found = _looked_at(snapshot, loose, spec, planned, min_singular_value, given_up, first_contact)
             if found.first_violation is not None:
                 return Checked(found.first_violation)
     if (step := int(error.metadata.get("step", "0"))) > 0:
@@ -175,18 +183,20 @@ def _told_by(snapshot: Snapshot, error: KernelError) -> Violation:
         joint=told.get("joint", ""),
         time=None,
         path_fraction=None if fraction is None else float(fraction),
-        world_t_tcp=_place(snapshot, robot, told.get("position"), told.get("rotation")),
+        world_t_tcp=_place(snapshot, robot, told.get("base"), told.get("position"), told.get("rotation")),
         value=float(value or 0.0),
         limit=limit,
         message=str(error),
     )
 
 
-def _place(snapshot: Snapshot, robot: str, position: str | None, rotation: str | None) -> Pose | None:
-    """Return world_t_tcp (4, 4) of a place that is told in the frame of the robot's base, if one is."""
+def _place(snapshot: Snapshot, robot: str, base: str | None, position: str | None, rotation: str | None) -> Pose | None:
+    """Return world_t_tcp (4, 4) of a place that is told in the frame of the node `base` or the robot's, if one is."""
     if not (robot and position and rotation):
         return None
     base_t_tcp = np.eye(4)
     base_t_tcp[:3, 3] = [float(part) for part in position.split(",")]
     base_t_tcp[:3, :3] = rotation_matrix(np.array([float(part) for part in rotation.split(",")]))
-    return snapshot.world_t(arm_of(snapshot, snapshot.structure.node(robot, Kind.ROBOT)).base) @ base_t_tcp
+    structure = snapshot.structure
+    frame = structure.node(base).uid if base else arm_of(snapshot, structure.node(robot, Kind.ROBOT)).base
+    return snapshot.world_t(frame) @ base_t_tcp

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.kinematics import InverseOptions, InverseResult, Kinematics, SerialChain
+from virtualrobot_sdk.poses import inverse, rotation_vector
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
@@ -20,11 +21,18 @@ from virtualrobot_kernel.motion.nullspace import (
     improved,
     near_posture,
 )
-from virtualrobot_kernel.motion.rotation import rotation_vector
 from virtualrobot_kernel.planning.redundancy import FREE, NearOf, Preference, Redundancy
-from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_of, flange_t_tcp, joint_vector, locked_arm
-from virtualrobot_kernel.world.change import inverse
+from virtualrobot_kernel.planning.robots import (
+    Arm,
+    SolverOf,
+    arm_of,
+    joint_vector,
+    kind_of_joint,
+    locked_arm,
+    tip_t_tcp,
+)
 from virtualrobot_kernel.world.figures import Pose
+from virtualrobot_kernel.world.groups import WHOLE, Group
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Node
 
@@ -42,7 +50,7 @@ def cartesian_tcp(
     snapshot: Snapshot, arm: Arm, solver_of: SolverOf, redundancy: Redundancy, near_of: NearOf | None = None
 ) -> TcpKinematics:
     """Return the chosen tool centre point of an arm as it is led along a path, with what is wished of free joints."""
-    tcp = TcpKinematics(solver_of(snapshot, arm), flange_t_tcp(snapshot, arm.robot))
+    tcp = TcpKinematics(solver_of(snapshot, arm), tip_t_tcp(snapshot, arm))
     return replace(tcp, wish=wish_of(snapshot, arm, redundancy, tcp.jacobian, snapshot.state.q[arm.q_index], near_of))
 
 
@@ -63,7 +71,7 @@ def wish_of(
     chain = arm.serial()
     for name in redundancy.posture:
         if name not in chain.joint_names and name not in redundancy.locked_joints:
-            raise UnknownNameError(f"joint that moves the flange of {arm.robot.name!r}", name, chain.joint_names)
+            raise UnknownNameError(kind_of_joint(arm), name, chain.joint_names)
     if len(chain.joint_names) <= NEEDED:
         return None
     match redundancy.preference:
@@ -91,18 +99,19 @@ def solve_inverse(
     solver_of: SolverOf,
     configuration: str = "",
     redundancy: Redundancy = FREE,
+    group: Group = WHOLE,
     near_of: NearOf | None = None,
 ) -> tuple[Arm, InverseResult]:
-    """Return the arm and the joints that bring its chosen tool centre point to `world_t_tcp` (4, 4).
+    """Return the arm of a group and the joints that bring its tool centre point to `world_t_tcp` (4, 4).
 
     Only those of one configuration where it is named; an unknown name is refused with the component's own words. The
     solutions have all joints of the arm; those that are locked are where they are locked. With a preference each is the
     best near one that the component gives, and the best comes first.
     """
-    arm = arm_of(snapshot, robot)
+    arm = arm_of(snapshot, robot, group)
     reduced = locked_arm(arm, redundancy.locked_joints)
     solver = solver_of(snapshot, reduced)
-    base_t_tip = inverse(snapshot.world_t(arm.base)) @ world_t_tcp @ inverse(flange_t_tcp(snapshot, robot))
+    base_t_tip = inverse(snapshot.world_t(arm.base)) @ world_t_tcp @ inverse(tip_t_tcp(snapshot, arm))
     start = joint_vector(snapshot, reduced, seed)
     options = InverseOptions(seed=start, configuration=configuration, arm_angle=redundancy.arm_angle)
     result = solver.inverse(base_t_tip, options)
@@ -125,16 +134,17 @@ def reached(
     solver_of: SolverOf,
     configuration: str = "",
     redundancy: Redundancy = FREE,
+    group: Group = WHOLE,
     near_of: NearOf | None = None,
 ) -> tuple[Arm, list[NDArray[np.float64]]]:
     """Return the arm and its solutions (k,), at least one, as `solve_inverse` does from where the joints are.
 
     Raise KernelError (UNREACHABLE) when there is none.
     """
-    arm, result = solve_inverse(snapshot, robot, world_t_tcp, {}, solver_of, configuration, redundancy, near_of)
+    arm, result = solve_inverse(snapshot, robot, world_t_tcp, {}, solver_of, configuration, redundancy, group, near_of)
     if not len(result.solutions):
         raise KernelError(
-            f"{robot.name!r} cannot reach the pose: {result.reason}",
+            f"{robot.name!r}{group} cannot reach the pose: {result.reason}",
             reason=Reason.UNREACHABLE,
             robot=robot.name,
             position_error_meters=result.position_error,

@@ -7,12 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.planning.relative_frame import relative_frame
-from virtualrobot_kernel.planning.robots import standing_at, tcp_frame
-from virtualrobot_kernel.world.change import check_joint_value, inverse, single_joint
+from virtualrobot_kernel.planning.robots import arm_of, standing_at, tcp_frame
+from virtualrobot_kernel.world.change import check_joint_value, single_joint
 from virtualrobot_kernel.world.figures import Pose
+from virtualrobot_kernel.world.groups import WHOLE, Group, joints_of
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Node
 from virtualrobot_kernel.world.tcp import chosen_tcp
@@ -43,12 +45,16 @@ class Jacobians:
 
 
 def solve_jacobian(
-    snapshot: Snapshot, robot: Node, positions: Mapping[str, float], points: Sequence[Point] = ()
+    snapshot: Snapshot,
+    robot: Node,
+    positions: Mapping[str, float],
+    points: Sequence[Point] = (),
+    group: Group = WHOLE,
 ) -> Jacobians:
     """Return the Jacobians of a robot's tool centre point and of points on it, with some joints elsewhere.
 
-    Columns are the joints of one coordinate in the robot's order; what mimics one moves with it. Other joints and the
-    robot's base stand still.
+    Columns are the joints of one coordinate in the robot's order, of a group only its own; what mimics one moves with
+    it. Other joints and the robot's base stand still.
 
     Raises:
         UnknownNameError: for a joint that the robot has not.
@@ -67,7 +73,7 @@ def solve_jacobian(
     single = [
         (joint.name, place)
         for joint, place in zip(index.joints, index.q_start, strict=True)
-        if joint.type.coordinate_count == 1
+        if joint.type.coordinate_count == 1 and (group == WHOLE or joint.name in joints_of(structure, robot, group))
     ]
     q_index = np.array([place for _, place in single], np.int32)
     q = snapshot.state.q[q_index]
@@ -88,10 +94,11 @@ def solve_jacobian(
                 field=f"points[{row}].node",
             )
         found[row] = jacobian(point.node, snapshot.world_t(point.reference) @ _at(point.place))
-    tool, _ = chosen_tcp(structure, snapshot.state, robot)
-    tcp = tcp_frame(snapshot, robot)
+    arm = arm_of(snapshot, robot, group)
+    tool, _ = chosen_tcp(structure, snapshot.state, robot, arm.tool_tip)
+    tcp = tcp_frame(snapshot, robot, arm)
     names = tuple(name for name, _ in single)
-    return Jacobians(names, tcp, jacobian(index.flange if tool is None else tool.uid, tcp), found)
+    return Jacobians(names, tcp, jacobian(arm.tip if tool is None else tool.uid, tcp), found)
 
 
 def _at(place: Floats) -> Pose:

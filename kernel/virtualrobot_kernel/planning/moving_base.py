@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.carried_course import CarriedCourse
@@ -18,8 +19,8 @@ from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.profile import jerk_limited_profile
 from virtualrobot_kernel.planning.planned_move import PlannedMove, joint_limits
 from virtualrobot_kernel.planning.relative_frame import RelativeTcp, relative_frame, rows_above
-from virtualrobot_kernel.planning.robots import Arm, SolverOf, flange_t_tcp, standing_at
-from virtualrobot_kernel.world.change import inverse, joint_places
+from virtualrobot_kernel.planning.robots import Arm, SolverOf, standing_at, tip_t_tcp
+from virtualrobot_kernel.world.change import joint_places
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import WORLD_UID
 
@@ -148,7 +149,7 @@ def plan_on_moving_base(
     """
     snapshot, node = base.snapshot, arm.robot
     joints, start = joint_limits(snapshot, node, arm.joint_names)
-    start, tcp = checked_start("Cartesian", solver_of(snapshot, arm), start, joints, flange_t_tcp(snapshot, node))
+    start, tcp = checked_start("Cartesian", solver_of(snapshot, arm), start, joints, tip_t_tcp(snapshot, arm))
     frame = base.frame(arm, reference, moving)
     base_t_tcp = tcp.pose(start)
     inner = course_from(inverse(frame(0.0)[0]) @ base_t_tcp)
@@ -156,5 +157,5 @@ def plan_on_moving_base(
     path = course_path("Cartesian", tcp, course, start, joints)
     plan = planned(course.kind, path, jerk_limited_profile(1.0, 1.0, 1.0, 1.0), joints)
     within = reference if moving else WORLD_UID
-    relative = RelativeTcp(snapshot, within, arm.flange, tcp.tip_t_tcp, limits.scaled(speed_factor))
+    relative = RelativeTcp(snapshot, within, arm.tip, tcp.tip_t_tcp, limits.scaled(speed_factor))
     return PlannedMove(node, arm.joint_names, plan, speed_factor=speed_factor, relative_tcp=relative)

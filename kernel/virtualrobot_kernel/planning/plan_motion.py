@@ -29,12 +29,13 @@ from virtualrobot_kernel.planning.program import (
     WaitSignalStep,
 )
 from virtualrobot_kernel.planning.redundancy import NearOf
-from virtualrobot_kernel.planning.robots import SolverOf
+from virtualrobot_kernel.planning.robots import SolverOf, world_poses
 from virtualrobot_kernel.planning.steps import Column, plan_step, plan_steps
-from virtualrobot_kernel.planning.together import preconditions_by, search_of
+from virtualrobot_kernel.planning.together import moved_arms, preconditions_by, search_of
 from virtualrobot_kernel.planning.tracking import tracked
 from virtualrobot_kernel.world.change import single_joint
 from virtualrobot_kernel.world.commands import StartMotion
+from virtualrobot_kernel.world.measured import as_commanded
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind
 
@@ -76,6 +77,7 @@ def plan_motion(
     Errors about a program name the step in message and metadata (`step`, from 0). When `given_up`, the planning ends
     with an error at the next step. `near_of` measures distances for arms that prefer them.
     """
+    snapshot = as_commanded(snapshot, world_poses)
     if spec.moves and spec.steps:
         raise KernelError("a motion has either moves or steps, not both", field="steps")
     if spec.steps:
@@ -86,7 +88,8 @@ def plan_motion(
         motion = PlannedMotion(_start(snapshot, spec.moves, alone_run(step)), notes)
     if spec.tracking is None:
         return motion
-    command = tracked(snapshot, motion.command, spec.tracking, lambda: _go_on(given_up))
+    arms = moved_arms(snapshot, spec.every_move)
+    command = tracked(snapshot, motion.command, spec.tracking, arms, lambda: _go_on(given_up))
     return replace(motion, command=command)
 
 

@@ -17,6 +17,7 @@ from virtualrobot_kernel.planning.relative_frame import RelativeTcp
 from virtualrobot_kernel.planning.robots import Arm
 from virtualrobot_kernel.world.change import single_joint
 from virtualrobot_kernel.world.figures import Pose
+from virtualrobot_kernel.world.groups import WHOLE, Group
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Node
 
@@ -51,7 +52,8 @@ class PlannedMove:
     What its law keeps besides the joints' own limits: `speed_factor` of their velocities, and `tcp`, the limits of the
     tool centre point where it is led along a course. Or `relative_tcp`, where others of the step carry it: then the
     path's fraction is that of all of the step's moves, and the plan's own law counts for nothing. tool_states: (tool,
-    state) that are true once it has succeeded. notes: what is other than asked, as of step 0.
+    state) that are true once it has succeeded. notes: what is other than asked, as of step 0. group: whose tool centre
+    point counts for zones.
     """
 
     robot: Node
@@ -62,6 +64,7 @@ class PlannedMove:
     tcp: TcpBound | None = None
     relative_tcp: RelativeTcp | None = None
     notes: tuple[Note, ...] = ()
+    group: Group = WHOLE
 
 
 def led_move(

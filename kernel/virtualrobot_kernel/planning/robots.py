@@ -1,24 +1,26 @@
-"""The kinematics of robots as they stand in a snapshot: from a robot's base to its flange, tool included."""
+"""The serial chains of robots as they stand in a snapshot: of a robot or one of its groups, tool included."""
 
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.kinematics import Kinematics, SerialChain
+from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason, UnknownNameError
 from virtualrobot_kernel.motion.limits import TOLERANCE
 from virtualrobot_kernel.numeric.forest import forward_forest
 from virtualrobot_kernel.planning.extract import extract_chain, lock_coordinates
 from virtualrobot_kernel.planning.redundancy import Redundancy
-from virtualrobot_kernel.world.change import check_joint_value, inverse, single_joint
+from virtualrobot_kernel.world.change import check_joint_value, single_joint
 from virtualrobot_kernel.world.figures import Pose
+from virtualrobot_kernel.world.groups import WHOLE, Group, chain_links
 from virtualrobot_kernel.world.state import Snapshot, State
-from virtualrobot_kernel.world.structure import JointType, LinkData, Node, RobotIndex, Structure
+from virtualrobot_kernel.world.structure import JointType, LinkData, Node, RobotData, RobotIndex, Structure
 from virtualrobot_kernel.world.tcp import world_t_tcp
 
 REMEMBERED = 256
@@ -31,15 +33,17 @@ SolverOf = Callable[[Snapshot, "Arm"], Kinematics]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Arm:
-    """The serial chain of a robot from `base` to `flange` (uids), and where its k coordinates are in q, shape (k,).
+    """Serial chain of a robot from `base` to `tip` (uids), and where its k coordinates are in q, shape (k,).
 
-    `path` holds the rows of the forest between them, base first; `chain` is None when no joint moves the flange.
-    Joints that are `locked`, by their place in q, stand still at these values: they are no coordinates of the chain.
+    It is that of `group`: the robot's own one ends at its flange. `path` holds the rows of the forest between them,
+    base first; `chain` is None when no joint moves the tip. Joints that are `locked`, by their place in q, stand still
+    at these values: they are no coordinates of the chain.
     """
 
     robot: Node
+    group: Group
     base: int
-    flange: int
+    tip: int
     q_index: NDArray[np.int32]
     path: NDArray[np.int32]
     chain: SerialChain | None
@@ -51,15 +55,25 @@ class Arm:
         return self.chain.joint_names if self.chain else ()
 
     def serial(self) -> SerialChain:
-        """Return the chain; raise KernelError when no joint moves the flange."""
-        if self.chain is None:
-            raise KernelError(
-                f"no joint of {self.robot.name!r} moves its flange; name its flange in the robot's `flange`, or move "
-                "its joints one by one",
-                reason=Reason.WRONG_STATE,
-                robot=self.robot.name,
-            )
-        return self.chain
+        """Return the chain; raise KernelError when no joint moves its tip."""
+        if self.chain is not None:
+            return self.chain
+        robot = self.robot.name
+        if self.group != WHOLE:
+            message = f"no joint moves the end of {robot!r}{self.group}; choose links that joints lie between"
+        else:
+            message = f"no joint of {robot!r} moves its flange; name its flange in the robot's `flange`"
+            groups = self.robot.data.groups if isinstance(self.robot.data, RobotData) else ()
+            if names := ", ".join(repr(group.name) for group in groups):
+                message += f", or choose one of its groups ({names})"
+            else:
+                message += ", or choose a group of joints by its base and tip link"
+        raise KernelError(message, reason=Reason.WRONG_STATE, robot=robot)
+
+    @property
+    def tool_tip(self) -> int:
+        """Return the link (uid) that the arm's tools are fixed to; 0 where it is the robot's chosen tool, wherever."""
+        return 0 if self.group == WHOLE else self.tip
 
 
 def world_poses(structure: Structure, state: State) -> NDArray[np.float64]:
@@ -98,42 +112,37 @@ def standing_at(snapshot: Snapshot, q_index: NDArray[np.int32], q: NDArray[np.fl
     return replace(snapshot, state=state, world_t_node=world_poses(snapshot.structure, state))
 
 
-_arms: OrderedDict[tuple[RobotIndex, int, bytes], Arm] = OrderedDict()
+_arms: OrderedDict[tuple[RobotIndex, Group, int, bytes], Arm] = OrderedDict()
 
 
-def arm_of(snapshot: Snapshot, robot: Node) -> Arm:
-    """Return the chain from the robot's base (or its last floating or planar link) to its flange.
+def arm_of(snapshot: Snapshot, robot: Node, group: Group = WHOLE) -> Arm:
+    """Return the chain of a group; without one from the robot's base (or last floating or planar link) to its flange.
 
-    Chains are remembered as long as the robot's joints and the places of its links stay as they are.
+    Chains are remembered as long as the robot's joints and the places of its links stay as they are. Raises as
+    `world.groups.chain_links` does.
     """
     structure = snapshot.structure
     index = structure.robots[robot.uid]
-    path: list[int] = []
-    base = index.flange
-    while base != robot.uid:
-        data = structure.nodes[base].data
-        if isinstance(data, LinkData) and data.joint.type in (JointType.FLOATING, JointType.PLANAR):
-            break
-        path.append(base)
-        base = structure.nodes[base].parent
+    base, path = chain_links(structure, robot, group)
     rows = [structure.rows[uid] for uid in path]
-    key = (index, base, snapshot.state.parent_t_node[rows].tobytes())
+    key = (index, group, base, snapshot.state.parent_t_node[rows].tobytes())
     arm = _arms.get(key)
     if arm is None or arm.robot is not robot:
-        arm = _arms[key] = _built(structure, snapshot.state, robot, index, base, path)
+        arm = _arms[key] = _built(structure, snapshot.state, robot, group, base, path)
         while len(_arms) > REMEMBERED:
             _arms.popitem(last=False)
     return arm
 
 
-def _built(structure: Structure, state: State, robot: Node, index: RobotIndex, base: int, path: list[int]) -> Arm:
+def _built(structure: Structure, state: State, robot: Node, group: Group, base: int, path: list[int]) -> Arm:
+    index, tip = structure.robots[robot.uid], path[0] if path else base
     moving = any(
         isinstance(data := structure.nodes[uid].data, LinkData) and data.joint.type is not JointType.FIXED
         for uid in path
     )
     rows = np.array([structure.rows[uid] for uid in reversed(path)], np.int32)
     if not moving:
-        return Arm(robot, base, index.flange, np.empty(0, np.int32), rows, None)
+        return Arm(robot, group, base, tip, np.empty(0, np.int32), rows, None)
     lower, upper = np.full(structure.q_count, -np.inf), np.full(structure.q_count, np.inf)
     names: dict[int, str] = {}
     for joint, start in zip(index.joints, index.q_start, strict=True):
@@ -142,7 +151,7 @@ def _built(structure: Structure, state: State, robot: Node, index: RobotIndex, b
     forest = structure.forest
     chain, q_index = extract_chain(
         structure.rows[base],
-        structure.rows[index.flange],
+        structure.rows[tip],
         parent=forest.parent,
         joint_type=forest.joint_type,
         axis=forest.axis,
@@ -154,7 +163,7 @@ def _built(structure: Structure, state: State, robot: Node, index: RobotIndex, b
         upper=upper,
         joint_names=names,
     )
-    return Arm(robot, base, index.flange, q_index, rows, chain)
+    return Arm(robot, group, base, tip, q_index, rows, chain)
 
 
 def locked_arm(arm: Arm, joints: Mapping[str, float]) -> Arm:
@@ -169,7 +178,7 @@ def locked_arm(arm: Arm, joints: Mapping[str, float]) -> Arm:
     values: dict[int, float] = {}
     for name, value in joints.items():
         if name not in chain.joint_names:
-            raise UnknownNameError(f"joint that moves the flange of {robot!r}", name, chain.joint_names)
+            raise UnknownNameError(kind_of_joint(arm), name, chain.joint_names)
         place = chain.joint_names.index(name)
         lower, upper = float(chain.lower[place]), float(chain.upper[place])
         if not lower - TOLERANCE <= value <= upper + TOLERANCE:
@@ -193,7 +202,33 @@ def locked_arm(arm: Arm, joints: Mapping[str, float]) -> Arm:
     return replace(arm, q_index=arm.q_index[free], chain=reduced, locked=locked)
 
 
-def arm_on_path(snapshot: Snapshot, robot: Node, redundancy: Redundancy) -> Arm:
+def arm_if_chain(snapshot: Snapshot, robot: Node, group: Group) -> Arm | None:
+    """Return the arm of a group; None where it is no chain, whose joints can be moved all the same."""
+    try:
+        return arm_of(snapshot, robot, group)
+    except KernelError as error:
+        if error.reason is not Reason.WRONG_STATE:
+            raise
+        return None
+
+
+def arms_of(snapshot: Snapshot, groups: Iterable[tuple[Node, Group]]) -> list[Arm]:
+    """Return the arms of groups of robots, each chain once; what is no chain is left out."""
+    found: dict[tuple[int, bytes], Arm] = {}
+    for robot, group in dict.fromkeys(groups):
+        arm = arm_if_chain(snapshot, robot, group)
+        if arm is not None and arm.chain is not None:
+            found.setdefault((arm.tip, arm.q_index.tobytes()), arm)
+    return list(found.values())
+
+
+def kind_of_joint(arm: Arm) -> str:
+    """Return what a joint of an arm is called in errors."""
+    end = "flange" if arm.group == WHOLE else "end"
+    return f"joint that moves the {end} of {arm.robot.name!r}{arm.group}"
+
+
+def arm_on_path(snapshot: Snapshot, robot: Node, redundancy: Redundancy, group: Group = WHOLE) -> Arm:
     """Return the arm that leads the tool centre point along a path: without the joints that are locked.
 
     Raises KernelError when a locked joint is not where it is to stand, or an arm angle is asked for.
@@ -205,7 +240,7 @@ def arm_on_path(snapshot: Snapshot, robot: Node, redundancy: Redundancy) -> Arm:
             robot=robot.name,
             field="arm_angle_radians",
         )
-    whole = arm_of(snapshot, robot)
+    whole = arm_of(snapshot, robot, group)
     arm = locked_arm(whole, redundancy.locked_joints)
     names = dict(zip(whole.q_index.tolist(), whole.joint_names, strict=True))
     for place, value in arm.locked.items():
@@ -223,7 +258,7 @@ def arm_on_path(snapshot: Snapshot, robot: Node, redundancy: Redundancy) -> Arm:
 
 
 def tip_of(snapshot: Snapshot, arm: Arm) -> Callable[[NDArray[np.float64]], Pose]:
-    """Return what gives base_t_flange (4, 4) of an arm at q (k,): the tree's forward pass, of the arm's rows only."""
+    """Return what gives base_t_tip (4, 4) of an arm at q (k,): the tree's forward pass, of the arm's rows only."""
     forest, rows = snapshot.structure.forest, arm.path
     coordinate = {int(place): i for i, place in enumerate(arm.q_index)}
     multiplier, offset = forest.multiplier[rows], forest.offset[rows]
@@ -253,15 +288,15 @@ def _below(first: NDArray, rest: NDArray) -> NDArray:
     return np.ascontiguousarray(np.concatenate([first, rest]))
 
 
-def tcp_frame(snapshot: Snapshot, robot: Node) -> Pose:
-    """Return world_t_tcp (4, 4) of the chosen tool centre point; without a tool the flange."""
-    return world_t_tcp(snapshot.structure, snapshot.state, snapshot.world_t_node, robot)
+def tcp_frame(snapshot: Snapshot, robot: Node, arm: Arm | None = None) -> Pose:
+    """Return world_t_tcp (4, 4) of the chosen tool centre point, or an arm's; without a tool the flange or the tip."""
+    tip = arm.tool_tip if arm else 0
+    return world_t_tcp(snapshot.structure, snapshot.state, snapshot.world_t_node, robot, tip)
 
 
-def flange_t_tcp(snapshot: Snapshot, robot: Node) -> Pose:
-    """Return where the chosen tool centre point is in the flange's frame, shape (4, 4)."""
-    flange = snapshot.structure.robots[robot.uid].flange
-    return inverse(snapshot.world_t(flange)) @ tcp_frame(snapshot, robot)
+def tip_t_tcp(snapshot: Snapshot, arm: Arm) -> Pose:
+    """Return where the arm's tool centre point is in the frame of its tip, shape (4, 4)."""
+    return inverse(snapshot.world_t(arm.tip)) @ tcp_frame(snapshot, arm.robot, arm)
 
 
 def joint_vector(snapshot: Snapshot, arm: Arm, positions: Mapping[str, float]) -> NDArray[np.float64]:
@@ -274,8 +309,10 @@ def joint_vector(snapshot: Snapshot, arm: Arm, positions: Mapping[str, float]) -
     return q[arm.q_index]
 
 
-def forward_links(snapshot: Snapshot, robot: Node, positions: Mapping[str, float]) -> tuple[NDArray[np.float64], Pose]:
-    """Return world_t_link (n, 4, 4) of the robot's links and world_t_tcp (4, 4), with some joints elsewhere."""
+def forward_links(
+    snapshot: Snapshot, robot: Node, positions: Mapping[str, float], group: Group = WHOLE
+) -> tuple[NDArray[np.float64], Pose]:
+    """Return world_t_link (n, 4, 4) of the robot's links and a group's world_t_tcp (4, 4), some joints elsewhere."""
     structure = snapshot.structure
     q = snapshot.state.q.copy()
     for name, value in positions.items():
@@ -284,5 +321,6 @@ def forward_links(snapshot: Snapshot, robot: Node, positions: Mapping[str, float
         q[place] = value
     world = world_poses(structure, replace(snapshot.state, q=q))
     index = structure.robots[robot.uid]
-    tcp = world_t_tcp(structure, snapshot.state, world, robot)
+    tip = 0 if group == WHOLE else arm_of(snapshot, robot, group).tip
+    tcp = world_t_tcp(structure, snapshot.state, world, robot, tip)
     return world[[structure.rows[uid] for uid in index.links]], tcp

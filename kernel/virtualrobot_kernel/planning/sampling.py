@@ -13,8 +13,10 @@ from virtualrobot_kernel.motion.cartesian_path import lever_arm
 from virtualrobot_kernel.motion.program import Program
 from virtualrobot_kernel.planning.dynamics import solve_inverse_dynamics
 from virtualrobot_kernel.planning.plan_motion import GivenUp
+from virtualrobot_kernel.planning.robots import Arm
 from virtualrobot_kernel.planning.tool_path import singular_values, tool_chain, tool_states
 from virtualrobot_kernel.world.change import single_joint
+from virtualrobot_kernel.world.groups import WHOLE, Group
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind, Node
 
@@ -31,12 +33,25 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class ToolSamples:
+    """Tool centre point of a robot's group in n samples.
+
+    world_t_tcp (n, 4, 4), tcp_speeds (n,): m/s. singular_values (n,): of the Jacobian as lines and arcs are judged by;
+    0 where no joint moves the flange.
+    """
+
+    group: Group
+    world_t_tcp: Floats
+    tcp_speeds: Floats
+    singular_values: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class RobotSamples:
     """One robot's motion in n samples of k joints; `columns` (k,) are the joints' places among those of the motion.
 
-    positions, velocities, accelerations, efforts (n, k): rad or m, per s, per s², N m or N. world_t_tcp (n, 4, 4),
-    tcp_speeds (n,): m/s. singular_values (n,): of the Jacobian as lines and arcs are judged by; 0 where no joint moves
-    the flange.
+    positions, velocities, accelerations, efforts (n, k): rad or m, per s, per s², N m or N. tools: of the robot itself,
+    then of its groups that are moved.
     """
 
     robot: Node
@@ -46,9 +61,7 @@ class RobotSamples:
     velocities: Floats
     accelerations: Floats
     efforts: Floats
-    world_t_tcp: Floats
-    tcp_speeds: Floats
-    singular_values: Floats
+    tools: tuple[ToolSamples, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,12 +101,18 @@ def _count(duration: float, seconds: float) -> int:
 
 
 def sampled(
-    snapshot: Snapshot, program: Program, joints: Sequence[tuple[str, str]], times: Floats, given_up: GivenUp
+    snapshot: Snapshot,
+    program: Program,
+    joints: Sequence[tuple[str, str]],
+    times: Floats,
+    given_up: GivenUp,
+    arms: Sequence[Arm] = (),
 ) -> Samples:
     """Return what a motion planned on `snapshot` does at `times` (n,), growing from 0, at full speed factors.
 
     `joints` names the program's columns as (robot, joint). All else stands as it is in the snapshot; gravity, tools and
-    held parts count as in `solve_inverse_dynamics`; for efforts a base that the motion moves stands still.
+    held parts count as in `solve_inverse_dynamics`; for efforts a base that the motion moves stands still. `arms` are
+    those that it is for: of their groups the tool centre points are told too.
     """
     states = joint_states(program, times)
     steps = steps_at(program, times)
@@ -103,22 +122,27 @@ def sampled(
     for node in dict.fromkeys(nodes):
         columns = tuple(column for column, other in enumerate(nodes) if other is node)
         names = tuple(joints[column][1] for column in columns)
-        own = tuple(values[:, columns] for values in states)
-        chain, lever = tool_chain(snapshot, node), _Lever()
-        parts = []
+        q, v, a = (values[:, columns] for values in states)
+        groups = tuple(dict.fromkeys((WHOLE, *(arm.group for arm in arms if arm.robot.uid == node.uid))))
+        chains = [(tool_chain(snapshot, node, group), _Lever()) for group in groups]
+        efforts, tools = [], [[] for _ in groups]
         for first in range(0, len(times), CHUNK):
             if given_up():
                 raise KernelError("nobody waits for these samples any more")
             rows = slice(first, first + CHUNK)
-            efforts = solve_inverse_dynamics(snapshot, node, names, *(values[rows] for values in own)).efforts
-            everything = np.tile(snapshot.state.q, (len(efforts), 1))
+            efforts.append(solve_inverse_dynamics(snapshot, node, names, q[rows], v[rows], a[rows]).efforts)
+            everything = np.tile(snapshot.state.q, (len(efforts[-1]), 1))
             rates = np.zeros_like(everything)
             everything[:, places], rates[:, places] = states[0][rows], states[1][rows]
-            tool = tool_states(chain, everything, rates)
-            speeds = np.linalg.norm(tool.velocities, axis=1)
-            parts.append((efforts, tool.world_t_tcp, speeds, lever.values(tool.jacobians, steps[rows])))
-        told = (np.concatenate(column) for column in zip(*parts, strict=True))
-        robots.append(RobotSamples(node, names, columns, *own, *told))
+            for (chain, lever), parts in zip(chains, tools, strict=True):
+                tool = tool_states(chain, everything, rates)
+                speeds = np.linalg.norm(tool.velocities, axis=1)
+                parts.append((tool.world_t_tcp, speeds, lever.values(tool.jacobians, steps[rows])))
+        told = tuple(
+            ToolSamples(group, *(np.concatenate(column) for column in zip(*parts, strict=True)))
+            for group, parts in zip(groups, tools, strict=True)
+        )
+        robots.append(RobotSamples(node, names, columns, q, v, a, np.concatenate(efforts), told))
     return Samples(times, steps, tuple(robots))
 
 

@@ -1,4 +1,4 @@
-"""The kinematics component of each robot: made and tried when first asked for, kept until robot or choice change."""
+"""The kinematics component of each robot and group: made and tried when first asked for, kept until these change."""
 
 from __future__ import annotations
 
@@ -24,14 +24,15 @@ from virtualrobot_kernel.components.running import Running, start
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning.robots import Arm, tip_of
 from virtualrobot_kernel.world.commands import Command, CreateNodes, UpdateNode
+from virtualrobot_kernel.world.groups import WHOLE, Group, named_group
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import Applied
 from virtualrobot_kernel.world.structure import Node, NodeSpec, RobotData, Structure
 
 AUTOMATIC = ("closed_form", "arm_angle", "chain")
 """What a robot gets that names no component: the first that takes it; only the last one's refusal counts."""
-LOCKED_ARMS = 32
-"""How many components of arms with locked joints are kept ready."""
+PASSING_ARMS = 32
+"""How many components are kept ready of arms with locked joints and of chains that are chosen by links."""
 CHECK_SEED = 20061
 """What the postures of a self-check are drawn by: the same component on the same robot is always judged alike."""
 
@@ -40,6 +41,9 @@ log = logging.getLogger(__name__)
 _DEFAULTS = InverseOptions()
 
 Answer = TypeVar("Answer")
+
+_Key = tuple[int, str]
+"""The uid of a robot and the name of its group; empty for the robot itself."""
 
 Tip = Callable[[Floats], Floats]
 """base_t_tip (4, 4) of a robot at q (k,)."""
@@ -105,9 +109,10 @@ class Tried:
 
 @dataclass(frozen=True, slots=True)
 class Use:
-    """A component at work for a robot."""
+    """A component at work for a robot, or for its group of this name."""
 
     robot: str
+    group: str
     kinematics: str
     fault: str
     calls: int
@@ -124,8 +129,8 @@ class Solvers:
     def __init__(self, catalog: Catalog) -> None:
         """Take components from this catalog."""
         self._catalog = catalog
-        self._kept: dict[int, Tried | _Refused] = {}
-        self._locked_arms: OrderedDict[tuple[int, frozenset[tuple[int, float]]], Tried] = OrderedDict()
+        self._kept: dict[_Key, Tried | _Refused] = {}
+        self._passing: OrderedDict[tuple[int, Group, frozenset[tuple[int, float]]], Tried] = OrderedDict()
         self._locks: dict[int, threading.Lock] = {}
         self._lock = threading.Lock()
         self._closed = False
@@ -136,54 +141,59 @@ class Solvers:
     def of(self, snapshot: Snapshot, arm: Arm) -> Solver:
         """Return the component that solves an arm, made and tried now when it has to be.
 
-        Raises KernelError: WRONG_STATE when no joint moves the arm's flange; PLUGIN_FAILED when the component can't be
+        Raises KernelError: WRONG_STATE when no joint moves the arm's tip; PLUGIN_FAILED when the component can't be
         made, does not fit or has failed; what it says itself when it refuses robot or settings. An arm with locked
-        joints gets the component that its geometry allows, whatever the robot has.
+        joints, or one that links choose, gets the component that its geometry allows, whatever the robot has.
         """
-        if arm.locked:
-            return self._of_locked(snapshot, arm)
+        if arm.locked or arm.group.is_ad_hoc:
+            return self._of_passing(snapshot, arm)
         kept = self._kept_for(snapshot, arm)
         if isinstance(kept, _Refused):
             raise _again(kept.error)
         return kept.solver
 
-    def _of_locked(self, snapshot: Snapshot, arm: Arm) -> Solver:
-        """Return the component of an arm with locked joints: of those used last some are kept."""
+    def _of_passing(self, snapshot: Snapshot, arm: Arm) -> Solver:
+        """Return the component of an arm that no name stands for: of those used last some are kept."""
         chain, uid = arm.serial(), arm.robot.uid
-        key = uid, frozenset(arm.locked.items())
+        key = uid, arm.group, frozenset(arm.locked.items())
         with self._lock_of(uid):
-            kept = self._locked_arms.get(key)
+            kept = self._passing.get(key)
             if kept is None or not _fits(kept, chain, "", {}) or kept.solver.running.fault:
                 kept = self._tried(snapshot, arm, "", {})
             with self._lock:
-                self._locked_arms[key] = kept
-                self._locked_arms.move_to_end(key)
-                while len(self._locked_arms) > LOCKED_ARMS:
-                    self._locked_arms.popitem(last=False)
+                self._passing[key] = kept
+                self._passing.move_to_end(key)
+                while len(self._passing) > PASSING_ARMS:
+                    self._passing.popitem(last=False)
         return kept.solver
 
     def name_of(self, snapshot: Snapshot, arm: Arm) -> str:
         """Return the name of the component that solves an arm, which is made and tried now when it has to be.
 
-        Empty where no joint moves the flange; where it can't be made, the one whose refusal counts.
+        Empty where no joint moves its tip; where it can't be made, the one whose refusal counts.
         """
-        return self._kept_for(snapshot, arm).kinematics if arm.chain is not None else ""
+        if arm.chain is None:
+            return ""
+        if arm.group.is_ad_hoc:
+            return self._of_passing(snapshot, arm).running.offer.about.name
+        return self._kept_for(snapshot, arm).kinematics
 
-    def name_found(self, node: Node) -> str:
-        """Return the name of the component that a robot has had so far, without waiting; empty before the first."""
-        kept = self._kept_as_chosen(node)
+    def name_found(self, node: Node, group: Group = WHOLE) -> str:
+        """Return the name of the component that a robot or its group has had so far, without waiting; else empty."""
+        kept = self._kept_as_chosen(node, group)
         return kept.kinematics if kept is not None else ""
 
-    def _kept_as_chosen(self, node: Node) -> Tried | _Refused | None:
-        """Return what is kept for a robot, None where the robot is to have another by now."""
-        kept = self._kept.get(node.uid)
-        return kept if kept is not None and (kept.asked, kept.settings) == chosen(node) else None
+    def _kept_as_chosen(self, node: Node, group: Group) -> Tried | _Refused | None:
+        """Return what is kept for a robot or its group, None where it is to have another by now."""
+        kept = None if group.is_ad_hoc else self._kept.get((node.uid, group.name))
+        return kept if kept is not None and (kept.asked, kept.settings) == chosen(node, group) else None
 
     def _kept_for(self, snapshot: Snapshot, arm: Arm) -> Tried | _Refused:
         chain = arm.serial()
-        name, settings = chosen(arm.robot)
+        name, settings = chosen(arm.robot, arm.group)
+        key = arm.robot.uid, arm.group.name
         with self._lock_of(arm.robot.uid):
-            kept = self._kept.get(arm.robot.uid)
+            kept = self._kept.get(key)
             if kept is None or not _fits(kept, chain, name, settings):
                 self._drop_all_but(snapshot.structure)
                 try:
@@ -191,7 +201,7 @@ class Solvers:
                 except KernelError as error:
                     # Kept too: nobody wants to wait for the same failure again.
                     kept = _Refused(chain, name, name or AUTOMATIC[-1], settings, error)
-                self._kept[arm.robot.uid] = kept
+                self._kept[key] = kept
         return kept
 
     def swap(
@@ -204,7 +214,7 @@ class Solvers:
         tried = self._tried(snapshot, arm, kinematics, settings)
         applied = choose()
         with self._lock_of(arm.robot.uid):
-            self._kept[arm.robot.uid] = tried
+            self._kept[arm.robot.uid, arm.group.name] = tried
         return applied, tried.check
 
     def check_choices(self, commands: Iterable[Command]) -> None:
@@ -213,29 +223,30 @@ class Solvers:
             changed = command.specs if isinstance(command, CreateNodes) else [command]
             for one in changed:
                 data = one.data if isinstance(one, NodeSpec | UpdateNode) else None
-                if isinstance(data, RobotData) and data.kinematics:
-                    self._catalog.find(ComponentKind.KINEMATICS, data.kinematics)
+                for one in (data, *data.groups) if isinstance(data, RobotData) else ():
+                    if one.kinematics:
+                        self._catalog.find(ComponentKind.KINEMATICS, one.kinematics)
 
     def uses(self, structure: Structure) -> tuple[Use, ...]:
         """Return which components work for which robots."""
         self._drop_all_but(structure)
         found = []
-        for uid, kept in sorted(self._kept.copy().items()):
+        for (uid, group), kept in sorted(self._kept.copy().items(), key=lambda item: item[0]):
             node = structure.nodes.get(uid)
             if node is None:
                 continue  # it is newer than the structure
             if isinstance(kept, _Refused):
-                found.append(Use(node.name, kept.kinematics, str(kept.error), 0, 0.0, 0))
+                found.append(Use(node.name, group, kept.kinematics, str(kept.error), 0, 0.0, 0))
                 continue
             running = kept.solver.running
             fault = running.fault.reason if running.fault else ""
             process = 0 if fault else running.process_id
-            found.append(Use(node.name, kept.kinematics, fault, running.calls, running.mean_seconds, process))
+            found.append(Use(node.name, group, kept.kinematics, fault, running.calls, running.mean_seconds, process))
         return tuple(found)
 
-    def fault_of(self, node: Node) -> str:
-        """Return why a robot's component is not asked any more; empty while it is well or was never asked."""
-        kept = self._kept_as_chosen(node)
+    def fault_of(self, node: Node, group: Group = WHOLE) -> str:
+        """Return why a component of a robot or group is not asked any more; empty while it is well or never asked."""
+        kept = self._kept_as_chosen(node, group)
         if kept is None:
             return ""
         if isinstance(kept, _Refused):
@@ -245,10 +256,10 @@ class Solvers:
     def close(self) -> None:
         """End all components; no other is made."""
         self._closed = True
-        every = [*self._kept.values(), *self._locked_arms.values()]
+        every = [*self._kept.values(), *self._passing.values()]
         running = [kept.solver.running for kept in every if isinstance(kept, Tried)]
         self._kept.clear()
-        self._locked_arms.clear()
+        self._passing.clear()
         with ThreadPoolExecutor(max(1, len(running))) as pool:
             list(pool.map(Running.close, running))
 
@@ -272,13 +283,14 @@ class Solvers:
             raise KernelError("the kernel is ending", reason=Reason.SHUTTING_DOWN)
         offer = self._catalog.find(ComponentKind.KINEMATICS, kinematics)
         chain = arm.serial()
-        running = start(offer, settings, chain, user=f" of {arm.robot.name!r}")
+        running = start(offer, settings, chain, user=f" of {arm.robot.name!r}{arm.group}")
         tip = tip_of(snapshot, arm)
         try:
             check = self_check(Solver(running, chain, None), chain, tip, np.random.default_rng(CHECK_SEED))
             if failures := check.failures():
                 raise KernelError(
-                    f"the kinematics component {kinematics!r} does not fit {arm.robot.name!r}: {'; '.join(failures)}",
+                    f"the kinematics component {kinematics!r} does not fit {arm.robot.name!r}{arm.group}: "
+                    f"{'; '.join(failures)}",
                     reason=Reason.PLUGIN_FAILED,
                     component=kinematics,
                     robot=arm.robot.name,
@@ -301,9 +313,11 @@ class Solvers:
 
     def _drop_all_but(self, structure: Structure) -> None:
         """Forget the components of robots that are gone; robots that the structure does not know yet are not."""
-        for uid in self._kept.copy():
-            if uid < structure.next_uid and uid not in structure.robots:
-                self._kept.pop(uid, None)
+        for uid, group in self._kept.copy():
+            if uid < structure.next_uid and (
+                uid not in structure.robots or (group and group not in _group_names(structure.nodes[uid]))
+            ):
+                self._kept.pop((uid, group), None)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -324,10 +338,15 @@ def _again(error: KernelError) -> KernelError:
     return again
 
 
-def chosen(node: Node) -> tuple[str, Mapping[str, Any]]:
-    """Return name (empty: chosen by itself) and settings of the component that a robot is to have."""
+def _group_names(node: Node) -> set[str]:
+    return {group.name for group in node.data.groups} if isinstance(node.data, RobotData) else set()
+
+
+def chosen(node: Node, group: Group = WHOLE) -> tuple[str, Mapping[str, Any]]:
+    """Return name (empty: chosen by itself) and settings of the component that a robot or its group is to have."""
     assert isinstance(node.data, RobotData)
-    return node.data.kinematics, node.data.kinematics_settings
+    data = named_group(node, group.name) if group.name else node.data
+    return data.kinematics, data.kinematics_settings
 
 
 def _fits(kept: Tried | _Refused, chain: SerialChain, kinematics: str, settings: Mapping[str, Any]) -> bool:

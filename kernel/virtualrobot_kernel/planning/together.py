@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.planning.actuators import check_plans
@@ -10,7 +11,9 @@ from virtualrobot_kernel.planning.moves import Move
 from virtualrobot_kernel.planning.moving_base import carried_by, in_order, moving_base
 from virtualrobot_kernel.planning.planned_move import PlannedMove
 from virtualrobot_kernel.planning.redundancy import NearOf
-from virtualrobot_kernel.planning.robots import SolverOf, arm_of
+from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_of, arms_of
+from virtualrobot_kernel.world import groups
+from virtualrobot_kernel.world.groups import WHOLE
 from virtualrobot_kernel.world.preconditions import Preconditions, TcpPath, preconditions_of
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind
@@ -36,6 +39,11 @@ def joints_of(snapshot: Snapshot, moves: Iterable[Move]) -> set[tuple[int, str]]
     return {(move.node(snapshot).uid, name) for move in moves for name in move.joint_names(snapshot)}
 
 
+def moved_arms(snapshot: Snapshot, moves: Iterable[Move]) -> list[Arm]:
+    """Return the arms of the robots and groups that moves are for."""
+    return arms_of(snapshot, ((move.node(snapshot), move.group) for move in moves))
+
+
 def solved_robots(snapshot: Snapshot, moves: Iterable[Move]) -> set[int]:
     """Return the robots (uids) whose components moves need."""
     return {move.node(snapshot).uid for move in moves if move.solved}
@@ -50,7 +58,7 @@ def preconditions_by(snapshot: Snapshot, moves: Iterable[Move], joints: Iterable
     for move in moves:
         robot = move.node(snapshot).uid
         if move.solved:
-            ways.append(TcpPath(robot, tuple(structure.node(name).uid for name in move.references)))
+            ways.append(TcpPath(robot, tuple(structure.node(name).uid for name in move.references), move.group))
         tool_states += [(structure.node(tool).uid, state) for tool, state in move.tool_states(snapshot)]
         postures += [(robot, move.posture)] if move.posture else []
     uids = ((structure.node(robot, Kind.ROBOT).uid, joint) for robot, joint in joints)
@@ -69,7 +77,19 @@ def plan_moves(
         robot, joint = next(pair for pair in joints if joints.count(pair) > 1)
         raise KernelError(f"two moves of one motion move the joint {joint!r} of {robot!r}", robot=robot, joint=joint)
     check_plans(snapshot, planned)
-    return planned
+    for move, one in zip(moves, planned, strict=True):
+        _check_group(snapshot, move, one)
+    return [replace(one, group=move.group) for move, one in zip(moves, planned, strict=True)]
+
+
+def _check_group(snapshot: Snapshot, move: Move, planned: PlannedMove) -> None:
+    """Raise UnknownNameError for a joint that a move of a group moves and the group has not."""
+    if move.group == WHOLE or move.other_joints:
+        return
+    names = groups.joints_of(snapshot.structure, planned.robot, move.group)
+    for name in planned.joint_names:
+        if name not in names:
+            raise UnknownNameError(f"joint of {planned.robot.name!r}{move.group}", name, names)
 
 
 def _each(snapshot: Snapshot, moves: Sequence[Move], solver_of: SolverOf, near_of: NearOf | None) -> list[PlannedMove]:
@@ -88,6 +108,10 @@ def _each(snapshot: Snapshot, moves: Sequence[Move], solver_of: SolverOf, near_o
                 planned[place] = move.plan(snapshot, solver_of, near_of)
         except KernelError as error:
             error.metadata.setdefault("robot", move.robot)
+            if "position" in error.metadata and move.group != WHOLE:
+                # Where that is is told in the frame of the chain's base.
+                base = arm_of(snapshot, move.node(snapshot), move.group).base
+                error.metadata["base"] = snapshot.structure.nodes[base].name
             raise
     timed = next((move for move in moves if move.timed), None)
     if timed is not None and (one := next((one for one in planned.values() if one.relative_tcp), None)):
@@ -103,5 +127,5 @@ def _frames(snapshot: Snapshot, move: Move) -> list[int]:
     """Return the nodes (uids) whose places count all along a move: the arm's base, and a reference that moves."""
     if not move.solved:
         return []
-    base, reference = arm_of(snapshot, move.node(snapshot)).base, move.moving_reference
+    base, reference = arm_of(snapshot, move.node(snapshot), move.group).base, move.moving_reference
     return [base] if reference is None else [base, snapshot.structure.node(reference).uid]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from virtualrobot_kernel.motion.cartesian_path import row_weights
 from virtualrobot_kernel.numeric.forest import PRISMATIC, REVOLUTE, forward_forest
 from virtualrobot_kernel.planning.robots import arm_of
+from virtualrobot_kernel.world.groups import WHOLE, Group
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Node
 from virtualrobot_kernel.world.tcp import chosen_tcp
@@ -48,12 +49,12 @@ class ToolStates:
     jacobians: Floats
 
 
-def tool_chain(snapshot: Snapshot, robot: Node) -> ToolChain:
-    """Return the chain to a robot's chosen tool centre point; without a tool, to its flange."""
+def tool_chain(snapshot: Snapshot, robot: Node, group: Group = WHOLE) -> ToolChain:
+    """Return the chain to the chosen tool centre point of a robot or its group; without a tool, to flange or tip."""
     structure, forest = snapshot.structure, snapshot.structure.forest
-    arm = arm_of(snapshot, robot)
-    tool, point = chosen_tcp(structure, snapshot.state, robot)
-    above = [structure.rows[node.uid] for node in structure.ancestors(tool.uid if tool else arm.flange)]
+    arm = arm_of(snapshot, robot, group)
+    tool, point = chosen_tcp(structure, snapshot.state, robot, arm.tool_tip)
+    above = [structure.rows[node.uid] for node in structure.ancestors(tool.uid if tool else arm.tip)]
     rows = np.array(above[::-1], np.int32)
     return ToolChain(
         np.ascontiguousarray(forest.joint_type[rows]),

@@ -7,6 +7,7 @@ from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.errors import KernelError, LimitError
 from virtualrobot_kernel.motion.conveyor_tracking import ConveyorTracking, TrackingArm
@@ -16,7 +17,7 @@ from virtualrobot_kernel.motion.program import Program
 from virtualrobot_kernel.planning.actuators import actuator_limits
 from virtualrobot_kernel.planning.planned_move import joint_limits
 from virtualrobot_kernel.planning.program import TrackingSpec
-from virtualrobot_kernel.planning.robots import Arm, arm_of, flange_t_tcp, tip_of
+from virtualrobot_kernel.planning.robots import Arm, tip_of, tip_t_tcp
 from virtualrobot_kernel.planning.tracked_limits import (
     Place,
     Rates,
@@ -26,7 +27,7 @@ from virtualrobot_kernel.planning.tracked_limits import (
     slowed,
     stretch,
 )
-from virtualrobot_kernel.world.change import inverse, single_joint
+from virtualrobot_kernel.world.change import single_joint
 from virtualrobot_kernel.world.commands import StartMotion, Tracking
 from virtualrobot_kernel.world.preconditions import Aspect, TcpPath, preconditions_of
 from virtualrobot_kernel.world.state import Snapshot
@@ -50,32 +51,39 @@ class _Frame:
     unit: str
 
 
-def arms_joints(snapshot: Snapshot, joints: Iterable[tuple[int, str]]) -> set[tuple[int, str]]:
+def arms_joints(joints: Iterable[tuple[int, str]], moved: Sequence[Arm]) -> set[tuple[int, str]]:
     """Return joints (robot uid, name), with all joints of the arms that have one of them: these go along as a whole."""
     needed = set(joints)
-    for uid in {uid for uid, _ in needed}:
-        arm = {(uid, name) for name in arm_of(snapshot, snapshot.structure.nodes[uid]).joint_names}
-        if not arm.isdisjoint(needed):
-            needed |= arm
+    for arm in moved:
+        own = {(arm.robot.uid, name) for name in arm.joint_names}
+        if not own.isdisjoint(needed):
+            needed |= own
     return needed
 
 
 def tracked(
-    snapshot: Snapshot, command: StartMotion, tracking: TrackingSpec, go_on: GoOn = lambda: None
+    snapshot: Snapshot,
+    command: StartMotion,
+    tracking: TrackingSpec,
+    moved_arms: Sequence[Arm],
+    go_on: GoOn = lambda: None,
 ) -> StartMotion:
-    """Return a planned motion as one that goes along with a node, slower where the joints need it.
+    """Return a planned motion of some arms as one that goes along with a node, slower where the joints need it.
 
     Raises KernelError when no joint of another robot, or more than one, moves the node; when an arm can't go along all
     the way, with the place; or when the window or the speed makes no sense.
     """
     structure = snapshot.structure
-    robots = [structure.robot(name)[0] for name in dict.fromkeys(robot for robot, _ in command.joints)]
     moved = set(command.joints)
-    arms = [
-        (robot, arm)
-        for robot, arm in ((robot, arm_of(snapshot, robot)) for robot in robots)
-        if any((robot.name, name) in moved for name in arm.joint_names)
-    ]
+    arms = [(arm.robot, arm) for arm in moved_arms if any((arm.robot.name, name) in moved for name in arm.joint_names)]
+    for place, (robot, arm) in enumerate(arms):
+        if any(np.intersect1d(arm.q_index, other.q_index).size for _, other in arms[:place]):
+            raise KernelError(
+                f"{robot.name!r}{arm.group} cannot go along with {tracking.node!r} together with another group that "
+                "has some of its joints; move one of them",
+                field="tracking",
+                robot=robot.name,
+            )
     if not arms:
         raise KernelError("only arms can go along with a frame, and this motion moves none", field="tracking")
     frame = _frame(snapshot, tracking.node, arms, moved)
@@ -86,7 +94,7 @@ def tracked(
     program = _widened(snapshot, command.program, joints)
     tracking_arms = [_tracking_arm(snapshot, robot, arm, joints, frame) for robot, arm in arms]
     program, tracked = _checked(snapshot, program, frame, window, velocity, arms, tracking_arms, go_on)
-    ways = [TcpPath(robot.uid, (structure.node(tracking.node).uid,)) for robot, _ in arms]
+    ways = [TcpPath(robot.uid, (structure.node(tracking.node).uid,), arm.group) for robot, arm in arms]
     uids = ((structure.robot(robot)[0].uid, joint) for robot, joint in joints)
     preconditions = (*command.preconditions, *preconditions_of(structure, snapshot.state, uids, ways))
     return replace(
@@ -203,7 +211,7 @@ def _tracking_arm(
     columns = np.array([joints.index((robot.name, name)) for name in arm.joint_names])
     tracking_arm = TrackingArm(
         columns,
-        chain._replace(post=np.ascontiguousarray(chain.post @ flange_t_tcp(snapshot, robot))),
+        chain._replace(post=np.ascontiguousarray(chain.post @ tip_t_tcp(snapshot, arm))),
         1.0,
         int(structure.forest.joint_type[row]),
         base_t_link[:3, :3] @ structure.forest.axis[row],
@@ -265,7 +273,7 @@ def _checked(
 
 def _place(snapshot: Snapshot, program: Program, robot: Node, arm: Arm, frame: _Frame) -> Place:
     """Return what names places of the motion and of the frame."""
-    tip, point = tip_of(snapshot, arm), flange_t_tcp(snapshot, robot)
+    tip, point = tip_of(snapshot, arm), tip_t_tcp(snapshot, arm)
 
     def place(number: int, time: float, displacement: float, q: Array) -> tuple[str, dict[str, object]]:
         stage = program.stages[number]

@@ -15,10 +15,12 @@ from virtualrobot_kernel.motion.planned import Plan, Track
 from virtualrobot_kernel.motion.polynomial import Excursion, PiecewisePolynomial
 from virtualrobot_kernel.motion.program import Program
 from virtualrobot_kernel.planning.dynamics import first_violation
+from virtualrobot_kernel.planning.robots import Arm
 from virtualrobot_kernel.planning.sampling import RobotSamples, Samples, joint_states, steps_at
 from virtualrobot_kernel.planning.tool_path import tool_chain, tool_states
 from virtualrobot_kernel.world.change import single_joint
 from virtualrobot_kernel.world.figures import Pose
+from virtualrobot_kernel.world.groups import WHOLE, Group
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Joint, JointType, Kind
 
@@ -85,6 +87,7 @@ class _Found:
     column: int
     value: float
     limit: float
+    group: Group = WHOLE
 
 
 def first_of(
@@ -93,17 +96,18 @@ def first_of(
     joints: Sequence[tuple[str, str]],
     samples: Samples,
     min_singular_value: float,
+    arms: Sequence[Arm] = (),
 ) -> Violation | None:
     """Return the first violation in time of a motion, whose columns are `joints` (robot, joint); None without one.
 
     Joint limits are those of `snapshot`. Positions are exact, and so are velocities and accelerations of joints that
     move by given times; efforts, the nearness to singularities, and what planners promise, are looked at where
-    `samples` are.
+    `samples` are. The tool centre point that is told is that of the arm, among `arms`, that the joint moves.
     """
     found = [*_exact(snapshot, program, joints), *_sampled(snapshot, joints, samples, min_singular_value)]
     if not found:
         return None
-    return _placed(snapshot, program, joints, min(found, key=lambda one: one.time))
+    return _placed(snapshot, program, joints, min(found, key=lambda one: one.time), arms)
 
 
 def single_joints(snapshot: Snapshot, joints: Sequence[tuple[str, str]]) -> list[Joint]:
@@ -178,17 +182,19 @@ def _sampled(
             limit = float(np.copysign(effort.limit, effort.effort))
             time = float(samples.times[effort.sample])
             yield _Found(time, ViolationKind.EFFORT, robot.robot.name, column, effort.effort, limit)
-        if moves_arm(snapshot, robot):
-            near = np.flatnonzero(robot.singular_values < min_singular_value)
-            for row in near[:1].tolist():
-                value, time = float(robot.singular_values[row]), float(samples.times[row])
-                yield _Found(time, ViolationKind.SINGULARITY, robot.robot.name, -1, value, min_singular_value)
+        for tool in robot.tools:
+            if moves_arm(snapshot, robot, tool.group):
+                near = np.flatnonzero(tool.singular_values < min_singular_value)
+                for row in near[:1].tolist():
+                    value, time = float(tool.singular_values[row]), float(samples.times[row])
+                    kind, name = ViolationKind.SINGULARITY, robot.robot.name
+                    yield _Found(time, kind, name, -1, value, min_singular_value, tool.group)
 
 
-def moves_arm(snapshot: Snapshot, robot: RobotSamples) -> bool:
-    """Return whether one of the joints that move the robot's flange is moved."""
+def moves_arm(snapshot: Snapshot, robot: RobotSamples, group: Group) -> bool:
+    """Return whether one of the joints that move the flange, or the end of a group, is moved."""
     own = {single_joint(snapshot.structure, robot.robot, name)[1] for name in robot.joint_names}
-    return not own.isdisjoint(tool_chain(snapshot, robot.robot).arm.tolist())
+    return not own.isdisjoint(tool_chain(snapshot, robot.robot, group).arm.tolist())
 
 
 def _tracks(plan: Plan, columns: Sequence[int]) -> Iterator[tuple[Track, Sequence[int]]]:
@@ -205,15 +211,21 @@ def _rate(track: Track) -> float:
     return float(law.coefficients[0, 1, 0]) if law.coefficients.shape[:2] == (1, 2) else 0.0
 
 
-def _placed(snapshot: Snapshot, program: Program, joints: Sequence[tuple[str, str]], found: _Found) -> Violation:
+def _placed(
+    snapshot: Snapshot, program: Program, joints: Sequence[tuple[str, str]], found: _Found, arms: Sequence[Arm]
+) -> Violation:
     """Return a violation with its place, in words too."""
     joint = joints[found.column][1] if found.column >= 0 else ""
-    pose = tool_pose(snapshot, program, joints, found.robot, found.time)
+    group = found.group
+    if joint:
+        node = snapshot.structure.node(found.robot, Kind.ROBOT)
+        group = _group_moved(arms, found.robot, single_joint(snapshot.structure, node, joint)[1])
+    pose = tool_pose(snapshot, program, joints, found.robot, found.time, group)
     where = f"after {found.time:.4g} s, {_at(pose)}"
     if found.kind is ViolationKind.SINGULARITY:
         message = (
-            f"{found.robot!r} comes too near to a singularity {where}: the smallest singular value of the Jacobian is "
-            f"{found.value:.3g}, and at least {found.limit:g} is wanted"
+            f"{found.robot!r}{group} comes too near to a singularity {where}: the smallest singular value of the "
+            f"Jacobian is {found.value:.3g}, and at least {found.limit:g} is wanted"
         )
     else:
         slides = single_joints(snapshot, [joints[found.column]])[0].type is JointType.PRISMATIC
@@ -229,7 +241,14 @@ def _placed(snapshot: Snapshot, program: Program, joints: Sequence[tuple[str, st
     )
 
 
-def touching(snapshot: Snapshot, program: Program, joints: Sequence[tuple[str, str]], contact: Contact) -> Violation:
+def _group_moved(arms: Sequence[Arm], robot: str, place: int) -> Group:
+    """Return the group of the first arm of a robot that has the coordinate at `place` in q; without one WHOLE."""
+    return next((arm.group for arm in arms if arm.robot.name == robot and place in arm.q_index), WHOLE)
+
+
+def touching(
+    snapshot: Snapshot, program: Program, joints: Sequence[tuple[str, str]], contact: Contact, arms: Sequence[Arm] = ()
+) -> Violation:
     """Return the violation that a contact on the way of a motion is, with its place, in words too."""
     structure = snapshot.structure
     first, second = (structure.nodes[uid] for uid in (contact.first, contact.second))
@@ -238,7 +257,11 @@ def touching(snapshot: Snapshot, program: Program, joints: Sequence[tuple[str, s
     above = (node.name for uid in (first.uid, second.uid) for node in structure.ancestors(uid) if node.name in moved)
     robot = next(above, joints[0][0])
     found = _Found(contact.time, ViolationKind.COLLISION, robot, -1, contact.distance, contact.resolution)
-    pose = tool_pose(snapshot, program, joints, robot, contact.time)
+    forest = structure.forest
+    rows = (structure.rows[node.uid] for uid in (first.uid, second.uid) for node in structure.ancestors(uid))
+    places = (int(forest.q_index[row]) for row in rows if forest.joint_type[row])
+    group = next((one for place in places if (one := _group_moved(arms, robot, place)) != WHOLE), WHOLE)
+    pose = tool_pose(snapshot, program, joints, robot, contact.time, group)
     when = f"after {contact.time:.4g} s" if contact.time > 0.0 else "where the motion starts"
     return Violation(
         kind=found.kind,
@@ -269,14 +292,21 @@ WORDS = {
 """What a joint does, and the unit of those that turn and of those that slide."""
 
 
-def tool_pose(snapshot: Snapshot, program: Program, joints: Sequence[tuple[str, str]], robot: str, time: float) -> Pose:
-    """Return world_t_tcp (4, 4) of a robot at a time of a motion, in s."""
+def tool_pose(
+    snapshot: Snapshot,
+    program: Program,
+    joints: Sequence[tuple[str, str]],
+    robot: str,
+    time: float,
+    group: Group = WHOLE,
+) -> Pose:
+    """Return world_t_tcp (4, 4) of a robot, or a group of it, at a time of a motion, in s."""
     node = snapshot.structure.node(robot, Kind.ROBOT)
     structure = snapshot.structure
     places = [single_joint(structure, structure.node(name, Kind.ROBOT), joint)[1] for name, joint in joints]
     q = snapshot.state.q[None].copy()
     q[:, places] = joint_states(program, np.array([time]))[0]
-    return tool_states(tool_chain(snapshot, node), q, np.zeros_like(q)).world_t_tcp[0]
+    return tool_states(tool_chain(snapshot, node, group), q, np.zeros_like(q)).world_t_tcp[0]
 
 
 def _stage_at(program: Program, time: float) -> int:

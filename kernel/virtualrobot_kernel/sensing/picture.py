@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -73,6 +73,7 @@ def render(
     lens: Lens,
     world_t_camera: NDArray[np.float64],
     kinds: Collection[ImageKind],
+    check: Callable[[], None] = lambda: None,
 ) -> Picture:
     """Return what a lens at `world_t_camera` (4, 4: z forward, x right, y down) sees of a scene.
 
@@ -85,6 +86,7 @@ def render(
         lens: whose rays are cast.
         world_t_camera: where it is.
         kinds: which pictures to take.
+        check: called before each band; what it raises ends the picture.
     """
     pose = np.ascontiguousarray(world_t_camera, np.float64)
     count = len(lens.directions)
@@ -95,6 +97,7 @@ def render(
     normals = np.empty((sizes[ImageKind.NORMALS], 3), np.float32)
     paint = _Paint(scene, subject, lens, color)
     for first in range(0, count, BAND):
+        check()
         band = slice(first, first + BAND)
         directions, pixels, slants = lens.directions[band], lens.pixels[band], lens.slants[band]
         origins, along = np.empty_like(directions), np.empty_like(directions)

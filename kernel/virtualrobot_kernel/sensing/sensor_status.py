@@ -47,7 +47,7 @@ def statuses(sensors: Sensors, snapshot: Snapshot) -> Iterator[Status]:
         except KernelError:
             rate = 0.0  # it cannot read; its fault says why
         station = stations.get(node.uid)
-        if not data.running or station is None or station.schedule is None:
+        if node.uid not in snapshot.state.running_sensors or station is None or station.schedule is None:
             yield Status(node, SensorState.STOPPED, rate_hertz=rate)
             continue
         state = SensorState.FAULT if station.fault else SensorState.RUNNING

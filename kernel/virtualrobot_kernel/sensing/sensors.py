@@ -47,9 +47,9 @@ Listener = Callable[[Reading | None], None]
 class Sensors:
     """Has a station for each sensor that runs, or was asked for a reading since it was changed last.
 
-    The world thread tells it each structure and, while sensors run, each tick; it notes what is due and goes on. In
-    STEPPED mode it waits there for each sensor in the order of the nodes. Readings are told to listeners by the
-    sensors' threads, and None when a sensor is gone; listeners must return at once.
+    The world thread tells it each structure, which sensors run and, while some do, each tick; it notes what is due and
+    goes on. In STEPPED mode it waits there for each sensor in the order of the nodes. Readings are told to listeners by
+    the sensors' threads, and None when a sensor is gone; listeners must return at once.
     """
 
     def __init__(self, world: World, room: SensingRoom) -> None:
@@ -60,6 +60,7 @@ class Sensors:
         self.latest: Mapping[int, Reading] = {}
         """The last reading of each sensor that was started, by uid; replaced, never changed."""
         self._structure: Structure | None = None
+        self._starts: Mapping[int, int] = {}
         self._running: tuple[Station, ...] = ()
         self._asked: dict[int, int] = {}
         self._history: tuple[Snapshot, ...] = ()
@@ -119,16 +120,18 @@ class Sensors:
         return {uid: one for uid, one in self.stations.items() if uid not in ended}
 
     def _published(self) -> None:
-        """Follow a change of the structure; called by the world thread after each snapshot."""
+        """Follow changes of the structure and of what runs; called by the world thread after each snapshot."""
         snapshot = self._world.snapshot
-        before, self._structure = self._structure, snapshot.structure
-        if before is snapshot.structure or self._closed:
+        starts, now = self._starts, snapshot.state.running_sensors
+        if (self._structure is snapshot.structure and starts is now) or self._closed:
             return
+        self._structure, self._starts = snapshot.structure, now
         with self._lock:
             old, stations = self.stations, {}
             for node in sensor_nodes(snapshot.structure):
                 count = sum(one.schedule is not None for one in stations.values())
-                station = self._followed(old.get(node.uid), node, snapshot, count)
+                begun = starts.get(node.uid) != now.get(node.uid)
+                station = self._followed(old.get(node.uid), node, snapshot, begun, count)
                 if station is not None:
                     stations[node.uid] = station
             self.stations = stations
@@ -137,18 +140,23 @@ class Sensors:
             if stations.get(uid) is not station:
                 station.end()
                 node = snapshot.structure.nodes.get(uid)
-                if station.schedule is not None and node is not None and not data_of(node).running:
+                if station.schedule is not None and node is not None and uid not in now:
                     self._tell(station.silent(snapshot, SensorState.STOPPED))
         self._forget(snapshot.structure)
         if self._shapes_kept() > self._most_shapes:
             self._chores.put(snapshot.structure)
         self._run(tuple(one for one in stations.values() if one.schedule is not None), snapshot)
 
-    def _followed(self, station: Station | None, node: Node, snapshot: Snapshot, running: int) -> Station | None:
-        """Return the station of a sensor after a change of the structure: the same, another one, or none."""
-        if station is None or station.node is not node:
+    def _followed(
+        self, station: Station | None, node: Node, snapshot: Snapshot, begun: bool, running: int
+    ) -> Station | None:
+        """Return the station of a sensor after a change: the same, another one, or none; `begun`: or stopped."""
+        if station is None or station.node is not node or begun:
             same = station is not None and not station.fault and _unchanged(station.node, node)
-            wanted, at_work = data_of(node).running, station is not None and station.schedule is not None
+            wanted, at_work = (
+                node.uid in snapshot.state.running_sensors,
+                station is not None and station.schedule is not None,
+            )
             if station is None or not same or wanted != at_work:
                 return self._started(node, snapshot, station, running) if wanted else None
             station.node = node

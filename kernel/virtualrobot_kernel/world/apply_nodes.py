@@ -6,18 +6,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 
+from virtualrobot_sdk.poses import inverse
+
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.actuators import check_actuators
-from virtualrobot_kernel.world.change import (
-    Change,
-    Forward,
-    extended,
-    inverse,
-    rebuilt,
-    refuse_while_moving,
-    single_joint,
-)
+from virtualrobot_kernel.world.apply_sensors import with_sensors_running
+from virtualrobot_kernel.world.change import Change, Forward, extended, rebuilt, refuse_while_moving, single_joint
 from virtualrobot_kernel.world.collisions import NOTHING_SET
 from virtualrobot_kernel.world.commands import AttachNode, ClearWorld, CreateNodes, RemoveNode, UpdateNode
 from virtualrobot_kernel.world.consistency import (
@@ -101,7 +96,8 @@ def create_nodes(change: Change, command: CreateNodes, forward: Forward) -> Chan
     for new in created:
         if nodes[new].kind is Kind.TOOL:
             after = _mounted(after, nodes[new])
-    return replace(after, created=change.created + created)
+    running = [new for new, spec in zip(created, command.specs, strict=True) if spec.running]
+    return replace(with_sensors_running(after, running, True), created=change.created + created)
 
 
 def update_node(change: Change, command: UpdateNode, forward: Forward) -> Change:
@@ -142,6 +138,8 @@ def update_node(change: Change, command: UpdateNode, forward: Forward) -> Change
         change = _mounted(change, new)
     if command.parent_t_node is not None:
         change = replace(change, state=_placed(change.structure, change.state, node.uid, command.parent_t_node))
+    if command.running is not None and command.running != (node.uid in change.state.running_sensors):
+        change = with_sensors_running(change, (node.uid,), command.running)
     return change
 
 
@@ -214,7 +212,15 @@ def clear_world(change: Change, command: ClearWorld, forward: Forward) -> Change
     )
     root = {WORLD_UID: change.structure.nodes[WORLD_UID]}
     ended = (*change.state.ended, *ended)
-    state = replace(change.state, motions=(), ended=ended, signals={}, speed_factor=1.0, collisions=NOTHING_SET)
+    state = replace(
+        change.state,
+        motions=(),
+        ended=ended,
+        signals={},
+        speed_factor=1.0,
+        collisions=NOTHING_SET,
+        epoch=change.state.epoch + 1,
+    )
     return rebuilt(replace(change, state=state), root, change.structure.next_uid, {})
 
 
@@ -294,7 +300,7 @@ def _mounted(change: Change, tool: Node) -> Change:
     if tool.data.states and tool.uid not in state.tool_states:
         name, positions = next(iter(tool.data.states.items()))
         q = state.q.copy()
-        if owner is not None:
+        if owner is not None and owner.uid not in state.commanded:
             refuse_while_moving(change, owner, {(owner.uid, joint) for joint in positions})
             for joint, value in positions.items():
                 q[single_joint(structure, owner, joint)[1]] = value

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 from virtualrobot_kernel.errors import UnknownNameError
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.change import Change, Forward
 from virtualrobot_kernel.world.commands import RunSensors, SetRangeComponents
-from virtualrobot_kernel.world.sensing import CameraSensor, ContactSensor, MotionSensor, RangeSensor
+from virtualrobot_kernel.world.sensing import RangeSensor
 from virtualrobot_kernel.world.structure import Kind, Node, Structure
 
 SENSORS = frozenset({Kind.RANGE_SENSOR, Kind.CAMERA_SENSOR, Kind.CONTACT_SENSOR, Kind.MOTION_SENSOR})
@@ -28,15 +29,25 @@ def sensor_nodes(structure: Structure) -> tuple[Node, ...]:
 
 
 def run_sensors(change: Change, command: RunSensors, forward: Forward) -> Change:
-    """Start or stop sensors; one that is started gets data of its own, so that whoever watches nodes starts it anew."""
+    """Start or stop sensors; each start has a number of its own, so that one that has a fault is started anew."""
     structure = change.structure
     named = [sensor_node(structure, name) for name in dict.fromkeys(command.sensors)] or sensor_nodes(structure)
-    for node in named:
-        data = node.data
-        assert isinstance(data, RangeSensor | CameraSensor | ContactSensor | MotionSensor)
-        if command.running or data.running:
-            structure = index.replaced(structure, replace(node, data=replace(data, running=command.running)))
-    return replace(change, structure=structure)
+    return with_sensors_running(change, (node.uid for node in named), command.running)
+
+
+def with_sensors_running(change: Change, uids: Iterable[int], running: bool) -> Change:
+    """Return the world with sensors started, or stopped. The structure stays as it is."""
+    state = change.state
+    now, starts = dict(state.running_sensors), state.sensor_starts
+    for uid in uids:
+        if running:
+            starts += 1
+            now[uid] = starts
+        else:
+            now.pop(uid, None)
+    if now == state.running_sensors:
+        return change
+    return replace(change, state=replace(state, running_sensors=now, sensor_starts=starts))
 
 
 def set_range_components(change: Change, command: SetRangeComponents, forward: Forward) -> Change:

@@ -31,7 +31,7 @@ class CreateNodes:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UpdateNode:
-    """Changes what is not None."""
+    """Changes what is not None; `running` is for sensors."""
 
     name: str
     new_name: str | None = None
@@ -39,6 +39,7 @@ class UpdateNode:
     hidden: bool | None = None
     figures: tuple[Figure, ...] | None = None
     data: NodeData = None
+    running: bool | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,16 +92,17 @@ class SetJointPositions:
 
 @dataclass(frozen=True, slots=True)
 class SetKinematics:
-    """Gives a robot another kinematics component; motions go on as they were planned."""
+    """Gives a robot, or its group of this name, another kinematics component; motions go on as they were planned."""
 
     robot: str
     kinematics: str
     settings: Mapping[str, Any]
+    group: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class RunSensors:
-    """Starts or stops sensors (empty: all); one that runs already is started anew."""
+    """Starts or stops sensors (empty: all); one that runs already goes on, and one with a fault is started anew."""
 
     sensors: tuple[str, ...]
     running: bool
@@ -237,6 +239,19 @@ class EndSetpoints:
     id: str
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class SetMeasuredJoints:
+    """Tells where the joints of a robot, given by uid, really are by the end of this tick; motions command them on.
+
+    positions (nq,), velocities (nv,): all of the robot's coordinates and velocities, as in the state. None ends that:
+    the robot stays where it was measured, and its commanded joints are there, too.
+    """
+
+    robot: int
+    positions: NDArray[np.float64] | None
+    velocities: NDArray[np.float64] | None = None
+
+
 @dataclass(frozen=True, slots=True)
 class PauseMotion:
     """Slows a motion to standstill on its path."""
@@ -302,6 +317,7 @@ Command = (
     | StartSetpointMotion
     | SetSetpoint
     | EndSetpoints
+    | SetMeasuredJoints
     | PauseMotion
     | ResumeMotion
     | CancelMotion

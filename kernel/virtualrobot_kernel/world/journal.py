@@ -1,10 +1,14 @@
-"""The journal: every batch of commands that was applied, with its tick and author; a run is replayed from it."""
+"""Journal of every batch of commands that was applied, with its tick and author; a run is replayed from it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import sys
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from typing import Protocol
+
+import numpy as np
 
 from virtualrobot_kernel.world.apply import apply
 from virtualrobot_kernel.world.change import Change, Forward
@@ -12,6 +16,14 @@ from virtualrobot_kernel.world.commands import Command
 from virtualrobot_kernel.world.state import State
 from virtualrobot_kernel.world.structure import Structure
 from virtualrobot_kernel.world.tick import advance
+
+MOST_ENTRIES = 16_000
+"""The most batches in memory: a minute of setpoints at each tick, days of what people do."""
+
+MOST_BYTES = 64 * 1024 * 1024
+"""The most memory of the batches; an imported robot and a plan have some tens of KiB each."""
+
+PARTS = 8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,31 +36,75 @@ class Entry:
 
 
 class Journal(Protocol):
-    """Where applied batches are written. The world thread calls `append`; anyone may read `entries`."""
+    """Where applied batches are written. The world thread calls `append`; anyone may read the rest."""
 
-    def append(self, entry: Entry) -> None:
-        """Write one entry at the end."""
+    def append(self, entry: Entry, structure: Structure, state: State) -> None:
+        """Write one entry at the end; structure and state are the world before it."""
         ...
 
     def entries(self) -> Sequence[Entry]:
-        """Return all entries, oldest first."""
+        """Return the entries that are kept, oldest first."""
         ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Record:
+    """Entries in a row, and the world before the first one: what a replay begins from."""
+
+    structure: Structure
+    state: State
+    entries: Sequence[Entry]
 
 
 class MemoryJournal:
-    """Keeps the entries in memory."""
+    """Keeps the newest entries in memory: all of them would fill it in a kernel that runs for weeks."""
 
-    def __init__(self) -> None:
-        """Begin empty."""
-        self._entries: list[Entry] = []
+    def __init__(self, most_entries: int = MOST_ENTRIES, most_bytes: int = MOST_BYTES) -> None:
+        """Begin empty; keep at most so many entries, and bytes in them.
 
-    def append(self, entry: Entry) -> None:
-        """Write one entry at the end."""
-        self._entries.append(entry)
+        They go in parts of an eighth, since what a replay begins from is kept for each part only; an entry that is
+        larger than a part is one by itself.
+        """
+        self._part_entries, self._part_bytes = most_entries // PARTS, most_bytes // PARTS
+        self._parts: tuple[Record, ...] = ()
+        self._last: list[Entry] = []
+        self._bytes = 0
+
+    def append(self, entry: Entry, structure: Structure, state: State) -> None:
+        """Write one entry at the end; structure and state are the world before it. The oldest ones may go."""
+        size = weight(entry)
+        if not self._parts or len(self._last) >= self._part_entries or self._bytes + size > self._part_bytes:
+            self._last, self._bytes = [], 0
+            self._parts = (*self._parts[1 - PARTS :], Record(structure, state, self._last))
+        self._last.append(entry)
+        self._bytes += size
 
     def entries(self) -> Sequence[Entry]:
-        """Return all entries, oldest first."""
-        return tuple(self._entries)
+        """Return the entries that are kept, oldest first."""
+        return self.record().entries if self._parts else ()
+
+    def record(self) -> Record:
+        """Return all that is kept; there must be an entry."""
+        parts = self._parts
+        return Record(parts[0].structure, parts[0].state, tuple(entry for part in parts for entry in part.entries))
+
+
+def weight(value: object) -> int:
+    """Return about how many bytes a value takes with all that it consists of: arrays, tuples, maps, dataclasses."""
+    total, seen, left = 0, set[int](), [value]
+    while left:
+        one = left.pop()
+        if id(one) in seen:
+            continue
+        seen.add(id(one))
+        total += one.nbytes if isinstance(one, np.ndarray) else sys.getsizeof(one)
+        if isinstance(one, Mapping):
+            left += (*one.keys(), *one.values())
+        elif isinstance(one, (tuple, list, frozenset, set)):
+            left += one
+        elif not isinstance(one, (type, Enum)) and hasattr(one, "__dataclass_fields__"):
+            left += (getattr(one, name) for name in one.__dataclass_fields__)  # pyright: ignore
+    return total
 
 
 def replay(

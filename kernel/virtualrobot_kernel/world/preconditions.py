@@ -15,12 +15,17 @@ import numpy as np
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.actuators import coupled_joints
 from virtualrobot_kernel.world.change import joint_places
+from virtualrobot_kernel.world.groups import WHOLE, Group, chain_links
 from virtualrobot_kernel.world.index import moved_links
-from virtualrobot_kernel.world.state import Selection, State
+from virtualrobot_kernel.world.state import State
 from virtualrobot_kernel.world.structure import JointType, LinkData, Node, RobotData, Structure, ToolData
+from virtualrobot_kernel.world.tcp import chosen_tcp
 
 TOLERANCE = 1e-6
 """How far a joint that carries an arm or a goal may have moved meanwhile, in radians or meters."""
+
+
+Key = str | Group
 
 
 class Aspect(Enum):
@@ -39,11 +44,14 @@ class Aspect(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Precondition:
-    """A node as it was, what of it counts (of POSTURE and STATE the one called `key`), and its value then."""
+    """A node as it was, what of it counts (of POSTURE and STATE the one called `key`), and its value then.
+
+    Of FLANGE and TOOL the key is the group whose chain is meant.
+    """
 
     node: Node
     aspect: Aspect
-    key: str
+    key: Key
     value: object
 
 
@@ -54,11 +62,12 @@ Preconditions = tuple[Precondition, ...]
 class TcpPath:
     """A tool centre point on its way: that of a robot (a uid), and the nodes (uids) in whose frames its goals are.
 
-    Without such nodes it goes by the robot's own frame.
+    Without such nodes it goes by the frame of the chain's base. The chain is that of a group of the robot.
     """
 
     robot: int
     references: tuple[int, ...]
+    group: Group = WHOLE
 
 
 def preconditions_of(
@@ -80,7 +89,7 @@ def preconditions_of(
         tool_states: (tool uid, name) of its goals.
     """
     joints = tuple(dict.fromkeys(joints))
-    wanted: dict[tuple[int, Aspect, str], None] = {}
+    wanted: dict[tuple[int, Aspect, Key], None] = {}
     for uid, name in joints:
         robot = structure.robots[uid]
         wanted[moved_links(structure, robot)[robot.joint_names.index(name)], Aspect.JOINT, ""] = None
@@ -92,10 +101,11 @@ def preconditions_of(
     moving = {int(place) for motion in state.motions for place in motion.q_index}
     moving |= {int(place) for place in joint_places(structure, joints)[0]}
     for way in ways:
-        wanted[way.robot, Aspect.FLANGE, ""] = wanted[way.robot, Aspect.TOOL, ""] = None
-        tip = state.selections.get(way.robot, Selection()).tool or structure.robots[way.robot].flange
-        above = {node.uid for node in structure.ancestors(tip)}
-        for reference in way.references or (way.robot,):
+        wanted[way.robot, Aspect.FLANGE, way.group] = wanted[way.robot, Aspect.TOOL, way.group] = None
+        base, tip = _ends(structure, structure.nodes[way.robot], way.group)
+        tool, _ = chosen_tcp(structure, state, structure.nodes[way.robot], 0 if way.group == WHOLE else tip)
+        above = {node.uid for node in structure.ancestors(tool.uid if tool else tip)}
+        for reference in way.references or (base,):
             # What carries both the arm and its goal may be moved with both.
             for uid in sorted(above ^ {node.uid for node in structure.ancestors(reference)}):
                 wanted[uid, Aspect.PARENT, ""] = wanted[uid, Aspect.PLACE, ""] = None
@@ -119,7 +129,7 @@ def check(preconditions: Preconditions, structure: Structure, state: State) -> N
             raise _stale(fact, fact.node.name, "it was removed")
         now = READERS[fact.aspect](structure, state, node, fact.key)
         if not _same(fact.aspect, now, fact.value):
-            what = f"{fact.aspect.value} {fact.key!r}" if fact.key else fact.aspect.value
+            what = f"{fact.aspect.value} {fact.key!r}" if fact.key and isinstance(fact.key, str) else fact.aspect.value
             raise _stale(fact, node.name, f"{what} has changed")
 
 
@@ -144,42 +154,52 @@ def _moves(structure: Structure, uid: int) -> bool:
     return isinstance(data, LinkData) and data.joint.type is not JointType.FIXED
 
 
-def _joint(structure: Structure, state: State, node: Node, key: str) -> object:
+def _joint(structure: Structure, state: State, node: Node, key: Key) -> object:
     return node.data.joint if isinstance(node.data, LinkData) else None
 
 
-def _position(structure: Structure, state: State, node: Node, key: str) -> object:
+def _position(structure: Structure, state: State, node: Node, key: Key) -> object:
     assert isinstance(node.data, LinkData)
     start = int(structure.forest.q_index[structure.rows[node.uid]])
     return state.q[start : start + node.data.joint.type.coordinate_count]
 
 
-def _flange(structure: Structure, state: State, node: Node, key: str) -> object:
-    return structure.robots[node.uid].flange
+def _ends(structure: Structure, node: Node, group: Group) -> tuple[int, int]:
+    """Return base and tip (uids) of a group's chain; of the whole robot itself and its flange."""
+    if group == WHOLE:
+        return node.uid, structure.robots[node.uid].flange
+    base, links = chain_links(structure, node, group)
+    return base, links[0] if links else base
 
 
-def _tool(structure: Structure, state: State, node: Node, key: str) -> object:
-    selection = state.selections.get(node.uid, Selection())
-    tool = structure.nodes.get(selection.tool)
-    if tool is None or not isinstance(tool.data, ToolData):
-        return 0, None
-    point = tool.data.tool_center_points.get(selection.tool_center_point)
-    return tool.uid, None if point is None else point.tolist()
+def _flange(structure: Structure, state: State, node: Node, key: Key) -> object:
+    assert isinstance(key, Group)
+    try:
+        return _ends(structure, node, key)
+    except KernelError:
+        return None  # the group is gone
 
 
-def _actuators(structure: Structure, state: State, node: Node, key: str) -> object:
+def _tool(structure: Structure, state: State, node: Node, key: Key) -> object:
+    ends = _flange(structure, state, node, key)
+    tip = ends[1] if isinstance(ends, tuple) and key != WHOLE else 0
+    tool, point = chosen_tcp(structure, state, node, tip)
+    return tool.uid if tool else 0, point.tolist()
+
+
+def _actuators(structure: Structure, state: State, node: Node, key: Key) -> object:
     return node.data.actuators if isinstance(node.data, RobotData) else ()
 
 
-def _posture(structure: Structure, state: State, node: Node, key: str) -> object:
-    return node.data.postures.get(key) if isinstance(node.data, RobotData) else None
+def _posture(structure: Structure, state: State, node: Node, key: Key) -> object:
+    return node.data.postures.get(str(key)) if isinstance(node.data, RobotData) else None
 
 
-def _state(structure: Structure, state: State, node: Node, key: str) -> object:
-    return node.data.states.get(key) if isinstance(node.data, ToolData) else None
+def _state(structure: Structure, state: State, node: Node, key: Key) -> object:
+    return node.data.states.get(str(key)) if isinstance(node.data, ToolData) else None
 
 
-READERS: dict[Aspect, Callable[[Structure, State, Node, str], object]] = {
+READERS: dict[Aspect, Callable[[Structure, State, Node, Key], object]] = {
     Aspect.PARENT: lambda structure, state, node, key: node.parent,
     Aspect.PLACE: lambda structure, state, node, key: state.parent_t_node[structure.rows[node.uid]].tolist(),
     Aspect.JOINT: _joint,

@@ -110,7 +110,6 @@ class RangeSensor:
     sensor_model_settings: Mapping[str, Any] | None = None
     seed: int = 0
     motion_distortion: bool = False
-    running: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +140,6 @@ class CameraSensor:
     depth_noise_meters: float = 0.0
     seed: int = 0
     stereo_baseline_meters: float = 0.0
-    running: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -153,7 +151,6 @@ class ContactSensor:
     region_size: Vector | None = None
     ignored: tuple[str, ...] = ()
     rate_hertz: float = 0.0
-    running: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,7 +206,6 @@ class MotionSensor:
     kind: Imu | Encoders | PoseSensor | ForceTorqueSensor = field(default_factory=Imu)
     rate_hertz: float = 0.0
     seed: int = 0
-    running: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

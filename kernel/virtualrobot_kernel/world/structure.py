@@ -127,12 +127,17 @@ class PartData:
 
 @dataclass(frozen=True, slots=True)
 class JointGroup:
-    """Joints of a robot with a common name; `base_link` and `tip_link` (as in LinkPair) are empty but for a chain."""
+    """Joints of a robot with a common name; between `base_link` and `tip_link` (as in LinkPair), where given, a chain.
+
+    Such a group needs no `joint_names`. `kinematics` is the component that solves it, and what its settings are.
+    """
 
     name: str
-    joint_names: tuple[str, ...]
+    joint_names: tuple[str, ...] = ()
     base_link: str = ""
     tip_link: str = ""
+    kinematics: str = AUTOMATIC_KINEMATICS
+    kinematics_settings: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,7 +216,7 @@ NodeData = (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NodeSpec:
-    """A node to create: what importers and clients give."""
+    """A node to create: what importers and clients give. `running`: a sensor that runs from the start."""
 
     name: str
     kind: Kind
@@ -220,6 +225,7 @@ class NodeSpec:
     hidden: bool = False
     figures: tuple[Figure, ...] = ()
     data: NodeData = None
+    running: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,21 +7,44 @@ from numpy.typing import NDArray
 
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.state import Selection, State
-from virtualrobot_kernel.world.structure import Node, Structure, ToolData
+from virtualrobot_kernel.world.structure import JointType, LinkData, Node, Structure, ToolData
 
 
-def chosen_tcp(structure: Structure, state: State, robot: Node) -> tuple[Node | None, Pose]:
-    """Return the chosen tool (None: none) and tool_t_tcp (4, 4)."""
+def chosen_tcp(structure: Structure, state: State, robot: Node, tip: int = 0) -> tuple[Node | None, Pose]:
+    """Return the chosen tool (None: none) and tool_t_tcp (4, 4).
+
+    For the chain of a group that ends at the link `tip` (a uid) only tools count that are fixed to it: the chosen one,
+    else the first with its first tool centre point.
+    """
     selection = state.selections.get(robot.uid, Selection())
     tool = structure.nodes.get(selection.tool)
+    if tip and not (tool and _is_fixed_to(structure, tool, tip)):
+        tool = next((one for one in structure.tools_of(robot.uid) if _is_fixed_to(structure, one, tip)), None)
+        if tool is not None and isinstance(tool.data, ToolData):
+            return tool, next(iter(tool.data.tool_center_points.values()), np.eye(4))
     if tool is None or not isinstance(tool.data, ToolData):
         return None, np.eye(4)
     return tool, tool.data.tool_center_points.get(selection.tool_center_point, np.eye(4))
 
 
-def world_t_tcp(structure: Structure, state: State, world_t_node: NDArray[np.float64], robot: Node) -> Pose:
-    """Return where the chosen tool centre point is (4, 4), without a tool the flange; `world_t_node` is (N, 4, 4)."""
-    tool, point = chosen_tcp(structure, state, robot)
+def world_t_tcp(
+    structure: Structure, state: State, world_t_node: NDArray[np.float64], robot: Node, tip: int = 0
+) -> Pose:
+    """Return where the chosen tool centre point is (4, 4), without a tool the flange, or the `tip` of a group's chain.
+
+    `world_t_node` is (N, 4, 4).
+    """
+    tool, point = chosen_tcp(structure, state, robot, tip)
     if tool is None:
-        return world_t_node[structure.rows[structure.robots[robot.uid].flange]]
+        return world_t_node[structure.rows[tip or structure.robots[robot.uid].flange]]
     return world_t_node[structure.rows[tool.uid]] @ point
+
+
+def _is_fixed_to(structure: Structure, tool: Node, tip: int) -> bool:
+    """Return whether no joint moves a tool against a link."""
+    for node in structure.ancestors(tool.uid):
+        if node.uid == tip:
+            return True
+        if isinstance(node.data, LinkData) and node.data.joint.type is not JointType.FIXED:
+            return False
+    return False

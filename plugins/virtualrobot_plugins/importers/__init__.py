@@ -15,6 +15,9 @@ from virtualrobot_plugins.importers.xacro import Xacro, XacroSettings
 
 api_version = "1.0"
 
+XACRO_SECONDS = 20.0
+"""How long a xacro file may take; the largest take a second, and an expression in a file (`${9**9**9}`) has no end."""
+
 HEAVY_SECONDS = 300.0
 """How long a STEP or DXF file of a whole plant may take."""
 
@@ -30,4 +33,4 @@ def virtualrobot_register_importers(register: RegisterImporter) -> None:
     register("threemf", ThreeMfImporter, (".3mf",))
     register("vrml", VrmlImporter, (".wrl", ".wrz"))
     # `.urdf` for the files of that name that are xacro inside; plain URDF the kernel reads itself.
-    register("xacro", Xacro, (".xacro", ".urdf"), XacroSettings)
+    register("xacro", Xacro, (".xacro", ".urdf"), XacroSettings, deadline_seconds=XACRO_SECONDS)

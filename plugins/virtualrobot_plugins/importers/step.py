@@ -6,11 +6,9 @@ import math
 import re
 import subprocess
 import sys
-import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
-from pathlib import Path
 from typing import Annotated, Any
 
 from msgspec import Meta
@@ -23,16 +21,20 @@ from virtualrobot_plugins.importers.refusal import listed, missing_library, refu
 MAX_SECONDS = 280
 """How long Open CASCADE may work on one file."""
 
-# The alarm ends the process where nobody is left to wait for it; crashes of broken files leave no core files.
+# The alarm ends the process where nobody is left to wait for it; crashes of broken files leave no core files. Bytes go
+# through pipes, so that nothing stays on the disk when it is killed; what Open CASCADE prints goes with the errors.
 _CONVERT = """
-import signal, sys
+import os, signal, sys
 linear, angular, seconds = map(float, sys.argv[1:])
 if hasattr(signal, "alarm"):
     import resource
     signal.alarm(int(seconds) + 10)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+output = os.fdopen(os.dup(1), "wb")
+os.dup2(2, 1)
 import cascadio
-sys.exit(cascadio.step_to_glb("in.step", "out.glb", linear, angular, use_parallel=False))
+output.write(cascadio.load(sys.stdin.buffer.read(), "step", linear, angular, use_parallel=False))
+output.close()
 """
 _COLORING = re.compile("\x1b\\[[0-9;]*m")
 
@@ -100,23 +102,20 @@ class StepImporter:
 
     def _converted(self, data: bytes, uri: str) -> bytes:
         """Return Open CASCADE's GLB; in a process of its own, which broken files can crash and which prints at will."""
-        with tempfile.TemporaryDirectory(prefix="virtualrobot-step-") as folder:
-            (Path(folder) / "in.step").write_bytes(data)
-            linear = self._settings.linear_tolerance_meters * 1000.0  # Open CASCADE's own unit is mm
-            angular = self._settings.angular_tolerance_radians
-            command = [sys.executable, "-c", _CONVERT, repr(linear), repr(angular), str(MAX_SECONDS)]
-            try:
-                done = subprocess.run(command, cwd=folder, capture_output=True, timeout=MAX_SECONDS, check=False)
-            except subprocess.TimeoutExpired as error:
-                raise refusal(uri, f"Open CASCADE has not read it in {MAX_SECONDS} seconds") from error
-            output = Path(folder) / "out.glb"
-            if done.returncode < 0:
-                raise refusal(uri, f"broken STEP file: Open CASCADE crashed on it (signal {-done.returncode})")
-            if done.returncode or not output.exists() or output.stat().st_size == 0:
-                lines = _COLORING.sub("", done.stderr.decode("utf-8", "replace")).split("\n")
-                said = next((line.strip(" *") for line in reversed(lines) if line.strip(" *")), "")
-                raise refusal(uri, "broken STEP file: Open CASCADE cannot read it" + (f" ({said})" if said else ""))
-            return output.read_bytes()
+        linear = self._settings.linear_tolerance_meters * 1000.0  # Open CASCADE's own unit is mm
+        angular = self._settings.angular_tolerance_radians
+        command = [sys.executable, "-c", _CONVERT, repr(linear), repr(angular), str(MAX_SECONDS)]
+        try:
+            done = subprocess.run(command, input=data, capture_output=True, timeout=MAX_SECONDS, check=False)
+        except subprocess.TimeoutExpired as error:
+            raise refusal(uri, f"Open CASCADE has not read it in {MAX_SECONDS} seconds") from error
+        if done.returncode < 0:
+            raise refusal(uri, f"broken STEP file: Open CASCADE crashed on it (signal {-done.returncode})")
+        if done.returncode or not done.stdout:
+            lines = _COLORING.sub("", done.stderr.decode("utf-8", "replace")).split("\n")
+            said = next((line.strip(" *") for line in reversed(lines) if line.strip(" *")), "")
+            raise refusal(uri, "broken STEP file: Open CASCADE cannot read it" + (f" ({said})" if said else ""))
+        return done.stdout
 
 
 def _keep_triangles(tree: dict[str, Any]) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import shutil
 from pathlib import Path
 
@@ -38,6 +39,23 @@ def test_a_kernel_that_cannot_see_the_files_loads_them(client: Client, tmp_path:
     assert len(meshes) == (folder / "panda.urdf").read_text().count("<mesh ")
     sent = {mesh.sha256 for mesh in meshes} | {file.sha256 for mesh in meshes for file in mesh.files}
     assert client.assets.find(sent) == sent
+
+
+def test_a_mesh_that_is_loaded_sends_no_other_files_of_the_clients_disk(client: Client, tmp_path: Path) -> None:
+    secrets = [tmp_path / "secret.mtl", tmp_path / "home" / "secret.mtl"]
+    folder = tmp_path / "home" / "downloads"
+    folder.mkdir(parents=True)
+    for number, secret in enumerate(secrets):
+        secret.write_text(f"newmtl secret {number} of the client")
+    (folder / "link.mtl").symlink_to(secrets[0])
+    names = ["link.mtl", "../secret.mtl", *map(str, secrets), "package://home/secret.mtl", "/etc/hostname"]
+    (folder / "x.obj").write_text(
+        "".join(f"mtllib {name}\n" for name in names) + "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+    )
+    sent = client.assets.upload_with_references(folder / "x.obj")
+    assert set(sent.files) == {str(folder / "x.obj")}
+    assert set(sent.missing) == set(names)
+    assert client.assets.find(hashlib.sha256(secret.read_bytes()).hexdigest() for secret in secrets) == set()
 
 
 def test_the_same_arm_by_path_and_by_uri(client: Client) -> None:

@@ -114,7 +114,7 @@ def test_a_plan_and_a_joint_by_its_name_can_be_shown(cell: Client, iiwa: Robot) 
 
 def test_what_cannot_be_shown_is_refused(cell: Client) -> None:
     def refused(error: type[Exception], words: str, *ghosts: view_pb2.Ghost) -> None:
-        request = view_pb2.UpdateViewRequest(view=view_pb2.View(ghosts=ghosts), mask=FieldMask(paths=["ghosts"]))
+        request = view_pb2.UpdateViewRequest(view=view_pb2.View(ghosts=ghosts), update_mask=FieldMask(paths=["ghosts"]))
         with pytest.raises(error, match=words):
             cell.services.view.UpdateView(request)
 

@@ -19,9 +19,7 @@ BEAMS = np.array([[1.0, 0.0, 0.0], [0.0, 2.0, 0.0]])
 
 
 def lidar() -> sensing_pb2.RangeSensor:
-    message = sensing_pb2.RangeSensor(
-        preset="VLP-16", rate_hertz=10, min_range_meters=0.0, ray_caster="embree", seed=7, running=True
-    )
+    message = sensing_pb2.RangeSensor(preset="VLP-16", rate_hertz=10, min_range_meters=0.0, ray_caster="embree", seed=7)
     message.pattern.spinning.columns = 360
     message.pattern.spinning.elevations_radians.extend([-0.1, 0.0, 0.1])
     message.sensor_model_settings.update({"deviation": 0.01, "names": ["a", None], "deep": {"b": True}})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import re
 import sys
@@ -38,9 +39,9 @@ def no_environment(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 
 
 def test_relative_absolute_and_file_uris(tmp_path: Path) -> None:
-    make(tmp_path, "model/arm.urdf", "model/meshes/link 0.stl", "shared/base.stl")
+    make(tmp_path, "model/arm.urdf", "model/meshes/link 0.stl")
     urdf, mesh = tmp_path / "model/arm.urdf", tmp_path / "model/meshes/link 0.stl"
-    resolver = Resolver(search=[tmp_path / "shared"])
+    resolver = Resolver()
     for uri in (
         "meshes/link 0.stl",
         "./meshes/../meshes/link 0.stl",
@@ -51,7 +52,6 @@ def test_relative_absolute_and_file_uris(tmp_path: Path) -> None:
         "file://meshes/link%200.stl",
     ):
         assert resolver.resolve(uri, urdf) == mesh, uri
-    assert resolver.resolve("base.stl", urdf) == tmp_path / "shared/base.stl"
 
 
 def test_relative_without_referrer_counts_from_the_working_folder(
@@ -123,7 +123,7 @@ def test_parents_by_name_by_package_xml_and_by_what_exists(tmp_path: Path) -> No
 
 
 def test_a_named_folder_goes_before_a_guess(tmp_path: Path) -> None:
-    make(tmp_path, "work/models/a.urdf", "work/models/x.stl", "work/arm/x.stl")
+    make(tmp_path, "work/models/a.urdf", "work/models/x.stl", "work/arm/x.stl", "work/arm/model.config")
     assert Resolver().resolve("package://arm/x.stl", tmp_path / "work/models/a.urdf") == tmp_path / "work/arm/x.stl"
 
 
@@ -131,6 +131,8 @@ def test_a_package_of_another_name_is_the_near_folder_with_the_most_of_its_name(
     make(
         tmp_path, "kuka/kr10/urdf/a.urdf", "kuka/kuka_kr6/m/x.stl", "kuka/kuka_kr16/m/x.stl", "far/kr6/support/m/x.stl"
     )
+    for name in ("kuka_kr6", "kuka_kr16", "odd"):
+        declare(tmp_path / "kuka" / name, f"another_{name[-1]}")
     found = Resolver().resolve("package://kuka_kr6_support/m/x.stl", tmp_path / "kuka/kr10/urdf/a.urdf")
     assert found == tmp_path / "kuka/kuka_kr6/m/x.stl"
     # A file that only one folder has needs no name.
@@ -140,7 +142,7 @@ def test_a_package_of_another_name_is_the_near_folder_with_the_most_of_its_name(
 
 
 def test_which_of_several_folders_is_meant_is_not_guessed(tmp_path: Path) -> None:
-    make(tmp_path, "robots/a/urdf/a.urdf", "robots/b/m/x.stl", "robots/c/m/x.stl")
+    make(tmp_path, "robots/a/urdf/a.urdf", "robots/b/m/x.stl", "robots/c/m/x.stl", "robots/package.xml")
     with pytest.raises(UnresolvedUriError) as refused:
         Resolver().resolve("package://zzz/m/x.stl", tmp_path / "robots/a/urdf/a.urdf")
     assert "several folders near it have such a file and none has the package's name" in str(refused.value)
@@ -180,7 +182,7 @@ def test_ros_distributions_of_the_machine_are_found_without_their_environment(
 
 
 def test_a_relative_name_may_count_from_a_folder_above(tmp_path: Path) -> None:
-    make(tmp_path, "data/car/a.urdf", "data/wheels/x.stl", "data/y.stl")
+    make(tmp_path, "data/car/a.urdf", "data/wheels/x.stl", "data/y.stl", "data/package.xml")
     urdf = tmp_path / "data/car/a.urdf"
     assert Resolver().resolve("wheels/x.stl", urdf) == tmp_path / "data/wheels/x.stl"
     assert Resolver().resolve("/wheels/x.stl", urdf) == tmp_path / "data/wheels/x.stl"
@@ -202,7 +204,7 @@ def test_an_error_lists_every_place_once(tmp_path: Path) -> None:
     tried = refused.value.tried
     assert tried[0] == tmp_path / "arm/x.stl"
     assert len(set(tried)) == len(tried)
-    assert {tmp_path / "arm/urdf/x.stl", tmp_path / "x.stl"} <= set(tried)
+    assert tmp_path / "arm/urdf/x.stl" in tried
     assert all(str(place) in str(refused.value) for place in tried)
     assert "VIRTUALROBOT_PACKAGE_PATH" in str(refused.value)
     assert isinstance(refused.value, FileNotFoundError)
@@ -249,6 +251,102 @@ def test_every_mesh_of_real_models_is_found(model: str) -> None:
         found = Resolver().resolve(uri, urdf)
         assert str(found).endswith(uri.partition("://")[2].partition("/")[2] if "://" in uri else uri)
         assert urdf.parent in found.parents
+
+
+def refused(uri: str, referrer: Path | None, resolver: Resolver | None = None) -> str:
+    """Return what is said where a file names something that it may not name; None is a file of another machine."""
+    resolver = resolver or Resolver()
+    with pytest.raises(UnresolvedUriError) as caught:
+        resolver.resolve_known(uri) if referrer is None else resolver.resolve(uri, referrer)
+    return str(caught.value)
+
+
+def test_own_files_lie_in_a_package_or_in_the_folder_of_the_model(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make(tmp_path, "ws/pkg/package.xml", "gz/m/model.config", "site/robots/__init__.py")
+    monkeypatch.syspath_prepend(str(tmp_path / "site"))
+    for file, own in {
+        "ws/pkg/a/b/meshes/x.obj": "ws/pkg",
+        "gz/m/meshes/x.dae": "gz/m",
+        "site/robots/arm/deep/down/below/x.urdf": "site/robots",
+        "arm/meshes/visual/x.obj": "arm",
+        "arm/urdf/x.urdf": "arm",
+        "downloads/x.obj": "downloads",
+    }.items():
+        assert packages.own_folder(tmp_path / file) == tmp_path / own, file
+    monkeypatch.setattr(Path, "home", lambda: Path("/people/me"))
+    for file in ("/people/me/x.obj", "/people/me/meshes/x.obj", "/home/you/meshes/x.obj", "/srv/urdf/x.urdf", "/x.obj"):
+        assert packages.own_folder(Path(file)) == Path(file).parent, file
+
+
+def test_what_a_file_names_lies_in_its_own_folder(tmp_path: Path) -> None:
+    make(tmp_path, "w/arm/urdf/a.urdf", "w/arm/meshes/x.obj", "w/secret.mtl", "w/arm/.key/s.mtl", "w/arm/t.png")
+    mesh, secret, hidden = tmp_path / "w/arm/meshes/x.obj", tmp_path / "w/secret.mtl", tmp_path / "w/arm/.key/s.mtl"
+    (tmp_path / "w/arm/meshes/link.mtl").symlink_to(secret)
+    (tmp_path / "w/arm/meshes/up").symlink_to(tmp_path / "w")
+    ways = ("../../secret.mtl", str(secret), secret.as_uri(), "link.mtl", "up/secret.mtl", "meshes/../../../secret.mtl",
+            "package://arm/../secret.mtl", "package://arm//" + str(secret), "package://w/secret.mtl",
+            "package://../secret.mtl", "package://arm/%2e%2e/secret.mtl", "package://other/secret.mtl",
+            "../.key/s.mtl", str(hidden))  # fmt: skip
+    told = [refused(uri, mesh) for uri in ways]
+    secret.unlink()
+    hidden.unlink()
+    assert told == [refused(uri, mesh) for uri in ways], "nor is told what is there"
+    assert Resolver().resolve("../t.png", mesh) == tmp_path / "w/arm/t.png"
+
+
+@pytest.mark.parametrize(
+    "uri",
+    ["package://etc/passwd", "package://x/etc/passwd", "package://pybullet_data/../../../x", "/etc/passwd",
+     "file:///etc/passwd", "~/.profile", "x.stl", "package://./setup.py"],
+)  # fmt: skip
+def test_a_file_of_another_machine_names_known_packages_alone(uri: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    for folder in ("/", str(Path(__file__).parents[3])):
+        monkeypatch.chdir(folder)
+        monkeypatch.syspath_prepend(folder)
+        assert "is not there" in refused(uri, None)
+    assert Resolver().resolve_known("package://pybullet_data/r2d2.urdf").is_file()
+
+
+def test_known_packages_may_be_named_by_any_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    make(tmp_path, "w/a.urdf", "src/arm/m/x.stl", "told/m/y.stl")
+    urdf, mesh = tmp_path / "w/a.urdf", tmp_path / "src/arm/m/x.stl"
+    refused(str(mesh), urdf)
+    assert Resolver({"p": tmp_path / "told"}).resolve(str(tmp_path / "told/m/y.stl"), urdf).is_file()
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "src"))
+    assert Resolver().resolve(str(mesh), urdf) == Resolver().resolve("package://arm/m/x.stl", urdf) == mesh
+
+
+def test_a_package_installed_by_links_to_its_sources_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    make(tmp_path, "src/arm/m/x.stl", "src/secret.stl", "w/a.urdf", "install/share/arm/n")
+    declare(tmp_path / "src/arm", "arm")
+    installed = tmp_path / "install/share/arm"
+    for name, target in {"package.xml": "arm/package.xml", "m": "arm/m", "s.stl": "secret.stl"}.items():
+        (installed / name).symlink_to(tmp_path / "src" / target)
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path / "install"))
+    assert Resolver().resolve("package://arm/m/x.stl", tmp_path / "w/a.urdf") == installed / "m/x.stl"
+    refused("package://arm/s.stl", tmp_path / "w/a.urdf")
+
+
+def test_what_states_its_content_may_lie_anywhere(tmp_path: Path) -> None:
+    make(tmp_path, "scenes/a.yaml")
+    mesh = tmp_path / "x.stl"
+    mesh.write_bytes(b"mesh")
+    scene, stated = tmp_path / "scenes/a.yaml", hashlib.sha256(b"mesh").hexdigest()
+    assert Resolver().resolve(str(mesh), scene, stated.upper()) == mesh
+    for wrong in ("", stated[:-1], hashlib.sha256(b"").hexdigest()):
+        with pytest.raises(UnresolvedUriError):
+            Resolver().resolve(str(mesh), scene, wrong)
+
+
+def test_the_textures_of_a_mesh_may_lie_beside_the_model_that_names_it(tmp_path: Path) -> None:
+    make(tmp_path, "arm/urdf/a.urdf", "arm/meshes/link0/x.dae", "arm/textures/t.png", "arm/t.png")
+    resolver = Resolver()
+    mesh = resolver.resolve("../meshes/link0/x.dae", tmp_path / "arm/urdf/a.urdf")
+    assert resolver.resolve("../../textures/t.png", mesh) == tmp_path / "arm/textures/t.png"
+    refused("../../../t.png", mesh, resolver)
+    refused("../../textures/t.png", mesh)
 
 
 def test_joined_names() -> None:

@@ -126,7 +126,7 @@ class Capturing(CaptureCalls):
 def test_a_reader_that_goes_leaves_no_listener(world: World, leaving: str) -> None:
     async def watch() -> bool:
         calls = Capturing(world, Publications(world, asyncio.get_running_loop()))
-        stream: Any = calls.Record(view_pb2.RecordRequest(frames_per_second=250.0), None)
+        stream: Any = calls.RecordFilm(view_pb2.RecordFilmRequest(frames_per_second=250.0), None)
         assert (await anext(stream)).frame == 0
         assert is_listened_to(world)
         if leaving == "while there is more":

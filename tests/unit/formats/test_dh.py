@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 from google.protobuf import json_format
 from virtualrobot.v1 import nodes_pb2, scene_pb2
-from virtualrobot_kernel.api.model_files import read_model
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats import model_table
 from virtualrobot_kernel.formats.dh import read_table
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.model_table import KnownModel
 from virtualrobot_kernel.messages.dh import denavit_hartenberg
+from virtualrobot_kernel.scenes.models import read_model
 from virtualrobot_kernel.world.figures import Box, Cylinder, Figure, Frame
 from virtualrobot_kernel.world.structure import (
     WORLD_NAME,

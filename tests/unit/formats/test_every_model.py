@@ -18,11 +18,11 @@ import rtbdata
 import xacro
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  compiled, and has no types
 from virtualrobot.v1 import scene_pb2
-from virtualrobot_kernel.api.model_files import read_model
 from virtualrobot_kernel.errors import MissingFileError
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.models import ImportedModel
+from virtualrobot_kernel.scenes.models import read_model
 from virtualrobot_kernel.world.figures import Mesh
 from virtualrobot_kernel.world.structure import JointType, Kind, LinkData
 from xacro import substitution_args

@@ -6,7 +6,7 @@ import pytest
 from virtualrobot.resolver import Resolver
 from virtualrobot_kernel.errors import KernelError, MissingFileError, Reason
 from virtualrobot_kernel.formats.assets import AssetStore
-from virtualrobot_kernel.formats.files import Files, home_of
+from virtualrobot_kernel.formats.files import Files
 
 from tests.unit.formats.models import disk, uploaded
 
@@ -39,13 +39,6 @@ def test_files_of_the_disk_are_kept_and_named_by_their_place(tmp_path: Path) -> 
     assert files.read("x.mtl", mesh.key).data == b"material"
 
 
-def test_packages_are_folders_that_the_request_tells(tmp_path: Path) -> None:
-    (tmp_path / "checkout").mkdir()
-    (tmp_path / "checkout/x.obj").write_bytes(b"mesh")
-    files = Files(AssetStore(), {"arm.urdf": "0" * 64}, Resolver({"arm_description": str(tmp_path / "checkout")}))
-    assert files.read("package://arm_description/x.obj", "arm.urdf").data == b"mesh"
-
-
 def test_a_relative_name_in_an_uploaded_file_is_not_looked_for_on_the_disk(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -67,9 +60,7 @@ def test_what_is_nowhere_is_named_with_each_place(tmp_path: Path) -> None:
     with pytest.raises(MissingFileError) as caught:
         disk().read("meshes/x.obj", str(tmp_path / "arm.urdf"))
     assert str(tmp_path / "meshes/x.obj") in str(caught.value) and str(tmp_path / "arm.urdf") in str(caught.value)
-    # A name with a folder in it may count from the two folders above as well.
-    places = [tmp_path, tmp_path.parent, tmp_path.parent.parent]
-    assert caught.value.metadata["tried"] == ", ".join(str(place / "meshes/x.obj") for place in places)
+    assert caught.value.metadata["tried"] == str(tmp_path / "meshes/x.obj")
 
 
 @pytest.mark.parametrize("uri", ["", "/", "/dev/zero", "a\0b", "x" * 5000, "http://example.com/x.obj"])
@@ -91,43 +82,27 @@ def test_an_upload_that_was_only_promised_is_refused() -> None:
     assert caught.value.reason is Reason.UNKNOWN_ASSET
 
 
-def tree(root: Path, *names: str) -> None:
-    """Write files that hold their own name."""
-    for name in names:
-        (root / name).parent.mkdir(parents=True, exist_ok=True)
-        (root / name).write_text(name)
-
-
-def test_a_files_own_files_lie_in_its_package(tmp_path: Path) -> None:
-    tree(tmp_path, "ws/pkg/package.xml", "ws/pkg/a/b/meshes/x.obj", "gz/m/model.config", "gz/m/meshes/x.dae")
-    assert home_of(tmp_path / "ws/pkg/a/b/meshes/x.obj") == tmp_path / "ws/pkg"
-    assert home_of(tmp_path / "gz/m/meshes/x.dae") == tmp_path / "gz/m"
-    assert home_of(Path("/srv/robots/arm/meshes/visual/x.obj")) == Path("/srv/robots/arm")
-    assert home_of(Path("/home/me/x.obj")) == Path("/home")  # never the root of the disk
-    assert home_of(Path("/x.obj")) == Path("/")
-
-
-def test_only_files_of_the_package_are_read_where_that_is_asked(tmp_path: Path) -> None:
-    tree(tmp_path, "w/pkg/package.xml", "w/pkg/m/x.obj", "w/pkg/looks/t.mtl", "w/secret.mtl", "w/other/t.mtl")
-    tree(tmp_path, "w/other/package.xml")
+def test_what_a_file_of_the_disk_names_lies_in_its_package(tmp_path: Path) -> None:
+    for name in ("pkg/package.xml", "pkg/m/x.obj", "pkg/looks/t.mtl", "secret.mtl", "o/t.mtl", "o/package.xml"):
+        (tmp_path / "w" / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "w" / name).write_text(name)
     files = disk()
-    main = files.read(str(tmp_path / "w/pkg/m/x.obj"))
-    homes = files.homes(main)
-    assert files.read("../looks/t.mtl", main.key, homes).data == b"w/pkg/looks/t.mtl"
-    for name in ("../../secret.mtl", str(tmp_path / "w/secret.mtl"), (tmp_path / "w/secret.mtl").as_uri()):
-        assert files.read(name, main.key).data == b"w/secret.mtl"
-        with pytest.raises(MissingFileError, match="which is not taken, since it is outside of the model's folder"):
-            files.read(name, main.key, homes)
-    # Who names a package means it.
-    assert files.read("package://other/t.mtl", main.key, homes).data == b"w/other/t.mtl"
+    main, secret = files.read(str(tmp_path / "w/pkg/m/x.obj")), tmp_path / "w/secret.mtl"
+    assert files.read("../looks/t.mtl", main.key).data == b"pkg/looks/t.mtl"
+    assert files.read("package://o/t.mtl", main.key).data == b"o/t.mtl"
+    stated = files.read(str(secret)).sha256
+    for name in ("../../secret.mtl", str(secret), secret.as_uri(), "package://o/../secret.mtl"):
+        with pytest.raises(MissingFileError):
+            files.read(name, main.key)
+        assert files.read(name, main.key, stated).data == b"secret.mtl"
 
 
 def test_an_uploaded_file_has_no_own_files_on_the_kernels_disk(tmp_path: Path) -> None:
-    tree(tmp_path, "x.obj", "x.mtl")
+    for name in ("x.obj", "x.mtl"):
+        (tmp_path / name).write_text(name)
     key = str(tmp_path / "x.obj")
     store = AssetStore()
     files = Files(store, {key: store.put(b"mtllib x.mtl")}, Resolver())
-    homes = files.homes(files.read(key))
-    assert homes == ()
     with pytest.raises(MissingFileError):
-        files.read(str(tmp_path / "x.mtl"), key, homes)
+        files.read(str(tmp_path / "x.mtl"), key)
+    assert files.read("package://pybullet_data/r2d2.urdf", key).key.endswith("pybullet_data/r2d2.urdf")

@@ -240,6 +240,7 @@ BAD = {
     "cut.glb": (FILES["t.glb"][:200], "broken"),
     "text.gltf": (b"hello", "broken|not glTF"),
     "list.gltf": (b"[]", "broken|not glTF"),
+    "sparse.gltf": (b'{"accessors": [{"count": 3}]}', r"accessors\[0\] has no bufferView"),
     "buffer.gltf": (json.dumps(gltf_tree({"uri": "gone.bin"})).encode(), "broken"),
     "model.step": (b"ISO-10303-21;", "no mesh format has the ending '.step'; known: .stl, .obj, .dae, .gltf, .glb"),
 }
@@ -266,6 +267,41 @@ def test_random_damage_is_refused_or_read_but_never_crashes(name: str, rng: np.r
             continue
         vertices, faces = whole(parts)
         assert np.isfinite(vertices).all() and 0 <= faces.min() <= faces.max() < len(vertices)
+
+
+GREY = """<library_effects><effect id="e"><profile_COMMON><technique sid="c"><lambert><diffuse><color>1 0 0 1</color>
+</diffuse></lambert></technique></profile_COMMON></effect><effect id="broken"><profile_COMMON><newparam sid="sampler">
+<sampler2D><source>nowhere</source></sampler2D></newparam><technique sid="c"><lambert><diffuse><texture
+texture="sampler" texcoord="u"/></diffuse></lambert></technique></profile_COMMON></effect></library_effects>
+<library_materials><material id="m"><instance_effect url="#e"/></material><material id="torn"><instance_effect
+url="#broken"/></material></library_materials><library_geometries>"""
+BIND = """<instance_geometry url="#g"><bind_material><technique_common>
+<instance_material symbol="s" target="#{}"/><instance_material symbol="t" target="#{}"/>
+</technique_common></bind_material></instance_geometry>"""
+
+
+@pytest.mark.parametrize("second", ["torn", "nowhere"])
+def test_a_broken_material_of_a_collada_file_costs_the_look_only(second: str) -> None:
+    """Faces are split between a good material and a broken one, as in files that lost a texture; all are there."""
+    index = " ".join(map(str, TETRAHEDRON_FACES.ravel()))
+    halves = [TETRAHEDRON_FACES[:2], TETRAHEDRON_FACES[2:]]
+    text = dae().decode().replace("<library_geometries>", GREY)
+    text = text.replace('<instance_geometry url="#g"/>', BIND.format("m", second))
+    start, end = text.index('<triangles count="4">'), text.index("</triangles>") + len("</triangles>")
+    triangles = text[start:end]
+    split = (
+        triangles.replace('count="4"', f'count="2" material="{name}"').replace(index, " ".join(map(str, half.ravel())))
+        for name, half in zip("st", halves, strict=True)
+    )
+    data = (text[:start] + "".join(split) + text[end:]).encode()
+    red, grey = parse_mesh(data, "t.dae")
+    assert (red.color, grey.color) == ((1.0, 0.0, 0.0, 1.0), None)
+    assert volume(*whole((red, grey))) == pytest.approx(VOLUME, rel=1e-6)
+
+
+def test_a_text_of_a_collada_file_may_have_any_length() -> None:
+    """Libxml2 refuses texts over 10 MB where nobody says otherwise."""
+    assert len(parse_mesh(dae().replace(b"<p>", b"<p>" + b" " * 10_000_001), "t.dae")[0].faces) == 4
 
 
 @pytest.mark.parametrize("scale", [(0.0, 1.0, 1.0), (1.0, np.nan, 1.0), (1.0, 1.0, np.inf)])

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 from virtualrobot.resolver import Resolver
 from virtualrobot.v1 import scene_pb2
-from virtualrobot_kernel.api.model_files import read_model
 from virtualrobot_kernel.errors import KernelError, MalformedFileError, MissingFileError, UnknownNameError
 from virtualrobot_kernel.formats import model_table
 from virtualrobot_kernel.formats.assets import AssetStore
@@ -16,6 +15,7 @@ from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.model_table import KnownModel, find, list_models, named_by
 from virtualrobot_kernel.formats.models import import_model
+from virtualrobot_kernel.scenes.models import read_model
 from virtualrobot_kernel.world.structure import JointType, Kind, LinkData
 
 from tests.unit.formats.models import XacroAndSdf, disk, imported, uploaded
@@ -111,12 +111,7 @@ def test_what_only_meshes_take_is_refused_for_robots() -> None:
         import_model("model://ar_manipulator", disk(), LIBRARY, as_part=True)
 
 
-def test_a_folder_that_is_told_for_the_name_and_an_uploaded_file_win(tmp_path: Path) -> None:
-    told = Files(STORE, {}, Resolver({"iiwa": tmp_path}))
-    with pytest.raises(Exception, match="no model format has the ending ''"):
-        import_model("model://iiwa", told, LIBRARY)
-    (tmp_path / "a.urdf").write_text('<robot name="mine"><link name="a"/></robot>')
-    assert imported("model://iiwa/a.urdf", told, LIBRARY).nodes[0].name == "mine"
+def test_an_uploaded_file_of_the_name_wins() -> None:
     files = uploaded({"model://iiwa": b""})
     with pytest.raises(Exception, match="no model format has the ending ''"):
         import_model("model://iiwa", files, MeshLibrary(files.store))

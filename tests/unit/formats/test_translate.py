@@ -247,24 +247,24 @@ def test_a_xacro_robot_with_a_foreign_mesh_travels_whole() -> None:
 
 def test_references_come_in_rounds_until_nothing_is_new() -> None:
     data, odd = XACRO.encode(), Odd()
-    assert list_references(data, "u/r.xacro", odd) == ["package://p/m.xacro"]
+    assert list(list_references(data, "u/r.xacro", odd)) == ["package://p/m.xacro"]
     known = {"package://p/m.xacro": MACRO.encode()}
-    assert list_references(data, "u/r.xacro", odd, known) == ["package://p/m.xacro", "a.odd"]
+    assert list(list_references(data, "u/r.xacro", odd, known)) == ["package://p/m.xacro", "a.odd"]
     chosen = {"arguments": {"mesh": "b.odd"}}
-    assert list_references(data, "u/r.xacro", odd, known, chosen)[1:] == ["b.odd"]
+    assert list(list_references(data, "u/r.xacro", odd, known, chosen))[1:] == ["b.odd"]
     with pytest.raises(MalformedFileError):
         list_references(data, "u/r.xacro", odd, {"package://p/m.xacro": b"<"})
 
 
 def test_references_of_an_importer_that_does_without_come_at_once() -> None:
     odd = Odd(needs("a", "b", "c"))
-    assert list_references(b"", "d/m.odd", odd) == ["a", "b", "c"]
-    assert list_references(b"", "d/m.odd") == []
+    assert list(list_references(b"", "d/m.odd", odd)) == ["a", "b", "c"]
+    assert list(list_references(b"", "d/m.odd")) == []
 
 
 def test_urdf_with_substitutions_alone_names_its_meshes() -> None:
     data = URDF.format("$(find p)/a.stl").encode()
-    assert list_references(data, "r.urdf", Odd()) == ["package://p/a.stl"]
+    assert list(list_references(data, "r.urdf", Odd())) == ["package://p/a.stl"]
 
 
 def test_a_foreign_mesh_without_its_bytes_is_refused() -> None:

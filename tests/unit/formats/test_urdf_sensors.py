@@ -32,7 +32,7 @@ def test_those_of_the_racecar() -> None:
     assert isinstance(fan, Fan) and fan.count == 1081
     np.testing.assert_allclose([fan.start_angle_radians, fan.end_angle_radians], np.radians([-135, 135]), atol=1e-9)
     assert (scanner.data.rate_hertz, scanner.data.min_range_meters, scanner.data.max_range_meters) == (40.0, 0.1, 10.0)
-    assert scanner.data.sensor_model == "laser" and not scanner.data.running
+    assert scanner.data.sensor_model == "laser" and not scanner.running
     assert (scanner.data.sensor_model_settings or {})["deviation_meters"] == 0.01
     np.testing.assert_allclose(scanner.parent_t_node[:3, 3], [0, 0, 0.0124])
     zed = nodes["racecar.zed_camera_left_sensor"]

@@ -31,7 +31,7 @@ PANDA_LEFT = {
 }
 PANDA_RIGHT = {**PANDA_LEFT, "panda_joint1": -0.9}
 
-OPTIONS = PathOptions("", 0, 20.0, 1.0, 50.0)
+OPTIONS = PathOptions("RRTConnect", 0, 20.0, 1.0, 50.0)
 
 
 class HereSite:

@@ -14,7 +14,7 @@ from virtualrobot_kernel.motion.program import Program
 from virtualrobot_kernel.paths.find import find_path
 from virtualrobot_kernel.paths.program import planned_program
 from virtualrobot_kernel.paths.query import PathQuery
-from virtualrobot_kernel.paths.search import FIRST, PLANNERS, check_planner
+from virtualrobot_kernel.paths.search import FIRST, PLANNERS
 from virtualrobot_kernel.planning.robots import standing_at
 from virtualrobot_kernel.planning.sampling import joint_states
 from virtualrobot_kernel.world.commands import CreateNodes, SetAllowedPairs, SetCollisionSettings
@@ -192,8 +192,6 @@ def test_a_goal_behind_a_wall_without_end_is_refused_in_time() -> None:
 
 def test_names_and_limits() -> None:
     snapshot = walled()
-    with pytest.raises(UnknownNameError, match="RRTConnect"):
-        check_planner("RRTConnnect")
     with pytest.raises(LimitError, match="lbr_iiwa_joint_2"):
         query(snapshot, "iiwa", {"lbr_iiwa_joint_2": 3.0})
     with pytest.raises(UnknownNameError, match="joint"):

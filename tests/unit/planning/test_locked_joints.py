@@ -14,7 +14,7 @@ from virtualrobot_kernel.planning.moves import Linear, PointToPoint
 from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.planning.redundancy import Redundancy
 from virtualrobot_kernel.planning.robots import arm_of, locked_arm, tcp_frame, tip_of
-from virtualrobot_kernel.planning.solvers import LOCKED_ARMS, Solvers
+from virtualrobot_kernel.planning.solvers import PASSING_ARMS, Solvers
 from virtualrobot_kernel.planning.together import joints_of
 from virtualrobot_kernel.world.commands import StartMotion
 from virtualrobot_sdk.kinematics import PRISMATIC, REVOLUTE, SerialChain
@@ -98,7 +98,7 @@ def test_the_panda_with_joint_7_locked_has_all_its_solutions_in_closed_form(
         assert solvers.of(snapshot, reduced).running.mean_seconds > 0.0
         np.testing.assert_allclose(tip_of(snapshot, reduced)(q[:6]), tip_of(snapshot, arm)(q), atol=1e-12)
         world_t_tcp = snapshot.world_t(arm.base) @ tip_of(snapshot, arm)(q)
-        world_t_tcp = world_t_tcp @ np.linalg.inv(snapshot.world_t(arm.flange)) @ tcp_frame(snapshot, panda)
+        world_t_tcp = world_t_tcp @ np.linalg.inv(snapshot.world_t(arm.tip)) @ tcp_frame(snapshot, panda)
         seed = dict(zip(chain.joint_names, q.tolist(), strict=True))
         told, result = solve_inverse(snapshot, panda, world_t_tcp, seed, solvers.of, redundancy=wish)
         assert told.joint_names == chain.joint_names
@@ -140,7 +140,7 @@ def test_components_of_locked_arms_are_kept_and_the_oldest_are_dropped(solvers: 
     arm = arm_of(snapshot, panda)
     first = solvers.of(snapshot, locked_arm(arm, {"panda_joint7": 0.0}))
     assert solvers.of(snapshot, locked_arm(arm, {"panda_joint7": 0.0})) is first
-    for i in range(LOCKED_ARMS):
+    for i in range(PASSING_ARMS):
         solvers.of(snapshot, locked_arm(arm, {"panda_joint7": 1e-3 * (i + 1)}))
     assert solvers.of(snapshot, locked_arm(arm, {"panda_joint7": 0.0})) is not first
 

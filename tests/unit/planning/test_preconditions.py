@@ -10,7 +10,7 @@ import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning.moves import CartesianJog, Linear, Move, PointToPoint, ToolStateMove
 from virtualrobot_kernel.planning.planned_move import PoseGoal
-from virtualrobot_kernel.world.change import Change, inverse
+from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import (
     AttachNode,
     Command,
@@ -25,6 +25,7 @@ from virtualrobot_kernel.world.commands import (
 )
 from virtualrobot_kernel.world.state import Signal
 from virtualrobot_kernel.world.structure import Actuator, Kind, LinkData, NodeSpec, RobotData, ToolData
+from virtualrobot_sdk.poses import inverse
 
 from tests.unit.planning.cell import cell, chain, pictured, tcp
 from tests.unit.planning.starts import start_of

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 from virtualrobot_kernel.planning.robots import arm_of, tip_of, world_poses
-from virtualrobot_kernel.world.change import inverse
 from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_sdk.poses import inverse
 
 from tests.unit.world.builders import after, arm, empty
 
@@ -19,7 +19,7 @@ def test_the_tip_by_the_arm_s_rows_is_where_the_world_has_it(rng: np.random.Gene
     right = arm_of(snapshot, structure.node("right"))
     chain = right.serial()
     tip = tip_of(snapshot, right)
-    base, flange = structure.rows[right.base], structure.rows[right.flange]
+    base, flange = structure.rows[right.base], structure.rows[right.tip]
     for _ in range(20):
         q = rng.uniform(np.maximum(chain.lower, -3.0), np.minimum(chain.upper, 3.0))
         everything = rng.normal(size=state.q.shape)

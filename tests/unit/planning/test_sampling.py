@@ -14,7 +14,7 @@ from virtualrobot_kernel.planning.moves import Circular, JointTrajectory, Linear
 from virtualrobot_kernel.planning.plan_motion import plan_motion
 from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.planning.program import DwellStep, MotionSpec, MoveStep, Zone
-from virtualrobot_kernel.planning.robots import arm_of, flange_t_tcp, world_poses
+from virtualrobot_kernel.planning.robots import arm_of, tip_t_tcp, world_poses
 from virtualrobot_kernel.planning.sampling import MOST_NUMBERS, Samples, check_size, joint_states, sample_times, sampled
 from virtualrobot_kernel.world.change import Change, joint_places
 from virtualrobot_kernel.world.commands import AttachNode, SetJointPositions, StartMotion
@@ -85,12 +85,16 @@ def test_the_world_does_at_each_tick_what_was_sampled(kind: str, rng: np.random.
                 np.testing.assert_allclose(accelerations, robot.accelerations[row], atol=1e-9)
             if robot.robot.name == "arm":
                 here = world[structure.rows[structure.node("hand").uid]] @ shifted(z=0.1)
-                np.testing.assert_allclose(robot.world_t_tcp[row], here, atol=1e-12)
+                np.testing.assert_allclose(robot.tools[0].world_t_tcp[row], here, atol=1e-12)
         assert moving == (row < len(told.times) - 1)
         state = advance(structure, state, TICK, world_poses)
     for robot in told.robots:
         np.testing.assert_array_equal(robot.positions[-1], plan_of(command).goal[list(robot.columns)])
-        assert not robot.velocities[-1].any() and not robot.accelerations[-1].any() and robot.tcp_speeds[-1] == 0.0
+        assert (
+            not robot.velocities[-1].any()
+            and not robot.accelerations[-1].any()
+            and robot.tools[0].tcp_speeds[-1] == 0.0
+        )
 
 
 def test_the_world_runs_a_program_as_it_was_sampled(rng: np.random.Generator) -> None:
@@ -139,7 +143,7 @@ def test_a_line_s_speed_is_its_law_s(rng: np.random.Generator) -> None:
     change = cell()
     command = start_of(pictured(change), random_moves(change, rng, "linear"), chain)
     told = samples_of(change, command)
-    (arm,) = told.robots
+    (arm,) = told.robots[0].tools
     length = np.linalg.norm(arm.world_t_tcp[-1, :3, 3] - arm.world_t_tcp[0, :3, 3])
     law = plan_of(command).tracks[0].time_law.states(told.times, 1)[1, :, 0]
     np.testing.assert_allclose(arm.tcp_speeds, length * law, atol=1e-6)
@@ -160,7 +164,7 @@ def test_the_speed_counts_what_carries_the_arm(rng: np.random.Generator) -> None
         q[places] = joint_states(command.program, np.array([time]))[0][0]
         return (world_poses(structure, replace(change.state, q=q))[hand] @ shifted(z=0.1))[:3, 3]
 
-    for time, speed in zip(told.times[1:-1], arm.tcp_speeds[1:-1], strict=True):
+    for time, speed in zip(told.times[1:-1], arm.tools[0].tcp_speeds[1:-1], strict=True):
         rate = (position(time + step) - position(time - step)) / (2 * step)
         assert speed == pytest.approx(np.linalg.norm(rate), abs=1e-6)
 
@@ -170,9 +174,10 @@ def test_singular_values_are_those_that_lines_are_judged_by(rng: np.random.Gener
     change = cell()
     snapshot = pictured(change)
     (arm,) = samples_of(change, start_of(snapshot, random_moves(change, rng, "ptp"), chain), 0.05).robots
-    kinematics = TcpKinematics(chain(snapshot, arm_of(snapshot, arm.robot)), flange_t_tcp(snapshot, arm.robot))
+    moved = arm_of(snapshot, arm.robot)
+    kinematics = TcpKinematics(chain(snapshot, moved), tip_t_tcp(snapshot, moved))
     lever = np.linalg.norm(kinematics.jacobian(arm.positions[0])[:3], axis=0).max()
-    for q, value in zip(arm.positions, arm.singular_values, strict=True):
+    for q, value in zip(arm.positions, arm.tools[0].singular_values, strict=True):
         jacobian = kinematics.jacobian(q)
         jacobian[:3] /= lever
         assert value == pytest.approx(np.linalg.svd(jacobian, compute_uv=False)[-1], abs=1e-9)

@@ -8,18 +8,19 @@ from functools import cache
 import numpy as np
 from scipy.spatial.transform import Rotation
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.motion.rotation import rotation_matrix
 from virtualrobot_kernel.motion.tracking_motion import TrackingMotion
 from virtualrobot_kernel.planning.moves import Linear, PointToPoint
 from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.planning.program import TrackingSpec
 from virtualrobot_kernel.planning.robots import arm_of, tcp_frame, world_poses
+from virtualrobot_kernel.planning.together import moved_arms
 from virtualrobot_kernel.planning.tracking import tracked
-from virtualrobot_kernel.world.change import Change, inverse
+from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import Command, CreateNodes, SetJointPositions, StartMotion
 from virtualrobot_kernel.world.state import Motion
 from virtualrobot_kernel.world.structure import Joint, JointLimits, JointType, Kind, NodeSpec, RobotData
 from virtualrobot_kernel.world.tick import advance
+from virtualrobot_sdk.poses import inverse, rotation_matrix
 
 from tests.unit.formats.models import ROBOTS, load
 from tests.unit.numeric.urdf_arrays import MODELS
@@ -159,8 +160,9 @@ def random_cell(rng: np.random.Generator, arm: str, kind: str, window: float, ve
         goal[:3, :3] = rotation_matrix(rng.normal(size=3) * 0.1) @ goal[:3, :3]
         wish = TrackingSpec("conveyor.tray", window, velocity)
         try:
-            planned = start_of(snapshot, [Linear("arm", PoseGoal(goal, "conveyor.tray"))], chain)
-            command = tracked(snapshot, planned, wish)
+            moves = [Linear("arm", PoseGoal(goal, "conveyor.tray"))]
+            planned = start_of(snapshot, moves, chain)
+            command = tracked(snapshot, planned, wish, moved_arms(snapshot, moves))
         except KernelError:
             continue
         if command.tracking and command.tracking.law.max_acceleration == BELT.acceleration:

@@ -54,9 +54,10 @@ class Bench:
         """Apply commands."""
         return self.world.submit(commands).result(GUARD).snapshot  # pyright: ignore[reportArgumentType]
 
-    def add(self, name: str, parent: str = "world", **fields: object) -> None:
+    def add(self, name: str, parent: str = "world", *, running: bool = False, **fields: object) -> None:
         """Add a sensor."""
-        self.do(CreateNodes((NodeSpec(name, Kind.RANGE_SENSOR, parent, data=RangeSensor(**fields)),)))  # pyright: ignore[reportArgumentType]
+        data = RangeSensor(**fields)  # pyright: ignore[reportArgumentType]
+        self.do(CreateNodes((NodeSpec(name, Kind.RANGE_SENSOR, parent, data=data, running=running),)))
 
     def step(self, ticks: int) -> Snapshot:
         """Let time go on."""

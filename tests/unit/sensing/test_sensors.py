@@ -84,6 +84,20 @@ def test_stop_start_and_removal(bench: Bench) -> None:
     assert len(bench.told) == 5
 
 
+def test_start_and_stop_are_state_and_no_structure(bench: Bench) -> None:
+    """As docs/conventions.md says; what is stopped and started in one batch is started anew."""
+    bench.add("a", rate_hertz=250.0)
+    revision = bench.world.snapshot.structure.revision
+    started = bench.do(RunSensors((), True))
+    stopped = bench.do(RunSensors(("a",), False))
+    assert [list(one.state.running_sensors.values()) for one in (started, stopped)] == [[1], []]
+    again = bench.do(RunSensors(("a",), True), RunSensors(("a",), False), RunSensors(("a",), True))
+    assert list(again.state.running_sensors.values()) == [3]
+    assert again.structure.revision == revision
+    bench.step(1)
+    assert bench.state("a") == (RUNNING, "")
+
+
 def test_a_changed_sensor_goes_on_to_count_by_a_new_reader(bench: Bench) -> None:
     bench.add("a", rate_hertz=50.0, running=True)
     bench.step(7)

@@ -25,7 +25,7 @@ from virtualrobot_kernel.world.commands import (
     SetSpeedFactor,
     StartMotion,
 )
-from virtualrobot_kernel.world.journal import MemoryJournal, replay
+from virtualrobot_kernel.world.journal import MemoryJournal, replay, weight
 from virtualrobot_kernel.world.state import Signal, Snapshot
 from virtualrobot_kernel.world.store import MAX_STEPS, World
 
@@ -220,6 +220,28 @@ def test_realtime_ticks_by_itself_and_goes_on_after_a_change_of_speed() -> None:
         assert world.snapshot.state.ended[0].end_tick <= world.snapshot.state.tick
     finally:
         world.close()
+
+
+@pytest.mark.parametrize("most", [{"most_entries": 32}, {"most_bytes": 40_000}], ids=["entries", "bytes"])
+def test_a_journal_keeps_the_newest_and_the_world_that_they_begin_from(most: dict[str, int]) -> None:
+    journal = MemoryJournal(**most)
+    world = World(world_poses, journal, Clock(Mode.STEPPED, 1.0, TICK))
+    world.start()
+    world.submit([arm(), CreateSignal(Signal("s", False)), turn(1.5)]).result(GUARD)
+    for number in range(200):
+        world.step(3).result(GUARD)
+        world.submit([SetSpeedFactor("", (number % 9 + 1) / 10)], str(number)).result(GUARD)
+        if number % 20 == 0:
+            world.submit([arm(f"arm{number}")], str(number)).result(GUARD)
+    world.close()
+    record, last = journal.record(), world.snapshot
+    assert record.state.tick > 0 and record.entries[-1].author == "199"
+    assert len(record.entries) <= most.get("most_entries", 211)
+    assert sum(weight(entry) for entry in record.entries) <= most.get("most_bytes", 1e6)
+    again = replay(record.structure, record.state, record.entries, last.state.tick, 0.004, world_poses)
+    assert again.state.q.tobytes() == last.state.q.tobytes()
+    assert again.state.v.tobytes() == last.state.v.tobytes()
+    assert list(again.structure.nodes) == list(last.structure.nodes)
 
 
 def test_a_run_is_replayed_from_its_journal_bit_for_bit(world: World, rng: np.random.Generator) -> None:

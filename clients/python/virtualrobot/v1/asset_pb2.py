@@ -26,29 +26,29 @@ from google.protobuf import struct_pb2 as google_dot_protobuf_dot_struct__pb2
 from virtualrobot.v1 import nodes_pb2 as virtualrobot_dot_v1_dot_nodes__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1bvirtualrobot/v1/asset.proto\x12\x0fvirtualrobot.v1\x1a\x1cgoogle/protobuf/struct.proto\x1a\x1bvirtualrobot/v1/nodes.proto\".\n\rUploadRequest\x12\x0e\n\x06sha256\x18\x01 \x01(\t\x12\r\n\x05\x63hunk\x18\x02 \x01(\x0c\"4\n\x0eUploadResponse\x12\x0e\n\x06sha256\x18\x01 \x01(\t\x12\x12\n\nsize_bytes\x18\x02 \x01(\x04\"!\n\x0f\x44ownloadRequest\x12\x0e\n\x06sha256\x18\x01 \x01(\t\"!\n\x10\x44ownloadResponse\x12\r\n\x05\x63hunk\x18\x01 \x01(\x0c\"\x1e\n\x0b\x46indRequest\x12\x0f\n\x07sha256s\x18\x01 \x03(\t\"\x1f\n\x0c\x46indResponse\x12\x0f\n\x07sha256s\x18\x01 \x03(\t\"\x8a\x01\n\x15ListReferencesRequest\x12\x0e\n\x06sha256\x18\x01 \x01(\t\x12\x0b\n\x03uri\x18\x02 \x01(\t\x12)\n\x05\x66iles\x18\x03 \x03(\x0b\x32\x1a.virtualrobot.v1.AssetFile\x12)\n\x08settings\x18\x04 \x01(\x0b\x32\x17.google.protobuf.Struct\"&\n\x16ListReferencesResponse\x12\x0c\n\x04uris\x18\x01 \x03(\t2\xd6\x02\n\x0c\x41ssetService\x12K\n\x06Upload\x12\x1e.virtualrobot.v1.UploadRequest\x1a\x1f.virtualrobot.v1.UploadResponse(\x01\x12Q\n\x08\x44ownload\x12 .virtualrobot.v1.DownloadRequest\x1a!.virtualrobot.v1.DownloadResponse0\x01\x12\x43\n\x04\x46ind\x12\x1c.virtualrobot.v1.FindRequest\x1a\x1d.virtualrobot.v1.FindResponse\x12\x61\n\x0eListReferences\x12&.virtualrobot.v1.ListReferencesRequest\x1a\'.virtualrobot.v1.ListReferencesResponseb\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1bvirtualrobot/v1/asset.proto\x12\x0fvirtualrobot.v1\x1a\x1cgoogle/protobuf/struct.proto\x1a\x1bvirtualrobot/v1/nodes.proto\"3\n\x12UploadAssetRequest\x12\x0e\n\x06sha256\x18\x01 \x01(\t\x12\r\n\x05\x63hunk\x18\x02 \x01(\x0c\"9\n\x13UploadAssetResponse\x12\x0e\n\x06sha256\x18\x01 \x01(\t\x12\x12\n\nsize_bytes\x18\x02 \x01(\x04\"&\n\x14\x44ownloadAssetRequest\x12\x0e\n\x06sha256\x18\x01 \x01(\t\"&\n\x15\x44ownloadAssetResponse\x12\r\n\x05\x63hunk\x18\x01 \x01(\x0c\"$\n\x11\x46indAssetsRequest\x12\x0f\n\x07sha256s\x18\x01 \x03(\t\"%\n\x12\x46indAssetsResponse\x12\x0f\n\x07sha256s\x18\x01 \x03(\t\"\x8a\x01\n\x15ListReferencesRequest\x12\x0e\n\x06sha256\x18\x01 \x01(\t\x12\x0b\n\x03uri\x18\x02 \x01(\t\x12)\n\x05\x66iles\x18\x03 \x03(\x0b\x32\x1a.virtualrobot.v1.AssetFile\x12)\n\x08settings\x18\x04 \x01(\x0b\x32\x17.google.protobuf.Struct\"O\n\x16ListReferencesResponse\x12)\n\x05\x66iles\x18\x02 \x03(\x0b\x32\x1a.virtualrobot.v1.AssetFileJ\x04\x08\x01\x10\x02R\x04uris2\x86\x03\n\x0c\x41ssetService\x12Z\n\x0bUploadAsset\x12#.virtualrobot.v1.UploadAssetRequest\x1a$.virtualrobot.v1.UploadAssetResponse(\x01\x12`\n\rDownloadAsset\x12%.virtualrobot.v1.DownloadAssetRequest\x1a&.virtualrobot.v1.DownloadAssetResponse0\x01\x12U\n\nFindAssets\x12\".virtualrobot.v1.FindAssetsRequest\x1a#.virtualrobot.v1.FindAssetsResponse\x12\x61\n\x0eListReferences\x12&.virtualrobot.v1.ListReferencesRequest\x1a\'.virtualrobot.v1.ListReferencesResponseb\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
 _builder.BuildTopDescriptorsAndMessages(DESCRIPTOR, 'virtualrobot.v1.asset_pb2', _globals)
 if not _descriptor._USE_C_DESCRIPTORS:
   DESCRIPTOR._loaded_options = None
-  _globals['_UPLOADREQUEST']._serialized_start=107
-  _globals['_UPLOADREQUEST']._serialized_end=153
-  _globals['_UPLOADRESPONSE']._serialized_start=155
-  _globals['_UPLOADRESPONSE']._serialized_end=207
-  _globals['_DOWNLOADREQUEST']._serialized_start=209
-  _globals['_DOWNLOADREQUEST']._serialized_end=242
-  _globals['_DOWNLOADRESPONSE']._serialized_start=244
-  _globals['_DOWNLOADRESPONSE']._serialized_end=277
-  _globals['_FINDREQUEST']._serialized_start=279
-  _globals['_FINDREQUEST']._serialized_end=309
-  _globals['_FINDRESPONSE']._serialized_start=311
-  _globals['_FINDRESPONSE']._serialized_end=342
-  _globals['_LISTREFERENCESREQUEST']._serialized_start=345
-  _globals['_LISTREFERENCESREQUEST']._serialized_end=483
-  _globals['_LISTREFERENCESRESPONSE']._serialized_start=485
-  _globals['_LISTREFERENCESRESPONSE']._serialized_end=523
-  _globals['_ASSETSERVICE']._serialized_start=526
-  _globals['_ASSETSERVICE']._serialized_end=868
+  _globals['_UPLOADASSETREQUEST']._serialized_start=107
+  _globals['_UPLOADASSETREQUEST']._serialized_end=158
+  _globals['_UPLOADASSETRESPONSE']._serialized_start=160
+  _globals['_UPLOADASSETRESPONSE']._serialized_end=217
+  _globals['_DOWNLOADASSETREQUEST']._serialized_start=219
+  _globals['_DOWNLOADASSETREQUEST']._serialized_end=257
+  _globals['_DOWNLOADASSETRESPONSE']._serialized_start=259
+  _globals['_DOWNLOADASSETRESPONSE']._serialized_end=297
+  _globals['_FINDASSETSREQUEST']._serialized_start=299
+  _globals['_FINDASSETSREQUEST']._serialized_end=335
+  _globals['_FINDASSETSRESPONSE']._serialized_start=337
+  _globals['_FINDASSETSRESPONSE']._serialized_end=374
+  _globals['_LISTREFERENCESREQUEST']._serialized_start=377
+  _globals['_LISTREFERENCESREQUEST']._serialized_end=515
+  _globals['_LISTREFERENCESRESPONSE']._serialized_start=517
+  _globals['_LISTREFERENCESRESPONSE']._serialized_end=596
+  _globals['_ASSETSERVICE']._serialized_start=599
+  _globals['_ASSETSERVICE']._serialized_end=989
 # @@protoc_insertion_point(module_scope)

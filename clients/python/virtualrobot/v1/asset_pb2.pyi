@@ -8,7 +8,7 @@ from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
 
 DESCRIPTOR: _descriptor.FileDescriptor
 
-class UploadRequest(_message.Message):
+class UploadAssetRequest(_message.Message):
     __slots__ = ("sha256", "chunk")
     SHA256_FIELD_NUMBER: _ClassVar[int]
     CHUNK_FIELD_NUMBER: _ClassVar[int]
@@ -16,7 +16,7 @@ class UploadRequest(_message.Message):
     chunk: bytes
     def __init__(self, sha256: _Optional[str] = ..., chunk: _Optional[bytes] = ...) -> None: ...
 
-class UploadResponse(_message.Message):
+class UploadAssetResponse(_message.Message):
     __slots__ = ("sha256", "size_bytes")
     SHA256_FIELD_NUMBER: _ClassVar[int]
     SIZE_BYTES_FIELD_NUMBER: _ClassVar[int]
@@ -24,25 +24,25 @@ class UploadResponse(_message.Message):
     size_bytes: int
     def __init__(self, sha256: _Optional[str] = ..., size_bytes: _Optional[int] = ...) -> None: ...
 
-class DownloadRequest(_message.Message):
+class DownloadAssetRequest(_message.Message):
     __slots__ = ("sha256",)
     SHA256_FIELD_NUMBER: _ClassVar[int]
     sha256: str
     def __init__(self, sha256: _Optional[str] = ...) -> None: ...
 
-class DownloadResponse(_message.Message):
+class DownloadAssetResponse(_message.Message):
     __slots__ = ("chunk",)
     CHUNK_FIELD_NUMBER: _ClassVar[int]
     chunk: bytes
     def __init__(self, chunk: _Optional[bytes] = ...) -> None: ...
 
-class FindRequest(_message.Message):
+class FindAssetsRequest(_message.Message):
     __slots__ = ("sha256s",)
     SHA256S_FIELD_NUMBER: _ClassVar[int]
     sha256s: _containers.RepeatedScalarFieldContainer[str]
     def __init__(self, sha256s: _Optional[_Iterable[str]] = ...) -> None: ...
 
-class FindResponse(_message.Message):
+class FindAssetsResponse(_message.Message):
     __slots__ = ("sha256s",)
     SHA256S_FIELD_NUMBER: _ClassVar[int]
     sha256s: _containers.RepeatedScalarFieldContainer[str]
@@ -61,7 +61,7 @@ class ListReferencesRequest(_message.Message):
     def __init__(self, sha256: _Optional[str] = ..., uri: _Optional[str] = ..., files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ..., settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ...) -> None: ...
 
 class ListReferencesResponse(_message.Message):
-    __slots__ = ("uris",)
-    URIS_FIELD_NUMBER: _ClassVar[int]
-    uris: _containers.RepeatedScalarFieldContainer[str]
-    def __init__(self, uris: _Optional[_Iterable[str]] = ...) -> None: ...
+    __slots__ = ("files",)
+    FILES_FIELD_NUMBER: _ClassVar[int]
+    files: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.AssetFile]
+    def __init__(self, files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ...) -> None: ...

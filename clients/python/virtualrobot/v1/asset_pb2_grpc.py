@@ -35,20 +35,20 @@ class AssetServiceStub(object):
         Args:
             channel: A grpc.Channel.
         """
-        self.Upload = channel.stream_unary(
-                '/virtualrobot.v1.AssetService/Upload',
-                request_serializer=virtualrobot_dot_v1_dot_asset__pb2.UploadRequest.SerializeToString,
-                response_deserializer=virtualrobot_dot_v1_dot_asset__pb2.UploadResponse.FromString,
+        self.UploadAsset = channel.stream_unary(
+                '/virtualrobot.v1.AssetService/UploadAsset',
+                request_serializer=virtualrobot_dot_v1_dot_asset__pb2.UploadAssetRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_asset__pb2.UploadAssetResponse.FromString,
                 _registered_method=True)
-        self.Download = channel.unary_stream(
-                '/virtualrobot.v1.AssetService/Download',
-                request_serializer=virtualrobot_dot_v1_dot_asset__pb2.DownloadRequest.SerializeToString,
-                response_deserializer=virtualrobot_dot_v1_dot_asset__pb2.DownloadResponse.FromString,
+        self.DownloadAsset = channel.unary_stream(
+                '/virtualrobot.v1.AssetService/DownloadAsset',
+                request_serializer=virtualrobot_dot_v1_dot_asset__pb2.DownloadAssetRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_asset__pb2.DownloadAssetResponse.FromString,
                 _registered_method=True)
-        self.Find = channel.unary_unary(
-                '/virtualrobot.v1.AssetService/Find',
-                request_serializer=virtualrobot_dot_v1_dot_asset__pb2.FindRequest.SerializeToString,
-                response_deserializer=virtualrobot_dot_v1_dot_asset__pb2.FindResponse.FromString,
+        self.FindAssets = channel.unary_unary(
+                '/virtualrobot.v1.AssetService/FindAssets',
+                request_serializer=virtualrobot_dot_v1_dot_asset__pb2.FindAssetsRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_asset__pb2.FindAssetsResponse.FromString,
                 _registered_method=True)
         self.ListReferences = channel.unary_unary(
                 '/virtualrobot.v1.AssetService/ListReferences',
@@ -61,7 +61,7 @@ class AssetServiceServicer(object):
     """Takes and gives files, so that a client on another machine can load its own models.
     """
 
-    def Upload(self, request_iterator, context):
+    def UploadAsset(self, request_iterator, context):
         """Gives the kernel a file. The bytes are kept until the kernel ends; giving the same bytes again costs nothing.
         Refused as MALFORMED_ASSET when the bytes do not have the stated SHA-256, as TOO_LARGE over the limit of GetInfo.
         """
@@ -69,14 +69,14 @@ class AssetServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
-    def Download(self, request, context):
+    def DownloadAsset(self, request, context):
         """Takes a file from the kernel, in chunks.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
-    def Find(self, request, context):
+    def FindAssets(self, request, context):
         """Which of these files the kernel holds already.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
@@ -93,20 +93,20 @@ class AssetServiceServicer(object):
 
 def add_AssetServiceServicer_to_server(servicer, server):
     rpc_method_handlers = {
-            'Upload': grpc.stream_unary_rpc_method_handler(
-                    servicer.Upload,
-                    request_deserializer=virtualrobot_dot_v1_dot_asset__pb2.UploadRequest.FromString,
-                    response_serializer=virtualrobot_dot_v1_dot_asset__pb2.UploadResponse.SerializeToString,
+            'UploadAsset': grpc.stream_unary_rpc_method_handler(
+                    servicer.UploadAsset,
+                    request_deserializer=virtualrobot_dot_v1_dot_asset__pb2.UploadAssetRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_asset__pb2.UploadAssetResponse.SerializeToString,
             ),
-            'Download': grpc.unary_stream_rpc_method_handler(
-                    servicer.Download,
-                    request_deserializer=virtualrobot_dot_v1_dot_asset__pb2.DownloadRequest.FromString,
-                    response_serializer=virtualrobot_dot_v1_dot_asset__pb2.DownloadResponse.SerializeToString,
+            'DownloadAsset': grpc.unary_stream_rpc_method_handler(
+                    servicer.DownloadAsset,
+                    request_deserializer=virtualrobot_dot_v1_dot_asset__pb2.DownloadAssetRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_asset__pb2.DownloadAssetResponse.SerializeToString,
             ),
-            'Find': grpc.unary_unary_rpc_method_handler(
-                    servicer.Find,
-                    request_deserializer=virtualrobot_dot_v1_dot_asset__pb2.FindRequest.FromString,
-                    response_serializer=virtualrobot_dot_v1_dot_asset__pb2.FindResponse.SerializeToString,
+            'FindAssets': grpc.unary_unary_rpc_method_handler(
+                    servicer.FindAssets,
+                    request_deserializer=virtualrobot_dot_v1_dot_asset__pb2.FindAssetsRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_asset__pb2.FindAssetsResponse.SerializeToString,
             ),
             'ListReferences': grpc.unary_unary_rpc_method_handler(
                     servicer.ListReferences,
@@ -126,7 +126,7 @@ class AssetService(object):
     """
 
     @staticmethod
-    def Upload(request_iterator,
+    def UploadAsset(request_iterator,
             target,
             options=(),
             channel_credentials=None,
@@ -139,9 +139,9 @@ class AssetService(object):
         return grpc.experimental.stream_unary(
             request_iterator,
             target,
-            '/virtualrobot.v1.AssetService/Upload',
-            virtualrobot_dot_v1_dot_asset__pb2.UploadRequest.SerializeToString,
-            virtualrobot_dot_v1_dot_asset__pb2.UploadResponse.FromString,
+            '/virtualrobot.v1.AssetService/UploadAsset',
+            virtualrobot_dot_v1_dot_asset__pb2.UploadAssetRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_asset__pb2.UploadAssetResponse.FromString,
             options,
             channel_credentials,
             insecure,
@@ -153,7 +153,7 @@ class AssetService(object):
             _registered_method=True)
 
     @staticmethod
-    def Download(request,
+    def DownloadAsset(request,
             target,
             options=(),
             channel_credentials=None,
@@ -166,9 +166,9 @@ class AssetService(object):
         return grpc.experimental.unary_stream(
             request,
             target,
-            '/virtualrobot.v1.AssetService/Download',
-            virtualrobot_dot_v1_dot_asset__pb2.DownloadRequest.SerializeToString,
-            virtualrobot_dot_v1_dot_asset__pb2.DownloadResponse.FromString,
+            '/virtualrobot.v1.AssetService/DownloadAsset',
+            virtualrobot_dot_v1_dot_asset__pb2.DownloadAssetRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_asset__pb2.DownloadAssetResponse.FromString,
             options,
             channel_credentials,
             insecure,
@@ -180,7 +180,7 @@ class AssetService(object):
             _registered_method=True)
 
     @staticmethod
-    def Find(request,
+    def FindAssets(request,
             target,
             options=(),
             channel_credentials=None,
@@ -193,9 +193,9 @@ class AssetService(object):
         return grpc.experimental.unary_unary(
             request,
             target,
-            '/virtualrobot.v1.AssetService/Find',
-            virtualrobot_dot_v1_dot_asset__pb2.FindRequest.SerializeToString,
-            virtualrobot_dot_v1_dot_asset__pb2.FindResponse.FromString,
+            '/virtualrobot.v1.AssetService/FindAssets',
+            virtualrobot_dot_v1_dot_asset__pb2.FindAssetsRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_asset__pb2.FindAssetsResponse.FromString,
             options,
             channel_credentials,
             insecure,

@@ -25,15 +25,15 @@ _sym_db = _symbol_database.Default()
 from google.protobuf import timestamp_pb2 as google_dot_protobuf_dot_timestamp__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1evirtualrobot/v1/geometry.proto\x12\x0fvirtualrobot.v1\x1a\x1fgoogle/protobuf/timestamp.proto\"*\n\x07Vector3\x12\t\n\x01x\x18\x01 \x01(\x01\x12\t\n\x01y\x18\x02 \x01(\x01\x12\t\n\x01z\x18\x03 \x01(\x01\"8\n\nQuaternion\x12\t\n\x01x\x18\x01 \x01(\x01\x12\t\n\x01y\x18\x02 \x01(\x01\x12\t\n\x01z\x18\x03 \x01(\x01\x12\t\n\x01w\x18\x04 \x01(\x01\"d\n\x04Pose\x12*\n\x08position\x18\x01 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\x12\x30\n\x0borientation\x18\x02 \x01(\x0b\x32\x1b.virtualrobot.v1.Quaternion\"O\n\x05\x43olor\x12\x0b\n\x03red\x18\x01 \x01(\x01\x12\r\n\x05green\x18\x02 \x01(\x01\x12\x0c\n\x04\x62lue\x18\x03 \x01(\x01\x12\x12\n\x05\x61lpha\x18\x04 \x01(\x01H\x00\x88\x01\x01\x42\x08\n\x06_alpha\"W\n\x0cNumericArray\x12*\n\x04type\x18\x01 \x01(\x0e\x32\x1c.virtualrobot.v1.NumericType\x12\r\n\x05shape\x18\x02 \x03(\r\x12\x0c\n\x04\x64\x61ta\x18\x03 \x01(\x0c\"\x99\x01\n\x05Stamp\x12-\n\twall_time\x18\x01 \x01(\x0b\x32\x1a.google.protobuf.Timestamp\x12\x1f\n\x17simulation_time_seconds\x18\x02 \x01(\x01\x12\x0c\n\x04tick\x18\x03 \x01(\x04\x12\x1a\n\x12structure_revision\x18\x04 \x01(\x04\x12\x16\n\x0estate_revision\x18\x05 \x01(\x04*\x8f\x01\n\x0bNumericType\x12\x1c\n\x18NUMERIC_TYPE_UNSPECIFIED\x10\x00\x12\x18\n\x14NUMERIC_TYPE_FLOAT64\x10\x01\x12\x18\n\x14NUMERIC_TYPE_FLOAT32\x10\x02\x12\x16\n\x12NUMERIC_TYPE_INT32\x10\x03\x12\x16\n\x12NUMERIC_TYPE_UINT8\x10\x04\x62\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1evirtualrobot/v1/geometry.proto\x12\x0fvirtualrobot.v1\x1a\x1fgoogle/protobuf/timestamp.proto\"*\n\x07Vector3\x12\t\n\x01x\x18\x01 \x01(\x01\x12\t\n\x01y\x18\x02 \x01(\x01\x12\t\n\x01z\x18\x03 \x01(\x01\"8\n\nQuaternion\x12\t\n\x01x\x18\x01 \x01(\x01\x12\t\n\x01y\x18\x02 \x01(\x01\x12\t\n\x01z\x18\x03 \x01(\x01\x12\t\n\x01w\x18\x04 \x01(\x01\"d\n\x04Pose\x12*\n\x08position\x18\x01 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\x12\x30\n\x0borientation\x18\x02 \x01(\x0b\x32\x1b.virtualrobot.v1.Quaternion\"O\n\x05\x43olor\x12\x0b\n\x03red\x18\x01 \x01(\x01\x12\r\n\x05green\x18\x02 \x01(\x01\x12\x0c\n\x04\x62lue\x18\x03 \x01(\x01\x12\x12\n\x05\x61lpha\x18\x04 \x01(\x01H\x00\x88\x01\x01\x42\x08\n\x06_alpha\"W\n\x0cNumericArray\x12*\n\x04type\x18\x01 \x01(\x0e\x32\x1c.virtualrobot.v1.NumericType\x12\r\n\x05shape\x18\x02 \x03(\r\x12\x0c\n\x04\x64\x61ta\x18\x03 \x01(\x0c\"\xc2\x01\n\x05Stamp\x12-\n\twall_time\x18\x01 \x01(\x0b\x32\x1a.google.protobuf.Timestamp\x12\x1f\n\x17simulation_time_seconds\x18\x02 \x01(\x01\x12\x0c\n\x04tick\x18\x03 \x01(\x04\x12\x1a\n\x12structure_revision\x18\x04 \x01(\x04\x12\x16\n\x0estate_revision\x18\x05 \x01(\x04\x12\x18\n\x10tick_nanoseconds\x18\x06 \x01(\x04\x12\r\n\x05\x65poch\x18\x07 \x01(\x04*\x8f\x01\n\x0bNumericType\x12\x1c\n\x18NUMERIC_TYPE_UNSPECIFIED\x10\x00\x12\x18\n\x14NUMERIC_TYPE_FLOAT64\x10\x01\x12\x18\n\x14NUMERIC_TYPE_FLOAT32\x10\x02\x12\x16\n\x12NUMERIC_TYPE_INT32\x10\x03\x12\x16\n\x12NUMERIC_TYPE_UINT8\x10\x04\x62\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
 _builder.BuildTopDescriptorsAndMessages(DESCRIPTOR, 'virtualrobot.v1.geometry_pb2', _globals)
 if not _descriptor._USE_C_DESCRIPTORS:
   DESCRIPTOR._loaded_options = None
-  _globals['_NUMERICTYPE']._serialized_start=615
-  _globals['_NUMERICTYPE']._serialized_end=758
+  _globals['_NUMERICTYPE']._serialized_start=656
+  _globals['_NUMERICTYPE']._serialized_end=799
   _globals['_VECTOR3']._serialized_start=84
   _globals['_VECTOR3']._serialized_end=126
   _globals['_QUATERNION']._serialized_start=128
@@ -45,5 +45,5 @@ if not _descriptor._USE_C_DESCRIPTORS:
   _globals['_NUMERICARRAY']._serialized_start=369
   _globals['_NUMERICARRAY']._serialized_end=456
   _globals['_STAMP']._serialized_start=459
-  _globals['_STAMP']._serialized_end=612
+  _globals['_STAMP']._serialized_end=653
 # @@protoc_insertion_point(module_scope)

@@ -74,15 +74,19 @@ class NumericArray(_message.Message):
     def __init__(self, type: _Optional[_Union[NumericType, str]] = ..., shape: _Optional[_Iterable[int]] = ..., data: _Optional[bytes] = ...) -> None: ...
 
 class Stamp(_message.Message):
-    __slots__ = ("wall_time", "simulation_time_seconds", "tick", "structure_revision", "state_revision")
+    __slots__ = ("wall_time", "simulation_time_seconds", "tick", "structure_revision", "state_revision", "tick_nanoseconds", "epoch")
     WALL_TIME_FIELD_NUMBER: _ClassVar[int]
     SIMULATION_TIME_SECONDS_FIELD_NUMBER: _ClassVar[int]
     TICK_FIELD_NUMBER: _ClassVar[int]
     STRUCTURE_REVISION_FIELD_NUMBER: _ClassVar[int]
     STATE_REVISION_FIELD_NUMBER: _ClassVar[int]
+    TICK_NANOSECONDS_FIELD_NUMBER: _ClassVar[int]
+    EPOCH_FIELD_NUMBER: _ClassVar[int]
     wall_time: _timestamp_pb2.Timestamp
     simulation_time_seconds: float
     tick: int
     structure_revision: int
     state_revision: int
-    def __init__(self, wall_time: _Optional[_Union[_timestamp_pb2.Timestamp, _Mapping]] = ..., simulation_time_seconds: _Optional[float] = ..., tick: _Optional[int] = ..., structure_revision: _Optional[int] = ..., state_revision: _Optional[int] = ...) -> None: ...
+    tick_nanoseconds: int
+    epoch: int
+    def __init__(self, wall_time: _Optional[_Union[_timestamp_pb2.Timestamp, _Mapping]] = ..., simulation_time_seconds: _Optional[float] = ..., tick: _Optional[int] = ..., structure_revision: _Optional[int] = ..., state_revision: _Optional[int] = ..., tick_nanoseconds: _Optional[int] = ..., epoch: _Optional[int] = ...) -> None: ...

@@ -102,13 +102,13 @@ class WatchClockResponse(_message.Message):
     clock: Clock
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., clock: _Optional[_Union[Clock, _Mapping]] = ...) -> None: ...
 
-class StepRequest(_message.Message):
+class StepClockRequest(_message.Message):
     __slots__ = ("ticks",)
     TICKS_FIELD_NUMBER: _ClassVar[int]
     ticks: int
     def __init__(self, ticks: _Optional[int] = ...) -> None: ...
 
-class StepResponse(_message.Message):
+class StepClockResponse(_message.Message):
     __slots__ = ("stamp", "robots", "signals", "motions")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     ROBOTS_FIELD_NUMBER: _ClassVar[int]

@@ -55,10 +55,10 @@ class KernelServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_kernel__pb2.WatchClockRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_kernel__pb2.WatchClockResponse.FromString,
                 _registered_method=True)
-        self.Step = channel.unary_unary(
-                '/virtualrobot.v1.KernelService/Step',
-                request_serializer=virtualrobot_dot_v1_dot_kernel__pb2.StepRequest.SerializeToString,
-                response_deserializer=virtualrobot_dot_v1_dot_kernel__pb2.StepResponse.FromString,
+        self.StepClock = channel.unary_unary(
+                '/virtualrobot.v1.KernelService/StepClock',
+                request_serializer=virtualrobot_dot_v1_dot_kernel__pb2.StepClockRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_kernel__pb2.StepClockResponse.FromString,
                 _registered_method=True)
         self.Shutdown = channel.unary_unary(
                 '/virtualrobot.v1.KernelService/Shutdown',
@@ -99,7 +99,7 @@ class KernelServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
-    def Step(self, request, context):
+    def StepClock(self, request, context):
         """In STEPPED mode: lets time go on by some ticks and returns the state that is then observed.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
@@ -136,10 +136,10 @@ def add_KernelServiceServicer_to_server(servicer, server):
                     request_deserializer=virtualrobot_dot_v1_dot_kernel__pb2.WatchClockRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_kernel__pb2.WatchClockResponse.SerializeToString,
             ),
-            'Step': grpc.unary_unary_rpc_method_handler(
-                    servicer.Step,
-                    request_deserializer=virtualrobot_dot_v1_dot_kernel__pb2.StepRequest.FromString,
-                    response_serializer=virtualrobot_dot_v1_dot_kernel__pb2.StepResponse.SerializeToString,
+            'StepClock': grpc.unary_unary_rpc_method_handler(
+                    servicer.StepClock,
+                    request_deserializer=virtualrobot_dot_v1_dot_kernel__pb2.StepClockRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_kernel__pb2.StepClockResponse.SerializeToString,
             ),
             'Shutdown': grpc.unary_unary_rpc_method_handler(
                     servicer.Shutdown,
@@ -267,7 +267,7 @@ class KernelService(object):
             _registered_method=True)
 
     @staticmethod
-    def Step(request,
+    def StepClock(request,
             target,
             options=(),
             channel_credentials=None,
@@ -280,9 +280,9 @@ class KernelService(object):
         return grpc.experimental.unary_unary(
             request,
             target,
-            '/virtualrobot.v1.KernelService/Step',
-            virtualrobot_dot_v1_dot_kernel__pb2.StepRequest.SerializeToString,
-            virtualrobot_dot_v1_dot_kernel__pb2.StepResponse.FromString,
+            '/virtualrobot.v1.KernelService/StepClock',
+            virtualrobot_dot_v1_dot_kernel__pb2.StepClockRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_kernel__pb2.StepClockResponse.FromString,
             options,
             channel_credentials,
             insecure,

@@ -27,37 +27,37 @@ from google.protobuf import timestamp_pb2 as google_dot_protobuf_dot_timestamp__
 from virtualrobot.v1 import geometry_pb2 as virtualrobot_dot_v1_dot_geometry__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1bvirtualrobot/v1/lease.proto\x12\x0fvirtualrobot.v1\x1a google/protobuf/descriptor.proto\x1a\x1fgoogle/protobuf/timestamp.proto\x1a\x1evirtualrobot/v1/geometry.proto\"]\n\x05Lease\x12\n\n\x02id\x18\x01 \x01(\t\x12\x0e\n\x06robots\x18\x02 \x03(\t\x12\r\n\x05owner\x18\x03 \x01(\t\x12)\n\x05since\x18\x04 \x01(\x0b\x32\x1a.google.protobuf.Timestamp\"/\n\x0e\x41\x63quireRequest\x12\x0e\n\x06robots\x18\x01 \x03(\t\x12\r\n\x05owner\x18\x02 \x01(\t\"n\n\x0f\x41\x63quireResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05lease\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Lease\x12\r\n\x05token\x18\x03 \x01(\t\",\n\x0bTakeRequest\x12\x0e\n\x06robots\x18\x01 \x03(\t\x12\r\n\x05owner\x18\x02 \x01(\t\"\x97\x01\n\x0cTakeResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05lease\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Lease\x12\r\n\x05token\x18\x03 \x01(\t\x12*\n\ntaken_from\x18\x04 \x03(\x0b\x32\x16.virtualrobot.v1.Lease\"!\n\x10KeepAliveRequest\x12\r\n\x05token\x18\x01 \x01(\t\"t\n\x11KeepAliveResponse\x12%\n\x05lease\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Lease\x12(\n\x04loss\x18\x02 \x01(\x0e\x32\x1a.virtualrobot.v1.LeaseLoss\x12\x0e\n\x06reason\x18\x03 \x01(\t\"\x1f\n\x0eReleaseRequest\x12\r\n\x05token\x18\x01 \x01(\t\"8\n\x0fReleaseResponse\x12%\n\x05lease\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Lease\"\x13\n\x11ListLeasesRequest\"c\n\x12ListLeasesResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12&\n\x06leases\x18\x02 \x03(\x0b\x32\x16.virtualrobot.v1.Lease*V\n\tLeaseLoss\x12\x1a\n\x16LEASE_LOSS_UNSPECIFIED\x10\x00\x12\x17\n\x13LEASE_LOSS_RELEASED\x10\x01\x12\x14\n\x10LEASE_LOSS_TAKEN\x10\x02\x32\x9c\x03\n\x0cLeaseService\x12L\n\x07\x41\x63quire\x12\x1f.virtualrobot.v1.AcquireRequest\x1a .virtualrobot.v1.AcquireResponse\x12\x43\n\x04Take\x12\x1c.virtualrobot.v1.TakeRequest\x1a\x1d.virtualrobot.v1.TakeResponse\x12T\n\tKeepAlive\x12!.virtualrobot.v1.KeepAliveRequest\x1a\".virtualrobot.v1.KeepAliveResponse0\x01\x12L\n\x07Release\x12\x1f.virtualrobot.v1.ReleaseRequest\x1a .virtualrobot.v1.ReleaseResponse\x12U\n\nListLeases\x12\".virtualrobot.v1.ListLeasesRequest\x1a#.virtualrobot.v1.ListLeasesResponse:5\n\x0bneeds_lease\x12\x1e.google.protobuf.MethodOptions\x18\xb4\x87\x03 \x01(\x08\x62\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1bvirtualrobot/v1/lease.proto\x12\x0fvirtualrobot.v1\x1a google/protobuf/descriptor.proto\x1a\x1fgoogle/protobuf/timestamp.proto\x1a\x1evirtualrobot/v1/geometry.proto\"]\n\x05Lease\x12\n\n\x02id\x18\x01 \x01(\t\x12\x0e\n\x06robots\x18\x02 \x03(\t\x12\r\n\x05owner\x18\x03 \x01(\t\x12)\n\x05since\x18\x04 \x01(\x0b\x32\x1a.google.protobuf.Timestamp\"4\n\x13\x41\x63quireLeaseRequest\x12\x0e\n\x06robots\x18\x01 \x03(\t\x12\r\n\x05owner\x18\x02 \x01(\t\"s\n\x14\x41\x63quireLeaseResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05lease\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Lease\x12\r\n\x05token\x18\x03 \x01(\t\"1\n\x10TakeLeaseRequest\x12\x0e\n\x06robots\x18\x01 \x03(\t\x12\r\n\x05owner\x18\x02 \x01(\t\"\x9c\x01\n\x11TakeLeaseResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05lease\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Lease\x12\r\n\x05token\x18\x03 \x01(\t\x12*\n\ntaken_from\x18\x04 \x03(\x0b\x32\x16.virtualrobot.v1.Lease\"&\n\x15KeepLeaseAliveRequest\x12\r\n\x05token\x18\x01 \x01(\t\"\xa0\x01\n\x16KeepLeaseAliveResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05lease\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Lease\x12(\n\x04loss\x18\x03 \x01(\x0e\x32\x1a.virtualrobot.v1.LeaseLoss\x12\x0e\n\x06reason\x18\x04 \x01(\t\"$\n\x13ReleaseLeaseRequest\x12\r\n\x05token\x18\x01 \x01(\t\"d\n\x14ReleaseLeaseResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05lease\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Lease\"\x13\n\x11ListLeasesRequest\"c\n\x12ListLeasesResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12&\n\x06leases\x18\x02 \x03(\x0b\x32\x16.virtualrobot.v1.Lease*V\n\tLeaseLoss\x12\x1a\n\x16LEASE_LOSS_UNSPECIFIED\x10\x00\x12\x17\n\x13LEASE_LOSS_RELEASED\x10\x01\x12\x14\n\x10LEASE_LOSS_TAKEN\x10\x02\x32\xd8\x03\n\x0cLeaseService\x12[\n\x0c\x41\x63quireLease\x12$.virtualrobot.v1.AcquireLeaseRequest\x1a%.virtualrobot.v1.AcquireLeaseResponse\x12R\n\tTakeLease\x12!.virtualrobot.v1.TakeLeaseRequest\x1a\".virtualrobot.v1.TakeLeaseResponse\x12\x63\n\x0eKeepLeaseAlive\x12&.virtualrobot.v1.KeepLeaseAliveRequest\x1a\'.virtualrobot.v1.KeepLeaseAliveResponse0\x01\x12[\n\x0cReleaseLease\x12$.virtualrobot.v1.ReleaseLeaseRequest\x1a%.virtualrobot.v1.ReleaseLeaseResponse\x12U\n\nListLeases\x12\".virtualrobot.v1.ListLeasesRequest\x1a#.virtualrobot.v1.ListLeasesResponse:5\n\x0bneeds_lease\x12\x1e.google.protobuf.MethodOptions\x18\xb4\x87\x03 \x01(\x08\x62\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
 _builder.BuildTopDescriptorsAndMessages(DESCRIPTOR, 'virtualrobot.v1.lease_pb2', _globals)
 if not _descriptor._USE_C_DESCRIPTORS:
   DESCRIPTOR._loaded_options = None
-  _globals['_LEASELOSS']._serialized_start=969
-  _globals['_LEASELOSS']._serialized_end=1055
+  _globals['_LEASELOSS']._serialized_start=1088
+  _globals['_LEASELOSS']._serialized_end=1174
   _globals['_LEASE']._serialized_start=147
   _globals['_LEASE']._serialized_end=240
-  _globals['_ACQUIREREQUEST']._serialized_start=242
-  _globals['_ACQUIREREQUEST']._serialized_end=289
-  _globals['_ACQUIRERESPONSE']._serialized_start=291
-  _globals['_ACQUIRERESPONSE']._serialized_end=401
-  _globals['_TAKEREQUEST']._serialized_start=403
-  _globals['_TAKEREQUEST']._serialized_end=447
-  _globals['_TAKERESPONSE']._serialized_start=450
-  _globals['_TAKERESPONSE']._serialized_end=601
-  _globals['_KEEPALIVEREQUEST']._serialized_start=603
-  _globals['_KEEPALIVEREQUEST']._serialized_end=636
-  _globals['_KEEPALIVERESPONSE']._serialized_start=638
-  _globals['_KEEPALIVERESPONSE']._serialized_end=754
-  _globals['_RELEASEREQUEST']._serialized_start=756
-  _globals['_RELEASEREQUEST']._serialized_end=787
-  _globals['_RELEASERESPONSE']._serialized_start=789
-  _globals['_RELEASERESPONSE']._serialized_end=845
-  _globals['_LISTLEASESREQUEST']._serialized_start=847
-  _globals['_LISTLEASESREQUEST']._serialized_end=866
-  _globals['_LISTLEASESRESPONSE']._serialized_start=868
-  _globals['_LISTLEASESRESPONSE']._serialized_end=967
-  _globals['_LEASESERVICE']._serialized_start=1058
-  _globals['_LEASESERVICE']._serialized_end=1470
+  _globals['_ACQUIRELEASEREQUEST']._serialized_start=242
+  _globals['_ACQUIRELEASEREQUEST']._serialized_end=294
+  _globals['_ACQUIRELEASERESPONSE']._serialized_start=296
+  _globals['_ACQUIRELEASERESPONSE']._serialized_end=411
+  _globals['_TAKELEASEREQUEST']._serialized_start=413
+  _globals['_TAKELEASEREQUEST']._serialized_end=462
+  _globals['_TAKELEASERESPONSE']._serialized_start=465
+  _globals['_TAKELEASERESPONSE']._serialized_end=621
+  _globals['_KEEPLEASEALIVEREQUEST']._serialized_start=623
+  _globals['_KEEPLEASEALIVEREQUEST']._serialized_end=661
+  _globals['_KEEPLEASEALIVERESPONSE']._serialized_start=664
+  _globals['_KEEPLEASEALIVERESPONSE']._serialized_end=824
+  _globals['_RELEASELEASEREQUEST']._serialized_start=826
+  _globals['_RELEASELEASEREQUEST']._serialized_end=862
+  _globals['_RELEASELEASERESPONSE']._serialized_start=864
+  _globals['_RELEASELEASERESPONSE']._serialized_end=964
+  _globals['_LISTLEASESREQUEST']._serialized_start=966
+  _globals['_LISTLEASESREQUEST']._serialized_end=985
+  _globals['_LISTLEASESRESPONSE']._serialized_start=987
+  _globals['_LISTLEASESRESPONSE']._serialized_end=1086
+  _globals['_LEASESERVICE']._serialized_start=1177
+  _globals['_LEASESERVICE']._serialized_end=1649
 # @@protoc_insertion_point(module_scope)

@@ -33,7 +33,7 @@ class Lease(_message.Message):
     since: _timestamp_pb2.Timestamp
     def __init__(self, id: _Optional[str] = ..., robots: _Optional[_Iterable[str]] = ..., owner: _Optional[str] = ..., since: _Optional[_Union[_timestamp_pb2.Timestamp, _Mapping]] = ...) -> None: ...
 
-class AcquireRequest(_message.Message):
+class AcquireLeaseRequest(_message.Message):
     __slots__ = ("robots", "owner")
     ROBOTS_FIELD_NUMBER: _ClassVar[int]
     OWNER_FIELD_NUMBER: _ClassVar[int]
@@ -41,7 +41,7 @@ class AcquireRequest(_message.Message):
     owner: str
     def __init__(self, robots: _Optional[_Iterable[str]] = ..., owner: _Optional[str] = ...) -> None: ...
 
-class AcquireResponse(_message.Message):
+class AcquireLeaseResponse(_message.Message):
     __slots__ = ("stamp", "lease", "token")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     LEASE_FIELD_NUMBER: _ClassVar[int]
@@ -51,7 +51,7 @@ class AcquireResponse(_message.Message):
     token: str
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., lease: _Optional[_Union[Lease, _Mapping]] = ..., token: _Optional[str] = ...) -> None: ...
 
-class TakeRequest(_message.Message):
+class TakeLeaseRequest(_message.Message):
     __slots__ = ("robots", "owner")
     ROBOTS_FIELD_NUMBER: _ClassVar[int]
     OWNER_FIELD_NUMBER: _ClassVar[int]
@@ -59,7 +59,7 @@ class TakeRequest(_message.Message):
     owner: str
     def __init__(self, robots: _Optional[_Iterable[str]] = ..., owner: _Optional[str] = ...) -> None: ...
 
-class TakeResponse(_message.Message):
+class TakeLeaseResponse(_message.Message):
     __slots__ = ("stamp", "lease", "token", "taken_from")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     LEASE_FIELD_NUMBER: _ClassVar[int]
@@ -71,33 +71,37 @@ class TakeResponse(_message.Message):
     taken_from: _containers.RepeatedCompositeFieldContainer[Lease]
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., lease: _Optional[_Union[Lease, _Mapping]] = ..., token: _Optional[str] = ..., taken_from: _Optional[_Iterable[_Union[Lease, _Mapping]]] = ...) -> None: ...
 
-class KeepAliveRequest(_message.Message):
+class KeepLeaseAliveRequest(_message.Message):
     __slots__ = ("token",)
     TOKEN_FIELD_NUMBER: _ClassVar[int]
     token: str
     def __init__(self, token: _Optional[str] = ...) -> None: ...
 
-class KeepAliveResponse(_message.Message):
-    __slots__ = ("lease", "loss", "reason")
+class KeepLeaseAliveResponse(_message.Message):
+    __slots__ = ("stamp", "lease", "loss", "reason")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
     LEASE_FIELD_NUMBER: _ClassVar[int]
     LOSS_FIELD_NUMBER: _ClassVar[int]
     REASON_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
     lease: Lease
     loss: LeaseLoss
     reason: str
-    def __init__(self, lease: _Optional[_Union[Lease, _Mapping]] = ..., loss: _Optional[_Union[LeaseLoss, str]] = ..., reason: _Optional[str] = ...) -> None: ...
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., lease: _Optional[_Union[Lease, _Mapping]] = ..., loss: _Optional[_Union[LeaseLoss, str]] = ..., reason: _Optional[str] = ...) -> None: ...
 
-class ReleaseRequest(_message.Message):
+class ReleaseLeaseRequest(_message.Message):
     __slots__ = ("token",)
     TOKEN_FIELD_NUMBER: _ClassVar[int]
     token: str
     def __init__(self, token: _Optional[str] = ...) -> None: ...
 
-class ReleaseResponse(_message.Message):
-    __slots__ = ("lease",)
+class ReleaseLeaseResponse(_message.Message):
+    __slots__ = ("stamp", "lease")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
     LEASE_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
     lease: Lease
-    def __init__(self, lease: _Optional[_Union[Lease, _Mapping]] = ...) -> None: ...
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., lease: _Optional[_Union[Lease, _Mapping]] = ...) -> None: ...
 
 class ListLeasesRequest(_message.Message):
     __slots__ = ()

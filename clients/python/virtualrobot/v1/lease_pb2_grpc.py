@@ -35,25 +35,25 @@ class LeaseServiceStub(object):
         Args:
             channel: A grpc.Channel.
         """
-        self.Acquire = channel.unary_unary(
-                '/virtualrobot.v1.LeaseService/Acquire',
-                request_serializer=virtualrobot_dot_v1_dot_lease__pb2.AcquireRequest.SerializeToString,
-                response_deserializer=virtualrobot_dot_v1_dot_lease__pb2.AcquireResponse.FromString,
+        self.AcquireLease = channel.unary_unary(
+                '/virtualrobot.v1.LeaseService/AcquireLease',
+                request_serializer=virtualrobot_dot_v1_dot_lease__pb2.AcquireLeaseRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_lease__pb2.AcquireLeaseResponse.FromString,
                 _registered_method=True)
-        self.Take = channel.unary_unary(
-                '/virtualrobot.v1.LeaseService/Take',
-                request_serializer=virtualrobot_dot_v1_dot_lease__pb2.TakeRequest.SerializeToString,
-                response_deserializer=virtualrobot_dot_v1_dot_lease__pb2.TakeResponse.FromString,
+        self.TakeLease = channel.unary_unary(
+                '/virtualrobot.v1.LeaseService/TakeLease',
+                request_serializer=virtualrobot_dot_v1_dot_lease__pb2.TakeLeaseRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_lease__pb2.TakeLeaseResponse.FromString,
                 _registered_method=True)
-        self.KeepAlive = channel.unary_stream(
-                '/virtualrobot.v1.LeaseService/KeepAlive',
-                request_serializer=virtualrobot_dot_v1_dot_lease__pb2.KeepAliveRequest.SerializeToString,
-                response_deserializer=virtualrobot_dot_v1_dot_lease__pb2.KeepAliveResponse.FromString,
+        self.KeepLeaseAlive = channel.unary_stream(
+                '/virtualrobot.v1.LeaseService/KeepLeaseAlive',
+                request_serializer=virtualrobot_dot_v1_dot_lease__pb2.KeepLeaseAliveRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_lease__pb2.KeepLeaseAliveResponse.FromString,
                 _registered_method=True)
-        self.Release = channel.unary_unary(
-                '/virtualrobot.v1.LeaseService/Release',
-                request_serializer=virtualrobot_dot_v1_dot_lease__pb2.ReleaseRequest.SerializeToString,
-                response_deserializer=virtualrobot_dot_v1_dot_lease__pb2.ReleaseResponse.FromString,
+        self.ReleaseLease = channel.unary_unary(
+                '/virtualrobot.v1.LeaseService/ReleaseLease',
+                request_serializer=virtualrobot_dot_v1_dot_lease__pb2.ReleaseLeaseRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_lease__pb2.ReleaseLeaseResponse.FromString,
                 _registered_method=True)
         self.ListLeases = channel.unary_unary(
                 '/virtualrobot.v1.LeaseService/ListLeases',
@@ -66,7 +66,7 @@ class LeaseServiceServicer(object):
     """Leases of robots, held as long as their owner's stream is open.
     """
 
-    def Acquire(self, request, context):
+    def AcquireLease(self, request, context):
         """Leases robots: all of them or, when one is leased already, none. Motions that run go on, and only with the lease can
         they be resumed or replaced. The lease is lost unless KeepAlive is called within one second.
         """
@@ -74,7 +74,7 @@ class LeaseServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
-    def Take(self, request, context):
+    def TakeLease(self, request, context):
         """Leases robots whoever has leased them before, and stops their motions. Who had them is told on its KeepAlive stream
         and keeps the other robots of its lease.
         """
@@ -82,7 +82,7 @@ class LeaseServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
-    def KeepAlive(self, request, context):
+    def KeepLeaseAlive(self, request, context):
         """Holds a lease while the stream is open. The first message comes at once, others when the lease loses robots; after the
         last robot the stream ends. When no stream of a lease is open for one second, it expires: its robots are free, and
         their motions slow to standstill on their paths and end.
@@ -91,7 +91,7 @@ class LeaseServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
-    def Release(self, request, context):
+    def ReleaseLease(self, request, context):
         """Gives all robots of a lease back. Motions that run go on.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
@@ -108,25 +108,25 @@ class LeaseServiceServicer(object):
 
 def add_LeaseServiceServicer_to_server(servicer, server):
     rpc_method_handlers = {
-            'Acquire': grpc.unary_unary_rpc_method_handler(
-                    servicer.Acquire,
-                    request_deserializer=virtualrobot_dot_v1_dot_lease__pb2.AcquireRequest.FromString,
-                    response_serializer=virtualrobot_dot_v1_dot_lease__pb2.AcquireResponse.SerializeToString,
+            'AcquireLease': grpc.unary_unary_rpc_method_handler(
+                    servicer.AcquireLease,
+                    request_deserializer=virtualrobot_dot_v1_dot_lease__pb2.AcquireLeaseRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_lease__pb2.AcquireLeaseResponse.SerializeToString,
             ),
-            'Take': grpc.unary_unary_rpc_method_handler(
-                    servicer.Take,
-                    request_deserializer=virtualrobot_dot_v1_dot_lease__pb2.TakeRequest.FromString,
-                    response_serializer=virtualrobot_dot_v1_dot_lease__pb2.TakeResponse.SerializeToString,
+            'TakeLease': grpc.unary_unary_rpc_method_handler(
+                    servicer.TakeLease,
+                    request_deserializer=virtualrobot_dot_v1_dot_lease__pb2.TakeLeaseRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_lease__pb2.TakeLeaseResponse.SerializeToString,
             ),
-            'KeepAlive': grpc.unary_stream_rpc_method_handler(
-                    servicer.KeepAlive,
-                    request_deserializer=virtualrobot_dot_v1_dot_lease__pb2.KeepAliveRequest.FromString,
-                    response_serializer=virtualrobot_dot_v1_dot_lease__pb2.KeepAliveResponse.SerializeToString,
+            'KeepLeaseAlive': grpc.unary_stream_rpc_method_handler(
+                    servicer.KeepLeaseAlive,
+                    request_deserializer=virtualrobot_dot_v1_dot_lease__pb2.KeepLeaseAliveRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_lease__pb2.KeepLeaseAliveResponse.SerializeToString,
             ),
-            'Release': grpc.unary_unary_rpc_method_handler(
-                    servicer.Release,
-                    request_deserializer=virtualrobot_dot_v1_dot_lease__pb2.ReleaseRequest.FromString,
-                    response_serializer=virtualrobot_dot_v1_dot_lease__pb2.ReleaseResponse.SerializeToString,
+            'ReleaseLease': grpc.unary_unary_rpc_method_handler(
+                    servicer.ReleaseLease,
+                    request_deserializer=virtualrobot_dot_v1_dot_lease__pb2.ReleaseLeaseRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_lease__pb2.ReleaseLeaseResponse.SerializeToString,
             ),
             'ListLeases': grpc.unary_unary_rpc_method_handler(
                     servicer.ListLeases,
@@ -146,7 +146,7 @@ class LeaseService(object):
     """
 
     @staticmethod
-    def Acquire(request,
+    def AcquireLease(request,
             target,
             options=(),
             channel_credentials=None,
@@ -159,9 +159,9 @@ class LeaseService(object):
         return grpc.experimental.unary_unary(
             request,
             target,
-            '/virtualrobot.v1.LeaseService/Acquire',
-            virtualrobot_dot_v1_dot_lease__pb2.AcquireRequest.SerializeToString,
-            virtualrobot_dot_v1_dot_lease__pb2.AcquireResponse.FromString,
+            '/virtualrobot.v1.LeaseService/AcquireLease',
+            virtualrobot_dot_v1_dot_lease__pb2.AcquireLeaseRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_lease__pb2.AcquireLeaseResponse.FromString,
             options,
             channel_credentials,
             insecure,
@@ -173,7 +173,7 @@ class LeaseService(object):
             _registered_method=True)
 
     @staticmethod
-    def Take(request,
+    def TakeLease(request,
             target,
             options=(),
             channel_credentials=None,
@@ -186,9 +186,9 @@ class LeaseService(object):
         return grpc.experimental.unary_unary(
             request,
             target,
-            '/virtualrobot.v1.LeaseService/Take',
-            virtualrobot_dot_v1_dot_lease__pb2.TakeRequest.SerializeToString,
-            virtualrobot_dot_v1_dot_lease__pb2.TakeResponse.FromString,
+            '/virtualrobot.v1.LeaseService/TakeLease',
+            virtualrobot_dot_v1_dot_lease__pb2.TakeLeaseRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_lease__pb2.TakeLeaseResponse.FromString,
             options,
             channel_credentials,
             insecure,
@@ -200,7 +200,7 @@ class LeaseService(object):
             _registered_method=True)
 
     @staticmethod
-    def KeepAlive(request,
+    def KeepLeaseAlive(request,
             target,
             options=(),
             channel_credentials=None,
@@ -213,9 +213,9 @@ class LeaseService(object):
         return grpc.experimental.unary_stream(
             request,
             target,
-            '/virtualrobot.v1.LeaseService/KeepAlive',
-            virtualrobot_dot_v1_dot_lease__pb2.KeepAliveRequest.SerializeToString,
-            virtualrobot_dot_v1_dot_lease__pb2.KeepAliveResponse.FromString,
+            '/virtualrobot.v1.LeaseService/KeepLeaseAlive',
+            virtualrobot_dot_v1_dot_lease__pb2.KeepLeaseAliveRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_lease__pb2.KeepLeaseAliveResponse.FromString,
             options,
             channel_credentials,
             insecure,
@@ -227,7 +227,7 @@ class LeaseService(object):
             _registered_method=True)
 
     @staticmethod
-    def Release(request,
+    def ReleaseLease(request,
             target,
             options=(),
             channel_credentials=None,
@@ -240,9 +240,9 @@ class LeaseService(object):
         return grpc.experimental.unary_unary(
             request,
             target,
-            '/virtualrobot.v1.LeaseService/Release',
-            virtualrobot_dot_v1_dot_lease__pb2.ReleaseRequest.SerializeToString,
-            virtualrobot_dot_v1_dot_lease__pb2.ReleaseResponse.FromString,
+            '/virtualrobot.v1.LeaseService/ReleaseLease',
+            virtualrobot_dot_v1_dot_lease__pb2.ReleaseLeaseRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_lease__pb2.ReleaseLeaseResponse.FromString,
             options,
             channel_credentials,
             insecure,

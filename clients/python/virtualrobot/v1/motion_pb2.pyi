@@ -1,5 +1,6 @@
 from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
 from virtualrobot.v1 import lease_pb2 as _lease_pb2
+from virtualrobot.v1 import nodes_pb2 as _nodes_pb2
 from virtualrobot.v1 import robot_pb2 as _robot_pb2
 from google.protobuf.internal import containers as _containers
 from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
@@ -151,20 +152,20 @@ SETPOINT_MODE_POSITION: SetpointMode
 SETPOINT_MODE_VELOCITY: SetpointMode
 
 class StartMotionRequest(_message.Message):
-    __slots__ = ("moves", "busy_policy", "on_disconnect", "steps", "expected_revision", "tracking")
+    __slots__ = ("moves", "busy_policy", "on_disconnect", "steps", "expected_structure_revision", "tracking")
     MOVES_FIELD_NUMBER: _ClassVar[int]
     BUSY_POLICY_FIELD_NUMBER: _ClassVar[int]
     ON_DISCONNECT_FIELD_NUMBER: _ClassVar[int]
     STEPS_FIELD_NUMBER: _ClassVar[int]
-    EXPECTED_REVISION_FIELD_NUMBER: _ClassVar[int]
+    EXPECTED_STRUCTURE_REVISION_FIELD_NUMBER: _ClassVar[int]
     TRACKING_FIELD_NUMBER: _ClassVar[int]
     moves: _containers.RepeatedCompositeFieldContainer[Move]
     busy_policy: BusyPolicy
     on_disconnect: DisconnectPolicy
     steps: _containers.RepeatedCompositeFieldContainer[ProgramStep]
-    expected_revision: int
+    expected_structure_revision: int
     tracking: Tracking
-    def __init__(self, moves: _Optional[_Iterable[_Union[Move, _Mapping]]] = ..., busy_policy: _Optional[_Union[BusyPolicy, str]] = ..., on_disconnect: _Optional[_Union[DisconnectPolicy, str]] = ..., steps: _Optional[_Iterable[_Union[ProgramStep, _Mapping]]] = ..., expected_revision: _Optional[int] = ..., tracking: _Optional[_Union[Tracking, _Mapping]] = ...) -> None: ...
+    def __init__(self, moves: _Optional[_Iterable[_Union[Move, _Mapping]]] = ..., busy_policy: _Optional[_Union[BusyPolicy, str]] = ..., on_disconnect: _Optional[_Union[DisconnectPolicy, str]] = ..., steps: _Optional[_Iterable[_Union[ProgramStep, _Mapping]]] = ..., expected_structure_revision: _Optional[int] = ..., tracking: _Optional[_Union[Tracking, _Mapping]] = ...) -> None: ...
 
 class ProgramStep(_message.Message):
     __slots__ = ("move", "set_signal", "wait_signal", "dwell")
@@ -229,11 +230,12 @@ class Tracking(_message.Message):
     def __init__(self, node: _Optional[str] = ..., window: _Optional[float] = ..., max_velocity: _Optional[float] = ...) -> None: ...
 
 class Move(_message.Message):
-    __slots__ = ("robot", "speed_factor", "time_law", "redundancy", "point_to_point", "linear", "joint_trajectory", "tool_state", "circular", "spline", "joint_jog", "cartesian_jog")
+    __slots__ = ("robot", "speed_factor", "time_law", "redundancy", "group", "point_to_point", "linear", "joint_trajectory", "tool_state", "circular", "spline", "joint_jog", "cartesian_jog")
     ROBOT_FIELD_NUMBER: _ClassVar[int]
     SPEED_FACTOR_FIELD_NUMBER: _ClassVar[int]
     TIME_LAW_FIELD_NUMBER: _ClassVar[int]
     REDUNDANCY_FIELD_NUMBER: _ClassVar[int]
+    GROUP_FIELD_NUMBER: _ClassVar[int]
     POINT_TO_POINT_FIELD_NUMBER: _ClassVar[int]
     LINEAR_FIELD_NUMBER: _ClassVar[int]
     JOINT_TRAJECTORY_FIELD_NUMBER: _ClassVar[int]
@@ -246,6 +248,7 @@ class Move(_message.Message):
     speed_factor: float
     time_law: TimeLaw
     redundancy: _robot_pb2.Redundancy
+    group: _nodes_pb2.GroupSelection
     point_to_point: PointToPoint
     linear: Linear
     joint_trajectory: JointTrajectory
@@ -254,7 +257,7 @@ class Move(_message.Message):
     spline: Spline
     joint_jog: JointJog
     cartesian_jog: CartesianJog
-    def __init__(self, robot: _Optional[str] = ..., speed_factor: _Optional[float] = ..., time_law: _Optional[_Union[TimeLaw, str]] = ..., redundancy: _Optional[_Union[_robot_pb2.Redundancy, _Mapping]] = ..., point_to_point: _Optional[_Union[PointToPoint, _Mapping]] = ..., linear: _Optional[_Union[Linear, _Mapping]] = ..., joint_trajectory: _Optional[_Union[JointTrajectory, _Mapping]] = ..., tool_state: _Optional[_Union[ToolStateMove, _Mapping]] = ..., circular: _Optional[_Union[Circular, _Mapping]] = ..., spline: _Optional[_Union[Spline, _Mapping]] = ..., joint_jog: _Optional[_Union[JointJog, _Mapping]] = ..., cartesian_jog: _Optional[_Union[CartesianJog, _Mapping]] = ...) -> None: ...
+    def __init__(self, robot: _Optional[str] = ..., speed_factor: _Optional[float] = ..., time_law: _Optional[_Union[TimeLaw, str]] = ..., redundancy: _Optional[_Union[_robot_pb2.Redundancy, _Mapping]] = ..., group: _Optional[_Union[_nodes_pb2.GroupSelection, _Mapping]] = ..., point_to_point: _Optional[_Union[PointToPoint, _Mapping]] = ..., linear: _Optional[_Union[Linear, _Mapping]] = ..., joint_trajectory: _Optional[_Union[JointTrajectory, _Mapping]] = ..., tool_state: _Optional[_Union[ToolStateMove, _Mapping]] = ..., circular: _Optional[_Union[Circular, _Mapping]] = ..., spline: _Optional[_Union[Spline, _Mapping]] = ..., joint_jog: _Optional[_Union[JointJog, _Mapping]] = ..., cartesian_jog: _Optional[_Union[CartesianJog, _Mapping]] = ...) -> None: ...
 
 class PoseGoal(_message.Message):
     __slots__ = ("reference_t_tcp", "reference", "configuration", "moving")
@@ -510,7 +513,7 @@ class PlanMotionResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., duration_seconds: _Optional[float] = ..., times: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., steps: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., robots: _Optional[_Iterable[_Union[RobotTrajectory, _Mapping]]] = ..., notes: _Optional[_Iterable[_Union[PlanNote, _Mapping]]] = ...) -> None: ...
 
 class RobotTrajectory(_message.Message):
-    __slots__ = ("robot", "joint_names", "positions", "velocities", "accelerations", "efforts", "world_t_tcp", "tcp_speeds")
+    __slots__ = ("robot", "joint_names", "positions", "velocities", "accelerations", "efforts", "world_t_tcp", "tcp_speeds", "groups")
     ROBOT_FIELD_NUMBER: _ClassVar[int]
     JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
     POSITIONS_FIELD_NUMBER: _ClassVar[int]
@@ -519,6 +522,7 @@ class RobotTrajectory(_message.Message):
     EFFORTS_FIELD_NUMBER: _ClassVar[int]
     WORLD_T_TCP_FIELD_NUMBER: _ClassVar[int]
     TCP_SPEEDS_FIELD_NUMBER: _ClassVar[int]
+    GROUPS_FIELD_NUMBER: _ClassVar[int]
     robot: str
     joint_names: _containers.RepeatedScalarFieldContainer[str]
     positions: _geometry_pb2.NumericArray
@@ -527,7 +531,18 @@ class RobotTrajectory(_message.Message):
     efforts: _geometry_pb2.NumericArray
     world_t_tcp: _geometry_pb2.NumericArray
     tcp_speeds: _geometry_pb2.NumericArray
-    def __init__(self, robot: _Optional[str] = ..., joint_names: _Optional[_Iterable[str]] = ..., positions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., velocities: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., accelerations: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., efforts: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., tcp_speeds: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
+    groups: _containers.RepeatedCompositeFieldContainer[GroupTrajectory]
+    def __init__(self, robot: _Optional[str] = ..., joint_names: _Optional[_Iterable[str]] = ..., positions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., velocities: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., accelerations: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., efforts: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., tcp_speeds: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., groups: _Optional[_Iterable[_Union[GroupTrajectory, _Mapping]]] = ...) -> None: ...
+
+class GroupTrajectory(_message.Message):
+    __slots__ = ("group", "world_t_tcp", "tcp_speeds")
+    GROUP_FIELD_NUMBER: _ClassVar[int]
+    WORLD_T_TCP_FIELD_NUMBER: _ClassVar[int]
+    TCP_SPEEDS_FIELD_NUMBER: _ClassVar[int]
+    group: _nodes_pb2.GroupSelection
+    world_t_tcp: _geometry_pb2.NumericArray
+    tcp_speeds: _geometry_pb2.NumericArray
+    def __init__(self, group: _Optional[_Union[_nodes_pb2.GroupSelection, _Mapping]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., tcp_speeds: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
 
 class CheckMotionRequest(_message.Message):
     __slots__ = ("motion", "min_singular_value", "ignore_collisions", "resolution_meters")

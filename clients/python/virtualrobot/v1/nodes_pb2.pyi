@@ -139,16 +139,30 @@ class ActuatorTerm(_message.Message):
     def __init__(self, joint: _Optional[str] = ..., ratio: _Optional[float] = ...) -> None: ...
 
 class JointGroup(_message.Message):
-    __slots__ = ("name", "joint_names", "base_link", "tip_link")
+    __slots__ = ("name", "joint_names", "base_link", "tip_link", "kinematics", "kinematics_settings")
     NAME_FIELD_NUMBER: _ClassVar[int]
     JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
     BASE_LINK_FIELD_NUMBER: _ClassVar[int]
     TIP_LINK_FIELD_NUMBER: _ClassVar[int]
+    KINEMATICS_FIELD_NUMBER: _ClassVar[int]
+    KINEMATICS_SETTINGS_FIELD_NUMBER: _ClassVar[int]
     name: str
     joint_names: _containers.RepeatedScalarFieldContainer[str]
     base_link: str
     tip_link: str
-    def __init__(self, name: _Optional[str] = ..., joint_names: _Optional[_Iterable[str]] = ..., base_link: _Optional[str] = ..., tip_link: _Optional[str] = ...) -> None: ...
+    kinematics: str
+    kinematics_settings: _struct_pb2.Struct
+    def __init__(self, name: _Optional[str] = ..., joint_names: _Optional[_Iterable[str]] = ..., base_link: _Optional[str] = ..., tip_link: _Optional[str] = ..., kinematics: _Optional[str] = ..., kinematics_settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ...) -> None: ...
+
+class GroupSelection(_message.Message):
+    __slots__ = ("name", "base_link", "tip_link")
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    BASE_LINK_FIELD_NUMBER: _ClassVar[int]
+    TIP_LINK_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    base_link: str
+    tip_link: str
+    def __init__(self, name: _Optional[str] = ..., base_link: _Optional[str] = ..., tip_link: _Optional[str] = ...) -> None: ...
 
 class NodePair(_message.Message):
     __slots__ = ("first", "second", "reason")

@@ -1,6 +1,8 @@
 from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
 from virtualrobot.v1 import motion_pb2 as _motion_pb2
+from virtualrobot.v1 import nodes_pb2 as _nodes_pb2
 from google.protobuf.internal import containers as _containers
+from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
 from google.protobuf import descriptor as _descriptor
 from google.protobuf import message as _message
 from collections.abc import Iterable as _Iterable, Mapping as _Mapping
@@ -8,8 +10,27 @@ from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
 
 DESCRIPTOR: _descriptor.FileDescriptor
 
+class PathPlanner(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    PATH_PLANNER_UNSPECIFIED: _ClassVar[PathPlanner]
+    PATH_PLANNER_RRT_CONNECT: _ClassVar[PathPlanner]
+    PATH_PLANNER_RRT: _ClassVar[PathPlanner]
+    PATH_PLANNER_KPIECE1: _ClassVar[PathPlanner]
+    PATH_PLANNER_BKPIECE1: _ClassVar[PathPlanner]
+    PATH_PLANNER_LBKPIECE1: _ClassVar[PathPlanner]
+    PATH_PLANNER_RRT_STAR: _ClassVar[PathPlanner]
+    PATH_PLANNER_INFORMED_RRT_STAR: _ClassVar[PathPlanner]
+PATH_PLANNER_UNSPECIFIED: PathPlanner
+PATH_PLANNER_RRT_CONNECT: PathPlanner
+PATH_PLANNER_RRT: PathPlanner
+PATH_PLANNER_KPIECE1: PathPlanner
+PATH_PLANNER_BKPIECE1: PathPlanner
+PATH_PLANNER_LBKPIECE1: PathPlanner
+PATH_PLANNER_RRT_STAR: PathPlanner
+PATH_PLANNER_INFORMED_RRT_STAR: PathPlanner
+
 class FindPathRequest(_message.Message):
-    __slots__ = ("robot", "start", "goal", "planner", "seed", "time_limit_seconds", "speed_factor", "blend_percent")
+    __slots__ = ("robot", "start", "goal", "planner", "seed", "time_limit_seconds", "speed_factor", "blend_percent", "group")
     ROBOT_FIELD_NUMBER: _ClassVar[int]
     START_FIELD_NUMBER: _ClassVar[int]
     GOAL_FIELD_NUMBER: _ClassVar[int]
@@ -18,15 +39,17 @@ class FindPathRequest(_message.Message):
     TIME_LIMIT_SECONDS_FIELD_NUMBER: _ClassVar[int]
     SPEED_FACTOR_FIELD_NUMBER: _ClassVar[int]
     BLEND_PERCENT_FIELD_NUMBER: _ClassVar[int]
+    GROUP_FIELD_NUMBER: _ClassVar[int]
     robot: str
     start: _motion_pb2.JointGoal
     goal: _motion_pb2.PointToPoint
-    planner: str
+    planner: PathPlanner
     seed: int
     time_limit_seconds: float
     speed_factor: float
     blend_percent: float
-    def __init__(self, robot: _Optional[str] = ..., start: _Optional[_Union[_motion_pb2.JointGoal, _Mapping]] = ..., goal: _Optional[_Union[_motion_pb2.PointToPoint, _Mapping]] = ..., planner: _Optional[str] = ..., seed: _Optional[int] = ..., time_limit_seconds: _Optional[float] = ..., speed_factor: _Optional[float] = ..., blend_percent: _Optional[float] = ...) -> None: ...
+    group: _nodes_pb2.GroupSelection
+    def __init__(self, robot: _Optional[str] = ..., start: _Optional[_Union[_motion_pb2.JointGoal, _Mapping]] = ..., goal: _Optional[_Union[_motion_pb2.PointToPoint, _Mapping]] = ..., planner: _Optional[_Union[PathPlanner, str]] = ..., seed: _Optional[int] = ..., time_limit_seconds: _Optional[float] = ..., speed_factor: _Optional[float] = ..., blend_percent: _Optional[float] = ..., group: _Optional[_Union[_nodes_pb2.GroupSelection, _Mapping]] = ...) -> None: ...
 
 class FindPathResponse(_message.Message):
     __slots__ = ("stamp", "elapsed_seconds", "states", "checks", "path")
@@ -60,9 +83,9 @@ class FoundPath(_message.Message):
     straight_length: float
     steps: _containers.RepeatedCompositeFieldContainer[_motion_pb2.ProgramStep]
     duration_seconds: float
-    planner: str
+    planner: PathPlanner
     planning_seconds: float
-    def __init__(self, joint_names: _Optional[_Iterable[str]] = ..., waypoints: _Optional[_Iterable[_Union[Waypoint, _Mapping]]] = ..., straight: bool = ..., length: _Optional[float] = ..., straight_length: _Optional[float] = ..., steps: _Optional[_Iterable[_Union[_motion_pb2.ProgramStep, _Mapping]]] = ..., duration_seconds: _Optional[float] = ..., planner: _Optional[str] = ..., planning_seconds: _Optional[float] = ...) -> None: ...
+    def __init__(self, joint_names: _Optional[_Iterable[str]] = ..., waypoints: _Optional[_Iterable[_Union[Waypoint, _Mapping]]] = ..., straight: bool = ..., length: _Optional[float] = ..., straight_length: _Optional[float] = ..., steps: _Optional[_Iterable[_Union[_motion_pb2.ProgramStep, _Mapping]]] = ..., duration_seconds: _Optional[float] = ..., planner: _Optional[_Union[PathPlanner, str]] = ..., planning_seconds: _Optional[float] = ...) -> None: ...
 
 class Waypoint(_message.Message):
     __slots__ = ("positions",)

@@ -102,17 +102,19 @@ class Component(_message.Message):
     def __init__(self, kind: _Optional[_Union[ComponentKind, str]] = ..., name: _Optional[str] = ..., description: _Optional[str] = ..., isolation: _Optional[_Union[Isolation, str]] = ..., deadline_seconds: _Optional[float] = ..., settings_schema: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., endings: _Optional[_Iterable[str]] = ..., uses: _Optional[_Iterable[_Union[ComponentUse, _Mapping]]] = ...) -> None: ...
 
 class ComponentUse(_message.Message):
-    __slots__ = ("robot", "fault", "calls", "mean_call_seconds", "process_id", "sensor")
+    __slots__ = ("robot", "fault", "calls", "mean_call_seconds", "process_id", "sensor", "group")
     ROBOT_FIELD_NUMBER: _ClassVar[int]
     FAULT_FIELD_NUMBER: _ClassVar[int]
     CALLS_FIELD_NUMBER: _ClassVar[int]
     MEAN_CALL_SECONDS_FIELD_NUMBER: _ClassVar[int]
     PROCESS_ID_FIELD_NUMBER: _ClassVar[int]
     SENSOR_FIELD_NUMBER: _ClassVar[int]
+    GROUP_FIELD_NUMBER: _ClassVar[int]
     robot: str
     fault: str
     calls: int
     mean_call_seconds: float
     process_id: int
     sensor: str
-    def __init__(self, robot: _Optional[str] = ..., fault: _Optional[str] = ..., calls: _Optional[int] = ..., mean_call_seconds: _Optional[float] = ..., process_id: _Optional[int] = ..., sensor: _Optional[str] = ...) -> None: ...
+    group: str
+    def __init__(self, robot: _Optional[str] = ..., fault: _Optional[str] = ..., calls: _Optional[int] = ..., mean_call_seconds: _Optional[float] = ..., process_id: _Optional[int] = ..., sensor: _Optional[str] = ..., group: _Optional[str] = ...) -> None: ...

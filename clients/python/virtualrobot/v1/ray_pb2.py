@@ -23,38 +23,25 @@ _sym_db = _symbol_database.Default()
 
 
 from virtualrobot.v1 import geometry_pb2 as virtualrobot_dot_v1_dot_geometry__pb2
-from virtualrobot.v1 import view_pb2 as virtualrobot_dot_v1_dot_view__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x19virtualrobot/v1/ray.proto\x12\x0fvirtualrobot.v1\x1a\x1evirtualrobot/v1/geometry.proto\x1a\x1avirtualrobot/v1/view.proto\"\xb1\x01\n\x0f\x43\x61stRaysRequest\x12.\n\x07origins\x18\x01 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\x12\x31\n\ndirections\x18\x02 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\x12\x18\n\x10max_range_meters\x18\x03 \x01(\x01\x12\r\n\x05\x66rame\x18\x04 \x01(\t\x12\x12\n\nray_caster\x18\x05 \x01(\t\"\xf9\x01\n\x10\x43\x61stRaysResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x30\n\tdistances\x18\x02 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\x12/\n\x08\x65lements\x18\x03 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\x12\x15\n\relement_names\x18\x04 \x03(\t\x12.\n\x07normals\x18\x05 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\x12\x14\n\x0c\x63\x61st_seconds\x18\x06 \x01(\x01\"K\n\x18\x43ompareRayCastersRequest\x12\x13\n\x0bray_casters\x18\x01 \x03(\t\x12\x0c\n\x04rays\x18\x02 \x01(\r\x12\x0c\n\x04seed\x18\x03 \x01(\x04\"\x8f\x01\n\x19\x43ompareRayCastersResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x10\n\x08progress\x18\x02 \x01(\x01\x12\x39\n\x0b\x63omparisons\x18\x03 \x03(\x0b\x32$.virtualrobot.v1.RayCasterComparison\"\xd9\x01\n\x13RayCasterComparison\x12\x12\n\nray_caster\x18\x01 \x01(\t\x12\r\n\x05\x66\x61ult\x18\x02 \x01(\t\x12\x11\n\tagreement\x18\x03 \x01(\x01\x12\x15\n\rother_element\x18\x04 \x01(\x01\x12 \n\x18median_difference_meters\x18\x05 \x01(\x01\x12!\n\x19largest_difference_meters\x18\x06 \x01(\x01\x12\x1a\n\x12\x66irst_cast_seconds\x18\x07 \x01(\x01\x12\x14\n\x0c\x63\x61st_seconds\x18\x08 \x01(\x01\"\x95\x01\n\x0bPickRequest\x12)\n\x06\x63\x61mera\x18\x01 \x01(\x0b\x32\x17.virtualrobot.v1.CameraH\x00\x12\x17\n\rcamera_sensor\x18\x02 \x01(\tH\x00\x12\r\n\x05width\x18\x03 \x01(\r\x12\x0e\n\x06height\x18\x04 \x01(\r\x12\x0e\n\x06\x63olumn\x18\x05 \x01(\x01\x12\x0b\n\x03row\x18\x06 \x01(\x01\x42\x06\n\x04\x66rom\"\x8a\x02\n\x0cPickResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x0c\n\x04node\x18\x02 \x01(\t\x12-\n\x0bworld_point\x18\x03 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\x12,\n\nnode_point\x18\x04 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\x12(\n\x06normal\x18\x05 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\x12\x17\n\x0f\x64istance_meters\x18\x06 \x01(\x01\x12%\n\x05\x63olor\x18\x07 \x01(\x0b\x32\x16.virtualrobot.v1.Color\"g\n\x0eMeasureRequest\x12)\n\x05\x66irst\x18\x01 \x01(\x0b\x32\x1a.virtualrobot.v1.NodePoint\x12*\n\x06second\x18\x02 \x01(\x0b\x32\x1a.virtualrobot.v1.NodePoint\"\xa4\x01\n\x0fMeasureResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x17\n\x0f\x64istance_meters\x18\x02 \x01(\x01\x12\'\n\x05\x66irst\x18\x03 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\x12(\n\x06second\x18\x04 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\"\x84\x01\n\x13WatchMeasureRequest\x12)\n\x05\x66irst\x18\x01 \x01(\x0b\x32\x1a.virtualrobot.v1.NodePoint\x12*\n\x06second\x18\x02 \x01(\x0b\x32\x1a.virtualrobot.v1.NodePoint\x12\x16\n\x0emax_rate_hertz\x18\x03 \x01(\x01\"I\n\x14WatchMeasureResponse\x12\x31\n\x07measure\x18\x01 \x01(\x0b\x32 .virtualrobot.v1.MeasureResponse2\xbd\x03\n\nRayService\x12O\n\x08\x43\x61stRays\x12 .virtualrobot.v1.CastRaysRequest\x1a!.virtualrobot.v1.CastRaysResponse\x12l\n\x11\x43ompareRayCasters\x12).virtualrobot.v1.CompareRayCastersRequest\x1a*.virtualrobot.v1.CompareRayCastersResponse0\x01\x12\x43\n\x04Pick\x12\x1c.virtualrobot.v1.PickRequest\x1a\x1d.virtualrobot.v1.PickResponse\x12L\n\x07Measure\x12\x1f.virtualrobot.v1.MeasureRequest\x1a .virtualrobot.v1.MeasureResponse\x12]\n\x0cWatchMeasure\x12$.virtualrobot.v1.WatchMeasureRequest\x1a%.virtualrobot.v1.WatchMeasureResponse0\x01\x62\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x19virtualrobot/v1/ray.proto\x12\x0fvirtualrobot.v1\x1a\x1evirtualrobot/v1/geometry.proto\"\xb1\x01\n\x0f\x43\x61stRaysRequest\x12.\n\x07origins\x18\x01 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\x12\x31\n\ndirections\x18\x02 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\x12\x18\n\x10max_range_meters\x18\x03 \x01(\x01\x12\r\n\x05\x66rame\x18\x04 \x01(\t\x12\x12\n\nray_caster\x18\x05 \x01(\t\"\xf9\x01\n\x10\x43\x61stRaysResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x30\n\tdistances\x18\x02 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\x12/\n\x08\x65lements\x18\x03 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\x12\x15\n\relement_names\x18\x04 \x03(\t\x12.\n\x07normals\x18\x05 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\x12\x14\n\x0c\x63\x61st_seconds\x18\x06 \x01(\x01\"K\n\x18\x43ompareRayCastersRequest\x12\x13\n\x0bray_casters\x18\x01 \x03(\t\x12\x0c\n\x04rays\x18\x02 \x01(\r\x12\x0c\n\x04seed\x18\x03 \x01(\x04\"\x8f\x01\n\x19\x43ompareRayCastersResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x10\n\x08progress\x18\x02 \x01(\x01\x12\x39\n\x0b\x63omparisons\x18\x03 \x03(\x0b\x32$.virtualrobot.v1.RayCasterComparison\"\xd9\x01\n\x13RayCasterComparison\x12\x12\n\nray_caster\x18\x01 \x01(\t\x12\r\n\x05\x66\x61ult\x18\x02 \x01(\t\x12\x11\n\tagreement\x18\x03 \x01(\x01\x12\x15\n\rother_element\x18\x04 \x01(\x01\x12 \n\x18median_difference_meters\x18\x05 \x01(\x01\x12!\n\x19largest_difference_meters\x18\x06 \x01(\x01\x12\x1a\n\x12\x66irst_cast_seconds\x18\x07 \x01(\x01\x12\x14\n\x0c\x63\x61st_seconds\x18\x08 \x01(\x01\x32\xcb\x01\n\nRayService\x12O\n\x08\x43\x61stRays\x12 .virtualrobot.v1.CastRaysRequest\x1a!.virtualrobot.v1.CastRaysResponse\x12l\n\x11\x43ompareRayCasters\x12).virtualrobot.v1.CompareRayCastersRequest\x1a*.virtualrobot.v1.CompareRayCastersResponse0\x01\x62\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
 _builder.BuildTopDescriptorsAndMessages(DESCRIPTOR, 'virtualrobot.v1.ray_pb2', _globals)
 if not _descriptor._USE_C_DESCRIPTORS:
   DESCRIPTOR._loaded_options = None
-  _globals['_CASTRAYSREQUEST']._serialized_start=107
-  _globals['_CASTRAYSREQUEST']._serialized_end=284
-  _globals['_CASTRAYSRESPONSE']._serialized_start=287
-  _globals['_CASTRAYSRESPONSE']._serialized_end=536
-  _globals['_COMPARERAYCASTERSREQUEST']._serialized_start=538
-  _globals['_COMPARERAYCASTERSREQUEST']._serialized_end=613
-  _globals['_COMPARERAYCASTERSRESPONSE']._serialized_start=616
-  _globals['_COMPARERAYCASTERSRESPONSE']._serialized_end=759
-  _globals['_RAYCASTERCOMPARISON']._serialized_start=762
-  _globals['_RAYCASTERCOMPARISON']._serialized_end=979
-  _globals['_PICKREQUEST']._serialized_start=982
-  _globals['_PICKREQUEST']._serialized_end=1131
-  _globals['_PICKRESPONSE']._serialized_start=1134
-  _globals['_PICKRESPONSE']._serialized_end=1400
-  _globals['_MEASUREREQUEST']._serialized_start=1402
-  _globals['_MEASUREREQUEST']._serialized_end=1505
-  _globals['_MEASURERESPONSE']._serialized_start=1508
-  _globals['_MEASURERESPONSE']._serialized_end=1672
-  _globals['_WATCHMEASUREREQUEST']._serialized_start=1675
-  _globals['_WATCHMEASUREREQUEST']._serialized_end=1807
-  _globals['_WATCHMEASURERESPONSE']._serialized_start=1809
-  _globals['_WATCHMEASURERESPONSE']._serialized_end=1882
-  _globals['_RAYSERVICE']._serialized_start=1885
-  _globals['_RAYSERVICE']._serialized_end=2330
+  _globals['_CASTRAYSREQUEST']._serialized_start=79
+  _globals['_CASTRAYSREQUEST']._serialized_end=256
+  _globals['_CASTRAYSRESPONSE']._serialized_start=259
+  _globals['_CASTRAYSRESPONSE']._serialized_end=508
+  _globals['_COMPARERAYCASTERSREQUEST']._serialized_start=510
+  _globals['_COMPARERAYCASTERSREQUEST']._serialized_end=585
+  _globals['_COMPARERAYCASTERSRESPONSE']._serialized_start=588
+  _globals['_COMPARERAYCASTERSRESPONSE']._serialized_end=731
+  _globals['_RAYCASTERCOMPARISON']._serialized_start=734
+  _globals['_RAYCASTERCOMPARISON']._serialized_end=951
+  _globals['_RAYSERVICE']._serialized_start=954
+  _globals['_RAYSERVICE']._serialized_end=1157
 # @@protoc_insertion_point(module_scope)

@@ -45,21 +45,6 @@ class RayServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_ray__pb2.CompareRayCastersRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_ray__pb2.CompareRayCastersResponse.FromString,
                 _registered_method=True)
-        self.Pick = channel.unary_unary(
-                '/virtualrobot.v1.RayService/Pick',
-                request_serializer=virtualrobot_dot_v1_dot_ray__pb2.PickRequest.SerializeToString,
-                response_deserializer=virtualrobot_dot_v1_dot_ray__pb2.PickResponse.FromString,
-                _registered_method=True)
-        self.Measure = channel.unary_unary(
-                '/virtualrobot.v1.RayService/Measure',
-                request_serializer=virtualrobot_dot_v1_dot_ray__pb2.MeasureRequest.SerializeToString,
-                response_deserializer=virtualrobot_dot_v1_dot_ray__pb2.MeasureResponse.FromString,
-                _registered_method=True)
-        self.WatchMeasure = channel.unary_stream(
-                '/virtualrobot.v1.RayService/WatchMeasure',
-                request_serializer=virtualrobot_dot_v1_dot_ray__pb2.WatchMeasureRequest.SerializeToString,
-                response_deserializer=virtualrobot_dot_v1_dot_ray__pb2.WatchMeasureResponse.FromString,
-                _registered_method=True)
 
 
 class RayServiceServicer(object):
@@ -80,27 +65,6 @@ class RayServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
-    def Pick(self, request, context):
-        """What is under a pixel.
-        """
-        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
-        context.set_details('Method not implemented!')
-        raise NotImplementedError('Method not implemented!')
-
-    def Measure(self, request, context):
-        """How far points of nodes are apart now.
-        """
-        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
-        context.set_details('Method not implemented!')
-        raise NotImplementedError('Method not implemented!')
-
-    def WatchMeasure(self, request, context):
-        """The same again and again, as the nodes move.
-        """
-        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
-        context.set_details('Method not implemented!')
-        raise NotImplementedError('Method not implemented!')
-
 
 def add_RayServiceServicer_to_server(servicer, server):
     rpc_method_handlers = {
@@ -113,21 +77,6 @@ def add_RayServiceServicer_to_server(servicer, server):
                     servicer.CompareRayCasters,
                     request_deserializer=virtualrobot_dot_v1_dot_ray__pb2.CompareRayCastersRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_ray__pb2.CompareRayCastersResponse.SerializeToString,
-            ),
-            'Pick': grpc.unary_unary_rpc_method_handler(
-                    servicer.Pick,
-                    request_deserializer=virtualrobot_dot_v1_dot_ray__pb2.PickRequest.FromString,
-                    response_serializer=virtualrobot_dot_v1_dot_ray__pb2.PickResponse.SerializeToString,
-            ),
-            'Measure': grpc.unary_unary_rpc_method_handler(
-                    servicer.Measure,
-                    request_deserializer=virtualrobot_dot_v1_dot_ray__pb2.MeasureRequest.FromString,
-                    response_serializer=virtualrobot_dot_v1_dot_ray__pb2.MeasureResponse.SerializeToString,
-            ),
-            'WatchMeasure': grpc.unary_stream_rpc_method_handler(
-                    servicer.WatchMeasure,
-                    request_deserializer=virtualrobot_dot_v1_dot_ray__pb2.WatchMeasureRequest.FromString,
-                    response_serializer=virtualrobot_dot_v1_dot_ray__pb2.WatchMeasureResponse.SerializeToString,
             ),
     }
     generic_handler = grpc.method_handlers_generic_handler(
@@ -185,87 +134,6 @@ class RayService(object):
             '/virtualrobot.v1.RayService/CompareRayCasters',
             virtualrobot_dot_v1_dot_ray__pb2.CompareRayCastersRequest.SerializeToString,
             virtualrobot_dot_v1_dot_ray__pb2.CompareRayCastersResponse.FromString,
-            options,
-            channel_credentials,
-            insecure,
-            call_credentials,
-            compression,
-            wait_for_ready,
-            timeout,
-            metadata,
-            _registered_method=True)
-
-    @staticmethod
-    def Pick(request,
-            target,
-            options=(),
-            channel_credentials=None,
-            call_credentials=None,
-            insecure=False,
-            compression=None,
-            wait_for_ready=None,
-            timeout=None,
-            metadata=None):
-        return grpc.experimental.unary_unary(
-            request,
-            target,
-            '/virtualrobot.v1.RayService/Pick',
-            virtualrobot_dot_v1_dot_ray__pb2.PickRequest.SerializeToString,
-            virtualrobot_dot_v1_dot_ray__pb2.PickResponse.FromString,
-            options,
-            channel_credentials,
-            insecure,
-            call_credentials,
-            compression,
-            wait_for_ready,
-            timeout,
-            metadata,
-            _registered_method=True)
-
-    @staticmethod
-    def Measure(request,
-            target,
-            options=(),
-            channel_credentials=None,
-            call_credentials=None,
-            insecure=False,
-            compression=None,
-            wait_for_ready=None,
-            timeout=None,
-            metadata=None):
-        return grpc.experimental.unary_unary(
-            request,
-            target,
-            '/virtualrobot.v1.RayService/Measure',
-            virtualrobot_dot_v1_dot_ray__pb2.MeasureRequest.SerializeToString,
-            virtualrobot_dot_v1_dot_ray__pb2.MeasureResponse.FromString,
-            options,
-            channel_credentials,
-            insecure,
-            call_credentials,
-            compression,
-            wait_for_ready,
-            timeout,
-            metadata,
-            _registered_method=True)
-
-    @staticmethod
-    def WatchMeasure(request,
-            target,
-            options=(),
-            channel_credentials=None,
-            call_credentials=None,
-            insecure=False,
-            compression=None,
-            wait_for_ready=None,
-            timeout=None,
-            metadata=None):
-        return grpc.experimental.unary_stream(
-            request,
-            target,
-            '/virtualrobot.v1.RayService/WatchMeasure',
-            virtualrobot_dot_v1_dot_ray__pb2.WatchMeasureRequest.SerializeToString,
-            virtualrobot_dot_v1_dot_ray__pb2.WatchMeasureResponse.FromString,
             options,
             channel_credentials,
             insecure,

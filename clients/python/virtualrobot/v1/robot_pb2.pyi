@@ -35,10 +35,12 @@ INVERSE_STATUS_SOLVED: InverseStatus
 INVERSE_STATUS_UNREACHABLE: InverseStatus
 
 class GetRobotRequest(_message.Message):
-    __slots__ = ("name",)
+    __slots__ = ("name", "group")
     NAME_FIELD_NUMBER: _ClassVar[int]
+    GROUP_FIELD_NUMBER: _ClassVar[int]
     name: str
-    def __init__(self, name: _Optional[str] = ...) -> None: ...
+    group: _nodes_pb2.GroupSelection
+    def __init__(self, name: _Optional[str] = ..., group: _Optional[_Union[_nodes_pb2.GroupSelection, _Mapping]] = ...) -> None: ...
 
 class GetRobotResponse(_message.Message):
     __slots__ = ("stamp", "uid", "joints", "links", "tools", "flange", "kinematics", "chain_joints", "postures", "kinematics_settings", "kinematics_fault", "groups", "allowed_collisions", "actuators")
@@ -87,7 +89,7 @@ class JointDescription(_message.Message):
     def __init__(self, name: _Optional[str] = ..., type: _Optional[_Union[_nodes_pb2.JointType, str]] = ..., limits: _Optional[_Union[_nodes_pb2.JointLimits, _Mapping]] = ..., coordinate_count: _Optional[int] = ..., velocity_count: _Optional[int] = ...) -> None: ...
 
 class RobotState(_message.Message):
-    __slots__ = ("name", "positions", "velocities", "world_t_tcp", "tool", "tool_center_point", "tool_states", "speed_factor", "motion_ids", "actuator_positions")
+    __slots__ = ("name", "positions", "velocities", "world_t_tcp", "tool", "tool_center_point", "tool_states", "speed_factor", "motion_ids", "actuator_positions", "commanded_positions", "commanded_velocities")
     class ToolStatesEntry(_message.Message):
         __slots__ = ("key", "value")
         KEY_FIELD_NUMBER: _ClassVar[int]
@@ -105,6 +107,8 @@ class RobotState(_message.Message):
     SPEED_FACTOR_FIELD_NUMBER: _ClassVar[int]
     MOTION_IDS_FIELD_NUMBER: _ClassVar[int]
     ACTUATOR_POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    COMMANDED_POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    COMMANDED_VELOCITIES_FIELD_NUMBER: _ClassVar[int]
     name: str
     positions: _containers.RepeatedScalarFieldContainer[float]
     velocities: _containers.RepeatedScalarFieldContainer[float]
@@ -115,15 +119,17 @@ class RobotState(_message.Message):
     speed_factor: float
     motion_ids: _containers.RepeatedScalarFieldContainer[str]
     actuator_positions: _containers.RepeatedScalarFieldContainer[float]
-    def __init__(self, name: _Optional[str] = ..., positions: _Optional[_Iterable[float]] = ..., velocities: _Optional[_Iterable[float]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., tool: _Optional[str] = ..., tool_center_point: _Optional[str] = ..., tool_states: _Optional[_Mapping[str, str]] = ..., speed_factor: _Optional[float] = ..., motion_ids: _Optional[_Iterable[str]] = ..., actuator_positions: _Optional[_Iterable[float]] = ...) -> None: ...
+    commanded_positions: _containers.RepeatedScalarFieldContainer[float]
+    commanded_velocities: _containers.RepeatedScalarFieldContainer[float]
+    def __init__(self, name: _Optional[str] = ..., positions: _Optional[_Iterable[float]] = ..., velocities: _Optional[_Iterable[float]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., tool: _Optional[str] = ..., tool_center_point: _Optional[str] = ..., tool_states: _Optional[_Mapping[str, str]] = ..., speed_factor: _Optional[float] = ..., motion_ids: _Optional[_Iterable[str]] = ..., actuator_positions: _Optional[_Iterable[float]] = ..., commanded_positions: _Optional[_Iterable[float]] = ..., commanded_velocities: _Optional[_Iterable[float]] = ...) -> None: ...
 
 class GetRobotStatesRequest(_message.Message):
-    __slots__ = ("names", "mask")
+    __slots__ = ("names", "read_mask")
     NAMES_FIELD_NUMBER: _ClassVar[int]
-    MASK_FIELD_NUMBER: _ClassVar[int]
+    READ_MASK_FIELD_NUMBER: _ClassVar[int]
     names: _containers.RepeatedScalarFieldContainer[str]
-    mask: _field_mask_pb2.FieldMask
-    def __init__(self, names: _Optional[_Iterable[str]] = ..., mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ...) -> None: ...
+    read_mask: _field_mask_pb2.FieldMask
+    def __init__(self, names: _Optional[_Iterable[str]] = ..., read_mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ...) -> None: ...
 
 class GetRobotStatesResponse(_message.Message):
     __slots__ = ("stamp", "robots")
@@ -134,14 +140,14 @@ class GetRobotStatesResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., robots: _Optional[_Iterable[_Union[RobotState, _Mapping]]] = ...) -> None: ...
 
 class WatchRobotStatesRequest(_message.Message):
-    __slots__ = ("names", "mask", "max_rate_hertz")
+    __slots__ = ("names", "read_mask", "max_rate_hertz")
     NAMES_FIELD_NUMBER: _ClassVar[int]
-    MASK_FIELD_NUMBER: _ClassVar[int]
+    READ_MASK_FIELD_NUMBER: _ClassVar[int]
     MAX_RATE_HERTZ_FIELD_NUMBER: _ClassVar[int]
     names: _containers.RepeatedScalarFieldContainer[str]
-    mask: _field_mask_pb2.FieldMask
+    read_mask: _field_mask_pb2.FieldMask
     max_rate_hertz: float
-    def __init__(self, names: _Optional[_Iterable[str]] = ..., mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ..., max_rate_hertz: _Optional[float] = ...) -> None: ...
+    def __init__(self, names: _Optional[_Iterable[str]] = ..., read_mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ..., max_rate_hertz: _Optional[float] = ...) -> None: ...
 
 class WatchRobotStatesResponse(_message.Message):
     __slots__ = ("stamp", "robots", "removed_names")
@@ -154,7 +160,7 @@ class WatchRobotStatesResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., robots: _Optional[_Iterable[_Union[RobotState, _Mapping]]] = ..., removed_names: _Optional[_Iterable[str]] = ...) -> None: ...
 
 class SolveForwardRequest(_message.Message):
-    __slots__ = ("robot", "joint_positions")
+    __slots__ = ("robot", "joint_positions", "group")
     class JointPositionsEntry(_message.Message):
         __slots__ = ("key", "value")
         KEY_FIELD_NUMBER: _ClassVar[int]
@@ -164,9 +170,11 @@ class SolveForwardRequest(_message.Message):
         def __init__(self, key: _Optional[str] = ..., value: _Optional[float] = ...) -> None: ...
     ROBOT_FIELD_NUMBER: _ClassVar[int]
     JOINT_POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    GROUP_FIELD_NUMBER: _ClassVar[int]
     robot: str
     joint_positions: _containers.ScalarMap[str, float]
-    def __init__(self, robot: _Optional[str] = ..., joint_positions: _Optional[_Mapping[str, float]] = ...) -> None: ...
+    group: _nodes_pb2.GroupSelection
+    def __init__(self, robot: _Optional[str] = ..., joint_positions: _Optional[_Mapping[str, float]] = ..., group: _Optional[_Union[_nodes_pb2.GroupSelection, _Mapping]] = ...) -> None: ...
 
 class SolveForwardResponse(_message.Message):
     __slots__ = ("stamp", "world_t_tcp", "links", "world_t_link")
@@ -181,7 +189,7 @@ class SolveForwardResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., links: _Optional[_Iterable[str]] = ..., world_t_link: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
 
 class SolveJacobianRequest(_message.Message):
-    __slots__ = ("robot", "joint_positions", "points")
+    __slots__ = ("robot", "joint_positions", "points", "group")
     class JointPositionsEntry(_message.Message):
         __slots__ = ("key", "value")
         KEY_FIELD_NUMBER: _ClassVar[int]
@@ -192,10 +200,12 @@ class SolveJacobianRequest(_message.Message):
     ROBOT_FIELD_NUMBER: _ClassVar[int]
     JOINT_POSITIONS_FIELD_NUMBER: _ClassVar[int]
     POINTS_FIELD_NUMBER: _ClassVar[int]
+    GROUP_FIELD_NUMBER: _ClassVar[int]
     robot: str
     joint_positions: _containers.ScalarMap[str, float]
     points: _containers.RepeatedCompositeFieldContainer[RobotPoint]
-    def __init__(self, robot: _Optional[str] = ..., joint_positions: _Optional[_Mapping[str, float]] = ..., points: _Optional[_Iterable[_Union[RobotPoint, _Mapping]]] = ...) -> None: ...
+    group: _nodes_pb2.GroupSelection
+    def __init__(self, robot: _Optional[str] = ..., joint_positions: _Optional[_Mapping[str, float]] = ..., points: _Optional[_Iterable[_Union[RobotPoint, _Mapping]]] = ..., group: _Optional[_Union[_nodes_pb2.GroupSelection, _Mapping]] = ...) -> None: ...
 
 class RobotPoint(_message.Message):
     __slots__ = ("node", "point", "reference")
@@ -222,7 +232,7 @@ class SolveJacobianResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., joint_names: _Optional[_Iterable[str]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., tcp_jacobian: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., point_jacobians: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
 
 class SolveInverseRequest(_message.Message):
-    __slots__ = ("robot", "reference_t_tcp", "reference", "seed", "configuration", "redundancy")
+    __slots__ = ("robot", "reference_t_tcp", "reference", "seed", "configuration", "redundancy", "group")
     class SeedEntry(_message.Message):
         __slots__ = ("key", "value")
         KEY_FIELD_NUMBER: _ClassVar[int]
@@ -236,13 +246,15 @@ class SolveInverseRequest(_message.Message):
     SEED_FIELD_NUMBER: _ClassVar[int]
     CONFIGURATION_FIELD_NUMBER: _ClassVar[int]
     REDUNDANCY_FIELD_NUMBER: _ClassVar[int]
+    GROUP_FIELD_NUMBER: _ClassVar[int]
     robot: str
     reference_t_tcp: _geometry_pb2.Pose
     reference: str
     seed: _containers.ScalarMap[str, float]
     configuration: str
     redundancy: Redundancy
-    def __init__(self, robot: _Optional[str] = ..., reference_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., reference: _Optional[str] = ..., seed: _Optional[_Mapping[str, float]] = ..., configuration: _Optional[str] = ..., redundancy: _Optional[_Union[Redundancy, _Mapping]] = ...) -> None: ...
+    group: _nodes_pb2.GroupSelection
+    def __init__(self, robot: _Optional[str] = ..., reference_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., reference: _Optional[str] = ..., seed: _Optional[_Mapping[str, float]] = ..., configuration: _Optional[str] = ..., redundancy: _Optional[_Union[Redundancy, _Mapping]] = ..., group: _Optional[_Union[_nodes_pb2.GroupSelection, _Mapping]] = ...) -> None: ...
 
 class Redundancy(_message.Message):
     __slots__ = ("locked_joints", "arm_angle_radians", "preference", "posture")
@@ -293,14 +305,16 @@ class SolveInverseResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., status: _Optional[_Union[InverseStatus, str]] = ..., joint_names: _Optional[_Iterable[str]] = ..., solutions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., configurations: _Optional[_Iterable[str]] = ..., position_error_meters: _Optional[float] = ..., rotation_error_radians: _Optional[float] = ..., explanation: _Optional[str] = ..., arm_angles_radians: _Optional[_Iterable[float]] = ...) -> None: ...
 
 class SetKinematicsRequest(_message.Message):
-    __slots__ = ("robot", "kinematics", "settings")
+    __slots__ = ("robot", "kinematics", "settings", "group")
     ROBOT_FIELD_NUMBER: _ClassVar[int]
     KINEMATICS_FIELD_NUMBER: _ClassVar[int]
     SETTINGS_FIELD_NUMBER: _ClassVar[int]
+    GROUP_FIELD_NUMBER: _ClassVar[int]
     robot: str
     kinematics: str
     settings: _struct_pb2.Struct
-    def __init__(self, robot: _Optional[str] = ..., kinematics: _Optional[str] = ..., settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ...) -> None: ...
+    group: str
+    def __init__(self, robot: _Optional[str] = ..., kinematics: _Optional[str] = ..., settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., group: _Optional[str] = ...) -> None: ...
 
 class SetKinematicsResponse(_message.Message):
     __slots__ = ("stamp", "check")

@@ -25,12 +25,12 @@ DENAVIT_HARTENBERG_CONVENTION_STANDARD: DenavitHartenbergConvention
 DENAVIT_HARTENBERG_CONVENTION_MODIFIED: DenavitHartenbergConvention
 
 class GetSceneRequest(_message.Message):
-    __slots__ = ("names", "node_mask")
+    __slots__ = ("names", "read_mask")
     NAMES_FIELD_NUMBER: _ClassVar[int]
-    NODE_MASK_FIELD_NUMBER: _ClassVar[int]
+    READ_MASK_FIELD_NUMBER: _ClassVar[int]
     names: _containers.RepeatedScalarFieldContainer[str]
-    node_mask: _field_mask_pb2.FieldMask
-    def __init__(self, names: _Optional[_Iterable[str]] = ..., node_mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ...) -> None: ...
+    read_mask: _field_mask_pb2.FieldMask
+    def __init__(self, names: _Optional[_Iterable[str]] = ..., read_mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ...) -> None: ...
 
 class GetSceneResponse(_message.Message):
     __slots__ = ("stamp", "nodes", "world_t_node")
@@ -43,14 +43,14 @@ class GetSceneResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., nodes: _Optional[_Iterable[_Union[_nodes_pb2.Node, _Mapping]]] = ..., world_t_node: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
 
 class WatchSceneRequest(_message.Message):
-    __slots__ = ("names", "node_mask", "max_rate_hertz")
+    __slots__ = ("names", "read_mask", "max_rate_hertz")
     NAMES_FIELD_NUMBER: _ClassVar[int]
-    NODE_MASK_FIELD_NUMBER: _ClassVar[int]
+    READ_MASK_FIELD_NUMBER: _ClassVar[int]
     MAX_RATE_HERTZ_FIELD_NUMBER: _ClassVar[int]
     names: _containers.RepeatedScalarFieldContainer[str]
-    node_mask: _field_mask_pb2.FieldMask
+    read_mask: _field_mask_pb2.FieldMask
     max_rate_hertz: float
-    def __init__(self, names: _Optional[_Iterable[str]] = ..., node_mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ..., max_rate_hertz: _Optional[float] = ...) -> None: ...
+    def __init__(self, names: _Optional[_Iterable[str]] = ..., read_mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ..., max_rate_hertz: _Optional[float] = ...) -> None: ...
 
 class WatchSceneResponse(_message.Message):
     __slots__ = ("stamp", "nodes", "removed_uids", "moved_uids", "world_t_node")
@@ -129,14 +129,14 @@ class CreateNode(_message.Message):
     def __init__(self, node: _Optional[_Union[_nodes_pb2.Node, _Mapping]] = ...) -> None: ...
 
 class UpdateNode(_message.Message):
-    __slots__ = ("name", "node", "mask")
+    __slots__ = ("name", "node", "update_mask")
     NAME_FIELD_NUMBER: _ClassVar[int]
     NODE_FIELD_NUMBER: _ClassVar[int]
-    MASK_FIELD_NUMBER: _ClassVar[int]
+    UPDATE_MASK_FIELD_NUMBER: _ClassVar[int]
     name: str
     node: _nodes_pb2.Node
-    mask: _field_mask_pb2.FieldMask
-    def __init__(self, name: _Optional[str] = ..., node: _Optional[_Union[_nodes_pb2.Node, _Mapping]] = ..., mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ...) -> None: ...
+    update_mask: _field_mask_pb2.FieldMask
+    def __init__(self, name: _Optional[str] = ..., node: _Optional[_Union[_nodes_pb2.Node, _Mapping]] = ..., update_mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ...) -> None: ...
 
 class RemoveNode(_message.Message):
     __slots__ = ("name",)
@@ -238,17 +238,9 @@ class SetSpeedFactor(_message.Message):
     def __init__(self, robot: _Optional[str] = ..., factor: _Optional[float] = ...) -> None: ...
 
 class ImportModelRequest(_message.Message):
-    __slots__ = ("uri", "files", "packages", "name", "parent", "parent_t_node", "base_joint", "as_part", "scale", "settings", "srdf_uri", "denavit_hartenberg")
-    class PackagesEntry(_message.Message):
-        __slots__ = ("key", "value")
-        KEY_FIELD_NUMBER: _ClassVar[int]
-        VALUE_FIELD_NUMBER: _ClassVar[int]
-        key: str
-        value: str
-        def __init__(self, key: _Optional[str] = ..., value: _Optional[str] = ...) -> None: ...
+    __slots__ = ("uri", "files", "name", "parent", "parent_t_node", "base_joint", "as_part", "scale", "settings", "srdf_uri", "denavit_hartenberg")
     URI_FIELD_NUMBER: _ClassVar[int]
     FILES_FIELD_NUMBER: _ClassVar[int]
-    PACKAGES_FIELD_NUMBER: _ClassVar[int]
     NAME_FIELD_NUMBER: _ClassVar[int]
     PARENT_FIELD_NUMBER: _ClassVar[int]
     PARENT_T_NODE_FIELD_NUMBER: _ClassVar[int]
@@ -260,7 +252,6 @@ class ImportModelRequest(_message.Message):
     DENAVIT_HARTENBERG_FIELD_NUMBER: _ClassVar[int]
     uri: str
     files: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.AssetFile]
-    packages: _containers.ScalarMap[str, str]
     name: str
     parent: str
     parent_t_node: _geometry_pb2.Pose
@@ -270,7 +261,7 @@ class ImportModelRequest(_message.Message):
     settings: _struct_pb2.Struct
     srdf_uri: str
     denavit_hartenberg: DenavitHartenberg
-    def __init__(self, uri: _Optional[str] = ..., files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ..., packages: _Optional[_Mapping[str, str]] = ..., name: _Optional[str] = ..., parent: _Optional[str] = ..., parent_t_node: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., base_joint: _Optional[_Union[_nodes_pb2.JointType, str]] = ..., as_part: bool = ..., scale: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., srdf_uri: _Optional[str] = ..., denavit_hartenberg: _Optional[_Union[DenavitHartenberg, _Mapping]] = ...) -> None: ...
+    def __init__(self, uri: _Optional[str] = ..., files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ..., name: _Optional[str] = ..., parent: _Optional[str] = ..., parent_t_node: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., base_joint: _Optional[_Union[_nodes_pb2.JointType, str]] = ..., as_part: bool = ..., scale: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., srdf_uri: _Optional[str] = ..., denavit_hartenberg: _Optional[_Union[DenavitHartenberg, _Mapping]] = ...) -> None: ...
 
 class DenavitHartenberg(_message.Message):
     __slots__ = ("convention", "rows", "base_t_first", "last_t_flange")
@@ -359,25 +350,16 @@ class KnownModel(_message.Message):
     def __init__(self, name: _Optional[str] = ..., description: _Optional[str] = ..., uri: _Optional[str] = ..., package: _Optional[str] = ..., installed: bool = ...) -> None: ...
 
 class LoadSceneRequest(_message.Message):
-    __slots__ = ("text", "uri", "files", "packages", "add")
-    class PackagesEntry(_message.Message):
-        __slots__ = ("key", "value")
-        KEY_FIELD_NUMBER: _ClassVar[int]
-        VALUE_FIELD_NUMBER: _ClassVar[int]
-        key: str
-        value: str
-        def __init__(self, key: _Optional[str] = ..., value: _Optional[str] = ...) -> None: ...
+    __slots__ = ("text", "uri", "files", "add")
     TEXT_FIELD_NUMBER: _ClassVar[int]
     URI_FIELD_NUMBER: _ClassVar[int]
     FILES_FIELD_NUMBER: _ClassVar[int]
-    PACKAGES_FIELD_NUMBER: _ClassVar[int]
     ADD_FIELD_NUMBER: _ClassVar[int]
     text: str
     uri: str
     files: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.AssetFile]
-    packages: _containers.ScalarMap[str, str]
     add: bool
-    def __init__(self, text: _Optional[str] = ..., uri: _Optional[str] = ..., files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ..., packages: _Optional[_Mapping[str, str]] = ..., add: bool = ...) -> None: ...
+    def __init__(self, text: _Optional[str] = ..., uri: _Optional[str] = ..., files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ..., add: bool = ...) -> None: ...
 
 class LoadSceneResponse(_message.Message):
     __slots__ = ("stamp", "created", "warnings")

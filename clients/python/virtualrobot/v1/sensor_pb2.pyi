@@ -17,6 +17,14 @@ class SensorState(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     SENSOR_STATE_RUNNING: _ClassVar[SensorState]
     SENSOR_STATE_FAULT: _ClassVar[SensorState]
 
+class SensorKind(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    SENSOR_KIND_UNSPECIFIED: _ClassVar[SensorKind]
+    SENSOR_KIND_RANGE: _ClassVar[SensorKind]
+    SENSOR_KIND_CAMERA: _ClassVar[SensorKind]
+    SENSOR_KIND_CONTACT: _ClassVar[SensorKind]
+    SENSOR_KIND_MOTION: _ClassVar[SensorKind]
+
 class ReadingFrame(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
     READING_FRAME_UNSPECIFIED: _ClassVar[ReadingFrame]
@@ -27,6 +35,11 @@ SENSOR_STATE_UNSPECIFIED: SensorState
 SENSOR_STATE_STOPPED: SensorState
 SENSOR_STATE_RUNNING: SensorState
 SENSOR_STATE_FAULT: SensorState
+SENSOR_KIND_UNSPECIFIED: SensorKind
+SENSOR_KIND_RANGE: SensorKind
+SENSOR_KIND_CAMERA: SensorKind
+SENSOR_KIND_CONTACT: SensorKind
+SENSOR_KIND_MOTION: SensorKind
 READING_FRAME_UNSPECIFIED: ReadingFrame
 READING_FRAME_SENSOR: ReadingFrame
 READING_FRAME_ROBOT: ReadingFrame
@@ -55,14 +68,14 @@ class SensorStatus(_message.Message):
     MISSED_FIELD_NUMBER: _ClassVar[int]
     MEAN_READING_SECONDS_FIELD_NUMBER: _ClassVar[int]
     name: str
-    kind: str
+    kind: SensorKind
     state: SensorState
     fault: str
     rate_hertz: float
     readings: int
     missed: int
     mean_reading_seconds: float
-    def __init__(self, name: _Optional[str] = ..., kind: _Optional[str] = ..., state: _Optional[_Union[SensorState, str]] = ..., fault: _Optional[str] = ..., rate_hertz: _Optional[float] = ..., readings: _Optional[int] = ..., missed: _Optional[int] = ..., mean_reading_seconds: _Optional[float] = ...) -> None: ...
+    def __init__(self, name: _Optional[str] = ..., kind: _Optional[_Union[SensorKind, str]] = ..., state: _Optional[_Union[SensorState, str]] = ..., fault: _Optional[str] = ..., rate_hertz: _Optional[float] = ..., readings: _Optional[int] = ..., missed: _Optional[int] = ..., mean_reading_seconds: _Optional[float] = ...) -> None: ...
 
 class StartSensorRequest(_message.Message):
     __slots__ = ("sensors",)

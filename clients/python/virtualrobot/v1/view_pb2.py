@@ -27,17 +27,17 @@ from virtualrobot.v1 import collision_pb2 as virtualrobot_dot_v1_dot_collision__
 from virtualrobot.v1 import geometry_pb2 as virtualrobot_dot_v1_dot_geometry__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1avirtualrobot/v1/view.proto\x12\x0fvirtualrobot.v1\x1a google/protobuf/field_mask.proto\x1a\x1fvirtualrobot/v1/collision.proto\x1a\x1evirtualrobot/v1/geometry.proto\"\xf4\x02\n\x04View\x12*\n\nbackground\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Color\x12\x13\n\x0bgrid_hidden\x18\x02 \x01(\x08\x12\x12\n\njoint_axes\x18\x03 \x03(\t\x12\x16\n\x0e\x62ounding_boxes\x18\x04 \x03(\t\x12\'\n\x06\x63\x61mera\x18\x05 \x01(\x0b\x32\x17.virtualrobot.v1.Camera\x12/\n\x07sensors\x18\x06 \x03(\x0b\x32\x1e.virtualrobot.v1.SensorOverlay\x12\x32\n\x0cmeasurements\x18\x07 \x03(\x0b\x32\x1c.virtualrobot.v1.Measurement\x12\x19\n\x11\x63ollisions_hidden\x18\x08 \x01(\x08\x12.\n\nclearances\x18\t \x03(\x0b\x32\x1a.virtualrobot.v1.Clearance\x12&\n\x06ghosts\x18\n \x03(\x0b\x32\x16.virtualrobot.v1.Ghost\"\x8c\x01\n\rSensorOverlay\x12\x0e\n\x06sensor\x18\x01 \x01(\t\x12\x0c\n\x04rays\x18\x02 \x01(\x08\x12\x0e\n\x06points\x18\x03 \x01(\x08\x12-\n\x08\x63olor_by\x18\x04 \x01(\x0e\x32\x1b.virtualrobot.v1.PointColor\x12\x0f\n\x07\x66rustum\x18\x05 \x01(\x08\x12\r\n\x05image\x18\x06 \x01(\x08\"B\n\tNodePoint\x12\x0c\n\x04node\x18\x01 \x01(\t\x12\'\n\x05point\x18\x02 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\"r\n\x0bMeasurement\x12\x0c\n\x04name\x18\x01 \x01(\t\x12)\n\x05\x66irst\x18\x02 \x01(\x0b\x32\x1a.virtualrobot.v1.NodePoint\x12*\n\x06second\x18\x03 \x01(\x0b\x32\x1a.virtualrobot.v1.NodePoint\"8\n\tClearance\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\r\n\x05\x66irst\x18\x02 \x03(\t\x12\x0e\n\x06second\x18\x03 \x03(\t\"\x9c\x01\n\x05Ghost\x12\x0c\n\x04name\x18\x01 \x01(\t\x12<\n\x0e\x63onfigurations\x18\x02 \x01(\x0b\x32$.virtualrobot.v1.RobotConfigurations\x12%\n\x05\x63olor\x18\x03 \x01(\x0b\x32\x16.virtualrobot.v1.Color\x12\x14\n\x07opacity\x18\x04 \x01(\x01H\x00\x88\x01\x01\x42\n\n\x08_opacity\"}\n\x06\x43\x61mera\x12*\n\x08position\x18\x01 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\x12(\n\x06target\x18\x02 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\x12\x1d\n\x15\x66ield_of_view_radians\x18\x03 \x01(\x01\"\x10\n\x0eGetViewRequest\"L\n\x0fGetViewResponse\x12#\n\x04view\x18\x01 \x01(\x0b\x32\x15.virtualrobot.v1.View\x12\x14\n\x0cviewer_count\x18\x02 \x01(\r\"b\n\x11UpdateViewRequest\x12#\n\x04view\x18\x01 \x01(\x0b\x32\x15.virtualrobot.v1.View\x12(\n\x04mask\x18\x02 \x01(\x0b\x32\x1a.google.protobuf.FieldMask\"9\n\x12UpdateViewResponse\x12#\n\x04view\x18\x01 \x01(\x0b\x32\x15.virtualrobot.v1.View\"\x12\n\x10WatchViewRequest\"8\n\x11WatchViewResponse\x12#\n\x04view\x18\x01 \x01(\x0b\x32\x15.virtualrobot.v1.View\"\xae\x01\n\x04Shot\x12)\n\x06\x63\x61mera\x18\x01 \x01(\x0b\x32\x17.virtualrobot.v1.CameraH\x00\x12\x17\n\rcamera_sensor\x18\x02 \x01(\tH\x00\x12\r\n\x05width\x18\x03 \x01(\r\x12\x0e\n\x06height\x18\x04 \x01(\r\x12,\n\x06\x66ormat\x18\x05 \x01(\x0e\x32\x1c.virtualrobot.v1.ImageFormat\x12\r\n\x05plain\x18\x06 \x01(\x08\x42\x06\n\x04\x66rom\"5\n\x0e\x43\x61ptureRequest\x12#\n\x04shot\x18\x01 \x01(\x0b\x32\x15.virtualrobot.v1.Shot\"f\n\x0f\x43\x61ptureResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\r\n\x05image\x18\x02 \x01(\x0c\x12\r\n\x05width\x18\x03 \x01(\r\x12\x0e\n\x06height\x18\x04 \x01(\r\"i\n\rRecordRequest\x12#\n\x04shot\x18\x01 \x01(\x0b\x32\x15.virtualrobot.v1.Shot\x12\x19\n\x11\x66rames_per_second\x18\x02 \x01(\x01\x12\x18\n\x10\x64uration_seconds\x18\x03 \x01(\x01\"e\n\x0eRecordResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\r\n\x05\x66rame\x18\x02 \x01(\x04\x12\r\n\x05image\x18\x03 \x01(\x0c\x12\x0e\n\x06\x62\x65hind\x18\x04 \x01(\r*^\n\nPointColor\x12\x1b\n\x17POINT_COLOR_UNSPECIFIED\x10\x00\x12\x18\n\x14POINT_COLOR_DISTANCE\x10\x01\x12\x19\n\x15POINT_COLOR_INTENSITY\x10\x02*n\n\x0bImageFormat\x12\x1c\n\x18IMAGE_FORMAT_UNSPECIFIED\x10\x00\x12\x14\n\x10IMAGE_FORMAT_PNG\x10\x01\x12\x15\n\x11IMAGE_FORMAT_JPEG\x10\x02\x12\x14\n\x10IMAGE_FORMAT_RAW\x10\x03\x32\xa3\x03\n\x0bViewService\x12L\n\x07GetView\x12\x1f.virtualrobot.v1.GetViewRequest\x1a .virtualrobot.v1.GetViewResponse\x12U\n\nUpdateView\x12\".virtualrobot.v1.UpdateViewRequest\x1a#.virtualrobot.v1.UpdateViewResponse\x12T\n\tWatchView\x12!.virtualrobot.v1.WatchViewRequest\x1a\".virtualrobot.v1.WatchViewResponse0\x01\x12L\n\x07\x43\x61pture\x12\x1f.virtualrobot.v1.CaptureRequest\x1a .virtualrobot.v1.CaptureResponse\x12K\n\x06Record\x12\x1e.virtualrobot.v1.RecordRequest\x1a\x1f.virtualrobot.v1.RecordResponse0\x01\x62\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1avirtualrobot/v1/view.proto\x12\x0fvirtualrobot.v1\x1a google/protobuf/field_mask.proto\x1a\x1fvirtualrobot/v1/collision.proto\x1a\x1evirtualrobot/v1/geometry.proto\"\xf4\x02\n\x04View\x12*\n\nbackground\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Color\x12\x13\n\x0bgrid_hidden\x18\x02 \x01(\x08\x12\x12\n\njoint_axes\x18\x03 \x03(\t\x12\x16\n\x0e\x62ounding_boxes\x18\x04 \x03(\t\x12\'\n\x06\x63\x61mera\x18\x05 \x01(\x0b\x32\x17.virtualrobot.v1.Camera\x12/\n\x07sensors\x18\x06 \x03(\x0b\x32\x1e.virtualrobot.v1.SensorOverlay\x12\x32\n\x0cmeasurements\x18\x07 \x03(\x0b\x32\x1c.virtualrobot.v1.Measurement\x12\x19\n\x11\x63ollisions_hidden\x18\x08 \x01(\x08\x12.\n\nclearances\x18\t \x03(\x0b\x32\x1a.virtualrobot.v1.Clearance\x12&\n\x06ghosts\x18\n \x03(\x0b\x32\x16.virtualrobot.v1.Ghost\"\x8c\x01\n\rSensorOverlay\x12\x0e\n\x06sensor\x18\x01 \x01(\t\x12\x0c\n\x04rays\x18\x02 \x01(\x08\x12\x0e\n\x06points\x18\x03 \x01(\x08\x12-\n\x08\x63olor_by\x18\x04 \x01(\x0e\x32\x1b.virtualrobot.v1.PointColor\x12\x0f\n\x07\x66rustum\x18\x05 \x01(\x08\x12\r\n\x05image\x18\x06 \x01(\x08\"B\n\tNodePoint\x12\x0c\n\x04node\x18\x01 \x01(\t\x12\'\n\x05point\x18\x02 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\"r\n\x0bMeasurement\x12\x0c\n\x04name\x18\x01 \x01(\t\x12)\n\x05\x66irst\x18\x02 \x01(\x0b\x32\x1a.virtualrobot.v1.NodePoint\x12*\n\x06second\x18\x03 \x01(\x0b\x32\x1a.virtualrobot.v1.NodePoint\"8\n\tClearance\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\r\n\x05\x66irst\x18\x02 \x03(\t\x12\x0e\n\x06second\x18\x03 \x03(\t\"\x9c\x01\n\x05Ghost\x12\x0c\n\x04name\x18\x01 \x01(\t\x12<\n\x0e\x63onfigurations\x18\x02 \x01(\x0b\x32$.virtualrobot.v1.RobotConfigurations\x12%\n\x05\x63olor\x18\x03 \x01(\x0b\x32\x16.virtualrobot.v1.Color\x12\x14\n\x07opacity\x18\x04 \x01(\x01H\x00\x88\x01\x01\x42\n\n\x08_opacity\"}\n\x06\x43\x61mera\x12*\n\x08position\x18\x01 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\x12(\n\x06target\x18\x02 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\x12\x1d\n\x15\x66ield_of_view_radians\x18\x03 \x01(\x01\"\x10\n\x0eGetViewRequest\"s\n\x0fGetViewResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12#\n\x04view\x18\x02 \x01(\x0b\x32\x15.virtualrobot.v1.View\x12\x14\n\x0cviewer_count\x18\x03 \x01(\r\"i\n\x11UpdateViewRequest\x12#\n\x04view\x18\x01 \x01(\x0b\x32\x15.virtualrobot.v1.View\x12/\n\x0bupdate_mask\x18\x02 \x01(\x0b\x32\x1a.google.protobuf.FieldMask\"`\n\x12UpdateViewResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12#\n\x04view\x18\x02 \x01(\x0b\x32\x15.virtualrobot.v1.View\"\x12\n\x10WatchViewRequest\"_\n\x11WatchViewResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12#\n\x04view\x18\x02 \x01(\x0b\x32\x15.virtualrobot.v1.View\"\xae\x01\n\x04Shot\x12)\n\x06\x63\x61mera\x18\x01 \x01(\x0b\x32\x17.virtualrobot.v1.CameraH\x00\x12\x17\n\rcamera_sensor\x18\x02 \x01(\tH\x00\x12\r\n\x05width\x18\x03 \x01(\r\x12\x0e\n\x06height\x18\x04 \x01(\r\x12,\n\x06\x66ormat\x18\x05 \x01(\x0e\x32\x1c.virtualrobot.v1.ImageFormat\x12\r\n\x05plain\x18\x06 \x01(\x08\x42\x06\n\x04\x66rom\":\n\x13\x43\x61ptureImageRequest\x12#\n\x04shot\x18\x01 \x01(\x0b\x32\x15.virtualrobot.v1.Shot\"k\n\x14\x43\x61ptureImageResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\r\n\x05image\x18\x02 \x01(\x0c\x12\r\n\x05width\x18\x03 \x01(\r\x12\x0e\n\x06height\x18\x04 \x01(\r\"m\n\x11RecordFilmRequest\x12#\n\x04shot\x18\x01 \x01(\x0b\x32\x15.virtualrobot.v1.Shot\x12\x19\n\x11\x66rames_per_second\x18\x02 \x01(\x01\x12\x18\n\x10\x64uration_seconds\x18\x03 \x01(\x01\"i\n\x12RecordFilmResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\r\n\x05\x66rame\x18\x02 \x01(\x04\x12\r\n\x05image\x18\x03 \x01(\x0c\x12\x0e\n\x06\x62\x65hind\x18\x04 \x01(\r\"\x9a\x01\n\x10PickPixelRequest\x12)\n\x06\x63\x61mera\x18\x01 \x01(\x0b\x32\x17.virtualrobot.v1.CameraH\x00\x12\x17\n\rcamera_sensor\x18\x02 \x01(\tH\x00\x12\r\n\x05width\x18\x03 \x01(\r\x12\x0e\n\x06height\x18\x04 \x01(\r\x12\x0e\n\x06\x63olumn\x18\x05 \x01(\x01\x12\x0b\n\x03row\x18\x06 \x01(\x01\x42\x06\n\x04\x66rom\"\x8f\x02\n\x11PickPixelResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x0c\n\x04node\x18\x02 \x01(\t\x12-\n\x0bworld_point\x18\x03 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\x12,\n\nnode_point\x18\x04 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\x12(\n\x06normal\x18\x05 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\x12\x17\n\x0f\x64istance_meters\x18\x06 \x01(\x01\x12%\n\x05\x63olor\x18\x07 \x01(\x0b\x32\x16.virtualrobot.v1.Color\"t\n\x1bMeasurePointDistanceRequest\x12)\n\x05\x66irst\x18\x01 \x01(\x0b\x32\x1a.virtualrobot.v1.NodePoint\x12*\n\x06second\x18\x02 \x01(\x0b\x32\x1a.virtualrobot.v1.NodePoint\"{\n\rPointDistance\x12\x17\n\x0f\x64istance_meters\x18\x01 \x01(\x01\x12\'\n\x05\x66irst\x18\x02 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\x12(\n\x06second\x18\x03 \x01(\x0b\x32\x18.virtualrobot.v1.Vector3\"w\n\x1cMeasurePointDistanceResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x30\n\x08\x64istance\x18\x02 \x01(\x0b\x32\x1e.virtualrobot.v1.PointDistance\"\x8a\x01\n\x19WatchPointDistanceRequest\x12)\n\x05\x66irst\x18\x01 \x01(\x0b\x32\x1a.virtualrobot.v1.NodePoint\x12*\n\x06second\x18\x02 \x01(\x0b\x32\x1a.virtualrobot.v1.NodePoint\x12\x16\n\x0emax_rate_hertz\x18\x03 \x01(\x01\"u\n\x1aWatchPointDistanceResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x30\n\x08\x64istance\x18\x02 \x01(\x0b\x32\x1e.virtualrobot.v1.PointDistance*^\n\nPointColor\x12\x1b\n\x17POINT_COLOR_UNSPECIFIED\x10\x00\x12\x18\n\x14POINT_COLOR_DISTANCE\x10\x01\x12\x19\n\x15POINT_COLOR_INTENSITY\x10\x02*n\n\x0bImageFormat\x12\x1c\n\x18IMAGE_FORMAT_UNSPECIFIED\x10\x00\x12\x14\n\x10IMAGE_FORMAT_PNG\x10\x01\x12\x15\n\x11IMAGE_FORMAT_JPEG\x10\x02\x12\x14\n\x10IMAGE_FORMAT_RAW\x10\x03\x32\xf8\x05\n\x0bViewService\x12L\n\x07GetView\x12\x1f.virtualrobot.v1.GetViewRequest\x1a .virtualrobot.v1.GetViewResponse\x12U\n\nUpdateView\x12\".virtualrobot.v1.UpdateViewRequest\x1a#.virtualrobot.v1.UpdateViewResponse\x12T\n\tWatchView\x12!.virtualrobot.v1.WatchViewRequest\x1a\".virtualrobot.v1.WatchViewResponse0\x01\x12[\n\x0c\x43\x61ptureImage\x12$.virtualrobot.v1.CaptureImageRequest\x1a%.virtualrobot.v1.CaptureImageResponse\x12W\n\nRecordFilm\x12\".virtualrobot.v1.RecordFilmRequest\x1a#.virtualrobot.v1.RecordFilmResponse0\x01\x12R\n\tPickPixel\x12!.virtualrobot.v1.PickPixelRequest\x1a\".virtualrobot.v1.PickPixelResponse\x12s\n\x14MeasurePointDistance\x12,.virtualrobot.v1.MeasurePointDistanceRequest\x1a-.virtualrobot.v1.MeasurePointDistanceResponse\x12o\n\x12WatchPointDistance\x12*.virtualrobot.v1.WatchPointDistanceRequest\x1a+.virtualrobot.v1.WatchPointDistanceResponse0\x01\x62\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
 _builder.BuildTopDescriptorsAndMessages(DESCRIPTOR, 'virtualrobot.v1.view_pb2', _globals)
 if not _descriptor._USE_C_DESCRIPTORS:
   DESCRIPTOR._loaded_options = None
-  _globals['_POINTCOLOR']._serialized_start=2071
-  _globals['_POINTCOLOR']._serialized_end=2165
-  _globals['_IMAGEFORMAT']._serialized_start=2167
-  _globals['_IMAGEFORMAT']._serialized_end=2277
+  _globals['_POINTCOLOR']._serialized_start=3268
+  _globals['_POINTCOLOR']._serialized_end=3362
+  _globals['_IMAGEFORMAT']._serialized_start=3364
+  _globals['_IMAGEFORMAT']._serialized_end=3474
   _globals['_VIEW']._serialized_start=147
   _globals['_VIEW']._serialized_end=519
   _globals['_SENSOROVERLAY']._serialized_start=522
@@ -55,25 +55,39 @@ if not _descriptor._USE_C_DESCRIPTORS:
   _globals['_GETVIEWREQUEST']._serialized_start=1192
   _globals['_GETVIEWREQUEST']._serialized_end=1208
   _globals['_GETVIEWRESPONSE']._serialized_start=1210
-  _globals['_GETVIEWRESPONSE']._serialized_end=1286
-  _globals['_UPDATEVIEWREQUEST']._serialized_start=1288
-  _globals['_UPDATEVIEWREQUEST']._serialized_end=1386
-  _globals['_UPDATEVIEWRESPONSE']._serialized_start=1388
-  _globals['_UPDATEVIEWRESPONSE']._serialized_end=1445
-  _globals['_WATCHVIEWREQUEST']._serialized_start=1447
-  _globals['_WATCHVIEWREQUEST']._serialized_end=1465
-  _globals['_WATCHVIEWRESPONSE']._serialized_start=1467
-  _globals['_WATCHVIEWRESPONSE']._serialized_end=1523
-  _globals['_SHOT']._serialized_start=1526
-  _globals['_SHOT']._serialized_end=1700
-  _globals['_CAPTUREREQUEST']._serialized_start=1702
-  _globals['_CAPTUREREQUEST']._serialized_end=1755
-  _globals['_CAPTURERESPONSE']._serialized_start=1757
-  _globals['_CAPTURERESPONSE']._serialized_end=1859
-  _globals['_RECORDREQUEST']._serialized_start=1861
-  _globals['_RECORDREQUEST']._serialized_end=1966
-  _globals['_RECORDRESPONSE']._serialized_start=1968
-  _globals['_RECORDRESPONSE']._serialized_end=2069
-  _globals['_VIEWSERVICE']._serialized_start=2280
-  _globals['_VIEWSERVICE']._serialized_end=2699
+  _globals['_GETVIEWRESPONSE']._serialized_end=1325
+  _globals['_UPDATEVIEWREQUEST']._serialized_start=1327
+  _globals['_UPDATEVIEWREQUEST']._serialized_end=1432
+  _globals['_UPDATEVIEWRESPONSE']._serialized_start=1434
+  _globals['_UPDATEVIEWRESPONSE']._serialized_end=1530
+  _globals['_WATCHVIEWREQUEST']._serialized_start=1532
+  _globals['_WATCHVIEWREQUEST']._serialized_end=1550
+  _globals['_WATCHVIEWRESPONSE']._serialized_start=1552
+  _globals['_WATCHVIEWRESPONSE']._serialized_end=1647
+  _globals['_SHOT']._serialized_start=1650
+  _globals['_SHOT']._serialized_end=1824
+  _globals['_CAPTUREIMAGEREQUEST']._serialized_start=1826
+  _globals['_CAPTUREIMAGEREQUEST']._serialized_end=1884
+  _globals['_CAPTUREIMAGERESPONSE']._serialized_start=1886
+  _globals['_CAPTUREIMAGERESPONSE']._serialized_end=1993
+  _globals['_RECORDFILMREQUEST']._serialized_start=1995
+  _globals['_RECORDFILMREQUEST']._serialized_end=2104
+  _globals['_RECORDFILMRESPONSE']._serialized_start=2106
+  _globals['_RECORDFILMRESPONSE']._serialized_end=2211
+  _globals['_PICKPIXELREQUEST']._serialized_start=2214
+  _globals['_PICKPIXELREQUEST']._serialized_end=2368
+  _globals['_PICKPIXELRESPONSE']._serialized_start=2371
+  _globals['_PICKPIXELRESPONSE']._serialized_end=2642
+  _globals['_MEASUREPOINTDISTANCEREQUEST']._serialized_start=2644
+  _globals['_MEASUREPOINTDISTANCEREQUEST']._serialized_end=2760
+  _globals['_POINTDISTANCE']._serialized_start=2762
+  _globals['_POINTDISTANCE']._serialized_end=2885
+  _globals['_MEASUREPOINTDISTANCERESPONSE']._serialized_start=2887
+  _globals['_MEASUREPOINTDISTANCERESPONSE']._serialized_end=3006
+  _globals['_WATCHPOINTDISTANCEREQUEST']._serialized_start=3009
+  _globals['_WATCHPOINTDISTANCEREQUEST']._serialized_end=3147
+  _globals['_WATCHPOINTDISTANCERESPONSE']._serialized_start=3149
+  _globals['_WATCHPOINTDISTANCERESPONSE']._serialized_end=3266
+  _globals['_VIEWSERVICE']._serialized_start=3477
+  _globals['_VIEWSERVICE']._serialized_end=4237
 # @@protoc_insertion_point(module_scope)

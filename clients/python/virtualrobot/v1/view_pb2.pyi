@@ -125,36 +125,42 @@ class GetViewRequest(_message.Message):
     def __init__(self) -> None: ...
 
 class GetViewResponse(_message.Message):
-    __slots__ = ("view", "viewer_count")
+    __slots__ = ("stamp", "view", "viewer_count")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
     VIEW_FIELD_NUMBER: _ClassVar[int]
     VIEWER_COUNT_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
     view: View
     viewer_count: int
-    def __init__(self, view: _Optional[_Union[View, _Mapping]] = ..., viewer_count: _Optional[int] = ...) -> None: ...
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., view: _Optional[_Union[View, _Mapping]] = ..., viewer_count: _Optional[int] = ...) -> None: ...
 
 class UpdateViewRequest(_message.Message):
-    __slots__ = ("view", "mask")
+    __slots__ = ("view", "update_mask")
     VIEW_FIELD_NUMBER: _ClassVar[int]
-    MASK_FIELD_NUMBER: _ClassVar[int]
+    UPDATE_MASK_FIELD_NUMBER: _ClassVar[int]
     view: View
-    mask: _field_mask_pb2.FieldMask
-    def __init__(self, view: _Optional[_Union[View, _Mapping]] = ..., mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ...) -> None: ...
+    update_mask: _field_mask_pb2.FieldMask
+    def __init__(self, view: _Optional[_Union[View, _Mapping]] = ..., update_mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ...) -> None: ...
 
 class UpdateViewResponse(_message.Message):
-    __slots__ = ("view",)
+    __slots__ = ("stamp", "view")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
     VIEW_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
     view: View
-    def __init__(self, view: _Optional[_Union[View, _Mapping]] = ...) -> None: ...
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., view: _Optional[_Union[View, _Mapping]] = ...) -> None: ...
 
 class WatchViewRequest(_message.Message):
     __slots__ = ()
     def __init__(self) -> None: ...
 
 class WatchViewResponse(_message.Message):
-    __slots__ = ("view",)
+    __slots__ = ("stamp", "view")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
     VIEW_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
     view: View
-    def __init__(self, view: _Optional[_Union[View, _Mapping]] = ...) -> None: ...
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., view: _Optional[_Union[View, _Mapping]] = ...) -> None: ...
 
 class Shot(_message.Message):
     __slots__ = ("camera", "camera_sensor", "width", "height", "format", "plain")
@@ -172,13 +178,13 @@ class Shot(_message.Message):
     plain: bool
     def __init__(self, camera: _Optional[_Union[Camera, _Mapping]] = ..., camera_sensor: _Optional[str] = ..., width: _Optional[int] = ..., height: _Optional[int] = ..., format: _Optional[_Union[ImageFormat, str]] = ..., plain: bool = ...) -> None: ...
 
-class CaptureRequest(_message.Message):
+class CaptureImageRequest(_message.Message):
     __slots__ = ("shot",)
     SHOT_FIELD_NUMBER: _ClassVar[int]
     shot: Shot
     def __init__(self, shot: _Optional[_Union[Shot, _Mapping]] = ...) -> None: ...
 
-class CaptureResponse(_message.Message):
+class CaptureImageResponse(_message.Message):
     __slots__ = ("stamp", "image", "width", "height")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     IMAGE_FIELD_NUMBER: _ClassVar[int]
@@ -190,7 +196,7 @@ class CaptureResponse(_message.Message):
     height: int
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., image: _Optional[bytes] = ..., width: _Optional[int] = ..., height: _Optional[int] = ...) -> None: ...
 
-class RecordRequest(_message.Message):
+class RecordFilmRequest(_message.Message):
     __slots__ = ("shot", "frames_per_second", "duration_seconds")
     SHOT_FIELD_NUMBER: _ClassVar[int]
     FRAMES_PER_SECOND_FIELD_NUMBER: _ClassVar[int]
@@ -200,7 +206,7 @@ class RecordRequest(_message.Message):
     duration_seconds: float
     def __init__(self, shot: _Optional[_Union[Shot, _Mapping]] = ..., frames_per_second: _Optional[float] = ..., duration_seconds: _Optional[float] = ...) -> None: ...
 
-class RecordResponse(_message.Message):
+class RecordFilmResponse(_message.Message):
     __slots__ = ("stamp", "frame", "image", "behind")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     FRAME_FIELD_NUMBER: _ClassVar[int]
@@ -211,3 +217,81 @@ class RecordResponse(_message.Message):
     image: bytes
     behind: int
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., frame: _Optional[int] = ..., image: _Optional[bytes] = ..., behind: _Optional[int] = ...) -> None: ...
+
+class PickPixelRequest(_message.Message):
+    __slots__ = ("camera", "camera_sensor", "width", "height", "column", "row")
+    CAMERA_FIELD_NUMBER: _ClassVar[int]
+    CAMERA_SENSOR_FIELD_NUMBER: _ClassVar[int]
+    WIDTH_FIELD_NUMBER: _ClassVar[int]
+    HEIGHT_FIELD_NUMBER: _ClassVar[int]
+    COLUMN_FIELD_NUMBER: _ClassVar[int]
+    ROW_FIELD_NUMBER: _ClassVar[int]
+    camera: Camera
+    camera_sensor: str
+    width: int
+    height: int
+    column: float
+    row: float
+    def __init__(self, camera: _Optional[_Union[Camera, _Mapping]] = ..., camera_sensor: _Optional[str] = ..., width: _Optional[int] = ..., height: _Optional[int] = ..., column: _Optional[float] = ..., row: _Optional[float] = ...) -> None: ...
+
+class PickPixelResponse(_message.Message):
+    __slots__ = ("stamp", "node", "world_point", "node_point", "normal", "distance_meters", "color")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    NODE_FIELD_NUMBER: _ClassVar[int]
+    WORLD_POINT_FIELD_NUMBER: _ClassVar[int]
+    NODE_POINT_FIELD_NUMBER: _ClassVar[int]
+    NORMAL_FIELD_NUMBER: _ClassVar[int]
+    DISTANCE_METERS_FIELD_NUMBER: _ClassVar[int]
+    COLOR_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    node: str
+    world_point: _geometry_pb2.Vector3
+    node_point: _geometry_pb2.Vector3
+    normal: _geometry_pb2.Vector3
+    distance_meters: float
+    color: _geometry_pb2.Color
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., node: _Optional[str] = ..., world_point: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., node_point: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., normal: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., distance_meters: _Optional[float] = ..., color: _Optional[_Union[_geometry_pb2.Color, _Mapping]] = ...) -> None: ...
+
+class MeasurePointDistanceRequest(_message.Message):
+    __slots__ = ("first", "second")
+    FIRST_FIELD_NUMBER: _ClassVar[int]
+    SECOND_FIELD_NUMBER: _ClassVar[int]
+    first: NodePoint
+    second: NodePoint
+    def __init__(self, first: _Optional[_Union[NodePoint, _Mapping]] = ..., second: _Optional[_Union[NodePoint, _Mapping]] = ...) -> None: ...
+
+class PointDistance(_message.Message):
+    __slots__ = ("distance_meters", "first", "second")
+    DISTANCE_METERS_FIELD_NUMBER: _ClassVar[int]
+    FIRST_FIELD_NUMBER: _ClassVar[int]
+    SECOND_FIELD_NUMBER: _ClassVar[int]
+    distance_meters: float
+    first: _geometry_pb2.Vector3
+    second: _geometry_pb2.Vector3
+    def __init__(self, distance_meters: _Optional[float] = ..., first: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., second: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ...) -> None: ...
+
+class MeasurePointDistanceResponse(_message.Message):
+    __slots__ = ("stamp", "distance")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    DISTANCE_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    distance: PointDistance
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., distance: _Optional[_Union[PointDistance, _Mapping]] = ...) -> None: ...
+
+class WatchPointDistanceRequest(_message.Message):
+    __slots__ = ("first", "second", "max_rate_hertz")
+    FIRST_FIELD_NUMBER: _ClassVar[int]
+    SECOND_FIELD_NUMBER: _ClassVar[int]
+    MAX_RATE_HERTZ_FIELD_NUMBER: _ClassVar[int]
+    first: NodePoint
+    second: NodePoint
+    max_rate_hertz: float
+    def __init__(self, first: _Optional[_Union[NodePoint, _Mapping]] = ..., second: _Optional[_Union[NodePoint, _Mapping]] = ..., max_rate_hertz: _Optional[float] = ...) -> None: ...
+
+class WatchPointDistanceResponse(_message.Message):
+    __slots__ = ("stamp", "distance")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    DISTANCE_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    distance: PointDistance
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., distance: _Optional[_Union[PointDistance, _Mapping]] = ...) -> None: ...

@@ -50,15 +50,30 @@ class ViewServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_view__pb2.WatchViewRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_view__pb2.WatchViewResponse.FromString,
                 _registered_method=True)
-        self.Capture = channel.unary_unary(
-                '/virtualrobot.v1.ViewService/Capture',
-                request_serializer=virtualrobot_dot_v1_dot_view__pb2.CaptureRequest.SerializeToString,
-                response_deserializer=virtualrobot_dot_v1_dot_view__pb2.CaptureResponse.FromString,
+        self.CaptureImage = channel.unary_unary(
+                '/virtualrobot.v1.ViewService/CaptureImage',
+                request_serializer=virtualrobot_dot_v1_dot_view__pb2.CaptureImageRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_view__pb2.CaptureImageResponse.FromString,
                 _registered_method=True)
-        self.Record = channel.unary_stream(
-                '/virtualrobot.v1.ViewService/Record',
-                request_serializer=virtualrobot_dot_v1_dot_view__pb2.RecordRequest.SerializeToString,
-                response_deserializer=virtualrobot_dot_v1_dot_view__pb2.RecordResponse.FromString,
+        self.RecordFilm = channel.unary_stream(
+                '/virtualrobot.v1.ViewService/RecordFilm',
+                request_serializer=virtualrobot_dot_v1_dot_view__pb2.RecordFilmRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_view__pb2.RecordFilmResponse.FromString,
+                _registered_method=True)
+        self.PickPixel = channel.unary_unary(
+                '/virtualrobot.v1.ViewService/PickPixel',
+                request_serializer=virtualrobot_dot_v1_dot_view__pb2.PickPixelRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_view__pb2.PickPixelResponse.FromString,
+                _registered_method=True)
+        self.MeasurePointDistance = channel.unary_unary(
+                '/virtualrobot.v1.ViewService/MeasurePointDistance',
+                request_serializer=virtualrobot_dot_v1_dot_view__pb2.MeasurePointDistanceRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_view__pb2.MeasurePointDistanceResponse.FromString,
+                _registered_method=True)
+        self.WatchPointDistance = channel.unary_stream(
+                '/virtualrobot.v1.ViewService/WatchPointDistance',
+                request_serializer=virtualrobot_dot_v1_dot_view__pb2.WatchPointDistanceRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_view__pb2.WatchPointDistanceResponse.FromString,
                 _registered_method=True)
 
 
@@ -87,15 +102,36 @@ class ViewServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
-    def Capture(self, request, context):
+    def CaptureImage(self, request, context):
         """A picture of the world as it is now, annotations included; it needs no browser.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
-    def Record(self, request, context):
+    def RecordFilm(self, request, context):
         """Pictures at equal steps of simulation time, none left out, however long each takes; ends with the duration or the call.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def PickPixel(self, request, context):
+        """What is under a pixel.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def MeasurePointDistance(self, request, context):
+        """How far points of nodes are apart now.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def WatchPointDistance(self, request, context):
+        """The same again and again, as the nodes move.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
@@ -119,15 +155,30 @@ def add_ViewServiceServicer_to_server(servicer, server):
                     request_deserializer=virtualrobot_dot_v1_dot_view__pb2.WatchViewRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_view__pb2.WatchViewResponse.SerializeToString,
             ),
-            'Capture': grpc.unary_unary_rpc_method_handler(
-                    servicer.Capture,
-                    request_deserializer=virtualrobot_dot_v1_dot_view__pb2.CaptureRequest.FromString,
-                    response_serializer=virtualrobot_dot_v1_dot_view__pb2.CaptureResponse.SerializeToString,
+            'CaptureImage': grpc.unary_unary_rpc_method_handler(
+                    servicer.CaptureImage,
+                    request_deserializer=virtualrobot_dot_v1_dot_view__pb2.CaptureImageRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_view__pb2.CaptureImageResponse.SerializeToString,
             ),
-            'Record': grpc.unary_stream_rpc_method_handler(
-                    servicer.Record,
-                    request_deserializer=virtualrobot_dot_v1_dot_view__pb2.RecordRequest.FromString,
-                    response_serializer=virtualrobot_dot_v1_dot_view__pb2.RecordResponse.SerializeToString,
+            'RecordFilm': grpc.unary_stream_rpc_method_handler(
+                    servicer.RecordFilm,
+                    request_deserializer=virtualrobot_dot_v1_dot_view__pb2.RecordFilmRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_view__pb2.RecordFilmResponse.SerializeToString,
+            ),
+            'PickPixel': grpc.unary_unary_rpc_method_handler(
+                    servicer.PickPixel,
+                    request_deserializer=virtualrobot_dot_v1_dot_view__pb2.PickPixelRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_view__pb2.PickPixelResponse.SerializeToString,
+            ),
+            'MeasurePointDistance': grpc.unary_unary_rpc_method_handler(
+                    servicer.MeasurePointDistance,
+                    request_deserializer=virtualrobot_dot_v1_dot_view__pb2.MeasurePointDistanceRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_view__pb2.MeasurePointDistanceResponse.SerializeToString,
+            ),
+            'WatchPointDistance': grpc.unary_stream_rpc_method_handler(
+                    servicer.WatchPointDistance,
+                    request_deserializer=virtualrobot_dot_v1_dot_view__pb2.WatchPointDistanceRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_view__pb2.WatchPointDistanceResponse.SerializeToString,
             ),
     }
     generic_handler = grpc.method_handlers_generic_handler(
@@ -223,7 +274,7 @@ class ViewService(object):
             _registered_method=True)
 
     @staticmethod
-    def Capture(request,
+    def CaptureImage(request,
             target,
             options=(),
             channel_credentials=None,
@@ -236,9 +287,9 @@ class ViewService(object):
         return grpc.experimental.unary_unary(
             request,
             target,
-            '/virtualrobot.v1.ViewService/Capture',
-            virtualrobot_dot_v1_dot_view__pb2.CaptureRequest.SerializeToString,
-            virtualrobot_dot_v1_dot_view__pb2.CaptureResponse.FromString,
+            '/virtualrobot.v1.ViewService/CaptureImage',
+            virtualrobot_dot_v1_dot_view__pb2.CaptureImageRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_view__pb2.CaptureImageResponse.FromString,
             options,
             channel_credentials,
             insecure,
@@ -250,7 +301,7 @@ class ViewService(object):
             _registered_method=True)
 
     @staticmethod
-    def Record(request,
+    def RecordFilm(request,
             target,
             options=(),
             channel_credentials=None,
@@ -263,9 +314,90 @@ class ViewService(object):
         return grpc.experimental.unary_stream(
             request,
             target,
-            '/virtualrobot.v1.ViewService/Record',
-            virtualrobot_dot_v1_dot_view__pb2.RecordRequest.SerializeToString,
-            virtualrobot_dot_v1_dot_view__pb2.RecordResponse.FromString,
+            '/virtualrobot.v1.ViewService/RecordFilm',
+            virtualrobot_dot_v1_dot_view__pb2.RecordFilmRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_view__pb2.RecordFilmResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def PickPixel(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/virtualrobot.v1.ViewService/PickPixel',
+            virtualrobot_dot_v1_dot_view__pb2.PickPixelRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_view__pb2.PickPixelResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def MeasurePointDistance(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/virtualrobot.v1.ViewService/MeasurePointDistance',
+            virtualrobot_dot_v1_dot_view__pb2.MeasurePointDistanceRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_view__pb2.MeasurePointDistanceResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def WatchPointDistance(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_stream(
+            request,
+            target,
+            '/virtualrobot.v1.ViewService/WatchPointDistance',
+            virtualrobot_dot_v1_dot_view__pb2.WatchPointDistanceRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_view__pb2.WatchPointDistanceResponse.FromString,
             options,
             channel_credentials,
             insecure,

@@ -9,10 +9,10 @@ import numpy as np
 from virtualrobot.v1 import nodes_pb2, scene_pb2
 
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.messages.nodes import SENSING, figures, node_data, node_spec
+from virtualrobot_kernel.messages.nodes import SENSING, figures, node_data, node_spec, runs
+from virtualrobot_kernel.messages.signals import signal_value
 from virtualrobot_kernel.messages.values import array, by_name, finite, mask_fields, not_negative, pose
 from virtualrobot_kernel.world import commands
-from virtualrobot_kernel.world.state import Signal
 from virtualrobot_kernel.world.structure import NodeSpec
 
 KINDS = frozenset({"part", "robot", "link", "adapter", "tool"}) | SENSING
@@ -44,11 +44,11 @@ def world_commands(messages: Iterable[scene_pb2.Command]) -> list[commands.Comma
 
 
 def _update(message: scene_pb2.UpdateNode) -> commands.UpdateNode:
-    fields = mask_fields(message.mask, nodes_pb2.Node)
+    fields = mask_fields(message.update_mask, nodes_pb2.Node)
     if fields is None or not fields <= UPDATABLE:
         said = ", ".join(sorted(fields - UPDATABLE)) if fields else "nothing"
         raise KernelError(
-            f"the mask of update_node for {message.name!r} names {said}; "
+            f"the update_mask of update_node for {message.name!r} names {said}; "
             f"it must name some of {', '.join(sorted(UPDATABLE))}",
             node=message.name,
         )
@@ -57,7 +57,8 @@ def _update(message: scene_pb2.UpdateNode) -> commands.UpdateNode:
     kinds = fields & KINDS
     if kinds and node.WhichOneof("kind") not in kinds:
         raise KernelError(
-            f"the mask of update_node for {what!r} names {', '.join(sorted(kinds))}, but the node has none", node=what
+            f"the update_mask of update_node for {what!r} names {', '.join(sorted(kinds))}, but the node has none",
+            node=what,
         )
     return commands.UpdateNode(
         name=message.name,
@@ -66,6 +67,7 @@ def _update(message: scene_pb2.UpdateNode) -> commands.UpdateNode:
         hidden=node.hidden if "hidden" in fields else None,
         figures=figures(node, what) if "figures" in fields else None,
         data=data if kinds else None,
+        running=runs(node) if kinds & SENSING else None,
     )
 
 
@@ -94,9 +96,7 @@ COMMANDS: dict[str, Callable[[Any], commands.Command]] = {
     "set_joint_positions": _joints,
     "select_tool": lambda message: commands.SelectTool(message.robot, message.tool, message.tool_center_point),
     "set_tool_state": lambda message: commands.SetToolState(message.tool, message.state),
-    "create_signal": lambda message: commands.CreateSignal(
-        Signal(message.signal.name, message.signal.value, message.signal.description)
-    ),
+    "create_signal": lambda message: commands.CreateSignal(signal_value(message.signal)),
     "remove_signal": lambda message: commands.RemoveSignal(message.name),
     "set_signal": lambda message: commands.SetSignal(message.name, message.value),
     "set_speed_factor": lambda message: commands.SetSpeedFactor(message.robot, finite(message.factor, "factor")),

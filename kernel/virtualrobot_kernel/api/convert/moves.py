@@ -12,6 +12,7 @@ from virtualrobot.v1 import motion_pb2
 from virtualrobot_kernel.api.convert.jogs import cartesian_jog, joint_jog
 from virtualrobot_kernel.api.convert.redundancy import requested_redundancy
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.robots import group_selection
 from virtualrobot_kernel.messages.values import array, by_name, check_enum, finite, pose, vector
 from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.circle import Center, Via
@@ -44,6 +45,8 @@ def requested_move(message: motion_pb2.Move, what: str) -> Move:
         raise KernelError(f"{what}.{kind} has its own times; give no speed_factor", field="speed_factor")
     move = KINDS[kind](message.robot, getattr(message, kind), factor or 1.0, f"{what}.{kind}")
     move = _in_time(move, message, what)
+    if message.HasField("group"):
+        move = replace(move, group=group_selection(message.group, f"{what}.group"))
     redundancy = requested_redundancy(message.redundancy, f"{what}.redundancy")
     if redundancy is FREE:
         return move

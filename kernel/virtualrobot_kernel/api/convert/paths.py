@@ -8,12 +8,26 @@ from typing import Any
 from virtualrobot.v1 import motion_pb2, path_pb2
 
 from virtualrobot_kernel.errors import KernelError, LimitError
-from virtualrobot_kernel.messages.values import by_name, finite
+from virtualrobot_kernel.messages.robots import selection_message
+from virtualrobot_kernel.messages.values import by_name, check_enum, finite
 from virtualrobot_kernel.paths.query import PathOptions, PathQuery
-from virtualrobot_kernel.paths.search import check_planner
+from virtualrobot_kernel.world.groups import WHOLE
 
 SECONDS, MOST_SECONDS = 10.0, 600.0
 """How long a path is looked for where nothing is said, and at the most."""
+
+PLANNERS = {
+    path_pb2.PATH_PLANNER_UNSPECIFIED: "RRTConnect",
+    path_pb2.PATH_PLANNER_RRT_CONNECT: "RRTConnect",
+    path_pb2.PATH_PLANNER_RRT: "RRT",
+    path_pb2.PATH_PLANNER_KPIECE1: "KPIECE1",
+    path_pb2.PATH_PLANNER_BKPIECE1: "BKPIECE1",
+    path_pb2.PATH_PLANNER_LBKPIECE1: "LBKPIECE1",
+    path_pb2.PATH_PLANNER_RRT_STAR: "RRTstar",
+    path_pb2.PATH_PLANNER_INFORMED_RRT_STAR: "InformedRRTstar",
+}
+"""The planners as OMPL names them."""
+PLANNER_NUMBERS = {name: number for number, name in PLANNERS.items()}
 
 PERCENT = 50.0
 """The greatest zone, and that of who says nothing."""
@@ -35,7 +49,8 @@ def path_options(request: path_pb2.FindPathRequest) -> PathOptions:
     percent = finite(request.blend_percent, "blend_percent") if request.HasField("blend_percent") else PERCENT
     if not 0.0 <= percent <= PERCENT:
         raise KernelError(f"blend_percent must be from 0 to {PERCENT:g}, not {percent:g}", field="blend_percent")
-    return PathOptions(check_planner(request.planner), request.seed, seconds, factor, percent)
+    check_enum(request, "planner")
+    return PathOptions(PLANNERS[request.planner], request.seed, seconds, factor, percent)
 
 
 def start_of(request: path_pb2.FindPathRequest) -> dict[str, float]:
@@ -58,7 +73,7 @@ def found_message(query: PathQuery, found: Mapping[str, Any]) -> path_pb2.FoundP
             for goal, zone in zip(waypoints[1:], found["zones"], strict=True)
         ],
         duration_seconds=found["duration"],
-        planner=found["planner"],
+        planner=PLANNER_NUMBERS[found["planner"]],
         planning_seconds=found["seconds"],
     )
 
@@ -67,6 +82,7 @@ def _step(query: PathQuery, goal: list[float], zone: float) -> motion_pb2.MoveSt
     joints = motion_pb2.JointGoal(joint_positions=dict(zip(query.joint_names, goal, strict=True)))
     move = motion_pb2.Move(
         robot=query.robot,
+        group=selection_message(query.group) if query.group != WHOLE else None,
         speed_factor=query.speed_factor,
         point_to_point=motion_pb2.PointToPoint(joints=joints),
     )

@@ -8,6 +8,7 @@ import numpy as np
 from virtualrobot.v1 import geometry_pb2, motion_pb2
 
 from virtualrobot_kernel.api.convert.program import note_messages
+from virtualrobot_kernel.messages.robots import selection_message
 from virtualrobot_kernel.messages.values import array_message, pose_message, poses_array, vector_message
 from virtualrobot_kernel.planning.check import Checked
 from virtualrobot_kernel.planning.notes import Note
@@ -29,6 +30,7 @@ def plan_message(samples: Samples, notes: Sequence[Note]) -> motion_pb2.PlanMoti
 
 
 def _robot_message(robot: RobotSamples) -> motion_pb2.RobotTrajectory:
+    whole, *groups = robot.tools
     return motion_pb2.RobotTrajectory(
         robot=robot.robot.name,
         joint_names=robot.joint_names,
@@ -36,8 +38,16 @@ def _robot_message(robot: RobotSamples) -> motion_pb2.RobotTrajectory:
         velocities=array_message(robot.velocities),
         accelerations=array_message(robot.accelerations),
         efforts=array_message(robot.efforts),
-        world_t_tcp=poses_array(robot.world_t_tcp),
-        tcp_speeds=array_message(robot.tcp_speeds),
+        world_t_tcp=poses_array(whole.world_t_tcp),
+        tcp_speeds=array_message(whole.tcp_speeds),
+        groups=[
+            motion_pb2.GroupTrajectory(
+                group=selection_message(tool.group),
+                world_t_tcp=poses_array(tool.world_t_tcp),
+                tcp_speeds=array_message(tool.tcp_speeds),
+            )
+            for tool in groups
+        ],
     )
 
 

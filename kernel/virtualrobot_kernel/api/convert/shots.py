@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from virtualrobot.v1 import geometry_pb2, ray_pb2, view_pb2
+from virtualrobot.v1 import geometry_pb2, view_pb2
 
 from virtualrobot_kernel.api.convert.view import camera
 from virtualrobot_kernel.drawing.painter import Picked
@@ -44,7 +44,7 @@ def picture_size(shot: Shot, snapshot: Snapshot) -> tuple[int, int]:
     return shot.width or own[0], shot.height or own[1]
 
 
-def film_of(message: view_pb2.RecordRequest, snapshot: Snapshot) -> tuple[float, int | None]:
+def film_of(message: view_pb2.RecordFilmRequest, snapshot: Snapshot) -> tuple[float, int | None]:
     """Return a film's pictures a second, and how many there are (None: no end)."""
     rate = not_negative(message.frames_per_second, "frames_per_second") or DEFAULT_RATE
     most = 1.0 / snapshot.tick_seconds
@@ -62,7 +62,7 @@ def film_of(message: view_pb2.RecordRequest, snapshot: Snapshot) -> tuple[float,
     return rate, max(1, round(duration * rate)) if duration else None
 
 
-def pixel_of(message: ray_pb2.PickRequest, snapshot: Snapshot) -> tuple[Shot, float, float]:
+def pixel_of(message: view_pb2.PickPixelRequest, snapshot: Snapshot) -> tuple[Shot, float, float]:
     """Return the picture that a pixel is in, its column and its row; raise KernelError where there is none."""
     eye, sensor = _from(message, "", snapshot.structure)
     shot = Shot(eye, sensor, _size(message.width, "width"), _size(message.height, "height"))
@@ -79,16 +79,16 @@ def pixel_of(message: ray_pb2.PickRequest, snapshot: Snapshot) -> tuple[Shot, fl
     return shot, message.column, message.row
 
 
-def pick_message(picked: Picked | None, snapshot: Snapshot) -> ray_pb2.PickResponse:
+def pick_message(picked: Picked | None, snapshot: Snapshot) -> view_pb2.PickPixelResponse:
     """Return what is under a pixel as a message."""
-    response = ray_pb2.PickResponse(stamp=stamp(snapshot))
+    response = view_pb2.PickPixelResponse(stamp=stamp(snapshot))
     if picked is None:
         response.distance_meters = math.inf
         return response
     world_t_node = snapshot.world_t(picked.uid)
     red, green, blue = picked.color
     response.MergeFrom(
-        ray_pb2.PickResponse(
+        view_pb2.PickPixelResponse(
             node=snapshot.structure.nodes[picked.uid].name,
             world_point=vector_message(picked.point.tolist()),
             node_point=vector_message((world_t_node[:3, :3].T @ (picked.point - world_t_node[:3, 3])).tolist()),
@@ -100,7 +100,9 @@ def pick_message(picked: Picked | None, snapshot: Snapshot) -> ray_pb2.PickRespo
     return response
 
 
-def _from(message: view_pb2.Shot | ray_pb2.PickRequest, what: str, structure: Structure) -> tuple[Camera | None, int]:
+def _from(
+    message: view_pb2.Shot | view_pb2.PickPixelRequest, what: str, structure: Structure
+) -> tuple[Camera | None, int]:
     """Return the camera, or the uid of the camera sensor, that a message looks from: neither means the view's."""
     if message.WhichOneof("from") == "camera_sensor":
         return None, structure.node(message.camera_sensor, Kind.CAMERA_SENSOR).uid

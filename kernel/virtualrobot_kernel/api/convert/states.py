@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from virtualrobot.v1 import geometry_pb2, kernel_pb2, motion_pb2, robot_pb2, signal_pb2
+from virtualrobot.v1 import geometry_pb2, kernel_pb2, motion_pb2, robot_pb2
+from virtualrobot_sdk.poses import quaternion
 
-from virtualrobot_kernel.messages.values import pose_message, quaternion, vector_message
+from virtualrobot_kernel.messages.values import pose_message, vector_message
 from virtualrobot_kernel.motion.running_motion import Phase
 from virtualrobot_kernel.planning.robots import tcp_frame
 from virtualrobot_kernel.world.actuators import actuator_positions
 from virtualrobot_kernel.world.clock import Clock, Mode
-from virtualrobot_kernel.world.state import CancelCause, Motion, Search, Selection, Signal, Snapshot
+from virtualrobot_kernel.world.state import CancelCause, Motion, Search, Selection, Snapshot
 from virtualrobot_kernel.world.structure import Kind, Node
 
 CAUSES = {cause: getattr(motion_pb2, f"CANCEL_CAUSE_{cause.name}") for cause in CancelCause}
@@ -31,10 +32,13 @@ def _robot_state(snapshot: Snapshot, node: Node) -> robot_pb2.RobotState:
     selection = state.selections.get(node.uid, Selection())
     frame = tcp_frame(snapshot, node)
     x, y, z, w = quaternion(frame[:3, :3])
+    commanded = state.commanded.get(node.uid)
     return robot_pb2.RobotState(
         name=node.name,
         positions=state.q[robot.q_slice].tolist(),
         velocities=state.v[robot.v_slice].tolist(),
+        commanded_positions=commanded.q.tolist() if commanded else (),
+        commanded_velocities=commanded.v.tolist() if commanded else (),
         tool=structure.nodes[selection.tool].name if selection.tool else "",
         tool_center_point=selection.tool_center_point,
         tool_states={tool.name: state.tool_states.get(tool.uid, "") for tool in structure.tools_of(node.uid)},
@@ -52,11 +56,6 @@ def robots_named(snapshot: Snapshot, names: Iterable[str]) -> list[Node]:
     structure = snapshot.structure
     chosen = [structure.node(name, Kind.ROBOT) for name in names]
     return chosen or [structure.nodes[uid] for uid in structure.robots]
-
-
-def signal_message(signal: Signal) -> signal_pb2.Signal:
-    """Return a signal as a message."""
-    return signal_pb2.Signal(name=signal.name, value=signal.value, description=signal.description)
 
 
 def motion_message(snapshot: Snapshot, motion: Motion) -> motion_pb2.Motion:

@@ -25,7 +25,7 @@ def changed_settings(view: view_pb2.View, mask: FieldMask, snapshot: Snapshot) -
     fields = mask_fields(mask, view_pb2.View)
     if fields is None:
         names = ", ".join(field.name for field in view.DESCRIPTOR.fields)
-        raise KernelError(f"the mask must name the fields that change, some of {names}", field="mask")
+        raise KernelError(f"update_mask must name the fields that change, some of {names}", field="update_mask")
     result: dict[str, Any] = {}
     if "background" in fields:
         color = view.background

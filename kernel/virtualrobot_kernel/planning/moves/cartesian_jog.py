@@ -9,6 +9,7 @@ from math import inf, tau
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.errors import KernelError, LimitError
 from virtualrobot_kernel.motion.jog import SMALLEST_JOG, JogEnd, plan_cartesian_jog
@@ -27,9 +28,7 @@ from virtualrobot_kernel.planning.planned_move import (
 )
 from virtualrobot_kernel.planning.redundancy import FREE, NearOf, Redundancy
 from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_on_path, tcp_frame
-from virtualrobot_kernel.world.change import inverse
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import Node
 
 VELOCITY, ROTATION_VELOCITY = 0.1, 0.25
 """How fast a tool centre point is jogged where nothing is said, in m/s and rad/s."""
@@ -75,14 +74,14 @@ class CartesianJog(Move):
 
     def joint_names(self, snapshot: Snapshot) -> Sequence[str]:
         """Return the joints of the arm that are not locked."""
-        return arm_on_path(snapshot, self.node(snapshot), self.redundancy).joint_names
+        return arm_on_path(snapshot, self.node(snapshot), self.redundancy, self.group).joint_names
 
     def plan(self, snapshot: Snapshot, solver_of: SolverOf, near_of: NearOf | None = None) -> PlannedMove:
         """Return its plan, which ends early where the arm or an actuator can go no further; a note tells that."""
         node = self.node(snapshot)
-        arm = arm_on_path(snapshot, node, self.redundancy)
+        arm = arm_on_path(snapshot, node, self.redundancy, self.group)
         limits, start = joint_limits(snapshot, node, arm.joint_names)
-        direction = _base_direction(snapshot, node, arm, self)
+        direction = _base_direction(snapshot, arm, self)
         tcp = cartesian_tcp(snapshot, arm, solver_of, self.redundancy, near_of)
         cartesian = CartesianLimits(acceleration=LINE_ACCELERATION, jerk=JERK_RATIO * LINE_ACCELERATION)
         if self.turns:
@@ -110,12 +109,12 @@ class CartesianJog(Move):
         return replace(led_move(node, arm, plan, tcp, cartesian, speed_factor), notes=jog_notes(node.name, end))
 
 
-def _base_direction(snapshot: Snapshot, node: Node, arm: Arm, move: CartesianJog) -> NDArray[np.float64]:
+def _base_direction(snapshot: Snapshot, arm: Arm, move: CartesianJog) -> NDArray[np.float64]:
     """Return the direction of a jog as a unit vector (3,) in the axes of the arm's base."""
     if move.frame is JogFrame.BASE:
         world_t_frame = snapshot.world_t(arm.base)
     elif move.frame is JogFrame.TOOL:
-        world_t_frame = tcp_frame(snapshot, node)
+        world_t_frame = tcp_frame(snapshot, arm.robot, arm)
     else:
         world_t_frame = snapshot.world_t(snapshot.structure.node(move.reference).uid)
     given = np.array(move.direction)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 from virtualrobot_kernel.errors import KernelError
@@ -12,18 +12,23 @@ from virtualrobot_kernel.planning.moving_base import MovingBase
 from virtualrobot_kernel.planning.planned_move import PlannedMove
 from virtualrobot_kernel.planning.redundancy import NearOf
 from virtualrobot_kernel.planning.robots import SolverOf
+from virtualrobot_kernel.world.groups import WHOLE, Group
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind, Node
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Move(ABC):
-    """The move of one robot, as data; what a kind does not say is as for a move of joints by name."""
+    """The move of one robot, or of a group of its joints, as data; a kind overrides what differs from joints by name."""
 
     robot: str
+    group: Group = field(default=WHOLE, kw_only=True)
 
     not_joined: ClassVar[str] = ""
     """Why zones join it with no other move; empty where they can."""
+
+    other_joints: ClassVar[bool] = False
+    """Whether it may move joints that its group has not."""
 
     timed: ClassVar[bool] = False
     """Whether it brings times of its own, so that no law can be chosen for it."""

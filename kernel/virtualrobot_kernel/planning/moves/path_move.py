@@ -5,6 +5,8 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 
+from virtualrobot_sdk.poses import inverse
+
 from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.course import Course
 from virtualrobot_kernel.motion.planned import Plan
@@ -14,7 +16,6 @@ from virtualrobot_kernel.planning.moving_base import MovingBase, plan_on_moving_
 from virtualrobot_kernel.planning.planned_move import PlannedMove, cartesian_limits, joint_limits, led_move
 from virtualrobot_kernel.planning.redundancy import NearOf, Redundancy
 from virtualrobot_kernel.planning.robots import SolverOf, arm_on_path
-from virtualrobot_kernel.world.change import inverse
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.state import Snapshot
 
@@ -50,12 +51,12 @@ class PathMove(Move):
 
     def joint_names(self, snapshot: Snapshot) -> Sequence[str]:
         """Return the joints of the arm that are not locked."""
-        return arm_on_path(snapshot, self.node(snapshot), self.redundancy).joint_names
+        return arm_on_path(snapshot, self.node(snapshot), self.redundancy, self.group).joint_names
 
     def plan(self, snapshot: Snapshot, solver_of: SolverOf, near_of: NearOf | None = None) -> PlannedMove:
         """Return its plan; raise KernelError with the place."""
         node = self.node(snapshot)
-        arm = arm_on_path(snapshot, node, self.redundancy)
+        arm = arm_on_path(snapshot, node, self.redundancy, self.group)
         limits, start = joint_limits(snapshot, node, arm.joint_names)
         planner = self.planner(snapshot, inverse(snapshot.world_t(arm.base)))
         tcp = cartesian_tcp(snapshot, arm, solver_of, self.redundancy, near_of)
@@ -76,7 +77,7 @@ class PathMove(Move):
         """Return its plan on a base, or towards a reference, that moves."""
         snapshot = base.snapshot
         return plan_on_moving_base(
-            arm_on_path(snapshot, self.node(snapshot), self.redundancy),
+            arm_on_path(snapshot, self.node(snapshot), self.redundancy, self.group),
             base,
             lambda reference_t_start: self.path_from(snapshot, reference_t_start),
             snapshot.structure.node(self.path_reference).uid,

@@ -19,6 +19,7 @@ from virtualrobot_kernel.planning.planned_move import PlannedMove, PoseGoal, joi
 from virtualrobot_kernel.planning.redundancy import FREE, NearOf, Redundancy
 from virtualrobot_kernel.planning.robots import SolverOf, arm_of
 from virtualrobot_kernel.world.actuators import joint_positions
+from virtualrobot_kernel.world.groups import WHOLE, joints_of
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Node, RobotData
 
@@ -63,16 +64,16 @@ class PointToPoint(Move):
         """Return the joints that the goal names, or those of the arm."""
         node = self.node(snapshot)
         if isinstance(self.goal, PoseGoal):
-            return arm_of(snapshot, node).joint_names
-        return tuple(goal_positions(node, self.goal))
+            return arm_of(snapshot, node, self.group).joint_names
+        return tuple(self._positions(snapshot, node))
 
     def plan(self, snapshot: Snapshot, solver_of: SolverOf, near_of: NearOf | None = None) -> PlannedMove:
         """Return its plan; a pose is reached by the posture that is nearest to the present one."""
         node = self.node(snapshot)
         if not isinstance(self.goal, PoseGoal):
-            return move_to_joints(snapshot, node, goal_positions(node, self.goal), self.speed_factor, self.time_law)
+            return move_to_joints(snapshot, node, self._positions(snapshot, node), self.speed_factor, self.time_law)
         world_t_tcp, wanted = world_t_goal(snapshot, self.goal), self.goal.configuration
-        arm, solutions = reached(snapshot, node, world_t_tcp, solver_of, wanted, self.redundancy, near_of)
+        arm, solutions = reached(snapshot, node, world_t_tcp, solver_of, wanted, self.redundancy, self.group, near_of)
         limits, start = joint_limits(snapshot, node, arm.joint_names)
         goal = dict(zip(arm.joint_names, _nearest_turn(solutions[0], start, limits).tolist(), strict=True))
         return move_to_joints(snapshot, node, goal, self.speed_factor, self.time_law)
@@ -86,20 +87,32 @@ class PointToPoint(Move):
         goal = replace(self.goal, reference_t_tcp=world_t_tcp, reference="")
         return replace(self, goal=goal).plan(there, solver_of, near_of)
 
+    def _positions(self, snapshot: Snapshot, node: Node) -> Mapping[str, float]:
+        """Return the joint values of a goal that is no pose; of a posture those of the group's joints."""
+        joints = None if self.group == WHOLE else joints_of(snapshot.structure, node, self.group)
+        return goal_positions(node, self.goal, joints)
 
-def goal_positions(node: Node, goal: Mapping[str, float] | PoseGoal | str | ActuatorGoal) -> Mapping[str, float]:
-    """Return the joint values of a goal that is no pose; raise UnknownNameError for a posture that there is not."""
+
+def goal_positions(
+    node: Node, goal: Mapping[str, float] | PoseGoal | str | ActuatorGoal, joints: Sequence[str] | None = None
+) -> Mapping[str, float]:
+    """Return the joint values of a goal that is no pose; of a posture only those of a group's `joints`, if given.
+
+    Raises UnknownNameError for a posture that there is not.
+    """
     if isinstance(goal, ActuatorGoal):
         return joint_positions(node, goal.positions)
     if isinstance(goal, str):
         postures = node.data.postures if isinstance(node.data, RobotData) else {}
         if goal not in postures:
             raise UnknownNameError(f"posture of {node.name!r}", goal, postures)
-        goal = postures[goal]
+        goal = {name: value for name, value in postures[goal].items() if joints is None or name in joints}
     assert not isinstance(goal, PoseGoal)
     if not goal:
         raise KernelError(
-            f"the move of {node.name!r} names no joint: give the positions of those that shall move", robot=node.name
+            f"the move of {node.name!r} names no joint{' of its group' if joints else ''}: give the positions of those "
+            "that shall move",
+            robot=node.name,
         )
     return goal
 

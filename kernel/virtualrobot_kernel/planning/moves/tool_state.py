@@ -12,20 +12,23 @@ from virtualrobot_kernel.planning.moves.move import Move
 from virtualrobot_kernel.planning.moves.point_to_point import move_to_joints
 from virtualrobot_kernel.planning.planned_move import PlannedMove
 from virtualrobot_kernel.planning.redundancy import NearOf
-from virtualrobot_kernel.planning.robots import SolverOf
+from virtualrobot_kernel.planning.robots import SolverOf, arm_of
 from virtualrobot_kernel.world.apply_robots import tool_state
-from virtualrobot_kernel.world.state import Selection, Snapshot
+from virtualrobot_kernel.world.groups import WHOLE
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.tcp import chosen_tcp
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ToolStateMove(Move):
-    """The joints of a tool (empty: the chosen one) to where one of its states has them."""
+    """The joints of a tool (empty: the chosen one, or the group's) to where one of its states has them."""
 
     tool: str
     state: str
     speed_factor: float = 1.0
     time_law: TimeLaw = TimeLaw.JERK_LIMITED
 
+    other_joints: ClassVar[bool] = True
     not_joined: ClassVar[str] = "a tool changes its state while it stands still"
 
     def joint_names(self, snapshot: Snapshot) -> Sequence[str]:
@@ -45,7 +48,8 @@ class ToolStateMove(Move):
     def _positions(self, snapshot: Snapshot) -> tuple[str, dict[str, float]]:
         """Return the tool's name, and its joints in the state; raise UnknownNameError."""
         structure, node = snapshot.structure, self.node(snapshot)
-        chosen = structure.nodes.get(snapshot.state.selections.get(node.uid, Selection()).tool)
+        tip = 0 if self.group == WHOLE else arm_of(snapshot, node, self.group).tip
+        chosen, _ = chosen_tcp(structure, snapshot.state, node, tip)
         name = self.tool or (chosen.name if chosen else "")
         tools = [tool.name for tool in structure.tools_of(node.uid)]
         if name not in tools:

@@ -2,6 +2,7 @@
 
 import math
 import re
+import tempfile
 
 import pytest
 from virtualrobot_plugins.importers.step import StepImporter, StepSettings
@@ -98,3 +99,13 @@ def test_what_is_no_step_file() -> None:
     assert "cut off" in refusal(StepImporter(), BLOCK[: len(BLOCK) // 2], "b.step")
     hollow = "ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n"
     assert re.match(r"b\.step: (broken STEP file|the file holds no solid)", refusal(StepImporter(), hollow, "b.step"))
+
+
+def test_nothing_is_written_to_the_disk(monkeypatch: pytest.MonkeyPatch) -> None:
+    """So that an import that is killed leaves nothing there."""
+
+    def refused(*words: object, **options: object) -> str:
+        raise AssertionError("a temporary folder was asked for")
+
+    monkeypatch.setattr(tempfile, "mkdtemp", refused)
+    assert StepImporter().translate(BLOCK.encode(), "b.step", {}).data

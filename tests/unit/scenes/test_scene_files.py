@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from virtualrobot.v1 import scene_pb2
-from virtualrobot_kernel.api import scene_files
 from virtualrobot_kernel.formats.assets import AssetStore
+from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.planning.robots import world_poses
+from virtualrobot_kernel.scenes.reading import read_scene
+from virtualrobot_kernel.scenes.writing import write_scene
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import AttachNode, CreateNodes, SetJointPositions
 from virtualrobot_kernel.world.state import Snapshot
@@ -18,12 +19,12 @@ from tests.unit.world.builders import LIMITS, Z, after, empty, link, part, shift
 
 def text(world: Change) -> str:
     poses = world_poses(world.structure, world.state)
-    return scene_files.write_scene(Snapshot(world.structure, world.state, poses, 0, 0.0, 0.004), False)[0]
+    return write_scene(Snapshot(world.structure, world.state, poses, 0, 0.0, 0.004), False)[0]
 
 
 def loaded(text: str) -> Change:
-    request = scene_pb2.LoadSceneRequest(text=text)
-    commands, _ = scene_files.read_scene(MeshLibrary(AssetStore()), request, empty().structure)
+    store = AssetStore()
+    commands, _ = read_scene(text, "", Files(store), MeshLibrary(store))
     return after(empty(), *commands)
 
 

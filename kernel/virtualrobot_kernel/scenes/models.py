@@ -1,12 +1,10 @@
-"""Model files and tables asked for by message, as nodes. Everything here may take long and runs in worker threads."""
+"""Models that are asked for, as nodes. Reading takes from milliseconds to seconds and runs in a worker thread."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import replace
-from pathlib import Path
 
-from virtualrobot.resolver import Resolver
 from virtualrobot.v1 import nodes_pb2, scene_pb2
 
 from virtualrobot_kernel.errors import KernelError
@@ -19,14 +17,9 @@ from virtualrobot_kernel.messages.dh import denavit_hartenberg, refuse_file_fiel
 from virtualrobot_kernel.messages.nodes import JOINT_TYPES, node_spec
 from virtualrobot_kernel.messages.robots import settings
 from virtualrobot_kernel.messages.values import pose, vector
-from virtualrobot_kernel.world.figures import Figure, Mesh
+from virtualrobot_kernel.scenes.assets import found_figures
+from virtualrobot_kernel.world.figures import Mesh
 from virtualrobot_kernel.world.structure import WORLD_NAME, Kind, NodeSpec, PartData, RobotData
-
-
-def files_of(meshes: MeshLibrary, files: Iterable[nodes_pb2.AssetFile], packages: Mapping[str, str]) -> Files:
-    """Return where a request's files come from: what was uploaded, then the kernel's disk."""
-    folders = {name: Path(folder) for name, folder in packages.items()}
-    return Files(meshes.store, {file.uri: file.sha256 for file in files}, Resolver(folders))
 
 
 def read_model(
@@ -81,23 +74,6 @@ def spec_of(message: nodes_pb2.Node, place: str) -> NodeSpec:
         return node_spec(message)
     except KernelError as error:
         raise error.at(place) from error
-
-
-def found_figures(meshes: MeshLibrary, figures: tuple[Figure, ...], files: Files, referrer: str) -> tuple[Figure, ...]:
-    """Return figures with every mesh found, parsed once and named by its content."""
-    return tuple(_found(meshes, figure, files, referrer) for figure in figures)
-
-
-def _found(meshes: MeshLibrary, figure: Figure, files: Files, referrer: str) -> Figure:
-    mesh = figure.geometry
-    if not isinstance(mesh, Mesh):
-        return figure
-    held = mesh.sha256 and meshes.store.has(mesh.sha256) and all(meshes.store.has(sha) for _, sha in mesh.files)
-    if not held:
-        found, _ = meshes.find(files, mesh.uri, referrer, mesh.scale, mesh.sha256)
-        mesh = replace(found, collision_hull_vertices=mesh.collision_hull_vertices)
-    meshes.load(mesh)
-    return replace(figure, geometry=mesh)
 
 
 def _scene_as_model(

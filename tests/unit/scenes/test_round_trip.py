@@ -5,13 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from virtualrobot.v1 import scene_pb2
-from virtualrobot_kernel.api.scene_files import read_scene, write_scene
 from virtualrobot_kernel.formats import scene_file
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.scene_writer import to_plain
 from virtualrobot_kernel.planning.robots import world_poses
+from virtualrobot_kernel.scenes.reading import read_scene
+from virtualrobot_kernel.scenes.writing import write_scene
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.commands import Command, CreateNodes, SetJointPositions
 from virtualrobot_kernel.world.figures import Figure, Mesh
@@ -38,8 +38,7 @@ class Bench:
 
     def load(self, file: Path) -> Snapshot:
         """Load a scene file."""
-        request = scene_pb2.LoadSceneRequest(text=file.read_text(), uri=str(file))
-        return self.apply(read_scene(self.meshes, request, self.world.snapshot.structure)[0])
+        return self.apply(read_scene(file.read_text(), str(file), disk(self.meshes.store), self.meshes)[0])
 
     def save(self, file: Path, bundled: bool) -> None:
         """Save a scene file and what belongs beside it."""

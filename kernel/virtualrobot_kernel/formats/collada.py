@@ -1,0 +1,90 @@
+"""COLLADA documents before trimesh reads them: length unit, images, and materials that would cost the shape.
+
+Format: Khronos, COLLADA 1.4.1 and 1.5 specifications.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from copy import deepcopy
+from urllib.parse import unquote
+
+import numpy as np
+from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  compiled, and has no types
+
+from virtualrobot_kernel.formats.xml import Element, children, line_of, local_name, malformed, parse_xml
+
+_SHAPES = ("library_geometries", "library_controllers", "library_animations", "library_visual_scenes", "library_nodes",
+           "scene")  # fmt: skip
+
+
+def parse_collada(data: bytes, uri: str) -> Element:
+    """Return the root of a COLLADA document; a text in it may have any length, since a mesh is mostly one."""
+    root = parse_xml(data, uri, huge=True)
+    if local_name(root) != "COLLADA":
+        raise malformed(uri, root.sourceline, f"not COLLADA: the root element is <{local_name(root)}>")
+    return root
+
+
+def length_unit(root: Element, uri: str) -> float:
+    """Return the length of the file's unit in meters; 1 when it tells none (COLLADA 1.4.1, `<unit>`)."""
+    unit = root.find("{*}asset/{*}unit")
+    if unit is None or not unit.get("meter"):
+        return 1.0
+    try:
+        meters = float(unit.get("meter", "1"))
+    except ValueError as error:
+        raise malformed(uri, unit.sourceline, f"unit meter={unit.get('meter')!r} is no number") from error
+    if not np.isfinite(meters) or meters <= 0.0:
+        raise malformed(uri, unit.sourceline, f"unit meter={unit.get('meter')!r} must be above 0")
+    return meters
+
+
+def image_names(root: Element) -> Iterator[str]:
+    """Yield the names of the files with the images of a document, `%20` and the like worked out."""
+    for image in root.iterfind(".//{*}library_images/{*}image"):
+        for source in image.iterfind(".//{*}init_from"):
+            named = source.find("{*}ref")  # COLLADA 1.5 wraps the name in <ref>
+            text = (source.text if named is None else named.text) or ""
+            yield unquote(text.strip()).removeprefix("./").replace("\\", "/")
+
+
+def unreadable_materials(root: Element) -> list[tuple[Element, str]]:
+    """Return each use of a material (`<instance_material>`) that pycollada cannot read, with its reason.
+
+    Pycollada leaves out a shape with all its triangles when one of its materials has a broken reference in it. It is
+    asked about the materials alone, in a document without shapes.
+    """
+    uses = [*root.iterfind(".//{*}instance_material")]
+    if not uses:
+        return []
+    import collada  # takes long, and is needed only where meshes are read
+
+    small = etree.Element(root.tag, root.attrib, nsmap=root.nsmap)
+    small.extend(deepcopy(part) for part in children(root, "*") if local_name(part) not in _SHAPES)
+    document = collada.Collada(io.BytesIO(etree.tostring(small)), ignore=[collada.common.DaeError])
+    known = {f"#{material.id}" for material in document.materials}
+    said = "; ".join(dict.fromkeys(map(str, document.errors)))
+    return [
+        (use, f"the material {use.get('target', '')!r} cannot be read ({said or 'it is nowhere'})")
+        for use in uses
+        if use.get("target", "") not in known
+    ]
+
+
+def without_unreadable_materials(data: bytes, root: Element) -> bytes:
+    """Return a document that has its shapes without the materials that cannot be read; `data` when there are none.
+
+    Takes these out of the tree of `root`.
+    """
+    unreadable = unreadable_materials(root)
+    for use, _ in unreadable:
+        use.getparent().remove(use)
+    return etree.tostring(root) if unreadable else data
+
+
+def material_warnings(root: Element) -> Iterator[tuple[int, str]]:
+    """Yield line and text of what is told of the materials that cannot be read, each once."""
+    told = {why: line_of(use) for use, why in reversed(unreadable_materials(root))}
+    yield from ((line, f"{why}; drawn without it") for why, line in reversed(told.items()))

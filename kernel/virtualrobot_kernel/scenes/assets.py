@@ -1,0 +1,53 @@
+"""Meshes that nodes name: found, parsed once and named by their content."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from functools import partial
+
+from virtualrobot.resolver import Resolver
+from virtualrobot.v1 import nodes_pb2
+
+from virtualrobot_kernel.formats.files import Files
+from virtualrobot_kernel.formats.mesh_library import MeshLibrary
+from virtualrobot_kernel.world.commands import Command, CreateNodes, UpdateNode
+from virtualrobot_kernel.world.figures import Figure, Mesh
+
+
+def files_of(meshes: MeshLibrary, files: Iterable[nodes_pb2.AssetFile]) -> Files:
+    """Return where a request's files come from: what was uploaded, then the kernel's disk."""
+    return Files(meshes.store, {file.uri: file.sha256 for file in files}, Resolver())
+
+
+def with_assets(
+    meshes: MeshLibrary, commands: Sequence[Command], files: Files | None = None, referrer: str = ""
+) -> list[Command]:
+    """Return the commands with every mesh found, parsed once and named by its content."""
+    found = partial(found_figures, meshes, files=files or files_of(meshes, ()), referrer=referrer)
+    result: list[Command] = []
+    for command in commands:
+        if isinstance(command, CreateNodes):
+            result.append(CreateNodes(tuple(replace(spec, figures=found(spec.figures)) for spec in command.specs)))
+        elif isinstance(command, UpdateNode) and command.figures is not None:
+            result.append(replace(command, figures=found(command.figures)))
+        else:
+            result.append(command)
+    return result
+
+
+def found_figures(meshes: MeshLibrary, figures: tuple[Figure, ...], files: Files, referrer: str) -> tuple[Figure, ...]:
+    """Return figures with every mesh found, parsed once and named by its content."""
+    return tuple(_found(meshes, figure, files, referrer) for figure in figures)
+
+
+def _found(meshes: MeshLibrary, figure: Figure, files: Files, referrer: str) -> Figure:
+    mesh = figure.geometry
+    if not isinstance(mesh, Mesh):
+        return figure
+    held = mesh.sha256 and meshes.store.has(mesh.sha256) and all(meshes.store.has(sha) for _, sha in mesh.files)
+    if not held:
+        found, _ = meshes.find(files, mesh.uri, referrer, mesh.scale, mesh.sha256)
+        mesh = replace(found, collision_hull_vertices=mesh.collision_hull_vertices)
+    meshes.load(mesh)
+    return replace(figure, geometry=mesh)

@@ -1,0 +1,82 @@
+"""The world as a scene file. Writing takes from milliseconds to seconds and runs in a worker thread."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from virtualrobot.v1 import robot_pb2, scene_pb2
+
+from virtualrobot_kernel.formats import scene_file
+from virtualrobot_kernel.formats.bundle import bundle
+from virtualrobot_kernel.messages.collision_settings import settings_message
+from virtualrobot_kernel.messages.nodes import node_message
+from virtualrobot_kernel.messages.signals import signal_message
+from virtualrobot_kernel.world.collisions import NOTHING_SET
+from virtualrobot_kernel.world.figures import Mesh
+from virtualrobot_kernel.world.state import Selection, Snapshot
+from virtualrobot_kernel.world.structure import WORLD_NAME, WORLD_UID, Kind, Node, Structure
+
+
+def write_scene(snapshot: Snapshot, bundled: bool) -> tuple[str, list[tuple[str, str]]]:
+    """Return the world as a scene file's text, and for a bundle the files beside it as (relative path, SHA-256)."""
+    structure = snapshot.structure
+    uris, files = bundle(_meshes(structure)) if bundled else ({}, [])
+    scene = scene_pb2.SceneFile(schema_version=scene_file.SCHEMA_VERSION)
+    for node in _in_order(structure):
+        if node.kind is Kind.WORLD:
+            continue
+        message = scene.nodes.add()
+        message.CopyFrom(node_message(snapshot, node))
+        message.ClearField("uid")
+        for figure, written in zip(node.figures, message.figures, strict=True):
+            if isinstance(figure.geometry, Mesh) and figure.geometry in uris:
+                written.mesh.uri = uris[figure.geometry]
+                written.mesh.ClearField("sha256")
+                written.mesh.ClearField("files")
+        if node.kind is Kind.ROBOT:
+            message.robot.ClearField("joint_names")
+        if message.parent == WORLD_NAME:
+            message.ClearField("parent")
+    scene.signals.extend(signal_message(signal) for signal in snapshot.state.signals.values())
+    scene.robot_states.extend(_robot_state(snapshot, structure.nodes[uid]) for uid in structure.robots)
+    if snapshot.state.speed_factor != 1.0:
+        scene.speed_factor = snapshot.state.speed_factor
+    for pair, why in snapshot.state.allowed_pairs.items():
+        first, second = (structure.nodes[uid].name for uid in pair)
+        scene.allowed_pairs.add(first=first, second=second, reason=why)
+    if snapshot.state.collisions != NOTHING_SET:
+        scene.collision_settings.CopyFrom(settings_message(snapshot))
+    return scene_file.format(scene), files
+
+
+def _in_order(structure: Structure) -> Iterator[Node]:
+    """Yield all nodes, parents first; a robot's links in the order of creation, which is that of its positions."""
+    stack = [WORLD_UID]
+    while stack:
+        node = structure.nodes[stack.pop()]
+        if node.kind is not Kind.LINK:
+            yield node
+        if node.kind is Kind.ROBOT:
+            yield from (structure.nodes[uid] for uid in structure.robots[node.uid].links)
+        stack.extend(reversed(structure.children.get(node.uid, ())))
+
+
+def _meshes(structure: Structure) -> list[Mesh]:
+    figures = (figure for node in structure.nodes.values() for figure in node.figures)
+    return [figure.geometry for figure in figures if isinstance(figure.geometry, Mesh)]
+
+
+def _robot_state(snapshot: Snapshot, robot: Node) -> robot_pb2.RobotState:
+    """Return what a scene file keeps of a robot's state; without tools there is none to choose."""
+    structure, state = snapshot.structure, snapshot.state
+    selection = state.selections.get(robot.uid, Selection())
+    tools = structure.tools_of(robot.uid)
+    chosen = structure.nodes[selection.tool].name if selection.tool else ""
+    return robot_pb2.RobotState(
+        name=robot.name,
+        positions=state.q[structure.robots[robot.uid].q_slice].tolist(),
+        tool=chosen if tools else None,
+        tool_center_point=selection.tool_center_point,
+        tool_states={tool.name: state.tool_states.get(tool.uid, "") for tool in tools},
+        speed_factor=state.speed_factors.get(robot.uid, 1.0),
+    )
