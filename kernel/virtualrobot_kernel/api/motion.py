@@ -52,7 +52,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         await make_way(self._rooms, lambda _: joints, request.busy_policy, context)
         near_of = near_by(self._rooms.collisions)
         # From the snapshot of the moment when it is planned: the robots may have moved while they waited.
-        planned = await self._rooms.turns.run_while_wanted(
+        planned = await self._rooms.limiter.run_while_wanted(
             robots,
             lambda given_up: plan_motion(world.snapshot, spec, self._rooms.solvers.of, given_up, near_of),
         )

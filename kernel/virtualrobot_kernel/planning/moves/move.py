@@ -19,7 +19,7 @@ from virtualrobot_kernel.world.structure import Kind, Node
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Move(ABC):
-    """The move of one robot, or of a group of its joints, as data; a kind overrides what differs from joints by name."""
+    """Move of a robot, or of a group of its joints, as data; a kind overrides what differs from joints by name."""
 
     robot: str
     group: Group = field(default=WHOLE, kw_only=True)
