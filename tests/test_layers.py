@@ -28,6 +28,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "components": (),
     "motion": ("numeric",),
     "world": ("motion",),
+    "inputs": ("world",),
     "shapes": ("world",),
     "messages": ("world",),
     "planning": ("components", "motion", "numeric", "world"),
@@ -38,7 +39,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "sensing": ("collision", "components", "motion", "numeric", "planning", "shapes", "world"),
     "drawing": ("collision", "formats", "numeric", "planning", "sensing", "shapes", "world"),
     "api": (
-        *("collision", "components", "drawing", "formats", "messages", "motion", "paths", "planning"),
+        *("collision", "components", "drawing", "formats", "inputs", "messages", "motion", "paths", "planning"),
         *("scenes", "sensing", "world"),
     ),
 }
@@ -65,6 +66,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     KERNEL: (*ANYONE, "virtualrobot_kernel", "virtualrobot_sdk.worker"),
     f"{KERNEL}/serve.py": (*ANYONE, "virtualrobot_kernel", "virtualrobot_sdk.compiled.cache", "virtualrobot.session"),
     f"{KERNEL}/world": room("world"),
+    f"{KERNEL}/inputs": room("inputs"),
     f"{KERNEL}/numeric": room("numeric", "numba", "virtualrobot_sdk.compiled"),
     # ruckig and toppra make the time laws of what is planned, and ruckig in the tick the next step of what follows
     # setpoints, which nobody can plan: a pure function of a few microseconds.

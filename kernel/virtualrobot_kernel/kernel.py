@@ -32,6 +32,7 @@ from virtualrobot_kernel.drawing.view import ViewStore
 from virtualrobot_kernel.errors import MissingFileError
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
+from virtualrobot_kernel.inputs.mailbox import Mailbox
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.planning.solvers import Solvers
 from virtualrobot_kernel.scenes.assets import files_of
@@ -86,7 +87,9 @@ class Kernel:
         self._clearances = partial(measured, self._collisions)
         self._studio = Studio(self._sensing.shapes, looks, load, self._clearances)
         self._processes = Processes(self._sensing.shapes)
-        self.world = World(world_poses, MemoryJournal(), Clock(settings.mode, 1.0, settings.tick_nanoseconds))
+        self._mailbox = Mailbox()
+        clock = Clock(settings.mode, 1.0, settings.tick_nanoseconds)
+        self.world = World(world_poses, MemoryJournal(), clock, inputs=self._mailbox.take)
         self._guard = CollisionGuard(self._sensing.solids, self.world)
         self._sensors = Sensors(self.world, self._sensing)
         self._monitor = Monitor(self.world, self._sensing.solids)
@@ -155,6 +158,7 @@ class Kernel:
     def _rooms(self, publications: Publications) -> Rooms:
         return Rooms(
             world=self.world,
+            mailbox=self._mailbox,
             publications=publications,
             assets=self._assets,
             meshes=self._meshes,

@@ -45,8 +45,8 @@ class RobotState:
     Attributes:
         name: the robot.
         stamp: when this was true.
-        positions: coordinates of all joints, radians and meters.
-        velocities: velocities of all joints, rad/s and m/s.
+        positions: coordinates of all joints as they are, radians and meters.
+        velocities: velocities of all joints as they are, rad/s and m/s.
         world_t_tcp: 4x4, the chosen tool centre point, or without a tool the flange.
         tool: the chosen tool; empty means none.
         tool_center_point: the chosen point; empty means none.
@@ -54,6 +54,8 @@ class RobotState:
         speed_factor: by what its motions are slowed.
         motion_ids: the motions that move it.
         actuator_positions: where its actuators are, in their units, in the order of `Robot.actuators`.
+        commanded_positions: coordinates as motions command them; `positions` unless the joints are measured.
+        commanded_velocities: velocities as motions command them; `velocities` unless the joints are measured.
     """
 
     name: str
@@ -67,6 +69,8 @@ class RobotState:
     speed_factor: float
     motion_ids: tuple[str, ...]
     actuator_positions: NDArray[np.float64]
+    commanded_positions: NDArray[np.float64]
+    commanded_velocities: NDArray[np.float64]
 
     @staticmethod
     def of(message: robot_pb2.RobotState, stamp: geometry_pb2.Stamp) -> RobotState:
@@ -83,6 +87,8 @@ class RobotState:
             message.speed_factor,
             tuple(message.motion_ids),
             np.array(message.actuator_positions, dtype=float),
+            np.array(message.commanded_positions or message.positions, dtype=float),
+            np.array(message.commanded_velocities or message.velocities, dtype=float),
         )
 
 

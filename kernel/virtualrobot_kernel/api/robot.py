@@ -336,5 +336,5 @@ def _quiet(before: Snapshot, after: Snapshot) -> bool:
     return before.structure is after.structure and all(getattr(a, field) is getattr(b, field) for field in TOLD)
 
 
-TOLD = ("q", "v", "parent_t_node", "motions", "tool_states", "selections", "speed_factors")
+TOLD = ("q", "v", "commanded", "parent_t_node", "motions", "tool_states", "selections", "speed_factors")
 """The fields of State that RobotState tells of."""

@@ -20,6 +20,7 @@ from virtualrobot_kernel.drawing.studio import Studio
 from virtualrobot_kernel.drawing.view import ViewStore
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
+from virtualrobot_kernel.inputs.mailbox import Mailbox
 from virtualrobot_kernel.planning.solvers import Solvers
 from virtualrobot_kernel.sensing.casting import Casters
 from virtualrobot_kernel.sensing.readers import SensingRoom
@@ -39,6 +40,7 @@ class Rooms:
     """The rooms that the API opens. Long work goes to `workers` or `turns`, never to the API's thread."""
 
     world: World
+    mailbox: Mailbox
     publications: Publications
     assets: AssetStore
     meshes: MeshLibrary

@@ -1,24 +1,27 @@
-"""Streams of setpoints: what a client sends becomes commands, the newest one of each tick."""
+"""Streams of setpoints: what a client sends goes to the mailbox of the next tick, where the newest counts."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncGenerator, AsyncIterator, Callable, Coroutine
+from collections.abc import AsyncGenerator, AsyncIterator, Coroutine
 from concurrent.futures import Future
 from contextlib import suppress
 from typing import Any
 
 from virtualrobot.v1 import motion_pb2
 
+from virtualrobot_kernel.api.author import author
 from virtualrobot_kernel.api.convert.setpoints import followed, progress, setpoint
 from virtualrobot_kernel.api.lease_table import CARRIED
 from virtualrobot_kernel.api.motion_calls import find_motion, make_way
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.motion.setpoint_motion import SetpointMotion
 from virtualrobot_kernel.world.clock import Mode
 from virtualrobot_kernel.world.commands import CancelMotion, EndSetpoints, SetSetpoint, StartSetpointMotion
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot
-from virtualrobot_kernel.world.store import Applied
+from virtualrobot_kernel.world.store import Applied, Permit
+from virtualrobot_kernel.world.tick_inputs import TickInput
 
 MAX_RATE_HERTZ = 60.0
 """How often a stream tells how its motion follows while time follows the wall clock."""
@@ -48,13 +51,13 @@ async def stream_setpoints(
     command = followed(rooms.world.snapshot, first.target)
     values = setpoint(first, command.joint_names) if first.values else None
     await make_way(rooms, lambda snapshot: _needed(snapshot, command), first.target.busy_policy, context)
-    submit, tokens = rooms.submitting(context), CARRIED.get()
+    writer, tokens = author(context), CARRIED.get()
     # A client that vanishes here leaves a motion that is stopped by its own timeout.
-    applied = await asyncio.wrap_future(submit([command]))
+    applied = await asyncio.wrap_future(rooms.submit([command], context))
     id, snapshot = str(applied.created[0]), applied.snapshot
     robots = find_motion(snapshot, id).robots
-    feed = _Feed(rooms, submit, id, command.joint_names, values)
-    working = {asyncio.create_task(_or_stop(rooms, id, work)) for work in (feed.read(requests), feed.hand_on())}
+    feed = _Feed(rooms, id, command.joint_names, writer, rooms.leases.permit(tokens))
+    working = {asyncio.create_task(_or_stop(rooms, id, work)) for work in (feed.read(values, requests), feed.refusal())}
     try:
         while True:
             motion = find_motion(snapshot, id)
@@ -72,59 +75,62 @@ async def stream_setpoints(
 
 
 class _Feed:
-    """Takes setpoints from a client to a motion: what is newer replaces what has not been handed on yet."""
+    """Takes setpoints from a client to the world's mailbox, where the newest one waits for the next tick."""
 
-    def __init__(
-        self,
-        rooms: Rooms,
-        submit: Callable[..., Future[Applied]],
-        id: str,
-        joint_names: tuple[str, ...],
-        values: tuple[float, ...] | None,
-    ) -> None:
-        """Begin with the setpoint `values`, or with none."""
+    def __init__(self, rooms: Rooms, id: str, joint_names: tuple[str, ...], writer: str, permit: Permit) -> None:
+        """Feed a motion with what `writer` sends."""
         self.given = 0
         """How many setpoints the motion has got, those that were replaced by newer ones included."""
         self._rooms = rooms
-        self._submit = submit
         self._id = id
         self._joint_names = joint_names
-        self._newest = values
-        self._count = 0 if values is None else 1
-        self._ended = False
-        self._arrived = asyncio.Event()
+        self._writer = writer
+        self._permit = permit
         self._handed = asyncio.Event()
+        self._loop = asyncio.get_running_loop()
+        self._refused: asyncio.Future[None] = self._loop.create_future()
 
-    async def read(self, requests: Requests) -> None:
-        """Keep the newest setpoint that the client has sent, as fast as it sends: none waits in a queue."""
+    async def read(self, first: tuple[float, ...] | None, requests: Requests) -> None:
+        """Hand on setpoints as fast as the client sends them, and tell the motion when no more will come."""
+        if first is not None:
+            self._give(first)
         async for message in requests:
             if message.HasField("target"):
                 raise KernelError("a stream moves the target of its first message and no other", field="target")
-            self._newest = setpoint(message, self._joint_names)
-            self._count += 1
-            self._arrived.set()
+            self._give(setpoint(message, self._joint_names))
         await asyncio.sleep(CLOSING_SECONDS)
-        self._ended = True
-        self._arrived.set()
+        self._put(EndSetpoints(self._id))
 
-    async def hand_on(self) -> None:
-        """Give the motion the newest setpoint of each tick, and tell it when no more will come."""
-        world = self._rooms.world
-        try:
-            while True:
-                command, count = await self._next()
-                applied = await asyncio.wrap_future(self._submit([command]))
-                if isinstance(command, EndSetpoints):
-                    return
-                self.given = count
-                self._handed.set()
-                snapshot = world.snapshot
-                # In STEPPED mode nobody knows how many will come before the next tick, and the newest one shall count.
-                while world.clock.mode is Mode.REALTIME and snapshot.state.tick == applied.snapshot.state.tick:
-                    snapshot = await self._rooms.publications.newer_than(snapshot)
-        except KernelError as error:
-            if error.reason not in GONE:
-                raise
+    async def refusal(self) -> None:
+        """Raise the error with which the world refuses a setpoint."""
+        await self._refused
+
+    def _give(self, values: tuple[float, ...]) -> None:
+        """Have a setpoint count in the next tick; raise KernelError when the world as it is refuses it already."""
+        state = self._rooms.world.snapshot.state
+        motion = next((motion for motion in state.motions if motion.id == self._id), None)
+        if motion is None:
+            return  # it has ended
+        assert isinstance(motion.running, SetpointMotion)
+        motion.running.set(values)
+        self._put(SetSetpoint(self._id, values))
+        self.given += 1
+        self._handed.set()
+
+    def _put(self, command: SetSetpoint | EndSetpoints) -> None:
+        target = f"{type(command).__name__} {self._id}"
+        self._rooms.mailbox.put(target, TickInput(command, self._writer, self._refuse, self._permit))
+
+    def _refuse(self, error: KernelError) -> None:
+        """Tell the API's thread of an error; called in the world thread."""
+
+        def fail() -> None:
+            if not self._refused.done():
+                self._refused.set_exception(error)
+
+        if error.reason not in GONE:
+            with suppress(RuntimeError):  # the kernel is ending
+                self._loop.call_soon_threadsafe(fail)
 
     async def news(self, seen: Snapshot) -> Snapshot:
         """Return the latest snapshot, at most `MAX_RATE_HERTZ` times a second and once the motion has ended.
@@ -144,14 +150,6 @@ class _Feed:
             self._handed.clear()
             newer.cancel()
             handed.cancel()
-
-    async def _next(self) -> tuple[SetSetpoint | EndSetpoints, int]:
-        """Return what to do next, and which setpoint it is."""
-        while self._newest is None and not self._ended:
-            self._arrived.clear()
-            await self._arrived.wait()
-        values, self._newest = self._newest, None
-        return (EndSetpoints(self._id) if values is None else SetSetpoint(self._id, values)), self._count
 
 
 async def _later(news: Coroutine[Any, Any, Snapshot], working: set[asyncio.Task[None]]) -> Snapshot:

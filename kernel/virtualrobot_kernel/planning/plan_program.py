@@ -28,11 +28,12 @@ from virtualrobot_kernel.planning.program import (
     StepWish,
     WaitSignalWish,
 )
-from virtualrobot_kernel.planning.robots import SolverOf
+from virtualrobot_kernel.planning.robots import SolverOf, world_poses
 from virtualrobot_kernel.planning.tracking import tracked
 from virtualrobot_kernel.planning.wishes import Move
 from virtualrobot_kernel.world.change import single_joint
 from virtualrobot_kernel.world.commands import StartMotion
+from virtualrobot_kernel.world.measured import as_commanded
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind
 
@@ -73,6 +74,7 @@ def plan_wish(
     Errors about a program name the step in message and metadata (`step`, from 0). When `given_up`, the planning ends
     with an error at the next step.
     """
+    snapshot = as_commanded(snapshot, world_poses)
     if wish.moves and wish.steps:
         raise KernelError("a motion has either moves or steps, not both", field="steps")
     if wish.steps:

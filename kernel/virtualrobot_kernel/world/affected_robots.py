@@ -146,6 +146,7 @@ AFFECTED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.StartSetpointMotion: _robot,
     commands.SetSetpoint: _motion,
     commands.EndSetpoints: _motion,
+    commands.SetMeasuredJoints: _nothing,
     commands.PauseMotion: _nothing,
     commands.ResumeMotion: _motion,
     commands.CancelMotion: _cancelled,

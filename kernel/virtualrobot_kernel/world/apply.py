@@ -15,6 +15,7 @@ from virtualrobot_kernel.world import (
     apply_sensors,
     apply_setpoints,
     commands,
+    measured,
 )
 from virtualrobot_kernel.world.change import Change, Forward, frozen
 from virtualrobot_kernel.world.state import State
@@ -44,6 +45,7 @@ HANDLERS: dict[type, Callable[[Change, Any, Forward], Change]] = {
     commands.StartSetpointMotion: apply_setpoints.start_setpoint_motion,
     commands.SetSetpoint: apply_setpoints.set_setpoint,
     commands.EndSetpoints: apply_setpoints.end_setpoints,
+    commands.SetMeasuredJoints: measured.set_measured_joints,
     commands.PauseMotion: apply_motions.pause_motion,
     commands.ResumeMotion: apply_motions.resume_motion,
     commands.CancelMotion: apply_motions.cancel_motion,

@@ -29,6 +29,7 @@ from virtualrobot_kernel.world.commands import (
     StartMotion,
     StopMotions,
 )
+from virtualrobot_kernel.world.measured import commanded
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion, State
 
 START_TOLERANCE = 1e-6
@@ -55,12 +56,13 @@ def start_motion(change: Change, command: StartMotion, forward: Forward) -> Chan
     for uid in dict.fromkeys(uid for uid, _ in joints):
         refuse_while_moving(change, structure.nodes[uid], {joint for joint in needed if joint[0] == uid})
     q_index, v_index = joint_places(structure, joints)
-    off = np.abs(state.q[q_index] - program.start)
+    here = commanded(structure, state)[0][q_index]
+    off = np.abs(here - program.start)
     if len(off) and off.max() > START_TOLERANCE:
         worst = int(off.argmax())
         robot, joint = command.joints[worst]
         raise KernelError(
-            f"the joint {joint!r} of {robot!r} is at {state.q[q_index][worst]:g}, but the motion was planned from "
+            f"the joint {joint!r} of {robot!r} is at {here[worst]:g}, but the motion was planned from "
             f"{program.start[worst]:g}; plan again",
             reason=Reason.STALE_REVISION,
             robot=robot,

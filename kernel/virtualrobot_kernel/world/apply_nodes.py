@@ -306,7 +306,7 @@ def _mounted(change: Change, tool: Node) -> Change:
     if tool.data.states and tool.uid not in state.tool_states:
         name, positions = next(iter(tool.data.states.items()))
         q = state.q.copy()
-        if owner is not None:
+        if owner is not None and owner.uid not in state.commanded:
             refuse_while_moving(change, owner, {(owner.uid, joint) for joint in positions})
             for joint, value in positions.items():
                 q[single_joint(structure, owner, joint)[1]] = value

@@ -10,7 +10,15 @@ from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.actuators import check_actuators, coupled_joints
 from virtualrobot_kernel.world.apply_nodes import attached
-from virtualrobot_kernel.world.change import Change, Forward, check_joint_value, refuse_while_moving, single_joint
+from virtualrobot_kernel.world.change import (
+    Change,
+    Forward,
+    check_coordinates,
+    check_joint_value,
+    refuse_measured,
+    refuse_while_moving,
+    single_joint,
+)
 from virtualrobot_kernel.world.commands import (
     CreateSignal,
     PickPart,
@@ -25,7 +33,7 @@ from virtualrobot_kernel.world.commands import (
 )
 from virtualrobot_kernel.world.groups import named_group
 from virtualrobot_kernel.world.state import Selection
-from virtualrobot_kernel.world.structure import JointType, Kind, Node, RobotData, Structure, ToolData
+from virtualrobot_kernel.world.structure import Kind, Node, RobotData, Structure, ToolData
 
 REACH_OF_A_PICK = 0.2
 """How far the nearest part's origin may be from the tool centre point when no part is named, in meters."""
@@ -107,11 +115,10 @@ def set_joint_positions(change: Change, command: SetJointPositions, forward: For
     """Put joints somewhere at once; refused while the robot moves."""
     node, robot = change.structure.robot(command.robot)
     refuse_while_moving(change, node, {(robot.uid, name) for name in robot.joint_names})
+    refuse_measured(change, node)
     q = change.state.q.copy()
     if command.coordinates is not None:
-        q[robot.q_slice] = _checked_coordinates(
-            node, robot.joints, np.asarray(command.coordinates, float).reshape(-1), robot.q_slice
-        )
+        q[robot.q_slice] = check_coordinates(node, robot.joints, np.asarray(command.coordinates, float).reshape(-1))
     for name, value in command.joint_positions.items():
         joint, place, _ = single_joint(change.structure, node, name)
         check_joint_value(node.name, joint, value)
@@ -166,6 +173,7 @@ def set_tool_state(change: Change, command: SetToolState, forward: Forward) -> C
     if robot is not None:
         needed = coupled_joints(change.structure, {(robot.uid, name) for name in positions})
         refuse_while_moving(change, robot, needed)
+        refuse_measured(change, robot)
         for name, value in positions.items():
             q[single_joint(change.structure, robot, name)[1]] = value
         check_actuators(change.structure, robot, q)
@@ -250,31 +258,3 @@ def _chosen_tool(change: Change, robot: str) -> tuple[Node, np.ndarray]:
     tool = change.structure.nodes[selection.tool]
     assert isinstance(tool.data, ToolData)
     return tool, tool.data.tool_center_points.get(selection.tool_center_point, np.eye(4))
-
-
-def _checked_coordinates(node: Node, joints: tuple, coordinates: np.ndarray, place: slice) -> np.ndarray:
-    wanted = place.stop - place.start
-    if coordinates.shape != (wanted,):
-        raise KernelError(
-            f"the robot {node.name!r} has {wanted} coordinates, not {coordinates.size}", robot=node.name, wanted=wanted
-        )
-    if not np.isfinite(coordinates).all():
-        raise KernelError(
-            f"the coordinates of {node.name!r} must be finite, not {coordinates.tolist()}", robot=node.name
-        )
-    result, at = coordinates.copy(), 0
-    for joint in joints:
-        count = joint.type.coordinate_count
-        if count == 1:
-            check_joint_value(node.name, joint, float(result[at]))
-        elif joint.type is JointType.FLOATING:
-            length = np.linalg.norm(result[at + 3 : at + 7])
-            if length < 1e-9:
-                raise KernelError(
-                    f"the quaternion of joint {joint.name!r} of {node.name!r} is zero",
-                    robot=node.name,
-                    joint=joint.name,
-                )
-            result[at + 3 : at + 7] /= length
-        at += count
-    return result

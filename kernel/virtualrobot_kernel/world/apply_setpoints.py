@@ -15,6 +15,7 @@ from virtualrobot_kernel.world.actuators import actuators_of
 from virtualrobot_kernel.world.apply_motions import replaced, running_motion
 from virtualrobot_kernel.world.change import Change, Forward, joint_places, refuse_while_moving, single_joint
 from virtualrobot_kernel.world.commands import EndSetpoints, SetSetpoint, StartSetpointMotion
+from virtualrobot_kernel.world.measured import commanded
 from virtualrobot_kernel.world.state import Motion
 from virtualrobot_kernel.world.structure import Node, Structure
 
@@ -30,6 +31,7 @@ def start_setpoint_motion(change: Change, command: StartSetpointMotion, forward:
     joints = tuple((node.uid, name) for name in names)
     refuse_while_moving(change, node, set(joints))
     q_index, v_index = joint_places(structure, joints)
+    here = commanded(structure, state)[0][q_index]
     id = f"motion-{state.motion_count + 1}"
     motion = Motion(
         id=id,
@@ -37,7 +39,7 @@ def start_setpoint_motion(change: Change, command: StartSetpointMotion, forward:
         joints=joints,
         q_index=q_index,
         v_index=v_index,
-        running=setpoint_motion.start(command.mode, limits, state.q[q_index], command.timeout, couplings),
+        running=setpoint_motion.start(command.mode, limits, here, command.timeout, couplings),
         start_tick=state.tick,
     )
     state = replace(state, motions=(*state.motions, motion), motion_count=state.motion_count + 1)

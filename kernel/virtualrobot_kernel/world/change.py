@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +12,7 @@ from virtualrobot_kernel.errors import KernelError, LimitError, Reason, UnknownN
 from virtualrobot_kernel.motion.limits import TOLERANCE
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.figures import Pose
-from virtualrobot_kernel.world.state import Motion, State
+from virtualrobot_kernel.world.state import JointValues, Motion, State
 from virtualrobot_kernel.world.structure import Joint, JointType, Node, Structure
 
 Forward = Callable[[Structure, State], NDArray[np.float64]]
@@ -90,6 +90,8 @@ def rebuilt(change: Change, nodes: Mapping[int, Node], next_uid: int, poses: Map
             q=q,
             v=v,
             parent_t_node=parent_t_node,
+            commanded=_kept(old, new, state.commanded),
+            readings=_kept(old, new, state.readings),
             motions=motions,
             tool_states={uid: name for uid, name in state.tool_states.items() if uid in alive},
             selections={uid: selection for uid, selection in state.selections.items() if uid in alive},
@@ -99,6 +101,15 @@ def rebuilt(change: Change, nodes: Mapping[int, Node], next_uid: int, poses: Map
             running_sensors={uid: start for uid, start in state.running_sensors.items() if uid in alive},
         ),
     )
+
+
+def _kept(old: Structure, new: Structure, values: Mapping[int, JointValues]) -> Mapping[int, JointValues]:
+    """Return values of robots that have the same kinds of joints as before."""
+
+    def kinds(structure: Structure, uid: int) -> list[JointType]:
+        return [joint.type for joint in structure.robots[uid].joints]
+
+    return {uid: one for uid, one in values.items() if uid in new.robots and kinds(old, uid) == kinds(new, uid)}
 
 
 def _joints(structure: Structure) -> Iterator[tuple[int, Joint, int, int]]:
@@ -181,6 +192,53 @@ def check_joint_value(robot: str, joint: Joint, value: float) -> None:
             lower=lower,
             upper=upper,
             **about,
+        )
+
+
+def check_coordinates(
+    robot: Node, joints: Sequence[Joint], coordinates: NDArray[np.float64], *, limited: bool = True
+) -> NDArray[np.float64]:
+    """Return all coordinates (nq,) of a robot, with quaternions of unit length.
+
+    Raises KernelError for a wrong count, for what is not finite and for a quaternion of zeros, and, where they are
+    `limited`, LimitError for a joint outside its limits.
+    """
+    wanted = sum(joint.type.coordinate_count for joint in joints)
+    if coordinates.shape != (wanted,):
+        raise KernelError(
+            f"the robot {robot.name!r} has {wanted} coordinates, not {coordinates.size}",
+            robot=robot.name,
+            wanted=wanted,
+        )
+    if not np.isfinite(coordinates).all():
+        raise KernelError(
+            f"the coordinates of {robot.name!r} must be finite, not {coordinates.tolist()}", robot=robot.name
+        )
+    result, at = coordinates.copy(), 0
+    for joint in joints:
+        count = joint.type.coordinate_count
+        if count == 1 and limited:
+            check_joint_value(robot.name, joint, float(result[at]))
+        elif joint.type is JointType.FLOATING:
+            length = np.linalg.norm(result[at + 3 : at + 7])
+            if length < 1e-9:
+                raise KernelError(
+                    f"the quaternion of joint {joint.name!r} of {robot.name!r} is zero",
+                    robot=robot.name,
+                    joint=joint.name,
+                )
+            result[at + 3 : at + 7] /= length
+        at += count
+    return result
+
+
+def refuse_measured(change: Change, robot: Node) -> None:
+    """Raise KernelError (WRONG_STATE) when the joints of a robot are measured: nobody can put a real one elsewhere."""
+    if robot.uid in change.state.commanded:
+        raise KernelError(
+            f"the joints of {robot.name!r} are measured and cannot be put elsewhere; move them by a motion",
+            reason=Reason.WRONG_STATE,
+            robot=robot.name,
         )
 
 

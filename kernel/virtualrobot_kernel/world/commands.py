@@ -239,6 +239,19 @@ class EndSetpoints:
     id: str
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class SetMeasuredJoints:
+    """Tells where the joints of a robot, given by uid, really are by the end of this tick; motions command them on.
+
+    positions (nq,), velocities (nv,): all of the robot's coordinates and velocities, as in the state. None ends that:
+    the robot stays where it was measured, and its commanded joints are there, too.
+    """
+
+    robot: int
+    positions: NDArray[np.float64] | None
+    velocities: NDArray[np.float64] | None = None
+
+
 @dataclass(frozen=True, slots=True)
 class PauseMotion:
     """Slows a motion to standstill on its path."""
@@ -304,6 +317,7 @@ Command = (
     | StartSetpointMotion
     | SetSetpoint
     | EndSetpoints
+    | SetMeasuredJoints
     | PauseMotion
     | ResumeMotion
     | CancelMotion

@@ -101,10 +101,20 @@ class Motion:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class JointValues:
+    """All coordinates q (nq,) and velocities v (nv,) of one robot: radians, meters, per second."""
+
+    q: NDArray[np.float64]
+    v: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class State:
     """The world at one tick. Arrays are never written to after they are published.
 
-    q (nq,) coordinates and v (nv,) velocities of all joints: radians, meters, per second.
+    q (nq,) coordinates and v (nv,) velocities of all joints as they are: radians, meters, per second.
+    commanded: what motions command, of the robots (uids) whose joints are measured; those of all others are q and v.
+    readings: what was measured since the tick before, by robot (uid): it becomes q and v with the next tick.
     parent_t_node (N, 4, 4): where each node is in its parent's frame, a row for each node.
     allowed_pairs: nodes (uids, the smaller first) that clients let touch each other, and why.
     collisions: what is done about collisions.
@@ -117,6 +127,8 @@ class State:
     v: NDArray[np.float64]
     parent_t_node: NDArray[np.float64]
     signals: Mapping[str, Signal] = field(default_factory=dict)
+    commanded: Mapping[int, JointValues] = field(default_factory=dict)
+    readings: Mapping[int, JointValues] = field(default_factory=dict)
     motions: tuple[Motion, ...] = ()
     ended: tuple[Motion, ...] = ()
     motion_count: int = 0

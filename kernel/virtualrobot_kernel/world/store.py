@@ -28,6 +28,7 @@ from virtualrobot_kernel.world.state import Snapshot, State
 from virtualrobot_kernel.world.structure import Structure
 from virtualrobot_kernel.world.supervisor import Supervisor
 from virtualrobot_kernel.world.tick import advance
+from virtualrobot_kernel.world.tick_inputs import InputSource, taken
 
 MAX_STEPS = 10_000
 """The most ticks in one Step: nothing else is served meanwhile."""
@@ -101,9 +102,14 @@ class World:
         clock: Clock,
         structure: Structure | None = None,
         state: State | None = None,
+        inputs: InputSource = tuple,
     ) -> None:
-        """Begin with an empty world, or with `structure` and `state`; nothing runs before `start`."""
+        """Begin with an empty world, or with `structure` and `state`; nothing runs before `start`.
+
+        `inputs` gives what is to be applied as each tick begins.
+        """
         self._forward = forward
+        self._inputs = inputs
         self._journal = journal
         structure = structure or index.empty()
         self.snapshot = self._pictured(
@@ -261,6 +267,7 @@ class World:
             if supervised:
                 self._tick()
                 continue
+            state = self._with_inputs(state)
             before, state = state, self._ticked(state)
             # Whoever watches signals is told every change, and whoever listens to ticks each of them.
             if state.tick == last or state.signals is not before.signals or self._tick_listeners:
@@ -269,7 +276,10 @@ class World:
         return self.snapshot
 
     def _tick(self) -> None:
-        """Publish the world one tick later, once no supervisor wants anything done before."""
+        """Publish the world one tick later, with what has been put in for it, once no supervisor wants more done."""
+        state = self._with_inputs(self.snapshot.state)
+        if state is not self.snapshot.state:
+            self.snapshot = self._later(self.snapshot.structure, state)  # told with the tick
         for _ in range(MOST_INTERVENTIONS):
             later = self._later(self.snapshot.structure, self._ticked(self.snapshot.state))
             if not any(self._enacted(one, one.before_tick, self.snapshot, later) for one in self._supervisors):
@@ -295,6 +305,15 @@ class World:
             log.exception("%s failed inside the kernel", supervisor.author)
             return False
         return bool(commands)
+
+    def _with_inputs(self, state: State) -> State:
+        """Return a state with the inputs of the tick that begins."""
+        if inputs := self._inputs():
+            later, entry = taken(self.snapshot, state, inputs, self._forward)
+            if entry is not None:
+                self._journal.append(entry, self.snapshot.structure, state)
+            return later
+        return state
 
     def _ticked(self, state: State) -> State:
         return advance(self.snapshot.structure, state, self.clock.tick_seconds, self._forward)

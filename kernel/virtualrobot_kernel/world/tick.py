@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from virtualrobot_kernel.motion.running_motion import Phase, TickContext
+from virtualrobot_kernel.world import measured
 from virtualrobot_kernel.world.apply_motions import override
 from virtualrobot_kernel.world.change import Forward, frozen
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion, Search, Signal, State
@@ -24,8 +25,8 @@ log = logging.getLogger(__name__)
 def advance(structure: Structure, state: State, tick_seconds: float, forward: Forward) -> State:
     """Return the state one tick later."""
     if not state.motions:
-        return replace(state, tick=state.tick + 1)
-    q, v = state.q.copy(), state.v.copy()
+        return measured.arrived(structure, replace(state, tick=state.tick + 1))
+    q, v = (array.copy() for array in measured.commanded(structure, state))
     context = TickContext(q, {name: signal.value for name, signal in state.signals.items()})
     signals: dict[str, Signal] = {}
     advanced: dict[str, Motion] = {}
@@ -68,10 +69,13 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
             if not np.isfinite(joints := q[motion.q_index]).all():
                 log.error("the motion %r leads to %s; it ends where it is", motion.id, joints.tolist())
                 advanced[motion.id] = replace(_failed(motion, "no finite numbers"), end_tick=state.tick + 1)
-                q[motion.q_index], v[motion.v_index] = state.q[motion.q_index], 0.0
+                q[motion.q_index] = measured.commanded(structure, state)[0][motion.q_index]
+                v[motion.v_index] = 0.0
     motions = [advanced[motion.id] for motion in state.motions]
+    q, v, commanded = measured.parted(structure, state, q, v) if state.commanded else (q, v, state.commanded)
     later = replace(
         state,
+        commanded=commanded,
         tick=state.tick + 1,
         q=frozen(q),
         v=frozen(v),
@@ -79,6 +83,7 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
         # The same object as long as it is the same: whoever shows or sees tools goes by that.
         tool_states={**state.tool_states, **tool_states} if tool_states else state.tool_states,
     )
+    later = measured.arrived(structure, later)
     for place, motion in enumerate(motions):
         if motion.running.found is not None and motion.search is None and motion.searcher:
             # What was found was found as the tick began; what was not, at its goal.

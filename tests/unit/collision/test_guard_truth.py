@@ -103,7 +103,7 @@ def test_an_arm_that_goes_along_with_a_belt_leaves_it_before_a_wall(
         cell.do(command)
         cell.do(run_belt)
         run(cell)
-        assert cell.world.snapshot.state.ended[0].followed
+        assert cell.world.snapshot.state.ended[0].tracked_joint
         look(cell)
         replayed_alike(cell)
     finally:

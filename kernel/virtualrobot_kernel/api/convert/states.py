@@ -31,10 +31,13 @@ def _robot_state(snapshot: Snapshot, node: Node) -> robot_pb2.RobotState:
     selection = state.selections.get(node.uid, Selection())
     frame = tcp_frame(snapshot, node)
     x, y, z, w = quaternion(frame[:3, :3])
+    commanded = state.commanded.get(node.uid)
     return robot_pb2.RobotState(
         name=node.name,
         positions=state.q[robot.q_slice].tolist(),
         velocities=state.v[robot.v_slice].tolist(),
+        commanded_positions=commanded.q.tolist() if commanded else (),
+        commanded_velocities=commanded.v.tolist() if commanded else (),
         tool=structure.nodes[selection.tool].name if selection.tool else "",
         tool_center_point=selection.tool_center_point,
         tool_states={tool.name: state.tool_states.get(tool.uid, "") for tool in structure.tools_of(node.uid)},

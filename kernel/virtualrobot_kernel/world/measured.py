@@ -1,0 +1,92 @@
+"""Measured joints: where a robot's joints really are, beside where motions command them. Pure.
+
+The state's q and v are where joints are. Of a robot that nobody measures, they are what motions command; of one that is
+measured, they are the newest reading, and what motions command is kept apart (`State.commanded`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.world.change import Change, Forward, check_coordinates, frozen, refuse_while_moving
+from virtualrobot_kernel.world.commands import SetMeasuredJoints
+from virtualrobot_kernel.world.state import JointValues, Snapshot, State
+from virtualrobot_kernel.world.structure import Structure
+
+
+def set_measured_joints(change: Change, command: SetMeasuredJoints, forward: Forward) -> Change:
+    """Keep a reading for the next tick; without one, let a robot's commanded joints be where it was measured."""
+    structure, state = change.structure, change.state
+    robot = structure.robots.get(command.robot)
+    if robot is None:
+        raise KernelError(f"no robot has the uid {command.robot} any more", reason=Reason.WRONG_STATE)
+    node = structure.nodes[command.robot]
+    if command.positions is None:
+        refuse_while_moving(change, node, {(node.uid, name) for name in robot.joint_names})
+        commanded, readings = dict(state.commanded), dict(state.readings)
+        commanded.pop(node.uid, None)
+        readings.pop(node.uid, None)
+        return replace(change, state=replace(state, commanded=commanded, readings=readings))
+    places, rates = robot.q_slice, robot.v_slice
+    q = check_coordinates(node, robot.joints, np.asarray(command.positions, float), limited=False)
+    v = np.zeros(rates.stop - rates.start) if command.velocities is None else np.asarray(command.velocities, float)
+    if v.shape != (rates.stop - rates.start,) or not np.isfinite(v).all():
+        raise KernelError(
+            f"the measured velocities of {node.name!r} must be {rates.stop - rates.start} finite numbers, "
+            f"not {v.tolist()}",
+            robot=node.name,
+        )
+    state = replace(state, readings={**state.readings, node.uid: JointValues(frozen(q), frozen(v.copy()))})
+    if node.uid not in state.commanded:
+        now = JointValues(state.q[places], state.v[rates])
+        state = replace(state, commanded={**state.commanded, node.uid: now})
+    return replace(change, state=state)
+
+
+def commanded(structure: Structure, state: State) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return all coordinates q (nq,) and velocities v (nv,) as motions command them; the state's own where they can."""
+    if not state.commanded:
+        return state.q, state.v
+    q, v = state.q.copy(), state.v.copy()
+    for uid, values in state.commanded.items():
+        q[structure.robots[uid].q_slice], v[structure.robots[uid].v_slice] = values.q, values.v
+    return q, v
+
+
+def as_commanded(snapshot: Snapshot, forward: Forward) -> Snapshot:
+    """Return the world with each joint where motions command it: what the next motion is planned from."""
+    state = snapshot.state
+    if not state.commanded:
+        return snapshot
+    q, v = commanded(snapshot.structure, state)
+    state = replace(state, q=q, v=v, commanded={}, readings={})
+    return replace(snapshot, state=state, world_t_node=forward(snapshot.structure, state))
+
+
+def arrived(structure: Structure, state: State) -> State:
+    """Return the state whose readings have become the joints of their robots."""
+    if not state.readings:
+        return state
+    q, v = state.q.copy(), state.v.copy()
+    for uid, values in state.readings.items():
+        q[structure.robots[uid].q_slice], v[structure.robots[uid].v_slice] = values.q, values.v
+    return replace(state, q=frozen(q), v=frozen(v), readings={})
+
+
+def parted(
+    structure: Structure, before: State, q: NDArray[np.float64], v: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], dict[int, JointValues]]:
+    """Return joints as they are, q (nq,) and v (nv,), and those that are commanded of measured robots.
+
+    `q` and `v` are what motions command, and are written to; what is measured stays as in the state before.
+    """
+    kept: dict[int, JointValues] = {}
+    for uid in before.commanded:
+        places, rates = structure.robots[uid].q_slice, structure.robots[uid].v_slice
+        kept[uid] = JointValues(frozen(q[places].copy()), frozen(v[rates].copy()))
+        q[places], v[rates] = before.q[places], before.v[rates]
+    return q, v, kept
