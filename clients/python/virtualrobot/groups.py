@@ -24,7 +24,7 @@ class Group(Solver):
 
     Example:
         >>> left, right = robot.group("left_arm"), robot.group("right_arm")
-        >>> client.move_together(left.linear(goal), right.ptp("tucked"))
+        >>> client.move_together([left.linear(goal), right.ptp("tucked")])
     """
 
     def __init__(self, services: Services, robot: str, name: str = "", base: str = "", tip: str = "") -> None:

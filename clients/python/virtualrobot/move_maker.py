@@ -21,9 +21,7 @@ JointPositions: TypeAlias = Mapping[str, float] | ArrayLike
 class MoveMaker:
     """Makes moves of a robot, for `Client.move_together` and programs; the options are those of `Mover`."""
 
-    def __init__(
-        self, services: Services, name: str, group_selection: nodes_pb2.GroupSelection | None = None
-    ) -> None:
+    def __init__(self, services: Services, name: str, group_selection: nodes_pb2.GroupSelection | None = None) -> None:
         """Handle the robot of this name, or a group of it; `Client.robot` checks that there is one."""
         self._services = services
         self.name = name
@@ -221,14 +219,15 @@ class MoveMaker:
         description = self.description
         every = [joint.name for joint in description.joints]
         chain = list(description.chain_joints)
-        if self.group_selection is not None and len(chain) != count:
-            raise InvalidArgumentError(
-                f"{count} values for a group of the robot {self.name!r}: it has {len(chain)} joints ({', '.join(chain)})"
-            )
-        for names in (every, chain) if self.group_selection is None else (chain,):
+        own = [chain] if self.group_selection is not None else [every, chain]
+        for names in own:
             if len(names) == count:
                 return names
-        raise InvalidArgumentError(
-            f"{count} values for the robot {self.name!r}: it has {len(every)} joints ({', '.join(every)}), "
-            f"{len(description.chain_joints)} of them in its chain; give values by name for others"
-        )
+        if self.group_selection is not None:
+            said = f"a group of the robot {self.name!r}: it has {len(chain)} joints ({', '.join(chain)})"
+        else:
+            said = (
+                f"the robot {self.name!r}: it has {len(every)} joints ({', '.join(every)}), {len(chain)} of them in its "
+                "chain; give values by name for others"
+            )
+        raise InvalidArgumentError(f"{count} values for {said}")

@@ -16,7 +16,7 @@ from virtualrobot.motion import Motion, StartOptions
 from virtualrobot.program import Program
 from virtualrobot.services import Services
 from virtualrobot.v1 import motion_pb2, path_pb2, robot_pb2
-from virtualrobot.wire import joint_map
+from virtualrobot.wire import group_message, joint_map
 
 PLANNERS = {
     "": path_pb2.PATH_PLANNER_UNSPECIFIED,

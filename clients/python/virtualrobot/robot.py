@@ -25,7 +25,7 @@ from virtualrobot.robot_values import (
 from virtualrobot.setpoints import MODES, SetpointStream
 from virtualrobot.solver import Solver
 from virtualrobot.tool import Tool
-from virtualrobot.v1 import motion_pb2, nodes_pb2, robot_pb2, scene_pb2
+from virtualrobot.v1 import motion_pb2, robot_pb2, scene_pb2
 
 
 class Robot(Solver):
@@ -98,8 +98,7 @@ class Robot(Solver):
         Example:
             >>> robot.set_groups([virtualrobot.JointGroup("left_arm", base_link="torso", tip_link="left_gripper")])
         """
-        robot = nodes_pb2.Robot(groups=[group.message for group in groups])
-        Direct(self._services).update(self.name, robot=robot, fields=["robot.groups"])
+        Direct(self._services).set_groups(self.name, groups)
 
     @property
     def actuators(self) -> list[Actuator]:

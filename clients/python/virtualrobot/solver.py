@@ -182,8 +182,8 @@ class Solver(Jogger):
         group = self.group_selection
         if group is not None and not group.name:
             raise InvalidArgumentError(
-                f"a chain that is chosen by links has the component that its geometry allows; give {self.name!r} a named "
-                "group to choose another one"
+                f"a chain that is chosen by links has the component that its geometry allows; give {self.name!r} a "
+                "named group to choose another one"
             )
         request = robot_pb2.SetKinematicsRequest(robot=self.name, kinematics=name, group=group.name if group else "")
         request.settings.CopyFrom(settings_message({**(settings or {}), **named}))

@@ -23,7 +23,7 @@ from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.running import Running, start
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning.robots import Arm, tip_of
-from virtualrobot_kernel.world.commands import Command, CreateNodes, UpdateNode
+from virtualrobot_kernel.world.commands import Command, CreateNodes, SetGroups, UpdateNode
 from virtualrobot_kernel.world.groups import WHOLE, Group, named_group
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import Applied
@@ -223,9 +223,10 @@ class Solvers:
             changed = command.specs if isinstance(command, CreateNodes) else [command]
             for one in changed:
                 data = one.data if isinstance(one, NodeSpec | UpdateNode) else None
-                for one in (data, *data.groups) if isinstance(data, RobotData) else ():
-                    if one.kinematics:
-                        self._catalog.find(ComponentKind.KINEMATICS, one.kinematics)
+                chains = (data, *data.groups) if isinstance(data, RobotData) else ()
+                for chain in command.groups if isinstance(command, SetGroups) else chains:
+                    if chain.kinematics:
+                        self._catalog.find(ComponentKind.KINEMATICS, chain.kinematics)
 
     def uses(self, structure: Structure) -> tuple[Use, ...]:
         """Return which components work for which robots."""
