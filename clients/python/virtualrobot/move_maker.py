@@ -227,7 +227,7 @@ class MoveMaker:
             said = f"a group of the robot {self.name!r}: it has {len(chain)} joints ({', '.join(chain)})"
         else:
             said = (
-                f"the robot {self.name!r}: it has {len(every)} joints ({', '.join(every)}), {len(chain)} of them in its "
-                "chain; give values by name for others"
+                f"the robot {self.name!r}: it has {len(every)} joints ({', '.join(every)}), {len(chain)} of them in "
+                "its chain; give values by name for others"
             )
         raise InvalidArgumentError(f"{count} values for {said}")
