@@ -89,7 +89,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # The resolver is path logic that both ends share.
     f"{KERNEL}/formats": room(
         *("formats", "virtualrobot_sdk", "virtualrobot.resolver", *CONTRACT),
-        *("trimesh", "lxml", "ruamel", "collada", "PIL"),
+        *("trimesh", "lxml", "yaml", "collada", "PIL"),
     ),
     f"{KERNEL}/scenes": room("scenes", "virtualrobot.resolver", "virtualrobot.v1"),
     # FCL holds the interpreter's lock: whoever asks it goes through the bounded calls of this room.
@@ -129,7 +129,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{PLUGINS}/ray_casters/bullet.py": ("virtualrobot_sdk", "numpy", "pybullet"),
     f"{PLUGINS}/importers": (
         *("virtualrobot_plugins.importers", "virtualrobot_sdk", "numpy"),
-        *("cascadio", "ezdxf", "lxml", "msgspec", "PIL", "ruamel", "trimesh", "xacro", "yaml"),
+        *("cascadio", "ezdxf", "lxml", "msgspec", "PIL", "trimesh", "xacro", "yaml"),
     ),
 }
 

@@ -185,8 +185,10 @@ class Solver(Jogger):
                 f"a chain that is chosen by links has the component that its geometry allows; give {self.name!r} a "
                 "named group to choose another one"
             )
-        request = robot_pb2.SetKinematicsRequest(robot=self.name, kinematics=name, group=group.name if group else "")
-        request.settings.CopyFrom(settings_message({**(settings or {}), **named}))
+        wanted = settings_message({**(settings or {}), **named})
+        chosen = group.name if group else ""
+        command = robot_pb2.KinematicsChoice(robot=self.name, kinematics=name, settings=wanted, group=chosen)
+        request = robot_pb2.SetKinematicsRequest(choice=command)
         # A process of its own has to start, which may compile.
         response = self._services.robot.SetKinematics(request, timeout=LONG_TIMEOUT_SECONDS)
         return KinematicsCheck.of(response.check)

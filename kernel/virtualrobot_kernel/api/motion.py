@@ -87,8 +87,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         self, request: motion_pb2.ReadProgramRequest, context: object
     ) -> motion_pb2.ReadProgramResponse:
         """Read a program file."""
-        run = asyncio.get_running_loop().run_in_executor
-        motion = await run(self._rooms.workers, program_file.parse, request.text, request.uri or "program.yaml")
+        motion = await self._rooms.read(partial(program_file.parse, request.text, request.uri or "program.yaml"))
         return motion_pb2.ReadProgramResponse(motion=motion)
 
     async def GetMotion(self, request: motion_pb2.GetMotionRequest, context: object) -> motion_pb2.GetMotionResponse:

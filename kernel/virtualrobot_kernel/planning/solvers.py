@@ -23,11 +23,11 @@ from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.running import Running, start
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning.robots import Arm, tip_of
-from virtualrobot_kernel.world.commands import Command, CreateNodes, SetGroups, UpdateNode
+from virtualrobot_kernel.world.commands import Command, CreateNodes, SetGroups, SetKinematics, UpdateNode
 from virtualrobot_kernel.world.groups import WHOLE, Group, named_group
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import Applied
-from virtualrobot_kernel.world.structure import Node, NodeSpec, RobotData, Structure
+from virtualrobot_kernel.world.structure import JointGroup, Node, NodeSpec, RobotData, Structure
 
 AUTOMATIC = ("closed_form", "arm_angle", "chain")
 """What a robot gets that names no component: the first that takes it; only the last one's refusal counts."""
@@ -223,10 +223,11 @@ class Solvers:
             changed = command.specs if isinstance(command, CreateNodes) else [command]
             for one in changed:
                 data = one.data if isinstance(one, NodeSpec | UpdateNode) else None
-                chains = (data, *data.groups) if isinstance(data, RobotData) else ()
-                for chain in command.groups if isinstance(command, SetGroups) else chains:
-                    if chain.kinematics:
-                        self._catalog.find(ComponentKind.KINEMATICS, chain.kinematics)
+                choices = (data, *data.groups) if isinstance(data, RobotData) else (one,)
+                choices = one.groups if isinstance(one, SetGroups) else choices
+                for choice in choices:
+                    if isinstance(choice, RobotData | JointGroup | SetKinematics) and choice.kinematics:
+                        self._catalog.find(ComponentKind.KINEMATICS, choice.kinematics)
 
     def uses(self, structure: Structure) -> tuple[Use, ...]:
         """Return which components work for which robots."""

@@ -151,7 +151,7 @@ def test_wrong_groups_are_refused_with_the_right_ones(pandas: Robot) -> None:
         pandas.group(base="panda_1_link3", tip="panda_2_link8")
     with pytest.raises(virtualrobot.UnknownNameError, match="panda_1_joint1"):
         pandas.group("right").move_joints({"panda_2_joint1": 0.0})
-    with pytest.raises(virtualrobot.InvalidArgumentError, match="not below 'pandas.panda_1_link3'"):
+    with pytest.raises(virtualrobot.InvalidArgumentError, match=r"not below 'pandas.panda_1_link3'"):
         pandas.set_groups([JointGroup("crossed", base_link="panda_1_link3", tip_link="panda_2_link8")])
     assert list(pandas.groups) == ["right", "left", "both"]
 
