@@ -153,7 +153,7 @@ class Solver(Jogger):
 
     @property
     def kinematics_fault(self) -> str:
-        """Why that component is not asked any more; empty while it is well."""
+        """The latest fault of that component since it was chosen; empty while there was none."""
         return self.description.kinematics_fault
 
     def set_kinematics(
