@@ -50,7 +50,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         wish, joints, robots = await wished(self._rooms, request)
         await make_way(self._rooms, lambda _: joints, request.busy_policy, context)
         # From the snapshot of the moment when it is planned: the robots may have moved while they waited.
-        planned = await self._rooms.turns.run_while_wanted(
+        planned = await self._rooms.limiter.run_while_wanted(
             robots, lambda given_up: plan_wish(world.snapshot, wish, self._rooms.solvers.of, given_up)
         )
         started = self._rooms.submit([planned.command], context, expected_revision(request))

@@ -73,7 +73,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         if arm is not None and not kinematics:
             # The robot has to be tried to tell; that is not for the thread that all calls share.
             find = partial(self._rooms.solvers.name_of, snapshot, arm)
-            kinematics = await self._rooms.turns.run([node.uid], find)
+            kinematics = await self._rooms.limiter.run([node.uid], find)
         groups = group_messages(data)
         for message in groups:
             message.joint_names[:] = joints_of(structure, node, Group(message.name))
@@ -189,7 +189,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         group = group_selection(request.group, "group")
         options = seed, solver_of, request.configuration, redundancy, group
         solve = partial(solve_inverse, snapshot, node, world_t_tcp, *options)
-        arm, result = await self._rooms.turns.run([node.uid], solve)
+        arm, result = await self._rooms.limiter.run([node.uid], solve)
         return robot_pb2.SolveInverseResponse(
             stamp=stamp(snapshot),
             status=getattr(robot_pb2, f"INVERSE_STATUS_{result.status.name}"),
@@ -218,7 +218,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
             choice = command.kinematics, command.settings
             return rooms.solvers.swap(snapshot, arm, *choice, lambda: submit([command]).result())
 
-        applied, check = await rooms.turns.run([node.uid], swap)
+        applied, check = await rooms.limiter.run([node.uid], swap)
         return robot_pb2.SetKinematicsResponse(stamp=stamp(applied.snapshot), check=_check_message(check))
 
     async def SolveInverseDynamics(

@@ -1,4 +1,4 @@
-"""Calls that wait for components: a few at a time for each robot or ray caster, so that one holds up no other."""
+"""Limit of calls that wait for components: a few at a time for each robot or ray caster; one holds up no other."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ IsGone = Callable[[], bool]
 """Tells whether nobody waits for some work any more."""
 
 
-class Turns:
+class KeyedLimiter:
     """Owns the threads that solve; asked from the API's thread only."""
 
     def __init__(self) -> None:
