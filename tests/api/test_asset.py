@@ -15,8 +15,8 @@ import pytest
 from virtualrobot.v1 import asset_pb2, kernel_pb2, nodes_pb2, scene_pb2
 
 from tests.api.asking import MODELS, load, refusal
-from tests.api.conftest import Stubs
 from tests.api.reading import scene, unchanged
+from tests.kernels import Stubs
 
 MEBIBYTE = 1024 * 1024
 Upload, Find, References = asset_pb2.UploadAssetRequest, asset_pb2.FindAssetsRequest, asset_pb2.ListReferencesRequest
