@@ -62,25 +62,25 @@ class Robot(Solver):
     @property
     def postures(self) -> dict[str, dict[str, float]]:
         """Postures with a name, for `move_to`."""
-        return {posture.name: dict(posture.joint_positions) for posture in self.description.postures}
+        return {posture.name: dict(posture.joint_positions) for posture in self.description.robot.postures}
 
     @property
     def groups(self) -> dict[str, JointGroup]:
         """Joints with a common name, by that name; from an SRDF file."""
         return {
             group.name: JointGroup(group.name, tuple(group.joint_names), group.base_link, group.tip_link)
-            for group in self.description.groups
+            for group in self.description.robot.groups
         }
 
     @property
     def actuators(self) -> list[Actuator]:
         """What drives the joints, in the order of `RobotState.actuator_positions`; empty where motors are joints."""
-        return [Actuator.of(message) for message in self.description.actuators]
+        return [Actuator.of(message) for message in self.description.robot.actuators]
 
     @property
     def allowed_collisions(self) -> list[LinkPair]:
         """Pairs of links that may touch: adjacent ones, and those that the model says."""
-        return [LinkPair(pair.first, pair.second, pair.reason) for pair in self.description.allowed_collisions]
+        return [LinkPair(pair.first, pair.second, pair.reason) for pair in self.description.robot.allowed_collisions]
 
     @property
     def state(self) -> RobotState:
