@@ -155,7 +155,9 @@ class Client:
         """
         request = model_request(name, pose, parent, "fixed")
         request.denavit_hartenberg.CopyFrom(table_message(rows, convention, base_t_first, last_t_flange))
-        response = self._services.scene.ImportModel(request, timeout=LONG_TIMEOUT_SECONDS)
+        response = self._services.scene.ImportModel(
+            scene_pb2.ImportModelRequest(model=request), timeout=LONG_TIMEOUT_SECONDS
+        )
         return Robot(self._services, response.created[0].name)
 
     def models(self) -> list[KnownModel]:
