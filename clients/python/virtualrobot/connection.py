@@ -29,7 +29,7 @@ from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot.session import default_address, find_token, split_address, token_path
 from virtualrobot.signals import Signals
 from virtualrobot.transport import Channel, open_channel
-from virtualrobot.v1 import kernel_pb2, motion_pb2, robot_pb2
+from virtualrobot.v1 import kernel_pb2, motion_pb2, robot_pb2, scene_pb2
 from virtualrobot.view import View
 
 API_VERSION = "virtualrobot.v1"
