@@ -20,7 +20,7 @@ FARTHEST = np.pi
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Touched:
-    """Counts of how often the pairs of a robot's nodes (uids, the smaller first) that may not touch did, in some samples."""
+    """Counts of samples in which pairs of a robot's nodes (uids, the smaller first) touch that may not."""
 
     samples: int
     counts: dict[Pair, int]

@@ -60,7 +60,7 @@ class Nearest:
 
 
 class CollisionScene:
-    """Elements that can collide at their places, for FCL; used by one thread at a time. The geometry is shared by all scenes."""
+    """Collision elements at their places, for FCL; used by one thread at a time. All scenes share the geometry."""
 
     def __init__(self, shapes: CollisionShapes) -> None:
         """Begin with nothing; `place` puts a world in."""

@@ -56,7 +56,7 @@ class Halt:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Transitions:
-    """Changes between two checks: pairs that touch, and whether that is tolerated; pairs that don't, and whether they are apart."""
+    """Pairs that touch anew, and whether that is tolerated; pairs that no longer do, and whether they are apart."""
 
     begun: Mapping[Pair, bool]
     ended: Mapping[Pair, bool]
