@@ -20,16 +20,14 @@ from virtualrobot_kernel.api.convert.collisions import (
     distance_message,
     mesh_messages,
     nodes_below,
-    set_command,
 )
 from virtualrobot_kernel.api.convert.configurations import block_message, configuration_rows
-from virtualrobot_kernel.api.readiness import ready_for_guard
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.api.turns import IsGone
 from virtualrobot_kernel.collision.configurations import CHECK_BLOCK
 from virtualrobot_kernel.collision.sampling import Touched, sample_touches
 from virtualrobot_kernel.errors import KernelError, LimitError
-from virtualrobot_kernel.messages.collision_settings import settings_command, settings_message
+from virtualrobot_kernel.messages.collision_settings import settings_message
 from virtualrobot_kernel.messages.values import not_negative, stamp
 from virtualrobot_kernel.world.structure import Kind
 
@@ -166,13 +164,6 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
 
         return await self._rooms.turns.run([TURN], work)
 
-    async def SetAllowedPairs(
-        self, request: collision_pb2.SetAllowedPairsRequest, context: object
-    ) -> collision_pb2.SetAllowedPairsResponse:
-        """Allow pairs, or forbid them."""
-        applied = await asyncio.wrap_future(self._rooms.submit([set_command(request)], context))
-        return collision_pb2.SetAllowedPairsResponse(stamp=stamp(applied.snapshot))
-
     async def GetCollisionSettings(
         self, request: collision_pb2.GetCollisionSettingsRequest, context: object
     ) -> collision_pb2.GetCollisionSettingsResponse:
@@ -182,15 +173,6 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
         return collision_pb2.GetCollisionSettingsResponse(
             stamp=stamp(snapshot), settings=settings_message(snapshot), guard_cost=cost
         )
-
-    async def SetCollisionSettings(
-        self, request: collision_pb2.SetCollisionSettingsRequest, context: object
-    ) -> collision_pb2.SetCollisionSettingsResponse:
-        """Change what is done about collisions."""
-        command = settings_command(request)
-        await ready_for_guard(self._rooms, [command])
-        applied = await asyncio.wrap_future(self._rooms.submit([command], context))
-        return collision_pb2.SetCollisionSettingsResponse(stamp=stamp(applied.snapshot))
 
     async def WatchCollisions(
         self, request: collision_pb2.WatchCollisionsRequest, context: object

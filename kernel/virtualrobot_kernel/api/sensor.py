@@ -21,7 +21,7 @@ from virtualrobot_kernel.sensing.range_reader import RangeReader
 from virtualrobot_kernel.sensing.reading import Moment, Reading, SensorState
 from virtualrobot_kernel.sensing.sensor_status import statuses
 from virtualrobot_kernel.world.apply_sensors import sensor_node, with_components
-from virtualrobot_kernel.world.commands import RunSensors, SetRangeComponents
+from virtualrobot_kernel.world.commands import SetRangeComponents
 from virtualrobot_kernel.world.sensing import RangeSensor
 from virtualrobot_kernel.world.structure import Kind
 
@@ -63,20 +63,6 @@ class SensorServicer(sensor_pb2_grpc.SensorServiceServicer):
             for status in statuses(self._rooms.sensors, snapshot)
         ]
         return sensor_pb2.ListSensorsResponse(stamp=stamp(snapshot), sensors=told)
-
-    async def StartSensor(
-        self, request: sensor_pb2.StartSensorRequest, context: object
-    ) -> sensor_pb2.StartSensorResponse:
-        """Let sensors read at their rates."""
-        command = RunSensors(tuple(request.sensors), True)
-        applied = await asyncio.wrap_future(self._rooms.submit([command], context))
-        return sensor_pb2.StartSensorResponse(stamp=stamp(applied.snapshot))
-
-    async def StopSensor(self, request: sensor_pb2.StopSensorRequest, context: object) -> sensor_pb2.StopSensorResponse:
-        """Let sensors read no more."""
-        command = RunSensors(tuple(request.sensors), False)
-        applied = await asyncio.wrap_future(self._rooms.submit([command], context))
-        return sensor_pb2.StopSensorResponse(stamp=stamp(applied.snapshot))
 
     async def ReadSensor(self, request: sensor_pb2.ReadSensorRequest, context: object) -> sensor_pb2.ReadSensorResponse:
         """Make one reading, in the sensor's own thread."""

@@ -57,7 +57,12 @@ class Turns:
                 gate.release()
 
         work.add_done_callback(done)
-        return await asyncio.wrap_future(work)
+        try:
+            return await asyncio.wrap_future(work)
+        finally:
+            # What it raised has this frame in its traceback: together they would keep each other, and the component
+            # that was asked, until the garbage is collected.
+            del work
 
     async def run_while_wanted(self, whom: Iterable[int | str], work: Callable[[IsGone], Result]) -> Result:
         """Return what `work` returns as `run` does; it may ask whether the call was cancelled meanwhile."""
