@@ -12,7 +12,7 @@ from google.rpc import error_details_pb2
 from grpc_status import rpc_status
 from virtualrobot.v1 import geometry_pb2, motion_pb2, nodes_pb2, scene_pb2
 
-from tests.api.conftest import Stubs
+from tests.kernels import Stubs
 
 MODELS = Path(pybullet_data.getDataPath())
 IIWA = str(MODELS / "kuka_iiwa/model.urdf")

@@ -10,8 +10,8 @@ import grpc
 from virtualrobot.v1 import scene_pb2, signal_pb2
 
 from tests.api.asking import apply, box, create, refusal
-from tests.api.conftest import KernelProcess, Stubs
 from tests.api.reading import unchanged
+from tests.kernels import KernelProcess, Stubs
 
 GET, SET, WATCH = signal_pb2.GetSignalsRequest, signal_pb2.SetSignalsRequest, signal_pb2.WatchSignalsRequest
 ROUNDS = 500

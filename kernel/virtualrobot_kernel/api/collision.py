@@ -22,8 +22,8 @@ from virtualrobot_kernel.api.convert.collisions import (
     nodes_below,
 )
 from virtualrobot_kernel.api.convert.configurations import block_message, configuration_rows
+from virtualrobot_kernel.api.keyed_limiter import IsGone
 from virtualrobot_kernel.api.rooms import Rooms
-from virtualrobot_kernel.api.turns import IsGone
 from virtualrobot_kernel.collision.configurations import CHECK_BLOCK
 from virtualrobot_kernel.collision.sampling import Touched, sample_touches
 from virtualrobot_kernel.errors import KernelError, LimitError
@@ -71,7 +71,7 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
                 check_seconds=seconds,
             )
 
-        return await self._rooms.turns.run([TURN], work)
+        return await self._rooms.limiter.run([TURN], work)
 
     async def CheckConfigurations(
         self, request: collision_pb2.CheckConfigurationsRequest, context: object
@@ -80,7 +80,7 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
         snapshot, processes = self._rooms.world.snapshot, self._rooms.processes
         structure = snapshot.structure
         robots = {structure.node(name, Kind.ROBOT).uid for name in request.robots} or None
-        q_index, rows = await self._rooms.turns.run((), lambda: configuration_rows(structure, request.configurations))
+        q_index, rows = await self._rooms.limiter.run((), lambda: configuration_rows(structure, request.configurations))
         yield collision_pb2.CheckConfigurationsResponse(stamp=stamp(snapshot), progress=0.0 if len(rows) else 1.0)
         starts, done = iter(range(0, len(rows), BLOCK_ROWS)), 0
         waiting: dict[asyncio.Future[NDArray[np.int64]], int] = {}
@@ -132,7 +132,7 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
                 measure_seconds=seconds,
             )
 
-        return await self._rooms.turns.run([TURN], work)
+        return await self._rooms.limiter.run([TURN], work)
 
     async def ListAllowedPairs(
         self, request: collision_pb2.ListAllowedPairsRequest, context: object
@@ -148,7 +148,7 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
                 pairs = list(allowed_messages(structure, scene.bodies, among))
             return collision_pb2.ListAllowedPairsResponse(stamp=stamp(snapshot), pairs=pairs)
 
-        return await self._rooms.turns.run([TURN], work)
+        return await self._rooms.limiter.run([TURN], work)
 
     async def ListCollisionMeshes(
         self, request: collision_pb2.ListCollisionMeshesRequest, context: object
@@ -162,7 +162,7 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
             meshes = list(mesh_messages(structure, self._rooms.collisions.shapes, among))
             return collision_pb2.ListCollisionMeshesResponse(stamp=stamp(snapshot), meshes=meshes)
 
-        return await self._rooms.turns.run([TURN], work)
+        return await self._rooms.limiter.run([TURN], work)
 
     async def GetCollisionSettings(
         self, request: collision_pb2.GetCollisionSettingsRequest, context: object
@@ -212,7 +212,7 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
                 rng = np.random.default_rng(request.seed)
                 return sample_touches(scene, snapshot, robot, samples, rng, told)
 
-        task = asyncio.ensure_future(self._rooms.turns.run_while_wanted([TURN], work))
+        task = asyncio.ensure_future(self._rooms.limiter.run_while_wanted([TURN], work))
         try:
             while not await self._rooms.publications.is_done(task):
                 yield collision_pb2.FindAllowedPairsResponse(stamp=stamp(snapshot), progress=done[0] / samples)

@@ -10,16 +10,16 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from virtualrobot_kernel.api.author import author
+from virtualrobot_kernel.api.keyed_limiter import KeyedLimiter
 from virtualrobot_kernel.api.lease_table import CARRIED, LeaseTable
 from virtualrobot_kernel.api.publications import Publications
-from virtualrobot_kernel.api.turns import Turns
 from virtualrobot_kernel.collision.guard import CollisionGuard
 from virtualrobot_kernel.collision.monitor import Monitor
 from virtualrobot_kernel.collision.pool import ScenePool
 from virtualrobot_kernel.collision.processes import Processes
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.importing import Importers
-from virtualrobot_kernel.drawing.studio import Studio
+from virtualrobot_kernel.drawing.renderer_pool import RendererPool
 from virtualrobot_kernel.drawing.view import ViewStore
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.assets import AssetStore
@@ -43,7 +43,7 @@ MAX_SENT_BYTES = 256 * 1024 * 1024
 
 @dataclass(frozen=True, slots=True)
 class Rooms:
-    """The rooms that the API opens. Long work goes to `workers` or `turns`, never to the API's thread."""
+    """The rooms that the API opens. Long work goes to `workers` or `limiter`, never to the API's thread."""
 
     world: World
     mailbox: Mailbox
@@ -52,7 +52,7 @@ class Rooms:
     meshes: MeshLibrary
     view: ViewStore
     workers: Executor
-    turns: Turns
+    limiter: KeyedLimiter
     catalog: Catalog
     solvers: Solvers
     sensing: SensingRoom
@@ -62,7 +62,7 @@ class Rooms:
     processes: Processes
     monitor: Monitor
     guard: CollisionGuard
-    studio: Studio
+    renderers: RendererPool
     importers: Importers
     leases: LeaseTable
     viewer_url: Callable[[], str]

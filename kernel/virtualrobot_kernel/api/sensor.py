@@ -67,15 +67,15 @@ class SensorServicer(sensor_pb2_grpc.SensorServiceServicer):
     async def ReadSensor(self, request: sensor_pb2.ReadSensorRequest, context: object) -> sensor_pb2.ReadSensorResponse:
         """Make one reading, in the sensor's own thread."""
         kinds = checked_options(request.options)
-        station, coming = self._rooms.sensors.read(request.sensor, kinds)
+        worker, coming = self._rooms.sensors.read(request.sensor, kinds)
         waited = asyncio.wrap_future(coming)
         try:
             # What waits for its turn behind others is not late.
-            while not (await asyncio.wait({waited}, timeout=station.patience_seconds))[0]:
-                if station.reader is None or station.ended or station.is_late():
-                    station.give_up(f"a reading was not made within {station.patience_seconds:g} s")
+            while not (await asyncio.wait({waited}, timeout=worker.patience_seconds))[0]:
+                if worker.reader is None or worker.ended or worker.is_late():
+                    worker.give_up(f"a reading was not made within {worker.patience_seconds:g} s")
                     raise KernelError(
-                        f"the sensor {request.sensor!r} cannot read: {station.fault or 'it was changed meanwhile'}",
+                        f"the sensor {request.sensor!r} cannot read: {worker.fault or 'it was changed meanwhile'}",
                         reason=Reason.PLUGIN_FAILED,
                         sensor=request.sensor,
                     )
@@ -144,7 +144,7 @@ class SensorServicer(sensor_pb2_grpc.SensorServiceServicer):
                 reader.close()
             return reader
 
-        reader = await self._rooms.turns.run([node.uid], tried)
+        reader = await self._rooms.limiter.run([node.uid], tried)
         applied = await asyncio.wrap_future(self._rooms.submit([command], context))
         return sensor_pb2.SetRangeComponentsResponse(
             stamp=stamp(applied.snapshot),

@@ -1,0 +1,183 @@
+"""Blend groups: steps that zones join, with the columns and limits that they share, and path and law of each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from virtualrobot_kernel.motion.blend import Rounded
+from virtualrobot_kernel.motion.blend_law import law_through
+from virtualrobot_kernel.motion.bounds import JointBound, TcpBound, TimeLaw
+from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
+from virtualrobot_kernel.motion.path_law import law_along
+from virtualrobot_kernel.motion.planned import Track
+from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial, stacked
+from virtualrobot_kernel.motion.rates import Rate, joint_rates, tcp_rate
+from virtualrobot_kernel.planning.actuators import first_beyond
+from virtualrobot_kernel.planning.planned_move import PlannedMove, joint_limits
+from virtualrobot_kernel.planning.robots import Arm, arm_if_chain, tip_of, tip_t_tcp
+from virtualrobot_kernel.planning.steps import PlannedStep
+from virtualrobot_kernel.planning.zones import Position
+from virtualrobot_kernel.world.change import single_joint
+from virtualrobot_kernel.world.state import Snapshot
+
+Floats = NDArray[np.float64]
+
+
+class BlendGroup:
+    """Steps that are joined by zones, and what they have in common: the columns and their limits."""
+
+    def __init__(self, steps: Sequence[PlannedStep]) -> None:
+        """Take steps of which each begins where the one before it ends."""
+        self.steps = steps
+        moves = (one for step in steps for one in step.moves)
+        self.columns = list(dict.fromkeys((one.robot.name, name) for one in moves for name in one.joint_names))
+        self.places = {column: place for place, column in enumerate(self.columns)}
+        structure = steps[0].snapshot.structure
+        self.q_index = np.array(
+            [single_joint(structure, structure.node(robot), joint)[1] for robot, joint in self.columns]
+        )
+        self.limits = self._limits()
+
+    def keeps_actuators(self, path: PiecewisePolynomial) -> bool:
+        """Whether a path of all columns keeps the limits of actuators, where those are not the joints'."""
+        snapshot = self.steps[0].snapshot
+        for name in dict.fromkeys(robot for robot, _ in self.columns):
+            own = [place for place, (robot, _) in enumerate(self.columns) if robot == name]
+            part = PiecewisePolynomial(path.breaks, path.coefficients[:, :, own])
+            node, joints = snapshot.structure.node(name), [self.columns[place][1] for place in own]
+            if first_beyond(snapshot, node, joints, part) is not None:
+                return False
+        return True
+
+    def positions(self, steps: Sequence[PlannedStep]) -> list[Position]:
+        """Return where the tool centre points of the robots of steps are, by the joints of all columns."""
+        snapshot = steps[0].snapshot
+        robots = {(one.robot.uid, one.group): one.robot for step in steps for one in step.moves}
+        found: list[Position] = []
+        for (_, group), robot in robots.items():
+            arm = arm_if_chain(snapshot, robot, group)
+            if arm is not None and arm.chain is not None:
+                found.append(_position(snapshot, arm, self.q_index))
+        return found
+
+    def _limits(self) -> JointLimits:
+        parts = [
+            joint_limits(self.steps[0].snapshot, self.steps[0].snapshot.structure.node(robot), [joint])[0]
+            for robot, joint in self.columns
+        ]
+        fields = ("lower", "upper", "velocity", "acceleration", "jerk")
+        return JointLimits(
+            tuple(joint for _, joint in self.columns),
+            **{field: np.concatenate([getattr(part, field) for part in parts]) for field in fields},
+        )
+
+    def track(self, step: PlannedStep) -> Track:
+        """Return path and law of a step for all columns; its moves have one law, and so go along in step."""
+        moved = [one for one in step.moves if one.joint_names]
+        if len(moved) == 1 and not moved[0].relative_tcp:
+            track = moved[0].plan.tracks[0]
+            return Track(self._among_all(step, moved, track.path.start, track.path.end), track.time_law)
+        path = self._among_all(step, moved, 0.0, step.plan.duration)
+        return Track(path, law_along(self._rates(path, [step], Rounded(path, ((path.start, path.end),), ())), step.law))
+
+    def track_through(self, steps: Sequence[PlannedStep], whole: Rounded) -> Track:
+        """Return the law along the path of steps whose corners are rounded."""
+        rates = self._rates(whole.path, steps, whole)
+        if steps[0].law is TimeLaw.TIME_OPTIMAL:
+            return Track(whole.path, law_along(rates, TimeLaw.TIME_OPTIMAL))
+        return Track(whole.path, law_through(whole, rates))
+
+    def _rates(self, path: PiecewisePolynomial, steps: Sequence[PlannedStep], whole: Rounded) -> list[Rate]:
+        """Return what has limits along the path of steps, with the ranges of their moves and corners."""
+        joints = [JointBound(*part, self._shares(step)) for part, step in zip(whole.moves, steps, strict=True)]
+        tcps = [self._placed(one, part) for part, step in zip(whole.moves, steps, strict=True) for one in step.moves]
+        seen = [
+            TcpBound(*part, slice(0, len(self.columns)), one.relative_tcp.by(self.q_index), one.relative_tcp.limits)
+            for part, step in zip(whole.moves, steps, strict=True)
+            for one in step.moves
+            if one.relative_tcp
+        ]
+        for place, part in enumerate(whole.corners):
+            pair = steps[place : place + 2]
+            joints.append(JointBound(*part, self._shares(*pair)))
+            tcps += [replace(bound, begin=part[0], end=part[1]) for bound in self.cartesian_through(pair)]
+        return [
+            *joint_rates(path, self.limits, [bound for bound in joints if bound.end > bound.begin]),
+            *(tcp_rate(path, bound) for bound in [*tcps, *seen] if bound and bound.end > bound.begin),
+        ]
+
+    def _among_all(
+        self, step: PlannedStep, moved: Sequence[PlannedMove], begin: float, end: float
+    ) -> PiecewisePolynomial:
+        """Return the paths of a step's moves, each on the parameters from begin to end, for all columns."""
+        parts = [one.plan.tracks[0].path.onto(begin, end) for one in moved]
+        still = [column for column in self.columns if column not in step.columns]
+        if still:
+            there = step.snapshot.state.q[self.q_index[[self.places[column] for column in still]]]
+            parts.append(PiecewisePolynomial(np.array([begin, end]), there[None, None, :]))
+        path = stacked(parts)
+        order = np.argsort([self.places[column] for column in [*step.columns, *still]])
+        return PiecewisePolynomial(path.breaks, path.coefficients[:, :, order])
+
+    def _shares(self, *steps: PlannedStep) -> Floats:
+        """Return for each column the speed factor of the moves that move it, the larger one; 1 where none does."""
+        shares = np.zeros((len(steps), len(self.columns)))
+        for row, step in zip(shares, steps, strict=True):
+            for one in step.moves:
+                row[[self.places[one.robot.name, name] for name in one.joint_names]] = one.speed_factor
+        shares = shares.max(axis=0)
+        return np.where(shares > 0.0, shares, 1.0)
+
+    def _placed(self, one: PlannedMove, part: tuple[float, float]) -> TcpBound | None:
+        """Return what an arm keeps of its tool centre point, on a part of a path and in its columns."""
+        if one.tcp is None:
+            return None
+        columns = np.array([self.places[one.robot.name, name] for name in one.joint_names])
+        return replace(one.tcp, begin=part[0], end=part[1], columns=columns)
+
+    def corner_limits(self, pair: Sequence[PlannedStep]) -> Floats:
+        """Return velocity, acceleration and jerk (3, n) that the joints keep in the corner between two steps."""
+        limits = self.limits
+        jerk = np.full(len(self.columns), np.inf) if pair[0].law is TimeLaw.TIME_OPTIMAL else limits.jerk
+        return np.stack([limits.velocity * self._shares(*pair), limits.acceleration, jerk])
+
+    def cartesian_through(self, pair: Sequence[PlannedStep]) -> list[TcpBound]:
+        """Return what tool centre points keep in the corner between two steps.
+
+        The larger limits of those that are led along a course on both sides; one that is led on one side and stands
+        still on the other keeps that side's.
+        """
+        led = [{(one.robot.uid, one.group): one for one in step.moves if one.tcp} for step in pair]
+        arms = [{(one.robot.uid, one.group) for one in step.moves} for step in pair]
+        result = []
+        for arm in led[0] | led[1]:
+            ones = [side[arm] for side in led if arm in side]
+            if len(ones) == 1 and arm in arms[0] and arm in arms[1]:
+                continue
+            bounds = [bound for one in ones if (bound := self._placed(one, (0.0, 0.0)))]
+            limits = [bound.limits for bound in bounds]
+            result.append(replace(bounds[0], limits=_larger(limits[0], limits[-1])))
+        return result
+
+
+def _larger(one: CartesianLimits, other: CartesianLimits) -> CartesianLimits:
+    return CartesianLimits(*(max(pair) for pair in zip(vars(one).values(), vars(other).values(), strict=True)))
+
+
+def _position(snapshot: Snapshot, arm: Arm, q_index: NDArray[np.int32]) -> Position:
+    """Return what tells where a robot's tool centre point is by the joints of the columns `q_index`."""
+    tip, point = tip_of(snapshot, arm), tip_t_tcp(snapshot, arm)[:, 3]
+    own = [int(np.flatnonzero(arm.q_index == index)[0]) for index in q_index if index in arm.q_index]
+    columns = np.flatnonzero(np.isin(q_index, arm.q_index))
+    base = snapshot.state.q[arm.q_index]
+
+    def position(q: Floats) -> Floats:
+        mine = base.copy()
+        mine[own] = q[columns]
+        return (tip(mine) @ point)[:3]
+
+    return position
