@@ -24,7 +24,7 @@ export type Move = MessageInitShape<typeof MoveSchema>;
 
 /** Loads a model file of the kernel's machine. */
 export async function loadArm(kernel: Kernel, uri: string, name: string): Promise<Arm> {
-  const loaded = await kernel.call(SceneService.method.importModel, { uri, name });
+  const loaded = await kernel.call(SceneService.method.importModel, { model: { uri, name } });
   const root = given(loaded.created[0], "created node");
   const robot = await kernel.call(RobotService.method.getRobot, { name: root.name });
   return { name: root.name, flange: robot.flange, jointNames: robot.joints.map((joint) => joint.name) };

@@ -41,7 +41,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class GuardCost:
-    """What the guard has cost: how many ticks it has looked at, the seconds of all of them, and the most of one."""
+    """Cost of the guard: how many ticks it has looked at, the seconds of all of them, and the most of one."""
 
     ticks: int = 0
     seconds: float = 0.0
@@ -54,7 +54,7 @@ class GuardCost:
 
 @dataclass(frozen=True, slots=True)
 class _Threat:
-    """What would touch: the robots (uids) that move one of the two or carry it, and the words for people."""
+    """Contact that would be: the robots (uids) that move one of the two or carry it, and the words for people."""
 
     robots: frozenset[int]
     reason: str
