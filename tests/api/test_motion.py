@@ -50,6 +50,20 @@ def test_a_busy_robot_is_refused_or_preempted(stepped: Stubs) -> None:
     assert state(stepped, "arm").positions[0] == pytest.approx(0.0, abs=1e-12)
 
 
+def test_preempting_while_time_stands_still_is_refused(stepped: Stubs) -> None:
+    """A program with one thread that would step after the start waited for ever."""
+    load(stepped, IIWA, "arm")
+    first = start(stepped, joints("arm", 0.2, lbr_iiwa_joint_1=2.0))
+    step(stepped, 50)
+    preempt = motion_pb2.BUSY_POLICY_PREEMPT
+    refused = refusal(lambda: start(stepped, joints("arm", lbr_iiwa_joint_1=0.0), busy=preempt))
+    assert (refused.reason, refused.metadata["motion"]) == ("WRONG_STATE", first.id)
+    assert "step the clock until it has ended" in refused.message
+    assert finished(stepped, first.id).phase == CANCELLED
+    second = start(stepped, joints("arm", lbr_iiwa_joint_1=0.0), busy=preempt)
+    assert finished(stepped, second.id).phase == SUCCEEDED
+
+
 def test_other_joints_are_not_busy(stepped: Stubs) -> None:
     load(stepped, PANDA, "arm")
     ask = start(stepped, joints("arm", panda_joint1=1.0))
