@@ -7,8 +7,6 @@ import pytest
 from virtualrobot_plugins.closed_form.singularities import SINGULAR_OF_SEVEN
 from virtualrobot_sdk.kinematics import InverseOptions
 
-from tests.tiers import Draws
-
 from .arms import NAMES, STRAIGHT, arm, axes, chain_of_arm, meeting
 
 
@@ -16,10 +14,10 @@ from .arms import NAMES, STRAIGHT, arm, axes, chain_of_arm, meeting
 @pytest.mark.parametrize("joints", [(1,), (3,), (5,), (1, 3), (1, 5), (3, 5), (1, 3, 5)], ids=str)
 @pytest.mark.parametrize("off", [0.0, 1e-12, 1e-9, 1e-6, 1e-5], ids=str)
 def test_a_singular_posture_is_found_again(
-    name: str, joints: tuple[int, ...], off: float, rng: np.random.Generator, draws: Draws
+    name: str, joints: tuple[int, ...], off: float, rng: np.random.Generator
 ) -> None:
     kinematics, chain = arm(name), chain_of_arm(name)
-    for _ in range(draws(10)):
+    for _ in range(10):
         q = rng.uniform(np.maximum(chain.lower, -2.5), np.minimum(chain.upper, 2.5))
         for joint in joints:
             q[joint] = off * rng.choice([-1, 1]) + (STRAIGHT[name] if joint == 3 else 0.0)
@@ -53,9 +51,9 @@ def test_the_wrist_above_axis_1_has_an_arm_angle() -> None:
     np.testing.assert_allclose(turned.solutions[0][:4], q[:4] + np.array([0.4, 0.0, 0.0, 0.0]), atol=1e-9)
 
 
-def test_no_pose_near_a_singular_one_goes_wrong(rng: np.random.Generator, draws: Draws) -> None:
+def test_no_pose_near_a_singular_one_goes_wrong(rng: np.random.Generator) -> None:
     kinematics, chain = arm("iiwa"), chain_of_arm("iiwa")
-    for _ in range(draws(500)):
+    for _ in range(500):
         q = rng.uniform(chain.lower, chain.upper)
         near = rng.choice([1, 3, 5], rng.integers(1, 4), replace=False)
         q[near] = 10.0 ** rng.uniform(-12.0, -2.0, len(near)) * rng.choice([-1.0, 1.0], len(near))
