@@ -62,7 +62,7 @@ export async function move(kernel: Kernel, ...moves: readonly Move[]): Promise<M
     motion = given(progress.motion, "motion");
   }
   if (motion.phase !== MotionPhase.SUCCEEDED) {
-    throw new Error(`motion ${motion.id} is ${MotionPhase[motion.phase]}: ${motion.cancelReason}`);
+    throw new Error(`motion ${motion.id} is ${MotionPhase[motion.phase]}: ${motion.endReason}`);
   }
   return motion;
 }

@@ -18,7 +18,7 @@ from virtualrobot_kernel.world.actuators import coupled_joints
 from virtualrobot_kernel.world.change import moving_motion
 from virtualrobot_kernel.world.clock import Mode
 from virtualrobot_kernel.world.commands import CancelMotion
-from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion, Snapshot
+from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, Snapshot
 
 PATIENCE_SECONDS = 5.0
 """How long a start with PREEMPT waits for the next step of a stepped clock."""
@@ -48,7 +48,7 @@ async def make_way(
                 motion=motion.id,
             )
         if not motion.cancellation:
-            cancellation = Cancellation(CancelCause.PREEMPTED, f"preempted by {person(context)}")
+            cancellation = Cancellation(EndCause.PREEMPTED, f"preempted by {person(context)}")
             try:
                 cancel = rooms.submit([CancelMotion(motion.id, cancellation)], context)
                 snapshot = (await asyncio.wrap_future(cancel)).snapshot

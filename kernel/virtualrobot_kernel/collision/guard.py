@@ -26,8 +26,8 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.braking import HARMLESS, RATES, Way, braking, going
 from virtualrobot_kernel.world.collisions import CollisionMode
-from virtualrobot_kernel.world.commands import Command, HaltRobots
-from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot, State, unchanged
+from virtualrobot_kernel.world.commands import Command, StopRobots
+from virtualrobot_kernel.world.state import Cancellation, EndCause, Snapshot, State, unchanged
 from virtualrobot_kernel.world.store import World
 
 LOOKS = 12
@@ -269,5 +269,5 @@ def _guarded(snapshot: Snapshot) -> frozenset[int]:
     return frozenset(uid for uid in snapshot.structure.robots if mode_of(uid) is CollisionMode.GUARD)
 
 
-def _halt(robots: frozenset[int], threat: _Threat) -> HaltRobots:
-    return HaltRobots(tuple(sorted(robots)), Cancellation(CancelCause.COLLISION, threat.reason))
+def _halt(robots: frozenset[int], threat: _Threat) -> StopRobots:
+    return StopRobots(tuple(sorted(robots)), Cancellation(EndCause.COLLISION, threat.reason))

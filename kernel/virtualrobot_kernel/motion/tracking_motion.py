@@ -19,7 +19,7 @@ from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.running_motion import ENDED, NOTHING, Phase, RunningMotion, TickContext
 
 WINDOW_LEFT, TRACKING_LOST = "WINDOW_LEFT", "TRACKING_LOST"
-"""Names of `CancelCause`."""
+"""Names of `EndCause`."""
 
 _ROUNDING = 1e-9
 #: How much more than said the frame's joint may be faster and accelerate more; a ramp may take 0.5% of a limit more.

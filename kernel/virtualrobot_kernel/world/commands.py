@@ -18,7 +18,7 @@ from virtualrobot_kernel.motion.setpoint_motion import SetpointMode
 from virtualrobot_kernel.world.collisions import CollisionMode
 from virtualrobot_kernel.world.figures import Figure, Pose
 from virtualrobot_kernel.world.preconditions import Preconditions
-from virtualrobot_kernel.world.state import CancelCause, Cancellation, Signal
+from virtualrobot_kernel.world.state import Cancellation, EndCause, Signal
 from virtualrobot_kernel.world.structure import JointGroup, NodeData, NodeSpec
 
 
@@ -274,7 +274,7 @@ class ResumeMotion:
     id: str
 
 
-CALLED = Cancellation(CancelCause.CALL, "cancelled")
+CALLED = Cancellation(EndCause.CALL, "cancelled")
 
 
 @dataclass(frozen=True, slots=True)
@@ -294,8 +294,11 @@ class StopMotions:
 
 
 @dataclass(frozen=True, slots=True)
-class HaltRobots:
-    """Cancels all motions of these robots, given by uid: their lease has ended. Robots that are gone are left out."""
+class StopRobots:
+    """Cancels or aborts, by its cause, all motions of robots given by uid. Robots that are gone are left out.
+
+    The kernel's own way to stop: guard, monitor and leases use it.
+    """
 
     robots: tuple[int, ...]
     cancellation: Cancellation
@@ -331,5 +334,5 @@ Command = (
     | ResumeMotion
     | CancelMotion
     | StopMotions
-    | HaltRobots
+    | StopRobots
 )
