@@ -105,10 +105,10 @@ class KernelProcess:
         """Return stubs on a new channel."""
         return Stubs(self.channel())
 
-    def end(self) -> int:
+    def end(self, seconds: float = 120.0) -> int:
         """Ask the kernel to end and return its exit code."""
         self.process.terminate()  # does nothing where it has ended
-        return self.await_end()
+        return self.await_end(seconds)
 
     def await_end(self, seconds: float = 120.0) -> int:
         """Return the exit code of a kernel that has been asked to end once: a second signal would end it at once."""

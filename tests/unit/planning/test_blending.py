@@ -24,6 +24,7 @@ from virtualrobot_kernel.world.index import replaced
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Actuator, Kind, RobotData
 
+from tests.tiers import Draws
 from tests.unit.motion.motions import FINE, TICK
 from tests.unit.planning.runs import KINDS, cell_of, plan_run, random_move, random_steps, solver
 
@@ -95,10 +96,10 @@ def course(snapshot: Snapshot, move: Move, one: PlannedRun) -> Callable[[np.ndar
 @pytest.mark.parametrize("first", KINDS)
 @pytest.mark.parametrize("second", KINDS)
 def test_all_pairs_keep_limits_and_leave_their_paths_only_in_the_zone(
-    rng: np.random.Generator, first: str, second: str
+    rng: np.random.Generator, draws: Draws, first: str, second: str
 ) -> None:
     name = str(rng.choice(["puma560", "iiwa", "panda", "xarm6"]))
-    for _ in range(100):
+    for _ in range(draws(100)):
         snapshot, steps = random_steps(rng, name, [first, second], Zone(meters=float(rng.uniform(0.02, 0.08))))
         runs, notes = plan_run(snapshot, steps, solver)
         if len(runs) == 1:

@@ -7,6 +7,8 @@ import pytest
 from virtualrobot_sdk.errors import ArgumentError
 from virtualrobot_sdk.kinematics import InverseOptions, InverseStatus
 
+from tests.tiers import Draws
+
 from ..closed_form.arms import arm_chain
 from .arms import NAMES, arm, between, chain_of_arm
 
@@ -14,10 +16,10 @@ GRID = np.radians(np.arange(-180.0, 180.0, 1.0))
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_every_reachable_pose_is_solved_from_any_seed(name: str, rng: np.random.Generator) -> None:
+def test_every_reachable_pose_is_solved_from_any_seed(name: str, rng: np.random.Generator, draws: Draws) -> None:
     kinematics, chain = arm(name), chain_of_arm(name)
     moved = 0
-    for _ in range(300):
+    for _ in range(draws(300)):
         target = kinematics.forward(rng.uniform(chain.lower, chain.upper))[-1]
         seed = rng.uniform(chain.lower, chain.upper)
         result = kinematics.inverse(target, InverseOptions(seed=seed))

@@ -7,6 +7,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 from virtualrobot_sdk.kinematics import InverseStatus
 
+from tests.tiers import Draws
+
 from ...numeric.urdf_arrays import ARMS
 from .arms import arm
 
@@ -15,11 +17,11 @@ POSES = 1000
 
 @pytest.mark.parametrize("draw", range(3))
 @pytest.mark.parametrize("name", sorted(ARMS))
-def test_every_reachable_pose_is_solved_from_mid_range(name: str, draw: int, seed: int) -> None:
+def test_every_reachable_pose_is_solved_from_mid_range(name: str, draw: int, seed: int, draws: Draws) -> None:
     # Adding `draw` keeps the three apart when one seed is set from outside.
     rng = np.random.default_rng(seed + draw)
     kinematics = arm(name)
-    joints = rng.uniform(kinematics.lower, kinematics.upper, (POSES, len(kinematics.lower)))
+    joints = rng.uniform(kinematics.lower, kinematics.upper, (draws(POSES), len(kinematics.lower)))
     targets = np.array([kinematics.forward(q)[-1] for q in joints])
     results = [kinematics.inverse(target) for target in targets]
     unsolved = [joints[i].tolist() for i, result in enumerate(results) if result.status is not InverseStatus.SOLVED]

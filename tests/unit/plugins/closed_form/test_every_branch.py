@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from virtualrobot_sdk.kinematics import InverseOptions, InverseStatus
 
+from tests.tiers import Draws
+
 from .arms import NAMED, arm_chain, closed_form, closure, distances, factors, numeric
 
 POSES = 1000
@@ -41,20 +43,22 @@ def missed(name: str, poses: int, rng: np.random.Generator) -> list[str]:
 
 
 @pytest.mark.parametrize("name", NAMED)
-def test_no_solution_of_a_thousand_poses_is_missed(name: str, rng: np.random.Generator) -> None:
-    assert missed(name, POSES, rng) == []
+def test_no_solution_of_a_thousand_poses_is_missed(name: str, rng: np.random.Generator, draws: Draws) -> None:
+    assert missed(name, draws(POSES), rng) == []
 
 
 @pytest.mark.parametrize("name", [*OTHERS, *SHORT])
-def test_no_solution_of_other_models_is_missed(name: str, rng: np.random.Generator) -> None:
-    assert missed(name, 100, rng) == []
+def test_no_solution_of_other_models_is_missed(name: str, rng: np.random.Generator, draws: Draws) -> None:
+    assert missed(name, draws(100), rng) == []
 
 
 @pytest.mark.parametrize("name", NAMED)
-def test_every_posture_within_limits_is_among_the_solutions_with_its_turns(name: str, rng: np.random.Generator) -> None:
+def test_every_posture_within_limits_is_among_the_solutions_with_its_turns(
+    name: str, rng: np.random.Generator, draws: Draws
+) -> None:
     """The seed's own posture comes first; all are within limits and close."""
     kinematics, chain = closed_form(name), arm_chain(name)
-    for _ in range(200):
+    for _ in range(draws(200)):
         q = rng.uniform(chain.lower, chain.upper)
         target = numeric(name).forward(q)[-1]
         result = kinematics.inverse(target, InverseOptions(seed=q))
