@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import grpc
-import pybullet_data
 from google.rpc import error_details_pb2
 from grpc_status import rpc_status
 from virtualrobot.v1 import geometry_pb2, motion_pb2, nodes_pb2, scene_pb2
 
 from tests.kernels import Stubs
+from tests.pybullet_models import pybullet_data
 
 MODELS = Path(pybullet_data.getDataPath())
 IIWA = str(MODELS / "kuka_iiwa/model.urdf")

@@ -7,7 +7,6 @@ from typing import Any
 
 import grpc
 import numpy as np
-import pybullet_data
 from google.protobuf.field_mask_pb2 import FieldMask
 from google.protobuf.message import Message
 from virtualrobot.v1 import (
@@ -19,6 +18,8 @@ from virtualrobot.v1 import (
     scene_pb2,
     signal_pb2,
 )
+
+from tests.pybullet_models import pybullet_data
 
 MODELS = {"iiwa": "kuka_iiwa/model.urdf", "panda": "franka_panda/panda.urdf", "r2d2": "r2d2.urdf"}
 
