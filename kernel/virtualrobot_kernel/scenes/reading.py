@@ -12,7 +12,7 @@ from virtualrobot_kernel.formats import scene_file
 from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.messages.collision_settings import settings_command
-from virtualrobot_kernel.messages.signals import signal_value
+from virtualrobot_kernel.messages.signals import created_signal
 from virtualrobot_kernel.messages.values import finite
 from virtualrobot_kernel.scenes.assets import with_assets
 from virtualrobot_kernel.scenes.models import read_model, spec_of
@@ -20,7 +20,6 @@ from virtualrobot_kernel.world.commands import (
     ClearWorld,
     Command,
     CreateNodes,
-    CreateSignal,
     SelectTool,
     SetAllowedPairs,
     SetJointPositions,
@@ -70,7 +69,7 @@ def read_scene(
         if spec.parent not in names:
             raise UnknownNameError(f"parent for {spec.name!r}", spec.parent, names).at(f"{uri}: nodes[{place}]")
     commands.extend(with_assets(meshes, [CreateNodes(tuple(mounted))], files, referrer) if mounted else [])
-    commands.extend(CreateSignal(signal_value(signal)) for signal in scene.signals)
+    commands.extend(created_signal(signal) for signal in scene.signals)
     for robot in scene.robot_states:
         commands.extend(_state_commands(robot))
     if scene.allowed_pairs:
