@@ -80,9 +80,7 @@ class Signals(MutableMapping[str, SignalValue]):
             NameTakenError: when there is one of this name.
             UnknownNameError: when there is no such owner.
         """
-        Direct(self._services).create_signal(
-            name, value, description, unit=unit, direction=direction, owner=owner
-        )
+        Direct(self._services).create_signal(name, value, description, unit=unit, direction=direction, owner=owner)
 
     def read(self, names: Sequence[str] = ()) -> list[Signal]:
         """Return all signals, or these."""
@@ -157,5 +155,7 @@ def _holds(name: str, value: SignalValue, comparison: str, other: SignalValue) -
     ordered = not isinstance(value, bool | str | tuple) and not isinstance(other, bool | str | tuple)
     alike = ordered or type(value) is type(other)
     if not alike or (comparison not in ("==", "!=") and not ordered):
-        raise InvalidArgumentError(f"the signal {name!r} has the value {value!r}; {comparison} {other!r} can't be asked")
+        raise InvalidArgumentError(
+            f"the signal {name!r} has the value {value!r}; {comparison} {other!r} can't be asked"
+        )
     return bool(_COMPARED[comparison](value, other))

@@ -215,7 +215,9 @@ def _advanced(run: ProgramRun, dt: float, override: float, context: TickContext)
                         phase = Phase.CANCELLED
         if over:
             if (until := stages[at].until) is not None and found is None:
-                found = until.holds(context.signals.get(until.signal))  # only if it began with this tick: see `_searched`
+                found = until.holds(
+                    context.signals.get(until.signal)
+                )  # only if it began with this tick: see `_searched`
             held = _arrived(program, at, held)
             at, moving, waited, marked = at + 1, None, 0.0, 0
             if phase is Phase.WAITING:

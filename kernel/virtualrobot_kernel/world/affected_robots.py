@@ -119,9 +119,7 @@ def _signal_set(snapshot: Snapshot, command: commands.SetSignal) -> Iterable[int
     return _signal_owners(snapshot, [command.name], SET_BY_OWNER)
 
 
-def _signal_owners(
-    snapshot: Snapshot, names: Iterable[str], directions: Iterable[SignalDirection]
-) -> Iterable[int]:
+def _signal_owners(snapshot: Snapshot, names: Iterable[str], directions: Iterable[SignalDirection]) -> Iterable[int]:
     """Yield the robots that own these signals, of those that go in one of the directions."""
     for name in names:
         signal = snapshot.state.signals.get(name)

@@ -108,9 +108,7 @@ def _owned(signals: Mapping[str, Signal], alive: Collection[int]) -> Mapping[str
     """Return signals, those whose owner is gone without one; the same object where that is none of them."""
     if all(not signal.owner or signal.owner in alive for signal in signals.values()):
         return signals
-    return {
-        name: signal if signal.owner in alive else replace(signal, owner=0) for name, signal in signals.items()
-    }
+    return {name: signal if signal.owner in alive else replace(signal, owner=0) for name, signal in signals.items()}
 
 
 def _kept(old: Structure, new: Structure, values: Mapping[int, JointValues]) -> Mapping[int, JointValues]:

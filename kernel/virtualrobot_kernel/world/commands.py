@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from virtualrobot_kernel.motion.conveyor_tracking import ConveyorTracking
 from virtualrobot_kernel.motion.program import Program
-from virtualrobot_kernel.motion.signals import SignalValue
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMode
+from virtualrobot_kernel.motion.signals import SignalValue
 from virtualrobot_kernel.world.collisions import CollisionMode
 from virtualrobot_kernel.world.figures import Figure, Pose
 from virtualrobot_kernel.world.preconditions import Preconditions
