@@ -13,8 +13,8 @@ from virtualrobot_kernel.motion.jog import plan_cartesian_jog
 from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
 from virtualrobot_kernel.motion.plan import Plan, plan_circ, plan_lin, plan_ptp, plan_spline
 from virtualrobot_kernel.motion.polynomial import Array
-from virtualrobot_kernel.motion.rotation import rotation_matrix
 from virtualrobot_plugins.chain.component import ChainKinematics
+from virtualrobot_sdk.poses import rotation_matrix
 
 from benchmarks import time_laws
 from benchmarks.kinematics import ARMS, chain_of

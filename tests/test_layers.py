@@ -19,7 +19,11 @@ KERNEL = "kernel/virtualrobot_kernel"
 SDK = "plugins/virtualrobot_sdk"
 PLUGINS = "plugins/virtualrobot_plugins"
 
-ANYONE = ("numpy", "virtualrobot_kernel.errors", "virtualrobot_kernel.background", "virtualrobot_kernel.version")
+# Files beside the rooms, and poses, which plugins need, too.
+ANYONE = (
+    *("numpy", "virtualrobot_sdk.poses", "virtualrobot_kernel.errors", "virtualrobot_kernel.background"),
+    "virtualrobot_kernel.version",
+)
 CONTRACT = ("google.protobuf", "virtualrobot.v1")
 
 # Which rooms of the kernel each of its rooms may see: a room stands above all that it names.
@@ -36,7 +40,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "scenes": ("formats", "messages", "world"),
     "collision": ("motion", "numeric", "planning", "shapes", "world"),
     "paths": ("collision", "motion", "planning", "world"),
-    "sensing": ("collision", "components", "motion", "numeric", "planning", "shapes", "world"),
+    "sensing": ("collision", "components", "numeric", "planning", "shapes", "world"),
     "drawing": ("collision", "formats", "numeric", "planning", "sensing", "shapes", "world"),
     "api": (
         *("collision", "components", "drawing", "formats", "inputs", "messages", "motion", "paths", "planning"),

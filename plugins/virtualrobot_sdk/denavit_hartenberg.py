@@ -19,6 +19,7 @@ from msgspec import Meta
 
 from virtualrobot_sdk.errors import ArgumentError
 from virtualrobot_sdk.kinematics import PRISMATIC, REVOLUTE, Codes, Floats
+from virtualrobot_sdk.poses import from_quaternion
 
 Convention = Literal["standard", "modified"]
 PoseNumbers = tuple[float, float, float, float, float, float, float]
@@ -145,12 +146,7 @@ def pose(numbers: PoseNumbers | None) -> Floats:
     """Return x y z qx qy qz qw as a pose (4, 4); None is the identity."""
     result = np.eye(4)
     if numbers is not None:
-        x, y, z, w = np.array(numbers[3:]) / math.hypot(*numbers[3:])
-        result[:3, :3] = [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
+        result[:3, :3] = from_quaternion(np.array(numbers[3:]) / math.hypot(*numbers[3:]))
         result[:3, 3] = numbers[:3]
     return result
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.collision.pool import ScenePool
 from virtualrobot_kernel.collision.scene import Nearest
@@ -13,7 +14,6 @@ from virtualrobot_kernel.motion.nullspace import DISTANCE_RANGE, Near
 from virtualrobot_kernel.planning.between import Between, between
 from virtualrobot_kernel.planning.redundancy import NearOf
 from virtualrobot_kernel.planning.robots import Arm, standing_at
-from virtualrobot_kernel.world.change import inverse
 from virtualrobot_kernel.world.state import Snapshot
 
 Floats = NDArray[np.float64]

@@ -10,6 +10,7 @@ import re
 from dataclasses import dataclass, field
 
 import numpy as np
+from virtualrobot_sdk.poses import from_roll_pitch_yaw
 
 from virtualrobot_kernel.errors import MalformedFileError
 from virtualrobot_kernel.formats.xml import Element, line_of, local_name, malformed
@@ -92,23 +93,9 @@ def origin(place: Place, element: Element) -> Pose:
     zero = (0.0, 0.0, 0.0)
     roll, pitch, yaw = numbers(place, child, "rpy", 3, zero)
     pose = np.eye(4)
-    pose[:3, :3] = rotation_from_rpy(roll, pitch, yaw)
+    pose[:3, :3] = from_roll_pitch_yaw(roll, pitch, yaw)
     pose[:3, 3] = numbers(place, child, "xyz", 3, zero)
     return read_only(pose)
-
-
-def rotation_from_rpy(roll: float, pitch: float, yaw: float) -> np.ndarray:
-    """Return R = Rz(yaw) Ry(pitch) Rx(roll), shape (3, 3), angles in radians."""
-    cr, sr = math.cos(roll), math.sin(roll)
-    cp, sp = math.cos(pitch), math.sin(pitch)
-    cy, sy = math.cos(yaw), math.sin(yaw)
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
 
 
 def read_only(pose: np.ndarray) -> Pose:

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 
 from virtualrobot.v1 import geometry_pb2, nodes_pb2, scene_pb2
 from virtualrobot_sdk.denavit_hartenberg import GREATEST, Convention, PoseNumbers, Row, Table
+from virtualrobot_sdk.poses import quaternion
 
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.messages.nodes import JOINT_TYPES, inertial, joint_limits
-from virtualrobot_kernel.messages.values import pose, quaternion
+from virtualrobot_kernel.messages.values import pose
 from virtualrobot_kernel.world.structure import Inertial, Joint, JointType
 
 FIELD = "denavit_hartenberg"

@@ -12,9 +12,9 @@ from google.protobuf.message import Message
 from google.protobuf.timestamp_pb2 import Timestamp
 from numpy.typing import NDArray
 from virtualrobot.v1 import geometry_pb2
+from virtualrobot_sdk.poses import from_quaternion, quaternion
 
 from virtualrobot_kernel.errors import KernelError, UnknownNameError
-from virtualrobot_kernel.world.rotation import quaternion
 from virtualrobot_kernel.world.state import Snapshot
 
 GRID = 2.0**-48
@@ -96,7 +96,7 @@ def pose(message: geometry_pb2.Pose, what: str = "pose") -> NDArray[np.float64]:
         result[:3, 3] = vector(message.position, f"{what}.position")
     if message.HasField("orientation"):
         turn = message.orientation
-        result[:3, :3] = rotation(snapped(np.array([turn.x, turn.y, turn.z, turn.w]), f"{what}.orientation"))
+        result[:3, :3] = from_quaternion(snapped(np.array([turn.x, turn.y, turn.z, turn.w]), f"{what}.orientation"))
     result.setflags(write=False)
     return result
 
@@ -117,19 +117,6 @@ def snapped(xyzw: NDArray[np.float64], what: str) -> NDArray[np.float64]:
     result[pivot] = 0.0
     result[pivot] = math.copysign(math.sqrt(1.0 - float(result @ result)), xyzw[pivot])
     return (result if result[3] > 0.0 or (result[3] == 0.0 and result[pivot] > 0.0) else -result) + 0.0
-
-
-def rotation(xyzw: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the rotation matrix (3, 3) of a unit quaternion x, y, z, w."""
-    x, y, z, w = xyzw
-    matrix = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-    return matrix + 0.0  # no -0.0: equal rotations have equal bits
 
 
 def pose_message(matrix: NDArray[np.float64]) -> geometry_pb2.Pose:

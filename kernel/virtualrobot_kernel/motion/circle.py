@@ -11,7 +11,7 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.arc import Arc
 from virtualrobot_kernel.motion.course import turn_between
 from virtualrobot_kernel.motion.polynomial import Array
-from virtualrobot_kernel.motion.rotation import check_pose
+from virtualrobot_kernel.motion.pose_check import check_pose
 
 #: Points nearer to each other than this are the same, and three points less than this off a line are in a line (m):
 #: an arc is promised to 0.01 mm, so within that it would not be told from a line.

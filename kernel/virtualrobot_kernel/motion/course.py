@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from virtualrobot_sdk.poses import rotation_matrix, rotation_vector
 
 from virtualrobot_kernel.motion.limits import CartesianLimits
 from virtualrobot_kernel.motion.polynomial import Array
-from virtualrobot_kernel.motion.rotation import rotation_matrix, rotation_vector
 
 #: Below these a course has no length (m) or no turn (rad): moving is pointless and the axis undefined.
 SHORTEST_LENGTH, SMALLEST_ANGLE = 1e-9, 1e-9

@@ -9,7 +9,7 @@ import numpy as np
 
 from virtualrobot_kernel.motion.course import SHORTEST_LENGTH, EvenCourse, turn_between
 from virtualrobot_kernel.motion.polynomial import Array
-from virtualrobot_kernel.motion.rotation import check_pose
+from virtualrobot_kernel.motion.pose_check import check_pose
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,12 +19,13 @@ from itertools import pairwise
 from typing import ClassVar
 
 import numpy as np
+from virtualrobot_sdk.poses import left_jacobian, rotation_matrix
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.course import Course, turn_between
 from virtualrobot_kernel.motion.path import quintic_hermite, solve_tridiagonal
 from virtualrobot_kernel.motion.polynomial import Array
-from virtualrobot_kernel.motion.rotation import check_pose, left_jacobian, rotation_matrix
+from virtualrobot_kernel.motion.pose_check import check_pose
 
 #: The most goals of a spline.
 MOST_GOALS = 1000

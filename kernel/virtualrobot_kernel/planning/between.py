@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.motion.limits import CartesianLimits
 from virtualrobot_kernel.numeric.forest import PRISMATIC, REVOLUTE
 from virtualrobot_kernel.planning.robots import poses_of_rows
-from virtualrobot_kernel.world.change import inverse
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Structure

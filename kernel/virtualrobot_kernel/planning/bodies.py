@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot_sdk.poses import inverse
 
-from virtualrobot_kernel.world.change import inverse
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.index import SINGLE
 from virtualrobot_kernel.world.state import Snapshot

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.carried_course import CarriedCourse
@@ -19,7 +20,7 @@ from virtualrobot_kernel.motion.profile import jerk_limited_profile
 from virtualrobot_kernel.planning.between import Seen, between, rows_above
 from virtualrobot_kernel.planning.planned_move import PlannedMove, joint_limits
 from virtualrobot_kernel.planning.robots import Arm, SolverOf, standing_at, tip_t_tcp
-from virtualrobot_kernel.world.change import inverse, joint_places
+from virtualrobot_kernel.world.change import joint_places
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import WORLD_UID
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot_sdk.poses import rotation_matrix
 
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.cartesian_path import SMALLEST_SINGULAR_VALUE
 from virtualrobot_kernel.motion.program import Program
-from virtualrobot_kernel.motion.rotation import rotation_matrix
 from virtualrobot_kernel.planning.moves import moved_arms
 from virtualrobot_kernel.planning.notes import Note
 from virtualrobot_kernel.planning.plan_program import GivenUp, PlannedMotion, plan_wish

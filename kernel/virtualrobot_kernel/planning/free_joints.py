@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.kinematics import InverseOptions, InverseResult, Kinematics, SerialChain
+from virtualrobot_sdk.poses import inverse, rotation_vector
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
@@ -20,7 +21,6 @@ from virtualrobot_kernel.motion.nullspace import (
     improved,
     near_posture,
 )
-from virtualrobot_kernel.motion.rotation import rotation_vector
 from virtualrobot_kernel.planning.redundancy import FREE, Preference, Redundancy
 from virtualrobot_kernel.planning.robots import (
     Arm,
@@ -31,7 +31,6 @@ from virtualrobot_kernel.planning.robots import (
     locked_arm,
     tip_t_tcp,
 )
-from virtualrobot_kernel.world.change import inverse
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.groups import WHOLE, Group
 from virtualrobot_kernel.world.state import Snapshot

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.planning.between import between
 from virtualrobot_kernel.planning.robots import arm_of, standing_at, tcp_frame
-from virtualrobot_kernel.world.change import check_joint_value, inverse, single_joint
+from virtualrobot_kernel.world.change import check_joint_value, single_joint
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.groups import WHOLE, Group, joints_of
 from virtualrobot_kernel.world.state import Snapshot

@@ -8,6 +8,7 @@ from math import inf, tau
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.errors import KernelError, LimitError
 from virtualrobot_kernel.motion.jog import SMALLEST_JOG, JogEnd, plan_cartesian_jog, plan_joint_jog
@@ -26,7 +27,7 @@ from virtualrobot_kernel.planning.planned_move import (
 from virtualrobot_kernel.planning.redundancy import FREE, Redundancy
 from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_on_path, tcp_frame
 from virtualrobot_kernel.world.actuators import actuators_of
-from virtualrobot_kernel.world.change import inverse, single_joint
+from virtualrobot_kernel.world.change import single_joint
 from virtualrobot_kernel.world.groups import WHOLE, Group
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import JointType, Kind, Node

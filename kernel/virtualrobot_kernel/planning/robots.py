@@ -9,13 +9,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.kinematics import Kinematics, SerialChain
+from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason, UnknownNameError
 from virtualrobot_kernel.motion.limits import TOLERANCE
 from virtualrobot_kernel.numeric.forest import forward_forest
 from virtualrobot_kernel.planning.extract import extract_chain, lock_coordinates
 from virtualrobot_kernel.planning.redundancy import Redundancy
-from virtualrobot_kernel.world.change import check_joint_value, inverse, single_joint
+from virtualrobot_kernel.world.change import check_joint_value, single_joint
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.groups import WHOLE, Group, chain_links
 from virtualrobot_kernel.world.state import Snapshot, State

@@ -7,6 +7,7 @@ from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.errors import KernelError, LimitError
 from virtualrobot_kernel.motion.conveyor_tracking import ConveyorTracking, TrackingArm
@@ -26,7 +27,7 @@ from virtualrobot_kernel.planning.tracked_limits import (
     slowed,
     stretch,
 )
-from virtualrobot_kernel.world.change import inverse, single_joint
+from virtualrobot_kernel.world.change import single_joint
 from virtualrobot_kernel.world.commands import StartMotion, Tracking
 from virtualrobot_kernel.world.preconditions import Aspect, TcpPath, preconditions_of
 from virtualrobot_kernel.world.state import Snapshot

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+from virtualrobot_sdk.poses import rotation_matrix, rotation_vector
 
-from virtualrobot_kernel.motion.rotation import rotation_matrix, rotation_vector
 from virtualrobot_kernel.sensing.motion_content import PoseContent
 from virtualrobot_kernel.sensing.noise import Noise
 from virtualrobot_kernel.sensing.reading import Moment

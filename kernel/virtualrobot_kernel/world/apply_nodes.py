@@ -6,19 +6,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 
+from virtualrobot_sdk.poses import inverse
+
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.actuators import check_actuators
 from virtualrobot_kernel.world.apply_sensors import with_sensors_running
-from virtualrobot_kernel.world.change import (
-    Change,
-    Forward,
-    extended,
-    inverse,
-    rebuilt,
-    refuse_while_moving,
-    single_joint,
-)
+from virtualrobot_kernel.world.change import Change, Forward, extended, rebuilt, refuse_while_moving, single_joint
 from virtualrobot_kernel.world.collisions import NOTHING_SET
 from virtualrobot_kernel.world.commands import AttachNode, ClearWorld, CreateNodes, RemoveNode, UpdateNode
 from virtualrobot_kernel.world.consistency import (

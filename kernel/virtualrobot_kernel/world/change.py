@@ -35,14 +35,6 @@ class Change:
     picked: tuple[int, ...] = ()
 
 
-def inverse(pose: Pose) -> Pose:
-    """Return the inverse of a rigid transform, shape (4, 4)."""
-    result = np.eye(4)
-    result[:3, :3] = pose[:3, :3].T
-    result[:3, 3] = -pose[:3, :3].T @ pose[:3, 3]
-    return result
-
-
 def extended(change: Change, new: Mapping[int, Node], next_uid: int, poses: Mapping[int, Pose]) -> Change:
     """Return the world with more nodes, which start as `rebuilt` says; what is there keeps its places."""
     old, state = change.structure, change.state

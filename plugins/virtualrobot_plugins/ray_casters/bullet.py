@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import math
 import os
 import sys
 import weakref
@@ -14,6 +13,7 @@ from typing import Any
 import numpy as np
 from virtualrobot_sdk.errors import PluginError
 from virtualrobot_sdk.kinematics import Floats, Integers
+from virtualrobot_sdk.poses import quaternion
 from virtualrobot_sdk.ray_checks import check_rays
 from virtualrobot_sdk.rays import NO_ELEMENT, Hits, RayScene, Shape
 
@@ -96,7 +96,7 @@ class BulletCaster:
             if placed[shape.key] == len(kept.bodies):
                 made = [self._bullet.createMultiBody(0.0, mesh, physicsClientId=self._client) for mesh in kept.meshes]
                 kept.bodies.append(made)
-            position, turn = pose[:3, 3].tolist(), _quaternion(pose[:3, :3])
+            position, turn = pose[:3, 3].tolist(), quaternion(pose[:3, :3])
             for body in kept.bodies[placed[shape.key]]:
                 self._bullet.resetBasePositionAndOrientation(body, position, turn, physicsClientId=self._client)
                 element_of[body] = i
@@ -159,20 +159,3 @@ def _turned(normals: Floats, directions: Floats) -> Floats:
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     normals = normals / np.where(lengths > 0.0, lengths, 1.0)
     return np.where(np.einsum("ij,ij->i", normals, directions)[:, None] > 0.0, -normals, normals)
-
-
-def _quaternion(rotation: Floats) -> list[float]:
-    """Return the unit quaternion x, y, z, w of a rotation (3, 3).
-
-    Of the four ways to divide, the one by the largest number (S. W. Shepperd, "Quaternion from Rotation Matrix", 1978).
-    """
-    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = rotation.tolist()
-    ways = (
-        [1 + xx - yy - zz, xy + yx, zx + xz, zy - yz],
-        [xy + yx, 1 - xx + yy - zz, yz + zy, xz - zx],
-        [zx + xz, yz + zy, 1 - xx - yy + zz, yx - xy],
-        [zy - yz, xz - zx, yx - xy, 1 + xx + yy + zz],
-    )
-    best = ways[max(range(4), key=lambda i: ways[i][i])]
-    length = math.hypot(*best)
-    return [value / length for value in best]

@@ -15,6 +15,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from virtualrobot_sdk.kinematics import Floats
+from virtualrobot_sdk.poses import from_quaternion, from_roll_pitch_yaw
 
 Element: TypeAlias = Any
 """An element of ElementTree or lxml."""
@@ -124,27 +125,13 @@ def pose(element: Element | None) -> Floats:
         length = math.sqrt(sum(value * value for value in values[3:]))
         if length == 0.0:
             raise BadTagError(found, "<pose>: a quaternion of four zeros is no rotation")
-        x, y, z, w = (value / length for value in values[3:])
-        cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-        matrix[:3, :3] += 2.0 * (w * cross + cross @ cross)
+        matrix[:3, :3] = from_quaternion(np.array(values[3:]) / length)
     elif len(values) == 6:
         degrees = found.get("degrees", "").lower() in ("true", "1")
-        matrix[:3, :3] = rotation(*np.radians(values[3:]) if degrees else values[3:])
+        matrix[:3, :3] = from_roll_pitch_yaw(*np.radians(values[3:]) if degrees else values[3:])
     elif len(values) != 3:
         raise BadTagError(found, f"<{local(found)}> has {len(values)} numbers, expected 6")
     return matrix
-
-
-def rotation(roll: float, pitch: float, yaw: float) -> Floats:
-    """Return Rz(yaw) Ry(pitch) Rx(roll), (3, 3)."""
-    (cr, cp, cy), (sr, sp, sy) = np.cos((roll, pitch, yaw)), np.sin((roll, pitch, yaw))
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
 
 
 def noise(element: Element | None, warn: Warn) -> Noise:

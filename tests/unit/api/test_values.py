@@ -9,7 +9,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 from virtualrobot.v1 import geometry_pb2
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.messages.values import array, pose, pose_message, quaternion, rotation, snapped
+from virtualrobot_kernel.messages.values import array, pose, pose_message, snapped
+from virtualrobot_sdk.poses import from_quaternion, quaternion
 
 
 def many(rng: np.random.Generator) -> np.ndarray:
@@ -23,7 +24,7 @@ def many(rng: np.random.Generator) -> np.ndarray:
 def test_a_snapped_quaternion_survives_matrix_and_back_to_the_last_bit(rng: np.random.Generator) -> None:
     for xyzw in many(rng):
         there = snapped(xyzw, "q")
-        back = snapped(np.array(quaternion(rotation(there))), "q")
+        back = snapped(np.array(quaternion(from_quaternion(there))), "q")
         assert there.tobytes() == back.tobytes(), xyzw
 
 
@@ -37,7 +38,7 @@ def test_rotations_agree_with_scipy(rng: np.random.Generator) -> None:
     given = many(rng)
     unit = given / np.linalg.norm(given, axis=1, keepdims=True)
     wanted = Rotation.from_quat(unit).as_matrix()
-    np.testing.assert_allclose([rotation(xyzw) for xyzw in unit], wanted, atol=1e-15)
+    np.testing.assert_allclose([from_quaternion(xyzw) for xyzw in unit], wanted, atol=1e-15)
     np.testing.assert_allclose(
         Rotation.from_quat([quaternion(matrix) for matrix in wanted]).as_matrix(), wanted, atol=1e-15
     )

@@ -22,8 +22,8 @@ from virtualrobot_kernel.motion.plan import (
     plan_trajectory,
 )
 from virtualrobot_kernel.motion.plan_execution import PlanExecution
-from virtualrobot_kernel.motion.rotation import rotation_matrix
 from virtualrobot_plugins.chain.component import ChainKinematics
+from virtualrobot_sdk.poses import rotation_matrix
 from virtualrobot_sdk.testing.chains import ur5
 
 from ..plugins.chain.arms import arm

@@ -13,10 +13,10 @@ from virtualrobot_kernel.motion import plan_execution
 from virtualrobot_kernel.motion.circle import Center, Via
 from virtualrobot_kernel.motion.limits import CartesianLimits
 from virtualrobot_kernel.motion.plan import Plan, plan_circ, plan_lin
-from virtualrobot_kernel.motion.rotation import rotation_matrix, rotation_vector
 from virtualrobot_kernel.motion.running_motion import Phase
 from virtualrobot_plugins.chain.component import ChainKinematics
 from virtualrobot_sdk.kinematics import InverseOptions
+from virtualrobot_sdk.poses import rotation_matrix, rotation_vector
 
 from .motions import (
     FINE,

@@ -44,7 +44,7 @@ class Forest(NamedTuple):
     upper: np.ndarray
 
 
-def rotation_from_rpy(roll: float, pitch: float, yaw: float) -> np.ndarray:
+def from_roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> np.ndarray:
     """Return Rz(yaw) Ry(pitch) Rx(roll), as URDF defines rpy."""
     cr, sr, cp, sp, cy, sy = np.cos(roll), np.sin(roll), np.cos(pitch), np.sin(pitch), np.cos(yaw), np.sin(yaw)
     about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
@@ -83,7 +83,7 @@ def read(path: Path) -> Forest:
         assert parent is not None
         forest.parent[row] = links.index(parent.attrib["link"])
         forest.joint_type[row] = _TYPES[joint.attrib["type"]]
-        forest.parent_t_node[row, :3, :3] = rotation_from_rpy(*_floats(joint.find("origin"), "rpy", "0 0 0"))
+        forest.parent_t_node[row, :3, :3] = from_roll_pitch_yaw(*_floats(joint.find("origin"), "rpy", "0 0 0"))
         forest.parent_t_node[row, :3, 3] = _floats(joint.find("origin"), "xyz", "0 0 0")
         if forest.joint_type[row] == 0:
             continue

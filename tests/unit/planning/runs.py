@@ -11,7 +11,6 @@ import numpy as np
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.circle import Via
-from virtualrobot_kernel.motion.rotation import rotation_matrix
 from virtualrobot_kernel.planning.blending import arrived
 from virtualrobot_kernel.planning.moves import plan_moves
 from virtualrobot_kernel.planning.planned_move import PoseGoal
@@ -22,6 +21,7 @@ from virtualrobot_kernel.world.state import Snapshot, State
 from virtualrobot_kernel.world.structure import Kind
 from virtualrobot_plugins.chain.component import ChainKinematics
 from virtualrobot_sdk.kinematics import Kinematics
+from virtualrobot_sdk.poses import rotation_matrix
 
 from tests.unit.formats.models import load, structure_of
 from tests.unit.numeric.urdf_arrays import URDFS

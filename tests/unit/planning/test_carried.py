@@ -12,7 +12,6 @@ import pytest
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.circle import Center
 from virtualrobot_kernel.motion.limits import CartesianLimits
-from virtualrobot_kernel.motion.rotation import rotation_matrix, rotation_vector
 from virtualrobot_kernel.motion.spline import spline
 from virtualrobot_kernel.planning.between import between
 from virtualrobot_kernel.planning.blending import PlannedRun, arrived, plan_run
@@ -25,6 +24,7 @@ from virtualrobot_kernel.world.change import Change, joint_places, single_joint
 from virtualrobot_kernel.world.commands import AttachNode, CreateNodes
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Joint, JointLimits, JointType, Kind, NodeSpec, RobotData
+from virtualrobot_sdk.poses import rotation_matrix, rotation_vector
 
 from tests.unit.planning.cell import JOINTS, TICK, cell, chain, pictured
 from tests.unit.world.builders import Z, after, link, shifted

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, LimitError, UnknownNameError
-from virtualrobot_kernel.motion.rotation import rotation_vector
 from virtualrobot_kernel.planning.jacobian import Point, solve_jacobian
 from virtualrobot_kernel.planning.robots import standing_at
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Node
+from virtualrobot_sdk.poses import rotation_vector
 
 from tests.unit.planning.robots import standing
 

@@ -22,9 +22,10 @@ from virtualrobot_kernel.planning.program import (
 )
 from virtualrobot_kernel.planning.wishes import Linear, PointToPoint, ToolStateMove
 from virtualrobot_kernel.world.affected_robots import affected_robots
-from virtualrobot_kernel.world.change import Change, inverse
+from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import CreateSignal, RemoveSignal, StartMotion
 from virtualrobot_kernel.world.state import CancelCause, Signal
+from virtualrobot_sdk.poses import inverse
 
 from tests.unit.planning.cell import READY, cell, chain, pictured, tcp
 from tests.unit.world.builders import after, shifted, ticked

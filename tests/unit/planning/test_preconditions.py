@@ -11,7 +11,7 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning.jog import CartesianJog
 from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.planning.wishes import Linear, Move, PointToPoint, ToolStateMove
-from virtualrobot_kernel.world.change import Change, inverse
+from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import (
     AttachNode,
     Command,
@@ -26,6 +26,7 @@ from virtualrobot_kernel.world.commands import (
 )
 from virtualrobot_kernel.world.state import Signal
 from virtualrobot_kernel.world.structure import Actuator, Kind, LinkData, NodeSpec, RobotData, ToolData
+from virtualrobot_sdk.poses import inverse
 
 from tests.unit.planning.cell import cell, chain, pictured, tcp
 from tests.unit.planning.wishes import plan_motion

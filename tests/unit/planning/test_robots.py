@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 from virtualrobot_kernel.planning.robots import arm_of, tip_of, world_poses
-from virtualrobot_kernel.world.change import inverse
 from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_sdk.poses import inverse
 
 from tests.unit.world.builders import after, arm, empty
 

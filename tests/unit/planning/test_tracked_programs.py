@@ -14,10 +14,11 @@ from virtualrobot_kernel.planning.plan_program import plan_wish
 from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.planning.program import DwellWish, MotionWish, MoveStepWish, TrackingWish, WaitSignalWish, Zone
 from virtualrobot_kernel.planning.robots import tcp_frame
-from virtualrobot_kernel.world.change import Change, inverse
+from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import Command, CreateNodes, CreateSignal, SetJointPositions, SetSignal
 from virtualrobot_kernel.world.state import Motion, Signal
 from virtualrobot_kernel.world.structure import Joint, JointType, Kind, NodeSpec, RobotData
+from virtualrobot_sdk.poses import inverse
 
 from tests.unit.formats.models import ROBOTS, load
 from tests.unit.planning.cell import TICK, chain, pictured

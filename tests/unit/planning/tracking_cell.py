@@ -8,7 +8,6 @@ from functools import cache
 import numpy as np
 from scipy.spatial.transform import Rotation
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.motion.rotation import rotation_matrix
 from virtualrobot_kernel.motion.tracking_motion import TrackingMotion
 from virtualrobot_kernel.planning.moves import moved_arms
 from virtualrobot_kernel.planning.planned_move import PoseGoal
@@ -16,11 +15,12 @@ from virtualrobot_kernel.planning.program import TrackingWish
 from virtualrobot_kernel.planning.robots import arm_of, tcp_frame, world_poses
 from virtualrobot_kernel.planning.tracking import tracked
 from virtualrobot_kernel.planning.wishes import Linear, PointToPoint
-from virtualrobot_kernel.world.change import Change, inverse
+from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import Command, CreateNodes, SetJointPositions, StartMotion
 from virtualrobot_kernel.world.state import Motion
 from virtualrobot_kernel.world.structure import Joint, JointLimits, JointType, Kind, NodeSpec, RobotData
 from virtualrobot_kernel.world.tick import advance
+from virtualrobot_sdk.poses import inverse, rotation_matrix
 
 from tests.unit.formats.models import ROBOTS, load
 from tests.unit.numeric.urdf_arrays import MODELS

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from virtualrobot_kernel.motion.rotation import rotation_matrix
 from virtualrobot_kernel.sensing.imu import EARTH_FIELD
 from virtualrobot_kernel.sensing.motion_content import ImuContent
 from virtualrobot_kernel.sensing.motion_reader import MotionReader
@@ -14,6 +13,7 @@ from virtualrobot_kernel.sensing.reading import Moment
 from virtualrobot_kernel.world.commands import CreateNodes, SetJointPositions
 from virtualrobot_kernel.world.sensing import Imu, MotionSensor, NoiseModel
 from virtualrobot_kernel.world.structure import Kind, NodeSpec
+from virtualrobot_sdk.poses import rotation_matrix
 
 from tests.unit.sensing.moments import Way, moment_at, snapshot_at
 from tests.unit.world.builders import TICK, Change, after, arm, empty, random_pose, shifted

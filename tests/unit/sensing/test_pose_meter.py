@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from virtualrobot_kernel.motion.rotation import rotation_matrix, rotation_vector
 from virtualrobot_kernel.sensing.motion_content import PoseContent
 from virtualrobot_kernel.sensing.motion_reader import MotionReader
 from virtualrobot_kernel.world.commands import CreateNodes
 from virtualrobot_kernel.world.sensing import MotionSensor, NoiseModel, PoseSensor
 from virtualrobot_kernel.world.structure import Kind, NodeSpec
+from virtualrobot_sdk.poses import rotation_matrix, rotation_vector
 
 from tests.unit.sensing.moments import moment_at, snapshot_at
 from tests.unit.sensing.test_noise import assert_mean_and_deviation

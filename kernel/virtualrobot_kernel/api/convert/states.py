@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from virtualrobot.v1 import geometry_pb2, kernel_pb2, motion_pb2, robot_pb2
+from virtualrobot_sdk.poses import quaternion
 
-from virtualrobot_kernel.messages.values import pose_message, quaternion, vector_message
+from virtualrobot_kernel.messages.values import pose_message, vector_message
 from virtualrobot_kernel.motion.running_motion import Phase
 from virtualrobot_kernel.planning.robots import tcp_frame
 from virtualrobot_kernel.world.actuators import actuator_positions

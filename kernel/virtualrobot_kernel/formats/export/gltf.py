@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot_sdk.poses import quaternion
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.formats.export.gltf_meshes import MeshTable
@@ -19,7 +20,6 @@ from virtualrobot_kernel.formats.glb import container
 from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.version import VERSION
 from virtualrobot_kernel.world.figures import Label, Lines, Mesh, Points
-from virtualrobot_kernel.world.rotation import quaternion
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Node
 from virtualrobot_kernel.world.visibility import inherited_visibility

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.errors import ArgumentError
+from virtualrobot_sdk.poses import from_quaternion, from_roll_pitch_yaw, quaternion
 
 from virtualrobot_plugins.importers.refusal import refusal, short_name
 from virtualrobot_plugins.importers.xml import Element, children, line_of, local_name
@@ -143,65 +144,10 @@ def pose_matrix(place: Place, element: Element | None) -> Matrix:
     else:
         values = words(place, element, 6)
         angles = np.radians(values[3:]) if element.get("degrees", "").lower() in ("true", "1") else values[3:]
-        rotation = from_roll_pitch_yaw(angles)
+        rotation = from_roll_pitch_yaw(*angles)
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = rotation, values[:3]
     return matrix
-
-
-def from_roll_pitch_yaw(angles: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return Rz(yaw) Ry(pitch) Rx(roll) as (3, 3)."""
-    (cr, cp, cy), (sr, sp, sy) = np.cos(angles), np.sin(angles)
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
-
-
-def from_quaternion(quaternion: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the rotation (3, 3) of a unit quaternion x, y, z, w."""
-    x, y, z, w = quaternion
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-
-
-def to_quaternion(rotation: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the unit quaternion x, y, z, w of a rotation (3, 3).
-
-    S. W. Shepperd, "Quaternion from rotation matrix", Journal of Guidance and Control 1 (1978) 223-224.
-    """
-    trace = float(np.trace(rotation))
-    squares = np.array([*(1.0 - trace + 2.0 * np.diag(rotation)), 1.0 + trace]) / 4.0
-    first = int(np.argmax(squares))
-    m = rotation
-    products = np.array(
-        [
-            [0.0, m[0, 1] + m[1, 0], m[0, 2] + m[2, 0], m[2, 1] - m[1, 2]],
-            [m[0, 1] + m[1, 0], 0.0, m[1, 2] + m[2, 1], m[0, 2] - m[2, 0]],
-            [m[0, 2] + m[2, 0], m[1, 2] + m[2, 1], 0.0, m[1, 0] - m[0, 1]],
-            [m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1], 0.0],
-        ]
-    )
-    largest = math.sqrt(max(float(squares[first]), 0.0))
-    quaternion = products[first] / (4.0 * largest)
-    quaternion[first] = largest
-    return quaternion / np.linalg.norm(quaternion)
-
-
-def inverse(matrix: Matrix) -> Matrix:
-    """Return the inverse of a rigid transform."""
-    result = np.eye(4)
-    result[:3, :3] = matrix[:3, :3].T
-    result[:3, 3] = -matrix[:3, :3].T @ matrix[:3, 3]
-    return result
 
 
 def pose_message(matrix: Matrix) -> dict[str, Any]:
@@ -210,7 +156,7 @@ def pose_message(matrix: Matrix) -> dict[str, Any]:
     if matrix[:3, 3].any():
         message["position"] = vector_message(matrix[:3, 3])
     if not np.array_equal(matrix[:3, :3], np.eye(3)):
-        message["orientation"] = dict(zip("xyzw", to_quaternion(matrix[:3, :3]).tolist(), strict=True))
+        message["orientation"] = dict(zip("xyzw", quaternion(matrix[:3, :3]), strict=True))
     return message
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from virtualrobot_sdk.poses import inverse
 
-from virtualrobot_plugins.importers.sdf.elements import Matrix, Notes, inverse, pose_message
+from virtualrobot_plugins.importers.sdf.elements import Matrix, Notes, pose_message
 from virtualrobot_plugins.importers.sdf.figures import inertial_of, link_figures
 from virtualrobot_plugins.importers.sdf.joints import WORLD, JointSpec, read_joint
 from virtualrobot_plugins.importers.sdf.scopes import LinkElement, Scope

@@ -6,8 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
+from virtualrobot_sdk.poses import inverse
 
-from virtualrobot_plugins.importers.sdf.elements import Matrix, Place, inverse
+from virtualrobot_plugins.importers.sdf.elements import Matrix, Place
 from virtualrobot_plugins.importers.xml import Element
 
 MODEL_FRAME = "__model__"

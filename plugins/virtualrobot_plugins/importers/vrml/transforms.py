@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from virtualrobot_sdk.kinematics import REVOLUTE
-from virtualrobot_sdk.reference import joint_motion
+from virtualrobot_sdk.poses import rotation_matrix
 
 from virtualrobot_plugins.importers.vrml.fields import Bound
 
@@ -15,7 +14,7 @@ def rotation(axis_angle: NDArray[np.float64]) -> NDArray[np.float64]:
     length = float(np.linalg.norm(axis_angle[:3]))
     if length == 0.0:
         return np.eye(3)
-    return joint_motion(REVOLUTE, axis_angle[:3] / length, np.asarray(axis_angle[3]))[:3, :3]
+    return rotation_matrix(axis_angle[3] / length * axis_angle[:3])
 
 
 def transform_matrix(node: Bound) -> NDArray[np.float64]:

@@ -12,9 +12,9 @@ from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.export.model import export_model
 from virtualrobot_kernel.formats.export.urdf import roll_pitch_yaw
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
-from virtualrobot_kernel.formats.urdf_elements import rotation_from_rpy
 from virtualrobot_kernel.world.figures import Box, Capsule, Cone, Cylinder, Figure, Material, Mesh, Sphere
 from virtualrobot_kernel.world.structure import Inertial, Joint, JointLimits, JointType, LinkData, Mimic, NodeSpec
+from virtualrobot_sdk.poses import from_roll_pitch_yaw
 
 from tests.unit.formats.export.robots import link, link_data, links_of, made, shapes, turned
 from tests.unit.formats.export.worlds import drawn, read_back, snapshot_of, written
@@ -168,7 +168,7 @@ def test_roll_pitch_yaw_give_the_rotation_back_at_every_pitch(off: float, rng: n
     """R = Rz(yaw) Ry(pitch) Rx(roll); at a quarter turn of pitch the plain formulas lose half of the digits."""
     for side in (-1.0, 1.0):
         for roll, yaw in rng.uniform(-np.pi, np.pi, (50, 2)):
-            rotation = rotation_from_rpy(roll, side * (0.5 * np.pi - off), yaw)
+            rotation = from_roll_pitch_yaw(roll, side * (0.5 * np.pi - off), yaw)
             again = Rotation.from_euler("xyz", roll_pitch_yaw(rotation)).as_matrix()
             assert np.abs(again - rotation).max() < 1e-14
 
