@@ -7,9 +7,10 @@ from itertools import pairwise
 import grpc
 import numpy as np
 import pytest
+from virtualrobot.signal_values import condition, value_message
 from virtualrobot.v1 import kernel_pb2, motion_pb2, scene_pb2, signal_pb2
 
-from tests.api.asking import IIWA, PANDA, apply, joints, load, refusal
+from tests.api.asking import IIWA, PANDA, apply, joints, load, refusal, set_signals
 from tests.api.conftest import Stubs
 from tests.api.moving import CANCELLED, PAUSED, READY, RUNNING, SUCCEEDED, TICK, finished, linear, motion
 from tests.api.reading import matrix, state, step
@@ -24,7 +25,7 @@ def signals(stubs: Stubs, *names: str) -> None:
 
 
 def turn_on(stubs: Stubs, name: str, value: bool = True) -> None:
-    stubs.signal.SetSignals(signal_pb2.SetSignalsRequest(values={name: value}))
+    set_signals(stubs, {name: value})
 
 
 def move(*moves: motion_pb2.Move, **zone: float) -> motion_pb2.ProgramStep:
@@ -32,12 +33,12 @@ def move(*moves: motion_pb2.Move, **zone: float) -> motion_pb2.ProgramStep:
 
 
 def put(signal: str, value: bool = True) -> motion_pb2.ProgramStep:
-    return motion_pb2.ProgramStep(set_signal=motion_pb2.SetSignalStep(signal=signal, value=value))
+    return motion_pb2.ProgramStep(set_signal=motion_pb2.SetSignalStep(signal=signal, value=value_message(value)))
 
 
 def wait(signal: str, timeout: float = 0.0) -> motion_pb2.ProgramStep:
-    condition = motion_pb2.SignalCondition(signal=signal, value=True)
-    return motion_pb2.ProgramStep(wait_signal=motion_pb2.WaitSignalStep(condition=condition, timeout_seconds=timeout))
+    step = motion_pb2.WaitSignalStep(condition=condition(signal, True), timeout_seconds=timeout)
+    return motion_pb2.ProgramStep(wait_signal=step)
 
 
 def dwell(seconds: float) -> motion_pb2.ProgramStep:
@@ -196,7 +197,7 @@ def test_a_search_finds_and_does_not_find(stepped: Stubs) -> None:
     at = ready(stepped)
     signals(stepped, "touch")
     down = linear("arm", shifted(at, z=-0.1))
-    down.linear.until.signal, down.linear.until.value = "touch", True
+    down.linear.until.CopyFrom(condition("touch", True))
     request = motion_pb2.StartMotionRequest(moves=[down], on_disconnect=motion_pb2.DISCONNECT_POLICY_CONTINUE)
     ask = stepped.motion.StartMotion(request).motion
     assert not ask.HasField("search")

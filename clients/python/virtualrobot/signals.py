@@ -156,6 +156,6 @@ def _holds(name: str, value: SignalValue, comparison: str, other: SignalValue) -
     alike = ordered or type(value) is type(other)
     if not alike or (comparison not in ("==", "!=") and not ordered):
         raise InvalidArgumentError(
-            f"the signal {name!r} has the value {value!r}; {comparison} {other!r} can't be asked"
+            f"the signal {name!r} is {value!r}, which {comparison!r} cannot compare with {other!r}"
         )
     return bool(_COMPARED[comparison](value, other))

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from virtualrobot.v1 import signal_pb2
+from virtualrobot.v1 import motion_pb2, signal_pb2
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.messages.values import check_enum
-from virtualrobot_kernel.motion.signals import SignalValue
+from virtualrobot_kernel.motion.signals import Comparison, Condition, SignalValue
 from virtualrobot_kernel.world.commands import CreateSignal
 from virtualrobot_kernel.world.state import Signal, SignalDirection
 from virtualrobot_kernel.world.structure import Structure
@@ -14,6 +14,10 @@ from virtualrobot_kernel.world.structure import Structure
 DIRECTIONS = {
     signal_pb2.SIGNAL_DIRECTION_UNSPECIFIED: SignalDirection.INTERNAL,
     **{getattr(signal_pb2, f"SIGNAL_DIRECTION_{one.name}"): one for one in SignalDirection},
+}
+COMPARISONS = {
+    motion_pb2.COMPARISON_UNSPECIFIED: Comparison.EQUAL,
+    **{getattr(motion_pb2, f"COMPARISON_{one.name}"): one for one in Comparison},
 }
 NUMBERS = {direction: number for number, direction in DIRECTIONS.items()}
 
@@ -35,6 +39,20 @@ def value_of(message: signal_pb2.SignalValue, what: str) -> SignalValue:
     if kind == "group":
         return tuple(message.group.values)
     return getattr(message, kind)
+
+
+def condition_of(message: motion_pb2.SignalCondition, what: str) -> Condition:
+    """Return the condition that a message tells; raise KernelError, which names the field, for what is absent."""
+    check_enum(message, "comparison")
+    signal = named_signal(message.signal, what)
+    return Condition(signal, value_of(message.value, f"{what}.value"), COMPARISONS[message.comparison])
+
+
+def named_signal(signal: str, what: str) -> str:
+    """Return the name of a signal; raise KernelError, which names the field, when it is empty."""
+    if not signal:
+        raise KernelError(f"{what}.signal is empty: which signal?", field=f"{what}.signal")
+    return signal
 
 
 def value_message(value: SignalValue) -> signal_pb2.SignalValue:

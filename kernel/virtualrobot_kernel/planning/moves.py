@@ -44,6 +44,7 @@ from virtualrobot_kernel.planning.wishes import (
 )
 from virtualrobot_kernel.world.actuators import joint_positions
 from virtualrobot_kernel.world.apply_robots import tool_state
+from virtualrobot_kernel.world.apply_signals import check_condition
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.groups import WHOLE
 from virtualrobot_kernel.world.groups import joints_of as group_joints
@@ -63,8 +64,7 @@ def search_of(snapshot: Snapshot, moves: Sequence[Move]) -> Linear | None:
         )
     for search in searches:
         assert search.until
-        if search.until[0] not in snapshot.state.signals:
-            raise UnknownNameError("signal", search.until[0], snapshot.state.signals)
+        check_condition(snapshot.state, search.until)
     return searches[0] if searches else None
 
 

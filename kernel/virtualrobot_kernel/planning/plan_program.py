@@ -13,9 +13,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from virtualrobot_kernel.errors import KernelError, UnknownNameError
+from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.motion.program import Program, Stage, Wait, of_plan
+from virtualrobot_kernel.motion.signals import SignalValue
 from virtualrobot_kernel.planning.blending import PlannedRun, arrived, plan_run, run_together
 from virtualrobot_kernel.planning.moves import moved_arms, plan_moves, preconditions_by, search_of
 from virtualrobot_kernel.planning.notes import Note, NoteKind
@@ -31,6 +32,7 @@ from virtualrobot_kernel.planning.program import (
 from virtualrobot_kernel.planning.robots import SolverOf, world_poses
 from virtualrobot_kernel.planning.tracking import tracked
 from virtualrobot_kernel.planning.wishes import Move
+from virtualrobot_kernel.world.apply_signals import check_condition, checked, named
 from virtualrobot_kernel.world.change import single_joint
 from virtualrobot_kernel.world.commands import StartMotion
 from virtualrobot_kernel.world.measured import as_commanded
@@ -43,7 +45,7 @@ GivenUp = Callable[[], bool]
 Column = tuple[str, str]
 """Robot and joint."""
 
-Marks = tuple[tuple[float, str, bool], ...]
+Marks = tuple[tuple[float, str, SignalValue], ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -136,11 +138,12 @@ def _check(snapshot: Snapshot, steps: Sequence[StepWish]) -> None:
     """Raise KernelError, which names the step, for what needs no planning to be seen as wrong."""
     if len(steps) > MAX_STEPS:
         raise KernelError(f"a program has at most {MAX_STEPS} steps, not {len(steps)}", steps=len(steps))
-    signals = snapshot.state.signals
     for place, step in enumerate(steps):
         with _at(place):
-            if isinstance(step, SetSignalWish | WaitSignalWish) and step.signal not in signals:
-                raise UnknownNameError("signal", step.signal, signals)
+            if isinstance(step, SetSignalWish):
+                checked(named(snapshot.state, step.signal), step.value)
+            if isinstance(step, WaitSignalWish):
+                check_condition(snapshot.state, step.condition)
             if isinstance(step, MoveStepWish):
                 if step.searches and place < len(steps) - 1:
                     raise KernelError(f"a program may search in its last step only, which is step {len(steps) - 1}")
@@ -179,7 +182,7 @@ def _move_step(steps: Sequence[StepWish], place: int) -> MoveStepWish:
 
 def _part(run: PlannedRun, steps: Sequence[StepWish], members: Sequence[int]) -> _Part:
     """Return a run with the signals that are set where one of its steps begins: in the zone's middle, or at rest."""
-    marks: list[tuple[float, str, bool]] = []
+    marks: list[tuple[float, str, SignalValue]] = []
     for time, number in run.steps:
         place = bisect_left(members, number)
         before = members[place - 1] if place else number
@@ -195,7 +198,7 @@ def _standing(step: StepWish, place: int) -> _Part:
     if isinstance(step, SetSignalWish):
         return _Part(here, marks=((0.0, step.signal, step.value),))
     if isinstance(step, WaitSignalWish):
-        return _Part(here, wait=Wait(step.timeout, step.signal, step.value))
+        return _Part(here, wait=Wait(step.timeout, step.condition))
     assert isinstance(step, DwellWish)
     return _Part(here, wait=Wait(step.seconds))
 

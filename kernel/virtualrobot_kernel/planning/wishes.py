@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.circle import Center, Via
+from virtualrobot_kernel.motion.signals import Condition
 from virtualrobot_kernel.planning.jog import CartesianJog, JointJog
 from virtualrobot_kernel.planning.planned_move import (
     PoseGoal,
@@ -43,7 +44,7 @@ class PointToPoint:
 class Linear:
     """A straight line of the tool centre point; 0 stands for the default speed (m/s) and acceleration (m/s^2).
 
-    until: the signal and the value with which it ends before its goal, a search.
+    until: the condition with which it ends before its goal, a search.
     """
 
     robot: str
@@ -52,7 +53,7 @@ class Linear:
     max_velocity: float = 0.0
     max_acceleration: float = 0.0
     redundancy: Redundancy = FREE
-    until: tuple[str, bool] | None = None
+    until: Condition | None = None
     time_law: TimeLaw = TimeLaw.JERK_LIMITED
     group: Group = WHOLE
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import replace
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
@@ -99,24 +98,24 @@ def checked(signal: Signal, value: SignalValue) -> SignalValue:
     return value
 
 
+def check_condition(state: State, condition: Condition) -> None:
+    """Raise KernelError when a condition is about an unknown signal, or compares one with what its type hasn't."""
+    signal = named(state, condition.signal)
+    checked(signal, condition.value)
+    if condition.comparison in ORDERED and type(signal.value) not in (int, float):
+        raise KernelError(
+            f"the signal {signal.name!r} is a {type_of(signal.value)}, which {condition.comparison.value!r} cannot "
+            "compare; ask whether it is equal or not",
+            signal=signal.name,
+            comparison=condition.comparison.name,
+        )
+
+
 def check_program(state: State, program: Program) -> None:
-    """Raise KernelError when a program names a signal that is unknown, or whose type its values have not."""
-    for name in program.signals:
-        named(state, name)
+    """Raise KernelError when a program names a signal that is unknown, or gives or asks what its type hasn't."""
     for stage in program.stages:
         for _, name, value in stage.marks:
-            checked(state.signals[name], value)
-        for condition in _conditions(stage.until, stage.wait and stage.wait.condition):
-            signal = state.signals[condition.signal]
-            checked(signal, condition.value)
-            if condition.comparison in ORDERED and type(signal.value) not in (int, float):
-                raise KernelError(
-                    f"the signal {signal.name!r} is a {type_of(signal.value)}, which {condition.comparison.value!r} "
-                    "cannot compare; ask whether it is equal or not",
-                    signal=signal.name,
-                    comparison=condition.comparison.name,
-                )
-
-
-def _conditions(*found: Condition | None) -> Iterable[Condition]:
-    return (one for one in found if one is not None)
+            checked(named(state, name), value)
+        for condition in (stage.until, stage.wait and stage.wait.condition):
+            if condition is not None:
+                check_condition(state, condition)

@@ -29,7 +29,7 @@ _DEFAULTS = {"boolean": "off", "integer": "0", "number": "0", "text": "", "group
 @click.argument("name", required=False)
 @click.argument("value", required=False)
 @click.option("--create", is_flag=True, help="Add the signal.")
-@click.option("--type", "kind", type=click.Choice(list(_DEFAULTS)), help="With --create: its type; boolean by default.")
+@click.option("--type", "kind", type=click.Choice(list(_DEFAULTS)), help="With --create: its type, else boolean.")
 @click.option("--unit", default="", help="With --create: the unit of a number.")
 @click.option(
     "--direction", type=click.Choice(["input", "output", "internal"]), help="With --create: which way it goes."
@@ -111,6 +111,5 @@ def _parsed(kind: str, text: str) -> SignalValue:
         return {"integer": int, "number": float, "text": str}[kind](text)
     except (KeyError, ValueError) as error:
         meant = {"boolean": "on or off", "group": "a 0 or 1 for each boolean", "integer": "a whole number"}
-        raise click.UsageError(
-            f"the value of a signal of type {kind} is {meant.get(kind, 'a number')}, not {text!r}"
-        ) from error
+        what = meant.get(kind, "a number")
+        raise click.UsageError(f"the value of a signal of type {kind} is {what}, not {text!r}") from error

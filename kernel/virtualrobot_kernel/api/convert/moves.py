@@ -11,6 +11,7 @@ from virtualrobot_kernel.api.convert.jogs import cartesian_jog, joint_jog
 from virtualrobot_kernel.api.convert.redundancy import wished_redundancy
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.messages.robots import group_selection
+from virtualrobot_kernel.messages.signals import condition_of
 from virtualrobot_kernel.messages.values import array, by_name, check_enum, finite, pose, vector
 from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.circle import Center, Via
@@ -78,9 +79,7 @@ def _move(message: motion_pb2.Move, what: str) -> Move:
         goal = _path_goal(linear.goal, f"{what}.linear.goal")
         until = None
         if linear.HasField("until"):
-            if not linear.until.signal:
-                raise KernelError(f"{what}.linear.until.signal is empty: which signal?", field=f"{what}.linear.until")
-            until = linear.until.signal, linear.until.value
+            until = condition_of(linear.until, f"{what}.linear.until")
         return Linear(message.robot, goal, factor, *_rates(linear, f"{what}.linear"), until=until)
     if kind == "circular":
         return _circular(message.robot, message.circular, factor, f"{what}.circular")
