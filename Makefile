@@ -2,6 +2,7 @@
 # make test   sets up and checks everything: lint and tests
 # make bench  sets up and measures against the named peers -> benchmarks/RESULTS.md
 # make stubs  writes the Python stubs and the reference after a change of the contract
+# make image   accepts a break of the contract: writes the image that make test compares it with
 # make picture  takes the pictures of the docs, the README's of the running demo among them
 # make profiles  draws the pictures of each kind of motion, as the kernel plans it, and those of the sensor models
 # make constraints  writes constraints.txt with today's versions
@@ -17,9 +18,11 @@ VENV := .venv
 BIN := $(VENV)/bin
 INSTALL := $(BIN)/python -m pip install -qq --disable-pip-version-check
 NODE_BIN := node_modules/.bin
+# The contract that clients are promised.
+IMAGE := proto/image.binpb
 
 MAKEFLAGS += --no-print-directory
-.PHONY: run test pytest bench lint ruff pyright buf stubs constraints picture profiles clean
+.PHONY: run test pytest bench lint ruff pyright buf image stubs constraints picture profiles clean
 .DELETE_ON_ERROR:
 
 run: $(VENV)/installed-kernel
@@ -50,6 +53,11 @@ pyright: $(VENV)/installed-dev node_modules/.package-lock.json
 buf: node_modules/.package-lock.json
 	@echo "buf lint ..."
 	@$(NODE_BIN)/buf lint
+	@echo "buf breaking ..."
+	@$(NODE_BIN)/buf breaking --against $(IMAGE) || { echo "the contract breaks clients: mend it, or add a line to CHANGELOG.md and run: make image"; exit 1; }
+
+image: node_modules/.package-lock.json
+	@$(NODE_BIN)/buf build --exclude-source-info -o $(IMAGE)
 
 stubs: $(VENV)/bin/python
 	@$(BIN)/python tools/generate_stubs.py

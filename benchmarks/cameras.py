@@ -14,8 +14,8 @@ from collections.abc import Iterator
 import numpy as np
 import pybullet
 from PIL import Image
+from virtualrobot_kernel.sensing.appearance import AppearanceLibrary
 from virtualrobot_kernel.sensing.camera_reader import CameraReader
-from virtualrobot_kernel.sensing.looks import LookLibrary
 from virtualrobot_kernel.sensing.reading import Moment
 from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.commands import CreateNodes
@@ -76,7 +76,7 @@ def pictures(cell: RayCell, kinds: tuple[ImageKind, ...], texture: bytes | None 
         world.do(CreateNodes((light,)))
     worlds = snapshots(world, cell, ROUNDS + WARM)
     node = world.snapshot.structure.node("sensor")
-    reader = CameraReader(node, ShapeLibrary(world.meshes), LookLibrary(world.meshes))
+    reader = CameraReader(node, ShapeLibrary(world.meshes), AppearanceLibrary(world.meshes))
     return lambda number: reader.read(Moment(worlds[number], (), number + 1, np.random.default_rng(number)))
 
 

@@ -6,7 +6,7 @@ import time
 
 import grpc
 import numpy as np
-from virtualrobot.v1 import collision_pb2, collision_pb2_grpc, kernel_pb2, kernel_pb2_grpc
+from virtualrobot.v1 import collision_pb2, collision_pb2_grpc, kernel_pb2, kernel_pb2_grpc, scene_pb2, scene_pb2_grpc
 
 from benchmarks.processes import echo, kernel
 from benchmarks.rows import Row, row
@@ -25,14 +25,15 @@ def run() -> list[Row]:
         busy(address)
         with grpc.insecure_channel(address) as channel:
             collisions = collision_pb2_grpc.CollisionServiceStub(channel)
+            scene = scene_pb2_grpc.SceneServiceStub(channel)
             clock = kernel_pb2_grpc.KernelServiceStub(channel)
             for _ in range(ROUNDS):
-                set_mode(collisions, collision_pb2.COLLISION_MODE_STOP)
+                set_mode(scene, collision_pb2.COLLISION_MODE_STOP)
                 before, start = told(collisions), time.perf_counter()
                 times["on"].append(latencies(unary(address)))
                 after, seconds = told(collisions), time.perf_counter() - start
                 factor = clock.GetClock(kernel_pb2.GetClockRequest()).clock.real_time_factor
-                set_mode(collisions, collision_pb2.COLLISION_MODE_OFF)
+                set_mode(scene, collision_pb2.COLLISION_MODE_OFF)
                 times["off"].append(latencies(unary(address)))
                 times["echo"].append(latencies(echoed(echo_address)))
                 checks = after.checks - before.checks
@@ -48,9 +49,10 @@ def run() -> list[Row]:
     return rows
 
 
-def set_mode(collisions: collision_pb2_grpc.CollisionServiceStub, mode: collision_pb2.CollisionMode) -> None:
+def set_mode(scene: scene_pb2_grpc.SceneServiceStub, mode: collision_pb2.CollisionMode) -> None:
     """Say what is done about collisions."""
-    collisions.SetCollisionSettings(collision_pb2.SetCollisionSettingsRequest(mode=mode))
+    command = scene_pb2.Command(set_collision_settings=collision_pb2.SetCollisionSettings(mode=mode))
+    scene.Apply(scene_pb2.ApplyRequest(commands=[command]))
 
 
 def told(collisions: collision_pb2_grpc.CollisionServiceStub) -> collision_pb2.WatchCollisionsResponse:

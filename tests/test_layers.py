@@ -41,7 +41,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "collision": ("motion", "numeric", "planning", "shapes", "world"),
     "paths": ("collision", "motion", "planning", "world"),
     "sensing": ("collision", "components", "numeric", "planning", "shapes", "world"),
-    "drawing": ("collision", "formats", "numeric", "planning", "sensing", "shapes", "world"),
+    "drawing": ("collision", "numeric", "planning", "sensing", "shapes", "world"),
     "api": (
         *("collision", "components", "drawing", "formats", "inputs", "messages", "motion", "paths", "planning"),
         *("scenes", "sensing", "world"),
@@ -89,7 +89,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # The resolver is path logic that both ends share.
     f"{KERNEL}/formats": room(
         *("formats", "virtualrobot_sdk", "virtualrobot.resolver", *CONTRACT),
-        *("trimesh", "lxml", "ruamel", "collada", "PIL"),
+        *("trimesh", "lxml", "yaml", "collada", "PIL"),
     ),
     f"{KERNEL}/scenes": room("scenes", "virtualrobot.resolver", "virtualrobot.v1"),
     # FCL holds the interpreter's lock: whoever asks it goes through the bounded calls of this room.
@@ -129,7 +129,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{PLUGINS}/ray_casters/bullet.py": ("virtualrobot_sdk", "numpy", "pybullet"),
     f"{PLUGINS}/importers": (
         *("virtualrobot_plugins.importers", "virtualrobot_sdk", "numpy"),
-        *("cascadio", "ezdxf", "lxml", "msgspec", "PIL", "ruamel", "trimesh", "xacro", "yaml"),
+        *("cascadio", "ezdxf", "lxml", "msgspec", "PIL", "trimesh", "xacro", "yaml"),
     ),
 }
 
@@ -241,7 +241,7 @@ def test_every_rule_is_about_something() -> None:
         (f"{KERNEL}/anew/room.py", "import pybullet", "pybullet"),
         (f"{KERNEL}/formats/urdf_sensors.py", "from ..api import rooms", "virtualrobot_kernel.api.rooms"),
         (f"{KERNEL}/sensing/picture.py", "from ..drawing import view", "virtualrobot_kernel.drawing.view"),
-        (f"{KERNEL}/collision/site.py", "from ..sensing import looks", "virtualrobot_kernel.sensing.looks"),
+        (f"{KERNEL}/collision/site.py", "from ..sensing import appearance", "virtualrobot_kernel.sensing.appearance"),
         (f"{KERNEL}/motion/follow.py", "from ..numeric import forest", "virtualrobot_kernel.numeric.forest"),
     ],
 )

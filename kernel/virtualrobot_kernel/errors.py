@@ -43,6 +43,7 @@ class Reason(Enum):
     LEASED = "LEASED"
     LEASE_ENDED = "LEASE_ENDED"
     COLLISION = "COLLISION"
+    PLAN_OUTDATED = "PLAN_OUTDATED"
 
 
 class KernelError(Exception):

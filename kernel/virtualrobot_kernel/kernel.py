@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 from virtualrobot_sdk.worker import close_all
 
 from virtualrobot_kernel.api.convert.presets import presets
+from virtualrobot_kernel.api.keyed_limiter import KeyedLimiter
 from virtualrobot_kernel.api.lease_table import LeaseTable
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.api.server import Address, Server
-from virtualrobot_kernel.api.turns import Turns
 from virtualrobot_kernel.collision.clearances import measured
 from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.guard import CollisionGuard
@@ -27,7 +27,7 @@ from virtualrobot_kernel.collision.processes import Processes
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.importing import Importers
 from virtualrobot_kernel.drawing.additions import with_arrows
-from virtualrobot_kernel.drawing.studio import Studio
+from virtualrobot_kernel.drawing.renderer_pool import RendererPool
 from virtualrobot_kernel.drawing.view import ViewStore
 from virtualrobot_kernel.errors import MissingFileError
 from virtualrobot_kernel.formats.assets import AssetStore
@@ -37,9 +37,9 @@ from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.planning.solvers import Solvers
 from virtualrobot_kernel.scenes.assets import files_of
 from virtualrobot_kernel.scenes.reading import read_scene
+from virtualrobot_kernel.sensing.appearance import AppearanceLibrary
 from virtualrobot_kernel.sensing.casting import Casters
 from virtualrobot_kernel.sensing.choices import check_choices
-from virtualrobot_kernel.sensing.looks import LookLibrary
 from virtualrobot_kernel.sensing.readers import SensingRoom
 from virtualrobot_kernel.sensing.sensors import Sensors
 from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
@@ -80,12 +80,12 @@ class Kernel:
         self._meshes = MeshLibrary(self._assets, self._importers)
         self._view = ViewStore()
         load = self._meshes.load
-        looks = LookLibrary(with_arrows(load))
+        looks = AppearanceLibrary(with_arrows(load))
         self._sensing = SensingRoom(catalog, ShapeLibrary(load), looks, CollisionShapes(load), presets())
         self._casters = Casters(self._sensing)
         self._collisions = ScenePool(self._sensing.solids)
         self._clearances = partial(measured, self._collisions)
-        self._studio = Studio(self._sensing.shapes, looks, load, self._clearances)
+        self._renderers = RendererPool(self._sensing.shapes, looks, load, self._clearances)
         self._processes = Processes(self._sensing.shapes)
         self._mailbox = Mailbox()
         clock = Clock(settings.mode, 1.0, settings.tick_nanoseconds)
@@ -94,7 +94,7 @@ class Kernel:
         self._sensors = Sensors(self.world, self._sensing)
         self._monitor = Monitor(self.world, self._sensing.solids)
         self._workers = ThreadPoolExecutor(WORKERS, thread_name_prefix="worker")
-        self._turns = Turns()
+        self._limiter = KeyedLimiter()
         self._server = Server(settings.address, self.world, self._rooms)
         self._shut_down = shut_down
 
@@ -148,8 +148,8 @@ class Kernel:
         self._monitor.close()
         self.world.close()
         self._workers.shutdown(wait=False, cancel_futures=True)
-        self._studio.close()
-        self._turns.close()
+        self._renderers.close()
+        self._limiter.close()
         self._solvers.close()
         self._importers.close()
         self._casters.close()
@@ -164,7 +164,7 @@ class Kernel:
             meshes=self._meshes,
             view=self._view,
             workers=self._workers,
-            turns=self._turns,
+            limiter=self._limiter,
             catalog=self._catalog,
             solvers=self._solvers,
             sensing=self._sensing,
@@ -174,7 +174,7 @@ class Kernel:
             processes=self._processes,
             monitor=self._monitor,
             guard=self._guard,
-            studio=self._studio,
+            renderers=self._renderers,
             importers=self._importers,
             leases=LeaseTable(),
             viewer_url=lambda: self._viewer.url if self._viewer else "",

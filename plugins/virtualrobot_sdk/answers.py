@@ -61,7 +61,7 @@ def checked_jacobian(value: object, chain: SerialChain) -> Floats:
 
 
 def checked_result(value: object, chain: SerialChain, options: InverseOptions) -> InverseResult:
-    """Return a copy of what `inverse` answered, its solutions (m, k) finite and within limits where asked for.
+    """Return a copy of what `inverse` answered, its solutions (m, k) finite, of the limits and configuration asked for.
 
     Raises ComponentFault when a field has a wrong type, or status, solutions and configurations do not fit together.
     """
@@ -97,6 +97,9 @@ def checked_result(value: object, chain: SerialChain, options: InverseOptions) -
     if not math.isfinite(sum(result.arm_angles)):
         raise nonsense(f"inverse returned the arm angles {list(result.arm_angles)}; they must be finite")
     _finite("inverse", solutions)
+    wanted = options.configuration
+    if wanted and (others := [name for name in result.configurations if not is_configuration(name, wanted)]):
+        raise nonsense(f"inverse returned the configuration {others[0]!r} where {wanted!r} was asked for")
     if options.respect_limits:
         outside = (solutions < chain.lower - _SLACK) | (solutions > chain.upper + _SLACK)
         if outside.any():
@@ -106,6 +109,11 @@ def checked_result(value: object, chain: SerialChain, options: InverseOptions) -
                 f"{chain.lower[column]:.6g} to {chain.upper[column]:.6g}"
             )
     return result
+
+
+def is_configuration(name: str, wanted: str) -> bool:
+    """Return whether a solution's configuration is the one that is wanted; more words may follow, as of full turns."""
+    return name == wanted or name.startswith(f"{wanted} ")
 
 
 def check_solution(reached: Floats, target: Floats, options: InverseOptions) -> None:

@@ -56,8 +56,10 @@ def _api_version(plugin: object, where: str) -> str:
         raise PluginError(f"{where!r} has no api_version: {right}")
     if not isinstance(version, str) or not re.fullmatch(r"\d+\.\d+", version):
         raise PluginError(f"its api_version is {version!r}: {right}")
-    if version.partition(".")[0] != API_VERSION.partition(".")[0]:
-        raise PluginError(f"it was written for API {version}; this kernel has {API_VERSION}")
+    (first, second), (our_first, our_second) = (map(int, text.split(".")) for text in (version, API_VERSION))
+    if first != our_first or second > our_second:
+        newer = "; install a newer virtualrobot" if (first, second) > (our_first, our_second) else ""
+        raise PluginError(f"it was written for API {version}; this kernel has {API_VERSION}{newer}")
     return version
 
 

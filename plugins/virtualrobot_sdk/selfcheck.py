@@ -1,14 +1,15 @@
 """Whether a kinematics component fits a robot: its answers against the robot's own tree, at random postures.
 
-Three laws: the tip is where the tree puts it; every solution of the inverse puts the tip at its target; the Jacobian is
-the derivative of the forward pass (by central differences).
+Four laws: the tip is where the tree puts it; every solution of the inverse puts the tip at its target; asked for by its
+configuration, a solution is of that configuration; the Jacobian is the derivative of the forward pass (by central
+differences).
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -126,6 +127,10 @@ def self_check(
         solved += len(result.solutions) > 0
         for solution in result.solutions:
             inverse = np.maximum(inverse, pose_distance(tip_of(solution), target))
+        for name in filter(None, result.configurations[:1]):
+            # Another configuration than the one asked for is nonsense; one that is not found counts as not solved.
+            named = replace(options, configuration=name)
+            solved -= not len(checked_result(kinematics.inverse(target, named), chain, named).solutions)
     return SelfCheck(
         postures,
         solved,

@@ -61,7 +61,7 @@ def test_streams_want_the_token_too(guarded: KernelProcess) -> None:
     ("method", "data"),
     [
         ("robot.SolveInverse", b"\xff" * 40),
-        ("robot.SetKinematics", deep_settings(60)),
+        ("sensor.SetRangeComponents", deep_settings(60)),
         ("scene.WatchScene", b"\xff" * 40),
         ("motion.StreamSetpoints", b"\xff" * 40),
     ],

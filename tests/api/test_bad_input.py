@@ -80,6 +80,23 @@ def test_bad_scene_files(stepped: Stubs, text: str, line: int, said: str) -> Non
     assert (refused.metadata["file"], refused.metadata["line"]) == ("cell.yaml", str(line))
 
 
+def test_a_world_and_a_batch_have_limits(stepped: Stubs) -> None:
+    """What would hold up the kernel for seconds is refused before it is begun."""
+    nodes = "".join(f"- {{name: n{number}, object: {{}}}}\n" for number in range(20_000))  # and the world itself
+    scene = scene_pb2.LoadSceneRequest(text=f"schema_version: 1\nnodes:\n{nodes}- {{name: last, object: {{}}}}\n")
+    many = [create(nodes_pb2.Node(name=f"n{number}", object=nodes_pb2.SceneObject())) for number in range(20_000)]
+    with unchanged(stepped):
+        for call, said in (
+            (lambda: stepped.scene.LoadScene(scene), "a world may have 20,000 nodes, not 20,001"),
+            (lambda: apply(stepped, *many), "a world may have 20,000 nodes, not 20,001"),
+            (lambda: apply(stepped, *many, scene_pb2.Command()), "a batch may have 20,000 commands, not 20,001"),
+        ):
+            refused = refusal(call)
+            assert (refused.code, refused.reason) == (grpc.StatusCode.RESOURCE_EXHAUSTED, "TOO_LARGE")
+            assert said in refused.message
+            assert refused.metadata["limit"] == "20000"
+
+
 def test_joints_outside_their_limits(stepped: Stubs) -> None:
     """The limits are those of the URDF: 2.09439510239 rad."""
     load(stepped, IIWA, "arm")

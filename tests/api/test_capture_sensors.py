@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from virtualrobot.v1 import geometry_pb2, kernel_pb2, nodes_pb2, sensing_pb2, sensor_pb2, view_pb2
+from virtualrobot.v1 import geometry_pb2, kernel_pb2, nodes_pb2, scene_pb2, sensing_pb2, sensor_pb2, view_pb2
 from virtualrobot_kernel.sensing.overlays import MISS_COLOR, turbo
 
 from tests.api.asking import apply, create
@@ -72,7 +72,7 @@ def test_points_and_rays_are_drawn_where_they_are_and_in_their_colours(scene: St
 
 def test_a_sensor_that_is_stopped_shows_nothing(scene: Stubs) -> None:
     show(scene, rays=True)
-    scene.sensor.StopSensor(sensor_pb2.StopSensorRequest(sensors=["lidar"]))
+    apply(scene, scene_pb2.Command(stop_sensors=sensor_pb2.StopSensors(sensors=["lidar"])))
     assert (colors(capture(scene), 0.5, 0.0) == BACKGROUND).all()
 
 

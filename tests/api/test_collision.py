@@ -30,14 +30,14 @@ def standing(robot: str = "arm", **positions: float) -> collision_pb2.RobotConfi
     return collision_pb2.RobotConfiguration(robot=robot, joint_positions=positions)
 
 
-def allow(stubs: Stubs, first: str, second: str, reason: str = "") -> collision_pb2.SetAllowedPairsResponse:
+def allow(stubs: Stubs, first: str, second: str, reason: str = "") -> scene_pb2.ApplyResponse:
     pair = nodes_pb2.NodePair(first=first, second=second, reason=reason)
-    return stubs.collision.SetAllowedPairs(collision_pb2.SetAllowedPairsRequest(allow=[pair]))
+    return apply(stubs, scene_pb2.Command(set_allowed_pairs=collision_pb2.SetAllowedPairs(allow=[pair])))
 
 
-def forbid(stubs: Stubs, first: str, second: str) -> collision_pb2.SetAllowedPairsResponse:
+def forbid(stubs: Stubs, first: str, second: str) -> scene_pb2.ApplyResponse:
     pair = nodes_pb2.NodePair(first=first, second=second)
-    return stubs.collision.SetAllowedPairs(collision_pb2.SetAllowedPairsRequest(forbid=[pair]))
+    return apply(stubs, scene_pb2.Command(set_allowed_pairs=collision_pb2.SetAllowedPairs(forbid=[pair])))
 
 
 def allowed(stubs: Stubs, *nodes: str) -> dict[tuple[str, str], tuple[int, str]]:
@@ -260,7 +260,7 @@ def test_what_makes_no_sense_is_refused_by_name(stubs: Stubs) -> None:
     assert "allow[0].second names no node" in refusal(lambda: allow(stubs, "arm", "")).message
     unknown = refusal(lambda: forbid(stubs, "arm", "arm.lbr_iiwa_link_0"))
     assert (unknown.reason, "no client has allowed" in unknown.message) == ("UNKNOWN_NAME", True)
-    empty = refusal(lambda: collision.SetAllowedPairs(collision_pb2.SetAllowedPairsRequest()))
+    empty = refusal(lambda: apply(stubs, scene_pb2.Command(set_allowed_pairs=collision_pb2.SetAllowedPairs())))
     assert "no pair" in empty.message
     many = collision_pb2.FindAllowedPairsRequest(robot="arm", samples=100_001)
     assert refusal(lambda: list(collision.FindAllowedPairs(many))).reason == "LIMIT_EXCEEDED"

@@ -69,7 +69,10 @@ def words(event: collision_pb2.CollisionEvent) -> str:
 
 def mode(stubs: Stubs, name: str = "", **robots: str) -> None:
     own = [collision_pb2.RobotCollisionMode(robot=robot, mode=MODES[one]) for robot, one in robots.items()]
-    stubs.collision.SetCollisionSettings(collision_pb2.SetCollisionSettingsRequest(mode=MODES.get(name), robots=own))
+    apply(
+        stubs,
+        scene_pb2.Command(set_collision_settings=collision_pb2.SetCollisionSettings(mode=MODES.get(name), robots=own)),
+    )
 
 
 def update(name: str, field: str, node: nodes_pb2.Node) -> scene_pb2.Command:

@@ -11,7 +11,6 @@ from virtualrobot.v1 import collision_pb2, scene_pb2
 from tests.api.asking import IIWA, PANDA, apply, box, create, load, refusal
 from tests.api.conftest import Stubs
 
-Request = collision_pb2.SetCollisionSettingsRequest
 Mode = collision_pb2.RobotCollisionMode
 OFF, MONITOR, STOP, GUARD = (
     collision_pb2.COLLISION_MODE_OFF,
@@ -20,6 +19,13 @@ OFF, MONITOR, STOP, GUARD = (
     collision_pb2.COLLISION_MODE_GUARD,
 )
 DEFAULTS = collision_pb2.CollisionSettings(mode=OFF)
+
+
+Settings = collision_pb2.SetCollisionSettings
+
+
+def change(stubs: Stubs, command: collision_pb2.SetCollisionSettings) -> None:
+    apply(stubs, scene_pb2.Command(set_collision_settings=command))
 
 
 def settings(stubs: Stubs) -> collision_pb2.CollisionSettings:
@@ -31,19 +37,19 @@ def test_settings_are_set_one_by_one_and_follow_their_nodes(stubs: Stubs) -> Non
     load(stubs, IIWA, "left")
     load(stubs, PANDA, "right")
     apply(stubs, create(box("box", x=2.0)))
-    stubs.collision.SetCollisionSettings(Request(mode=STOP, robots=[Mode(robot="right", mode=GUARD)]))
+    change(stubs, Settings(mode=STOP, robots=[Mode(robot="right", mode=GUARD)]))
     paddings = [collision_pb2.NodePadding(node="box", padding_meters=0.02)]
-    stubs.collision.SetCollisionSettings(Request(look_ahead_seconds=1.5, paddings=paddings))
+    change(stubs, Settings(look_ahead_seconds=1.5, paddings=paddings))
     wanted = collision_pb2.CollisionSettings(
         mode=STOP, robots=[Mode(robot="right", mode=GUARD)], look_ahead_seconds=1.5, paddings=paddings
     )
     assert settings(stubs) == wanted
-    stubs.collision.SetCollisionSettings(Request(look_ahead_seconds=0.0))
+    change(stubs, Settings(look_ahead_seconds=0.0))
     apply(stubs, scene_pb2.Command(remove_node=scene_pb2.RemoveNode(name="right")))
     apply(stubs, scene_pb2.Command(remove_node=scene_pb2.RemoveNode(name="box")))
     assert settings(stubs) == collision_pb2.CollisionSettings(mode=STOP)
-    stubs.collision.SetCollisionSettings(Request(mode=OFF, robots=[Mode(robot="left", mode=MONITOR)]))
-    stubs.collision.SetCollisionSettings(Request(robots=[Mode(robot="left")]))
+    change(stubs, Settings(mode=OFF, robots=[Mode(robot="left", mode=MONITOR)]))
+    change(stubs, Settings(robots=[Mode(robot="left")]))
     assert settings(stubs) == DEFAULTS
 
 
@@ -52,11 +58,11 @@ def test_a_scene_file_keeps_settings(stubs: Stubs) -> None:
     plain = stubs.scene.SaveScene(scene_pb2.SaveSceneRequest())
     assert "collision_settings" not in plain.text
     paddings = [collision_pb2.NodePadding(node="arm", padding_meters=0.005)]
-    request = Request(mode=MONITOR, robots=[Mode(robot="arm", mode=GUARD)], look_ahead_seconds=3.0, paddings=paddings)
-    stubs.collision.SetCollisionSettings(request)
+    request = Settings(mode=MONITOR, robots=[Mode(robot="arm", mode=GUARD)], look_ahead_seconds=3.0, paddings=paddings)
+    change(stubs, request)
     before = settings(stubs)
     saved = stubs.scene.SaveScene(scene_pb2.SaveSceneRequest())
-    stubs.collision.SetCollisionSettings(Request(mode=OFF, look_ahead_seconds=0.0))
+    change(stubs, Settings(mode=OFF, look_ahead_seconds=0.0))
     stubs.scene.LoadScene(scene_pb2.LoadSceneRequest(text=saved.text))
     assert settings(stubs) == before
 
@@ -64,25 +70,29 @@ def test_a_scene_file_keeps_settings(stubs: Stubs) -> None:
 @pytest.mark.parametrize(
     ("request_", "reason", "words"),
     [
-        (Request(mode=cast(Any, 9)), "INVALID_ARGUMENT", "mode is 9, which has no meaning"),
-        (Request(robots=[Mode(robot="arm", mode=cast(Any, 7))]), "INVALID_ARGUMENT", "mode is 7"),
-        (Request(robots=[Mode(robot="nobody", mode=STOP)]), "UNKNOWN_NAME", "nobody"),
-        (Request(robots=[Mode(robot="box", mode=STOP)]), "UNKNOWN_NAME", "box"),
-        (Request(robots=[Mode(robot="arm", mode=STOP)] * 2), "INVALID_ARGUMENT", "names 'arm' again"),
-        (Request(look_ahead_seconds=math.nan), "INVALID_ARGUMENT", "look_ahead_seconds"),
-        (Request(look_ahead_seconds=61.0), "LIMIT_EXCEEDED", "0 to 60"),
-        (Request(look_ahead_seconds=-1.0), "LIMIT_EXCEEDED", "0 to 60"),
-        (Request(paddings=[collision_pb2.NodePadding(node="box", padding_meters=-0.1)]), "LIMIT_EXCEEDED", "padding"),
-        (Request(paddings=[collision_pb2.NodePadding(node="box", padding_meters=math.inf)]), "INVALID_ARGUMENT", "pad"),
-        (Request(paddings=[collision_pb2.NodePadding(node="gone", padding_meters=0.1)]), "UNKNOWN_NAME", "gone"),
+        (Settings(mode=cast(Any, 9)), "INVALID_ARGUMENT", "mode is 9, which has no meaning"),
+        (Settings(robots=[Mode(robot="arm", mode=cast(Any, 7))]), "INVALID_ARGUMENT", "mode is 7"),
+        (Settings(robots=[Mode(robot="nobody", mode=STOP)]), "UNKNOWN_NAME", "nobody"),
+        (Settings(robots=[Mode(robot="box", mode=STOP)]), "UNKNOWN_NAME", "box"),
+        (Settings(robots=[Mode(robot="arm", mode=STOP)] * 2), "INVALID_ARGUMENT", "names 'arm' again"),
+        (Settings(look_ahead_seconds=math.nan), "INVALID_ARGUMENT", "look_ahead_seconds"),
+        (Settings(look_ahead_seconds=61.0), "LIMIT_EXCEEDED", "0 to 60"),
+        (Settings(look_ahead_seconds=-1.0), "LIMIT_EXCEEDED", "0 to 60"),
+        (Settings(paddings=[collision_pb2.NodePadding(node="box", padding_meters=-0.1)]), "LIMIT_EXCEEDED", "padding"),
+        (
+            Settings(paddings=[collision_pb2.NodePadding(node="box", padding_meters=math.inf)]),
+            "INVALID_ARGUMENT",
+            "pad",
+        ),
+        (Settings(paddings=[collision_pb2.NodePadding(node="gone", padding_meters=0.1)]), "UNKNOWN_NAME", "gone"),
     ],
 )
 def test_what_cannot_be_is_refused_and_changes_nothing(
-    stubs: Stubs, request_: Request, reason: str, words: str
+    stubs: Stubs, request_: collision_pb2.SetCollisionSettings, reason: str, words: str
 ) -> None:
     load(stubs, IIWA, "arm")
     apply(stubs, create(box("box", x=2.0)))
-    refused = refusal(lambda: stubs.collision.SetCollisionSettings(request_))
+    refused = refusal(lambda: change(stubs, request_))
     assert refused.reason == reason
     assert words in refused.message
     assert settings(stubs) == DEFAULTS
@@ -96,7 +106,7 @@ def test_a_padding_is_kept_away_from(stubs: Stubs) -> None:
 
     def padded(**paddings: float) -> tuple[float, bool]:
         nodes = [collision_pb2.NodePadding(node=name, padding_meters=one) for name, one in paddings.items()]
-        stubs.collision.SetCollisionSettings(Request(paddings=nodes))
+        change(stubs, Settings(paddings=nodes))
         (pair,) = stubs.collision.MeasureDistances(collision_pb2.MeasureDistancesRequest(first=["robot"])).pairs
         assert (pair.first_point.x, pair.second_point.x) == pytest.approx((0.05, 0.35), abs=1e-9)
         return pair.distance_meters, bool(stubs.collision.CheckCollision(collision_pb2.CheckCollisionRequest()).pairs)

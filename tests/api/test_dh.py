@@ -59,7 +59,8 @@ def forward(stubs: Stubs, robot: str, q: np.ndarray) -> tuple[np.ndarray, dict[s
 def set_kinematics(stubs: Stubs, robot: str, settings: dict[str, Any]) -> robot_pb2.SetKinematicsResponse:
     message = struct_pb2.Struct()
     message.update(settings)
-    return stubs.robot.SetKinematics(robot_pb2.SetKinematicsRequest(robot=robot, kinematics="dh", settings=message))
+    command = robot_pb2.KinematicsChoice(robot=robot, kinematics="dh", settings=message)
+    return stubs.robot.SetKinematics(robot_pb2.SetKinematicsRequest(choice=command))
 
 
 def test_the_paper_s_arm_is_where_its_closed_form_says(stepped: Stubs, rng: np.random.Generator) -> None:
@@ -79,6 +80,23 @@ def test_the_paper_s_arm_is_where_its_closed_form_says(stepped: Stubs, rng: np.r
         )
         found = values(answer.solutions)[0]
         np.testing.assert_allclose(closed_form(found, LENGTHS), expected, atol=1e-7)
+
+
+def test_a_pose_outside_limits_is_told_apart_from_one_out_of_reach(stepped: Stubs) -> None:
+    """Of one joint about z and a link of 0.5 m the flange is at 0.5 (cos q, sin q), turned by q."""
+    joint = {"a_meters": 0.5, "limits": {"lower": -0.5, "upper": 0.5}}
+    stepped.scene.ImportModel(request([joint], name="arm"))
+
+    def status(angle: float, radius: float) -> robot_pb2.InverseStatus:
+        target = np.eye(4)
+        cos, sin = math.cos(angle), math.sin(angle)
+        target[:2, :2], target[:2, 3] = [[cos, -sin], [sin, cos]], [radius * cos, radius * sin]
+        asked = robot_pb2.SolveInverseRequest(robot="arm", reference_t_tcp=pose(target))
+        return stepped.robot.SolveInverse(asked).status
+
+    assert status(0.4, 0.5) == robot_pb2.INVERSE_STATUS_SOLVED
+    assert status(1.0, 0.5) == robot_pb2.INVERSE_STATUS_OUTSIDE_LIMITS
+    assert status(0.4, 0.6) == robot_pb2.INVERSE_STATUS_UNREACHABLE
 
 
 def test_frames_of_the_table_are_nodes(stepped: Stubs) -> None:

@@ -31,7 +31,7 @@ def test_a_guarded_arm_ends_its_line_before_a_wall(stepped: Stubs) -> None:
     put(stepped, "arm", READY)
     here = matrix(state(stepped, "arm").world_t_tcp)
     apply(stepped, create(wall(here[0, 3] + 0.12)))
-    stepped.collision.SetCollisionSettings(collision_pb2.SetCollisionSettingsRequest(mode=GUARD))
+    apply(stepped, scene_pb2.Command(set_collision_settings=collision_pb2.SetCollisionSettings(mode=GUARD)))
     assert not collisions(stepped)
     goal = here.copy()
     goal[0, 3] += 0.18
@@ -55,7 +55,7 @@ def test_a_guarded_arm_ends_its_line_before_a_wall(stepped: Stubs) -> None:
 def test_what_would_touch_a_guarded_robot_is_refused(stepped: Stubs) -> None:
     load(stepped, IIWA, "arm")
     put(stepped, "arm", READY)
-    stepped.collision.SetCollisionSettings(collision_pb2.SetCollisionSettingsRequest(mode=GUARD))
+    apply(stepped, scene_pb2.Command(set_collision_settings=collision_pb2.SetCollisionSettings(mode=GUARD)))
     here = matrix(state(stepped, "arm").world_t_tcp)
     x, y, z = here[:3, 3].tolist()
     refused = refusal(lambda: apply(stepped, create(box("box", x=x, y=y, z=z))))

@@ -290,7 +290,7 @@ def test_once_a_robot_is_taken_nothing_of_others_starts(cell: Stubs, kernel: Ker
         going = {one.id for one in stubs.motion.ListMotions(running).motions}
         for call in calls:
             if call.exception(30) is not None:
-                assert refusal(call.result).reason in ("LEASED", "ROBOT_BUSY", "STALE_REVISION")
+                assert refusal(call.result).reason in ("LEASED", "ROBOT_BUSY", "PLAN_OUTDATED")
         assert {one.id for one in stubs.motion.ListMotions(running).motions} <= going
         ada.release()
         ada.vanish()

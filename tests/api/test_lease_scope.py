@@ -125,7 +125,7 @@ def test_the_world_is_not_replaced_under_a_lease(cell: Stubs, kernel: KernelProc
 def test_kinematics_are_swapped_by_the_holder_alone(cell: Stubs, kernel: KernelProcess) -> None:
     stubs = cell
     ada = Holder(kernel, "left")
-    request = robot_pb2.SetKinematicsRequest(robot="left", kinematics="chain")
+    request = robot_pb2.SetKinematicsRequest(choice=robot_pb2.KinematicsChoice(robot="left", kinematics="chain"))
     assert refusal(lambda: stubs.robot.SetKinematics(request)).reason == "LEASED"
     ada.stubs.robot.SetKinematics(request, metadata=ada.metadata)
 

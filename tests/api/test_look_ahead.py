@@ -17,8 +17,8 @@ STOP, GUARD = collision_pb2.COLLISION_MODE_STOP, collision_pb2.COLLISION_MODE_GU
 def looking(stubs: Stubs, seconds: float, mode: collision_pb2.CollisionMode = STOP) -> None:
     """Load an arm that is to be stopped, so many seconds ahead."""
     load(stubs, IIWA, "arm")
-    request = collision_pb2.SetCollisionSettingsRequest(mode=mode, look_ahead_seconds=seconds)
-    stubs.collision.SetCollisionSettings(request)
+    command = collision_pb2.SetCollisionSettings(mode=mode, look_ahead_seconds=seconds)
+    apply(stubs, scene_pb2.Command(set_collision_settings=command))
 
 
 def touching(stubs: Stubs) -> bool:

@@ -72,7 +72,7 @@ def test_collisions_can_be_left_out_or_allowed(stubs: Stubs) -> None:
         told = checked(stubs, move).first_violation
         assert told.second == "box"
         pair = nodes_pb2.NodePair(first=told.first, second="box")
-        stubs.collision.SetAllowedPairs(collision_pb2.SetAllowedPairsRequest(allow=[pair]))
+        apply(stubs, scene_pb2.Command(set_allowed_pairs=collision_pb2.SetAllowedPairs(allow=[pair])))
 
 
 def test_what_touches_at_the_start_does_so_after_no_time(stubs: Stubs) -> None:

@@ -124,7 +124,7 @@ def test_a_client_that_leaves_while_a_component_is_tried_leaves_no_process(
     odd_kernel: KernelProcess, client: Client, arm: Robot
 ) -> None:
     stubs = odd_kernel.stubs()
-    request = robot_pb2.SetKinematicsRequest(robot="arm", kinematics="odd")
+    request = robot_pb2.SetKinematicsRequest(choice=robot_pb2.KinematicsChoice(robot="arm", kinematics="odd"))
     asked = [stubs.robot.SetKinematics.future(request) for _ in range(3)]
     wait_until(lambda: len(processes(odd_kernel)) == 3)
     for call in asked:

@@ -182,7 +182,8 @@ def test_a_fault_at_work_is_named_and_contained(
     assert failed.value.metadata["fault"] in ("RAISED", "HUNG", "DIED", "NONSENSE", "GREW")
     assert re.search(AT_WORK[name], arm.kinematics_fault), arm.kinematics_fault
     assert re.search(AT_WORK[name], use_of(client, name).fault)
-    assert ended(plugin_kernel)
+    goes_on = failed.value.metadata["fault"] in ("RAISED", "NONSENSE")
+    assert ended(plugin_kernel, int(goes_on))
 
     # Nobody else notices, not even the robot's own motion.
     assert other.solve_inverse(pose(2.0) @ REACHED).solved
@@ -192,9 +193,12 @@ def test_a_fault_at_work_is_named_and_contained(
     others.wait()
     np.testing.assert_allclose(arm.positions, 0.5, atol=1e-9)
     with pytest.raises(PluginFailedError, match=AT_WORK[name]):
-        arm.move_pose(REACHED)
+        for _ in range(20):
+            arm.solve_inverse(REACHED)
 
     trigger.unlink()
+    if goes_on:
+        assert arm.solve_inverse(REACHED).solved  # without being chosen again
     arm.set_kinematics("chain")
     assert arm.kinematics_fault == ""
     again = arm.solve_inverse(REACHED, seed=[0.0] * 7)

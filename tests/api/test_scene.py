@@ -9,7 +9,16 @@ import numpy as np
 import pytest
 from google.protobuf.field_mask_pb2 import FieldMask
 from virtualrobot.signal_values import value_message
-from virtualrobot.v1 import geometry_pb2, nodes_pb2, scene_pb2, signal_pb2
+from virtualrobot.v1 import (
+    collision_pb2,
+    geometry_pb2,
+    nodes_pb2,
+    robot_pb2,
+    scene_pb2,
+    sensing_pb2,
+    sensor_pb2,
+    signal_pb2,
+)
 
 from tests.api.asking import IIWA, apply, box, create, load, refusal
 from tests.api.conftest import KernelProcess, Stubs
@@ -57,6 +66,34 @@ def test_one_refused_command_leaves_nothing_of_the_batch(stepped: Stubs) -> None
     assert refused.metadata["command_index"] == "3"
     assert refused.metadata["name"] == "d"
     assert apply(stepped, create(box("b"))).created[0].name == "b"
+
+
+def test_a_batch_sets_collisions_pairs_kinematics_and_sensors_together(stepped: Stubs) -> None:
+    Command = scene_pb2.Command
+    load(stepped, IIWA, "arm")
+    eye = nodes_pb2.Node(name="eye", range_sensor=sensing_pb2.RangeSensor())
+    pair = nodes_pb2.NodePair(first="arm", second="box", reason="it stands there")
+    commands = [
+        create(box("box", x=9.0)),
+        create(eye),
+        Command(set_collision_settings=collision_pb2.SetCollisionSettings(mode=collision_pb2.COLLISION_MODE_STOP)),
+        Command(set_allowed_pairs=collision_pb2.SetAllowedPairs(allow=[pair])),
+        Command(set_kinematics=robot_pb2.KinematicsChoice(robot="arm", kinematics="chain")),
+        Command(start_sensors=sensor_pb2.StartSensors(sensors=["eye"])),
+    ]
+    with unchanged(stepped):
+        assert refusal(lambda: apply(stepped, *commands, remove("nobody"))).metadata["command_index"] == "6"
+        wrong = Command(set_kinematics=robot_pb2.KinematicsChoice(robot="arm", kinematics="chian"))
+        assert refusal(lambda: apply(stepped, *commands, wrong)).metadata["nearest"] == "chain"
+    apply(stepped, *commands)
+    collision = stepped.collision.GetCollisionSettings(collision_pb2.GetCollisionSettingsRequest())
+    assert collision.settings.mode == collision_pb2.COLLISION_MODE_STOP
+    assert "it stands there" in stepped.scene.SaveScene(scene_pb2.SaveSceneRequest()).text
+    assert stepped.robot.GetRobot(robot_pb2.GetRobotRequest(name="arm")).kinematics == "chain"
+    running = sensor_pb2.SENSOR_STATE_RUNNING
+    assert [one.state for one in stepped.sensor.ListSensors(sensor_pb2.ListSensorsRequest()).sensors] == [running]
+    apply(stepped, Command(stop_sensors=sensor_pb2.StopSensors()))
+    assert stepped.sensor.ListSensors(sensor_pb2.ListSensorsRequest()).sensors[0].state != running
 
 
 def test_a_stale_revision_is_refused_and_says_which_holds(stepped: Stubs) -> None:

@@ -57,11 +57,11 @@ def tick(stubs: Stubs) -> int:
 
 
 def start(stubs: Stubs, *names: str) -> None:
-    stubs.sensor.StartSensor(sensor_pb2.StartSensorRequest(sensors=names))
+    apply(stubs, scene_pb2.Command(start_sensors=sensor_pb2.StartSensors(sensors=names)))
 
 
 def stop(stubs: Stubs, *names: str) -> None:
-    stubs.sensor.StopSensor(sensor_pb2.StopSensorRequest(sensors=names))
+    apply(stubs, scene_pb2.Command(stop_sensors=sensor_pb2.StopSensors(sensors=names)))
 
 
 def latest(stubs: Stubs, *names: str, **options: Any) -> list[sensor_pb2.SensorReading]:  # noqa: ANN401 fields of ReadingOptions

@@ -79,9 +79,9 @@ _MODULES = {
     "errors": (
         "AssetError", "AuthenticationError", "CallTimeoutError", "ClientClosedError", "CollisionError",
         "InvalidArgumentError", "KernelFaultError", "KernelGoneError", "LeaseEndedError", "LeasedError", "LimitError",
-        "MalformedFileError", "MissingFileError", "MotionCancelledError", "NameTakenError", "PluginFailedError",
-        "RobotBusyError", "SingularityError", "StaleRevisionError", "TooLargeError", "UnknownNameError",
-        "UnreachableError", "VersionError", "VirtualRobotError", "WrongStateError",
+        "MalformedFileError", "MissingFileError", "MotionCancelledError", "NameTakenError", "PlanOutdatedError",
+        "PluginFailedError", "RobotBusyError", "SingularityError", "StaleRevisionError", "TooLargeError",
+        "UnknownNameError", "UnreachableError", "VersionError", "VirtualRobotError", "WrongStateError",
     ),
     "figures": ("box", "capsule", "cone", "cylinder", "sphere"),
     "ghosts": ("Ghost",),

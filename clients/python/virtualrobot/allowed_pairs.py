@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from virtualrobot.services import Services
-from virtualrobot.v1 import collision_pb2, nodes_pb2
+from virtualrobot.v1 import collision_pb2, nodes_pb2, scene_pb2
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,11 +82,7 @@ class AllowedPairs:
         allow, forbid = tuple(allow), tuple(forbid)
         if not allow and not forbid:
             return
-        request = collision_pb2.SetAllowedPairsRequest(
-            allow=[nodes_pb2.NodePair(first=first, second=second, reason=why) for first, second, why in allow],
-            forbid=[nodes_pb2.NodePair(first=first, second=second) for first, second in forbid],
-        )
-        self._services.collision.SetAllowedPairs(request)
+        self._services.apply([pairs_command(allow, forbid)])
 
     def find(
         self, robot: str, *, samples: int = 0, seed: int = 0, progress: Callable[[float], None] | None = None
@@ -114,3 +110,12 @@ class AllowedPairs:
                 tried = response.samples
                 found = [SampledPair(pair.first, pair.second, pair.touched, tried) for pair in response.pairs]
         return found
+
+
+def pairs_command(allow: Iterable[tuple[str, str, str]], forbid: Iterable[tuple[str, str]]) -> scene_pb2.Command:
+    """Return the command that lets pairs touch no more, then others (name, name, why) touch."""
+    command = collision_pb2.SetAllowedPairs(
+        allow=[nodes_pb2.NodePair(first=first, second=second, reason=why) for first, second, why in allow],
+        forbid=[nodes_pb2.NodePair(first=first, second=second) for first, second in forbid],
+    )
+    return scene_pb2.Command(set_allowed_pairs=command)

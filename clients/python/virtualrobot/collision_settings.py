@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.services import Services
-from virtualrobot.v1 import collision_pb2
+from virtualrobot.v1 import collision_pb2, scene_pb2
 
 MODES = {
     "off": collision_pb2.COLLISION_MODE_OFF,
@@ -94,18 +94,27 @@ class CollisionRules:
             UnknownNameError: when there is no such robot or node.
             LimitError: for a look-ahead or a padding out of range.
         """
-        request = collision_pb2.SetCollisionSettingsRequest(
-            mode=_mode(mode),
-            robots=[
-                collision_pb2.RobotCollisionMode(robot=robot, mode=_mode(own)) for robot, own in (robots or {}).items()
-            ],
-            look_ahead_seconds=look_ahead_seconds,
-            paddings=[
-                collision_pb2.NodePadding(node=node, padding_meters=padding)
-                for node, padding in (paddings or {}).items()
-            ],
-        )
-        self._services.collision.SetCollisionSettings(request)
+        self._services.apply([collision_command(mode, robots, look_ahead_seconds, paddings)])
+
+
+def collision_command(
+    mode: str,
+    robots: Mapping[str, str] | None,
+    look_ahead_seconds: float | None,
+    paddings: Mapping[str, float] | None,
+) -> scene_pb2.Command:
+    """Return the command that changes what is done about collisions, as `CollisionRules.set` describes it."""
+    command = collision_pb2.SetCollisionSettings(
+        mode=_mode(mode),
+        robots=[
+            collision_pb2.RobotCollisionMode(robot=robot, mode=_mode(own)) for robot, own in (robots or {}).items()
+        ],
+        look_ahead_seconds=look_ahead_seconds,
+        paddings=[
+            collision_pb2.NodePadding(node=node, padding_meters=padding) for node, padding in (paddings or {}).items()
+        ],
+    )
+    return scene_pb2.Command(set_collision_settings=command)
 
 
 def _mode(name: str) -> collision_pb2.CollisionMode:

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Generic, TypeVar
 
 from google.protobuf.field_mask_pb2 import FieldMask
 from numpy.typing import ArrayLike
 
+from virtualrobot.allowed_pairs import pairs_command
+from virtualrobot.collision_settings import collision_command
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.figures import Figures, figure_list
 from virtualrobot.services import Services
 from virtualrobot.signal_values import SignalValue, set_command, value_message
-from virtualrobot.v1 import nodes_pb2, scene_pb2, sensing_pb2, signal_pb2
-from virtualrobot.wire import array_message, joint_map, pose_message
+from virtualrobot.v1 import nodes_pb2, robot_pb2, scene_pb2, sensing_pb2, sensor_pb2, signal_pb2
+from virtualrobot.wire import array_message, joint_map, pose_message, settings_message
 
 _DIRECTIONS = {
     "input": signal_pb2.SIGNAL_DIRECTION_INPUT,
@@ -281,6 +283,38 @@ class Editor(ABC, Generic[Created]):
     def set_speed_factor(self, factor: float, robot: str = "") -> None:
         """Slow the motions of one robot, or with no name of all: above 0, up to 1; running ones change smoothly."""
         self._submit(scene_pb2.Command(set_speed_factor=scene_pb2.SetSpeedFactor(robot=robot, factor=factor)))
+
+    def set_kinematics(self, robot: str, kinematics: str = "", settings: Mapping[str, object] | None = None) -> None:
+        """Give a robot another kinematics component, tried at its first use; `Robot.set_kinematics` tries it now."""
+        command = robot_pb2.KinematicsChoice(
+            robot=robot, kinematics=kinematics, settings=settings_message(settings or {})
+        )
+        self._submit(scene_pb2.Command(set_kinematics=command))
+
+    def set_collisions(
+        self,
+        mode: str = "",
+        *,
+        robots: Mapping[str, str] | None = None,
+        look_ahead_seconds: float | None = None,
+        paddings: Mapping[str, float] | None = None,
+    ) -> None:
+        """Change what is done about collisions, as `client.collisions.set` does; what is not given stays."""
+        self._submit(collision_command(mode, robots, look_ahead_seconds, paddings))
+
+    def set_allowed_pairs(
+        self, allow: Iterable[tuple[str, str, str]] = (), forbid: Iterable[tuple[str, str]] = ()
+    ) -> None:
+        """Let pairs touch no more, then let others (name, name, why) touch."""
+        self._submit(pairs_command(allow, forbid))
+
+    def start_sensors(self, *names: str) -> None:
+        """Let sensors read at their rates (none named: all)."""
+        self._submit(scene_pb2.Command(start_sensors=sensor_pb2.StartSensors(sensors=names)))
+
+    def stop_sensors(self, *names: str) -> None:
+        """Let sensors read no more (none named: all)."""
+        self._submit(scene_pb2.Command(stop_sensors=sensor_pb2.StopSensors(sensors=names)))
 
 
 class Batch(Editor[str]):

@@ -56,6 +56,12 @@ class StaleRevisionError(VirtualRobotError):
     default_reason = "STALE_REVISION"
 
 
+class PlanOutdatedError(VirtualRobotError):
+    """What a plan assumes has changed since, such as where a joint is: plan again."""
+
+    default_reason = "PLAN_OUTDATED"
+
+
 class LimitError(VirtualRobotError):
     """A joint, speed or time outside its limits."""
 

@@ -197,6 +197,7 @@ class InverseSolution:
         rotation_error_radians: how far the best attempt was off.
         explanation: why there is no solution, in words.
         arm_angles: the arm angle of each solution in radians, for arms that have one; otherwise empty.
+        outside_limits: there is no solution, but postures outside the limits of joints reach the pose.
     """
 
     joint_names: tuple[str, ...]
@@ -206,6 +207,7 @@ class InverseSolution:
     rotation_error_radians: float
     explanation: str
     arm_angles: tuple[float, ...] = ()
+    outside_limits: bool = False
 
     @staticmethod
     def of(message: robot_pb2.SolveInverseResponse) -> InverseSolution:
@@ -220,6 +222,7 @@ class InverseSolution:
             message.rotation_error_radians,
             message.explanation,
             tuple(message.arm_angles_radians),
+            message.status == robot_pb2.INVERSE_STATUS_OUTSIDE_LIMITS,
         )
 
     @property

@@ -8,6 +8,7 @@ from difflib import get_close_matches
 from typing import Any
 
 from virtualrobot.cameras import image_kinds
+from virtualrobot.editor import Direct
 from virtualrobot.errors import UnknownNameError
 from virtualrobot.newest import newest
 from virtualrobot.range_sensors import frame_of
@@ -35,11 +36,11 @@ class Sensor:
 
     def start(self) -> None:
         """Let it read at its rate; one with a fault is tried anew."""
-        self._services.sensor.StartSensor(sensor_pb2.StartSensorRequest(sensors=[self.name]))
+        Direct(self._services).start_sensors(self.name)
 
     def stop(self) -> None:
         """Let it read no more."""
-        self._services.sensor.StopSensor(sensor_pb2.StopSensorRequest(sensors=[self.name]))
+        Direct(self._services).stop_sensors(self.name)
 
     def read(
         self,
@@ -133,11 +134,11 @@ class Sensors(Mapping[str, Sensor]):
 
     def start(self, *names: str) -> None:
         """Let sensors read at their rates (none named: all)."""
-        self._services.sensor.StartSensor(sensor_pb2.StartSensorRequest(sensors=names))
+        Direct(self._services).start_sensors(*names)
 
     def stop(self, *names: str) -> None:
         """Let sensors read no more (none named: all)."""
-        self._services.sensor.StopSensor(sensor_pb2.StopSensorRequest(sensors=names))
+        Direct(self._services).stop_sensors(*names)
 
     def watch(
         self,

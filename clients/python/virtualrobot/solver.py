@@ -148,7 +148,7 @@ class Solver(Jogger):
 
     @property
     def kinematics_fault(self) -> str:
-        """Why that component is not asked any more; empty while it is well."""
+        """The latest fault of that component since it was chosen; empty while there was none."""
         return self.description.kinematics_fault
 
     def set_kinematics(
@@ -174,8 +174,9 @@ class Solver(Jogger):
             forward            1.1e-16 m  2.2e-16 rad  0.002 ms
             ...
         """
-        request = robot_pb2.SetKinematicsRequest(robot=self.name, kinematics=name)
-        request.settings.CopyFrom(settings_message({**(settings or {}), **named}))
+        wanted = settings_message({**(settings or {}), **named})
+        command = robot_pb2.KinematicsChoice(robot=self.name, kinematics=name, settings=wanted)
+        request = robot_pb2.SetKinematicsRequest(choice=command)
         # A process of its own has to start, which may compile.
         response = self._services.robot.SetKinematics(request, timeout=LONG_TIMEOUT_SECONDS)
         return KinematicsCheck.of(response.check)

@@ -13,7 +13,7 @@ from virtualrobot_kernel.api.convert.shots import film_of, picture_size, shot_of
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.drawing.film import Film
 from virtualrobot_kernel.drawing.framing import Framing
-from virtualrobot_kernel.drawing.painter import Painter, Sight
+from virtualrobot_kernel.drawing.renderer import Renderer, Sight
 from virtualrobot_kernel.drawing.shots import Shot, packed
 from virtualrobot_kernel.messages.values import stamp
 from virtualrobot_kernel.world.state import Snapshot
@@ -58,10 +58,10 @@ class CaptureCalls:
     async def _taken(self, sight: Sight, shot: Shot, framing: Framing) -> bytes:
         gone = threading.Event()
 
-        def take(painter: Painter) -> bytes:
+        def take(painter: Renderer) -> bytes:
             return packed(painter.paint(sight, shot, framing), shot.format, painter.check)
 
         try:
-            return await asyncio.wrap_future(self._rooms.studio.submit(take, gone.is_set))
+            return await asyncio.wrap_future(self._rooms.renderers.submit(take, gone.is_set))
         finally:
             gone.set()

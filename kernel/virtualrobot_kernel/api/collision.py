@@ -20,16 +20,14 @@ from virtualrobot_kernel.api.convert.collisions import (
     distance_message,
     mesh_messages,
     nodes_below,
-    set_command,
 )
 from virtualrobot_kernel.api.convert.configurations import block_message, configuration_rows
-from virtualrobot_kernel.api.readiness import ready_for_guard
+from virtualrobot_kernel.api.keyed_limiter import IsGone
 from virtualrobot_kernel.api.rooms import Rooms
-from virtualrobot_kernel.api.turns import IsGone
 from virtualrobot_kernel.collision.configurations import CHECK_BLOCK
 from virtualrobot_kernel.collision.sampling import Touched, sample_touches
 from virtualrobot_kernel.errors import KernelError, LimitError
-from virtualrobot_kernel.messages.collision_settings import settings_command, settings_message
+from virtualrobot_kernel.messages.collision_settings import settings_message
 from virtualrobot_kernel.messages.values import not_negative, stamp
 from virtualrobot_kernel.world.structure import Kind
 
@@ -73,7 +71,7 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
                 check_seconds=seconds,
             )
 
-        return await self._rooms.turns.run([TURN], work)
+        return await self._rooms.limiter.run([TURN], work)
 
     async def CheckConfigurations(
         self, request: collision_pb2.CheckConfigurationsRequest, context: object
@@ -82,7 +80,7 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
         snapshot, processes = self._rooms.world.snapshot, self._rooms.processes
         structure = snapshot.structure
         robots = {structure.node(name, Kind.ROBOT).uid for name in request.robots} or None
-        q_index, rows = await self._rooms.turns.run((), lambda: configuration_rows(structure, request.configurations))
+        q_index, rows = await self._rooms.limiter.run((), lambda: configuration_rows(structure, request.configurations))
         yield collision_pb2.CheckConfigurationsResponse(stamp=stamp(snapshot), progress=0.0 if len(rows) else 1.0)
         starts, done = iter(range(0, len(rows), BLOCK_ROWS)), 0
         waiting: dict[asyncio.Future[NDArray[np.int64]], int] = {}
@@ -134,7 +132,7 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
                 measure_seconds=seconds,
             )
 
-        return await self._rooms.turns.run([TURN], work)
+        return await self._rooms.limiter.run([TURN], work)
 
     async def ListAllowedPairs(
         self, request: collision_pb2.ListAllowedPairsRequest, context: object
@@ -150,7 +148,7 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
                 pairs = list(allowed_messages(structure, scene.bodies, among))
             return collision_pb2.ListAllowedPairsResponse(stamp=stamp(snapshot), pairs=pairs)
 
-        return await self._rooms.turns.run([TURN], work)
+        return await self._rooms.limiter.run([TURN], work)
 
     async def ListCollisionMeshes(
         self, request: collision_pb2.ListCollisionMeshesRequest, context: object
@@ -164,14 +162,7 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
             meshes = list(mesh_messages(structure, self._rooms.collisions.shapes, among))
             return collision_pb2.ListCollisionMeshesResponse(stamp=stamp(snapshot), meshes=meshes)
 
-        return await self._rooms.turns.run([TURN], work)
-
-    async def SetAllowedPairs(
-        self, request: collision_pb2.SetAllowedPairsRequest, context: object
-    ) -> collision_pb2.SetAllowedPairsResponse:
-        """Allow pairs, or forbid them."""
-        applied = await asyncio.wrap_future(self._rooms.submit([set_command(request)], context))
-        return collision_pb2.SetAllowedPairsResponse(stamp=stamp(applied.snapshot))
+        return await self._rooms.limiter.run([TURN], work)
 
     async def GetCollisionSettings(
         self, request: collision_pb2.GetCollisionSettingsRequest, context: object
@@ -182,15 +173,6 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
         return collision_pb2.GetCollisionSettingsResponse(
             stamp=stamp(snapshot), settings=settings_message(snapshot), guard_cost=cost
         )
-
-    async def SetCollisionSettings(
-        self, request: collision_pb2.SetCollisionSettingsRequest, context: object
-    ) -> collision_pb2.SetCollisionSettingsResponse:
-        """Change what is done about collisions."""
-        command = settings_command(request)
-        await ready_for_guard(self._rooms, [command])
-        applied = await asyncio.wrap_future(self._rooms.submit([command], context))
-        return collision_pb2.SetCollisionSettingsResponse(stamp=stamp(applied.snapshot))
 
     async def WatchCollisions(
         self, request: collision_pb2.WatchCollisionsRequest, context: object
@@ -230,7 +212,7 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
                 rng = np.random.default_rng(request.seed)
                 return sample_touches(scene, snapshot, robot, samples, rng, told)
 
-        task = asyncio.ensure_future(self._rooms.turns.run_while_wanted([TURN], work))
+        task = asyncio.ensure_future(self._rooms.limiter.run_while_wanted([TURN], work))
         try:
             while not await self._rooms.publications.is_done(task):
                 yield collision_pb2.FindAllowedPairsResponse(stamp=stamp(snapshot), progress=done[0] / samples)

@@ -35,7 +35,7 @@ NAMED: dict[type, Callable[[Any], Iterable[str]]] = {
     motion_pb2.StartMotionRequest: lambda request: {
         move.robot for moves in (request.moves, *(step.move.moves for step in request.steps)) for move in moves
     },
-    robot_pb2.SetKinematicsRequest: lambda request: (request.robot,),
+    robot_pb2.SetKinematicsRequest: lambda request: (request.choice.robot,),
 }
 """The robots that requests name whose commands come late, after planning or trying: refused before that work is done.
 

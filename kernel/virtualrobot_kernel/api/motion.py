@@ -50,7 +50,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         wish, joints, robots = await wished(self._rooms, request)
         await make_way(self._rooms, lambda _: joints, request.busy_policy, context)
         # From the snapshot of the moment when it is planned: the robots may have moved while they waited.
-        planned = await self._rooms.turns.run_while_wanted(
+        planned = await self._rooms.limiter.run_while_wanted(
             robots, lambda given_up: plan_wish(world.snapshot, wish, self._rooms.solvers.of, given_up)
         )
         started = self._rooms.submit([planned.command], context, expected_revision(request))
@@ -87,8 +87,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         self, request: motion_pb2.ReadProgramRequest, context: object
     ) -> motion_pb2.ReadProgramResponse:
         """Read a program file."""
-        run = asyncio.get_running_loop().run_in_executor
-        motion = await run(self._rooms.workers, program_file.parse, request.text, request.uri or "program.yaml")
+        motion = await self._rooms.read(partial(program_file.parse, request.text, request.uri or "program.yaml"))
         return motion_pb2.ReadProgramResponse(motion=motion)
 
     async def GetMotion(self, request: motion_pb2.GetMotionRequest, context: object) -> motion_pb2.GetMotionResponse:

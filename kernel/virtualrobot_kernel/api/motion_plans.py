@@ -8,7 +8,7 @@ from virtualrobot_kernel.api.collision import TURN
 from virtualrobot_kernel.api.convert.plans import check_message, plan_message
 from virtualrobot_kernel.api.motion_calls import wished
 from virtualrobot_kernel.api.rooms import Rooms
-from virtualrobot_kernel.collision.along import first_of_program
+from virtualrobot_kernel.collision.program_sweep import first_of_program
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.collision.swept import RESOLUTION
 from virtualrobot_kernel.errors import KernelError
@@ -44,7 +44,7 @@ async def planned_motion(rooms: Rooms, request: motion_pb2.PlanMotionRequest) ->
         message.stamp.CopyFrom(stamp(snapshot))
         return message
 
-    return await rooms.turns.run_while_wanted(robots, work)
+    return await rooms.limiter.run_while_wanted(robots, work)
 
 
 async def checked_motion(rooms: Rooms, request: motion_pb2.CheckMotionRequest) -> motion_pb2.CheckMotionResponse:
@@ -66,7 +66,7 @@ async def checked_motion(rooms: Rooms, request: motion_pb2.CheckMotionRequest) -
         message.stamp.CopyFrom(stamp(snapshot))
         return message
 
-    return await rooms.turns.run_while_wanted(turns, work)
+    return await rooms.limiter.run_while_wanted(turns, work)
 
 
 def contact_of(

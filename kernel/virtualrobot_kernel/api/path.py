@@ -40,7 +40,7 @@ class PathServicer(path_pb2_grpc.PathServiceServicer):
             there = started_at(snapshot, robot, start, group)
             return there, path_query(there, robot.name, goal, self._rooms.solvers.of, options, group)
 
-        there, query = await self._rooms.turns.run([robot.uid], asked)
+        there, query = await self._rooms.limiter.run([robot.uid], asked)
         newest = [(0, 0)]
 
         def told(value: tuple[int, int]) -> None:

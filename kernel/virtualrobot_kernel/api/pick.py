@@ -8,7 +8,7 @@ from virtualrobot.v1 import view_pb2
 
 from virtualrobot_kernel.api.convert.shots import pick_message, pixel_of
 from virtualrobot_kernel.api.rooms import Rooms
-from virtualrobot_kernel.drawing.painter import Painter, Picked
+from virtualrobot_kernel.drawing.renderer import Picked, Renderer
 
 
 class PickCalls:
@@ -21,7 +21,7 @@ class PickCalls:
         snapshot, settings = self._rooms.world.snapshot, self._rooms.view.get()
         shot, column, row = pixel_of(request, snapshot)
 
-        def look(painter: Painter) -> Picked | None:
+        def look(painter: Renderer) -> Picked | None:
             return painter.pick(snapshot, settings, shot, column, row)
 
-        return pick_message(await asyncio.wrap_future(self._rooms.studio.submit(look)), snapshot)
+        return pick_message(await asyncio.wrap_future(self._rooms.renderers.submit(look)), snapshot)

@@ -68,20 +68,20 @@ class PluginServicer(plugin_pb2_grpc.PluginServiceServicer):
                 )
             )
         for use in at_work(self._rooms.sensors, self._rooms.world.snapshot.structure):
-            about, fault = use.running.offer.about, use.running.fault
+            about, fault = use.running.offer.about, use.running.latest
             uses.setdefault((about.kind, about.name), []).append(
                 plugin_pb2.ComponentUse(
                     sensor=use.sensor,
                     fault=fault.reason if fault else "",
                     calls=use.running.calls,
                     mean_call_seconds=use.running.mean_seconds,
-                    process_id=0 if fault else use.running.process_id,
+                    process_id=0 if use.running.fault else use.running.process_id,
                 )
             )
         for running in (*self._rooms.importers.uses(), *self._rooms.casters.uses()):
             uses.setdefault((running.offer.about.kind, running.offer.about.name), []).append(
                 plugin_pb2.ComponentUse(
-                    fault=running.fault.reason if running.fault else "",
+                    fault=running.latest.reason if running.latest else "",
                     calls=running.calls,
                     mean_call_seconds=running.mean_seconds,
                     process_id=0 if running.fault else running.process_id,

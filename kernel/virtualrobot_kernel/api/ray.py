@@ -10,8 +10,8 @@ from virtualrobot_sdk.rays import Hits, RayScene
 from virtualrobot_sdk.registration import ComponentKind
 
 from virtualrobot_kernel.api.convert.rays import cast_message, check_count, comparison_message, rays
+from virtualrobot_kernel.api.keyed_limiter import IsGone
 from virtualrobot_kernel.api.rooms import Rooms
-from virtualrobot_kernel.api.turns import IsGone
 from virtualrobot_kernel.components.catalog import Offer
 from virtualrobot_kernel.errors import LimitError
 from virtualrobot_kernel.messages.values import stamp
@@ -48,7 +48,7 @@ class RayServicer(ray_pb2_grpc.RayServiceServicer):
             )
             return cast_message(cast, elements, snapshot, world_t_frame)
 
-        return await rooms.turns.run_while_wanted([name], work)
+        return await rooms.limiter.run_while_wanted([name], work)
 
     async def CompareRayCasters(
         self, request: ray_pb2.CompareRayCastersRequest, context: object
@@ -97,7 +97,7 @@ class RayServicer(ray_pb2_grpc.RayServiceServicer):
 
             return compared(offer, scene, *drawn, first, told)
 
-        return asyncio.ensure_future(self._rooms.turns.run_while_wanted([offer.about.name], work))
+        return asyncio.ensure_future(self._rooms.limiter.run_while_wanted([offer.about.name], work))
 
     def _offers(self, names: list[str]) -> list[Offer]:
         """Return the components of these names; of no names all of them, the default one first."""

@@ -11,6 +11,7 @@ import numpy as np
 from virtualrobot.v1 import robot_pb2, robot_pb2_grpc
 from virtualrobot_sdk.selfcheck import SelfCheck
 
+from virtualrobot_kernel.api.convert.commands import kinematics_command
 from virtualrobot_kernel.api.convert.redundancy import wished_redundancy
 from virtualrobot_kernel.api.convert.states import robot_states, robots_named
 from virtualrobot_kernel.api.rates import rate
@@ -24,7 +25,6 @@ from virtualrobot_kernel.messages.robots import (
     group_selection,
     pair_messages,
     posture_messages,
-    settings,
     settings_message,
 )
 from virtualrobot_kernel.messages.values import (
@@ -43,7 +43,6 @@ from virtualrobot_kernel.planning.free_joints import solve_inverse
 from virtualrobot_kernel.planning.jacobian import Point, solve_jacobian
 from virtualrobot_kernel.planning.robots import arm_if_chain, arm_of, forward_links
 from virtualrobot_kernel.planning.solvers import chosen
-from virtualrobot_kernel.world.commands import SetKinematics
 from virtualrobot_kernel.world.groups import Group, joints_of
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import Applied
@@ -74,7 +73,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         if arm is not None and not kinematics:
             # The robot has to be tried to tell; that is not for the thread that all calls share.
             find = partial(self._rooms.solvers.name_of, snapshot, arm)
-            kinematics = await self._rooms.turns.run([node.uid], find)
+            kinematics = await self._rooms.limiter.run([node.uid], find)
         groups = group_messages(data)
         for message in groups:
             message.joint_names[:] = joints_of(structure, node, Group(message.name))
@@ -190,11 +189,10 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         group = group_selection(request.group, "group")
         options = seed, solver_of, request.configuration, redundancy, group
         solve = partial(solve_inverse, snapshot, node, world_t_tcp, *options)
-        arm, result = await self._rooms.turns.run([node.uid], solve)
-        solved = len(result.solutions) > 0
+        arm, result = await self._rooms.limiter.run([node.uid], solve)
         return robot_pb2.SolveInverseResponse(
             stamp=stamp(snapshot),
-            status=robot_pb2.INVERSE_STATUS_SOLVED if solved else robot_pb2.INVERSE_STATUS_UNREACHABLE,
+            status=getattr(robot_pb2, f"INVERSE_STATUS_{result.status.name}"),
             joint_names=arm.joint_names,
             solutions=array_message(np.asarray(result.solutions).reshape(-1, len(arm.joint_names))),
             configurations=result.configurations,
@@ -210,18 +208,17 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         """Try a component on the robot in a worker thread, then choose it."""
         rooms = self._rooms
         snapshot = rooms.world.snapshot
-        node = snapshot.structure.node(request.robot, Kind.ROBOT)
-        name = request.kinematics
+        command = kinematics_command(request.choice)
+        node = snapshot.structure.node(command.robot, Kind.ROBOT)
         submit = rooms.submitting(context)
 
         def swap() -> tuple[Applied, SelfCheck]:
             # All in one thread: a client that goes away cancels what is awaited, and a component must not be lost.
-            wanted = settings(request.settings, "settings")
-            command = SetKinematics(request.robot, name, wanted, request.group)
-            arm = arm_of(snapshot, node, Group(request.group))
-            return rooms.solvers.swap(snapshot, arm, name, wanted, lambda: submit([command]).result())
+            arm = arm_of(snapshot, node, Group(command.group))
+            choice = command.kinematics, command.settings
+            return rooms.solvers.swap(snapshot, arm, *choice, lambda: submit([command]).result())
 
-        applied, check = await rooms.turns.run([node.uid], swap)
+        applied, check = await rooms.limiter.run([node.uid], swap)
         return robot_pb2.SetKinematicsResponse(stamp=stamp(applied.snapshot), check=_check_message(check))
 
     async def SolveInverseDynamics(

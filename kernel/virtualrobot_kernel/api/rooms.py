@@ -1,23 +1,27 @@
-"""What the servicers reach of the kernel; `kernel.py` fills it in."""
+"""Rooms of the kernel as the servicers reach them; `kernel.py` fills them in."""
 
 from __future__ import annotations
 
+import asyncio
+import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass
+from typing import TypeVar
 
 from virtualrobot_kernel.api.author import author
+from virtualrobot_kernel.api.keyed_limiter import KeyedLimiter
 from virtualrobot_kernel.api.lease_table import CARRIED, LeaseTable
 from virtualrobot_kernel.api.publications import Publications
-from virtualrobot_kernel.api.turns import Turns
 from virtualrobot_kernel.collision.guard import CollisionGuard
 from virtualrobot_kernel.collision.monitor import Monitor
 from virtualrobot_kernel.collision.pool import ScenePool
 from virtualrobot_kernel.collision.processes import Processes
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.importing import Importers
-from virtualrobot_kernel.drawing.studio import Studio
+from virtualrobot_kernel.drawing.renderer_pool import RendererPool
 from virtualrobot_kernel.drawing.view import ViewStore
+from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.inputs.mailbox import Mailbox
@@ -28,6 +32,8 @@ from virtualrobot_kernel.sensing.sensors import Sensors
 from virtualrobot_kernel.world.commands import Command
 from virtualrobot_kernel.world.store import Applied, World
 
+Result = TypeVar("Result")
+
 MAX_MESSAGE_BYTES = 16 * 1024 * 1024
 """The largest message that the server takes; larger things travel as assets, in chunks."""
 
@@ -37,7 +43,7 @@ MAX_SENT_BYTES = 256 * 1024 * 1024
 
 @dataclass(frozen=True, slots=True)
 class Rooms:
-    """The rooms that the API opens. Long work goes to `workers` or `turns`, never to the API's thread."""
+    """The rooms that the API opens. Long work goes to `workers` or `limiter`, never to the API's thread."""
 
     world: World
     mailbox: Mailbox
@@ -46,7 +52,7 @@ class Rooms:
     meshes: MeshLibrary
     view: ViewStore
     workers: Executor
-    turns: Turns
+    limiter: KeyedLimiter
     catalog: Catalog
     solvers: Solvers
     sensing: SensingRoom
@@ -56,12 +62,25 @@ class Rooms:
     processes: Processes
     monitor: Monitor
     guard: CollisionGuard
-    studio: Studio
+    renderers: RendererPool
     importers: Importers
     leases: LeaseTable
     viewer_url: Callable[[], str]
     viewer_count: Callable[[], int]
     shut_down: Callable[[], None]
+
+    async def read(self, work: Callable[[Callable[[], None]], Result]) -> Result:
+        """Return what `work` returns in a worker thread; what it is given raises when the call has ended meanwhile."""
+        gone = threading.Event()
+
+        def check() -> None:
+            if gone.is_set():
+                raise KernelError("nobody waits for this file any more", reason=Reason.SHUTTING_DOWN)
+
+        try:
+            return await asyncio.get_running_loop().run_in_executor(self.workers, work, check)
+        finally:
+            gone.set()
 
     def submitting(self, context: object) -> Callable[..., Future[Applied]]:
         """Return what queues the commands of a client's call, from any thread: (commands, expected revision or None).

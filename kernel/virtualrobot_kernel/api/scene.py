@@ -28,6 +28,12 @@ from virtualrobot_kernel.world.state import Snapshot, unchanged
 from virtualrobot_kernel.world.store import Applied
 from virtualrobot_kernel.world.structure import Kind, Node, Structure
 
+MOST_COMMANDS = 20_000
+"""The most commands of a batch: they are applied between two ticks."""
+
+FEW = 100
+"""So many commands are understood in the API's thread, in a millisecond or two; more go to a worker."""
+
 
 class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
     """Serves SceneService."""
@@ -65,9 +71,19 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
 
     async def Apply(self, request: scene_pb2.ApplyRequest, context: object) -> scene_pb2.ApplyResponse:
         """Change the world by all commands or by none."""
-        commands = world_commands(request.commands)
+        run = asyncio.get_running_loop().run_in_executor
+        if (count := len(request.commands)) > MOST_COMMANDS:
+            raise KernelError(
+                f"a batch may have {MOST_COMMANDS:,} commands, not {count:,}",
+                reason=Reason.TOO_LARGE,
+                commands=count,
+                limit=MOST_COMMANDS,
+            )
+        if count > FEW:
+            commands = await run(self._rooms.workers, world_commands, request.commands)
+        else:
+            commands = world_commands(request.commands)
         if any(isinstance(command, (CreateNodes, UpdateNode)) for command in commands):
-            run = asyncio.get_running_loop().run_in_executor
             commands = await run(self._rooms.workers, with_assets, self._rooms.meshes, commands)
         applied = await self._submit(commands, context, expected_revision(request))
         nodes = applied.snapshot.structure.nodes
@@ -119,12 +135,11 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
 
     async def LoadScene(self, request: scene_pb2.LoadSceneRequest, context: object) -> scene_pb2.LoadSceneResponse:
         """Read a scene file in a worker thread, then replace the world by it, as one change."""
-        run = asyncio.get_running_loop().run_in_executor
         meshes = self._rooms.meshes
         files = files_of(meshes, request.files)
         known = self._rooms.world.snapshot.structure.uid_by_name if request.add else None
         read = partial(read_scene, request.text, request.uri, files, meshes, known)
-        commands, warnings = await run(self._rooms.workers, read)
+        commands, warnings = await self._rooms.read(read)
         applied = await self._submit(commands, context)
         if not request.add:
             self._rooms.view.reset()

@@ -21,7 +21,7 @@ from virtualrobot_kernel.sensing.range_reader import RangeReader
 from virtualrobot_kernel.sensing.reading import Moment, Reading, SensorState
 from virtualrobot_kernel.sensing.sensor_status import statuses
 from virtualrobot_kernel.world.apply_sensors import sensor_node, with_components
-from virtualrobot_kernel.world.commands import RunSensors, SetRangeComponents
+from virtualrobot_kernel.world.commands import SetRangeComponents
 from virtualrobot_kernel.world.sensing import RangeSensor
 from virtualrobot_kernel.world.structure import Kind
 
@@ -64,32 +64,18 @@ class SensorServicer(sensor_pb2_grpc.SensorServiceServicer):
         ]
         return sensor_pb2.ListSensorsResponse(stamp=stamp(snapshot), sensors=told)
 
-    async def StartSensor(
-        self, request: sensor_pb2.StartSensorRequest, context: object
-    ) -> sensor_pb2.StartSensorResponse:
-        """Let sensors read at their rates."""
-        command = RunSensors(tuple(request.sensors), True)
-        applied = await asyncio.wrap_future(self._rooms.submit([command], context))
-        return sensor_pb2.StartSensorResponse(stamp=stamp(applied.snapshot))
-
-    async def StopSensor(self, request: sensor_pb2.StopSensorRequest, context: object) -> sensor_pb2.StopSensorResponse:
-        """Let sensors read no more."""
-        command = RunSensors(tuple(request.sensors), False)
-        applied = await asyncio.wrap_future(self._rooms.submit([command], context))
-        return sensor_pb2.StopSensorResponse(stamp=stamp(applied.snapshot))
-
     async def ReadSensor(self, request: sensor_pb2.ReadSensorRequest, context: object) -> sensor_pb2.ReadSensorResponse:
         """Make one reading, in the sensor's own thread."""
         kinds = checked_options(request.options)
-        station, coming = self._rooms.sensors.read(request.sensor, kinds)
+        worker, coming = self._rooms.sensors.read(request.sensor, kinds)
         waited = asyncio.wrap_future(coming)
         try:
             # What waits for its turn behind others is not late.
-            while not (await asyncio.wait({waited}, timeout=station.patience_seconds))[0]:
-                if station.reader is None or station.ended or station.is_late():
-                    station.give_up(f"a reading was not made within {station.patience_seconds:g} s")
+            while not (await asyncio.wait({waited}, timeout=worker.patience_seconds))[0]:
+                if worker.reader is None or worker.ended or worker.is_late():
+                    worker.give_up(f"a reading was not made within {worker.patience_seconds:g} s")
                     raise KernelError(
-                        f"the sensor {request.sensor!r} cannot read: {station.fault or 'it was changed meanwhile'}",
+                        f"the sensor {request.sensor!r} cannot read: {worker.fault or 'it was changed meanwhile'}",
                         reason=Reason.PLUGIN_FAILED,
                         sensor=request.sensor,
                     )
@@ -158,7 +144,7 @@ class SensorServicer(sensor_pb2_grpc.SensorServiceServicer):
                 reader.close()
             return reader
 
-        reader = await self._rooms.turns.run([node.uid], tried)
+        reader = await self._rooms.limiter.run([node.uid], tried)
         applied = await asyncio.wrap_future(self._rooms.submit([command], context))
         return sensor_pb2.SetRangeComponentsResponse(
             stamp=stamp(applied.snapshot),

@@ -38,6 +38,7 @@ CODES = {
     Reason.LEASED: grpc.StatusCode.PERMISSION_DENIED,
     Reason.LEASE_ENDED: grpc.StatusCode.FAILED_PRECONDITION,
     Reason.COLLISION: grpc.StatusCode.FAILED_PRECONDITION,
+    Reason.PLAN_OUTDATED: grpc.StatusCode.ABORTED,
 }
 
 

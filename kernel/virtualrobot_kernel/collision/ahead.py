@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.collision.allowed import Pair
-from virtualrobot_kernel.collision.along import Switch, first_along, program_switches
 from virtualrobot_kernel.collision.bodies import made_of
 from virtualrobot_kernel.collision.joint_path import JointPath, of_laws, of_program, together
 from virtualrobot_kernel.collision.node_pairs import names_of
+from virtualrobot_kernel.collision.program_sweep import Switch, first_along, program_switches
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.collision.swept import SweptContact
 from virtualrobot_kernel.collision.transitions import STOPPING, Halt, watched

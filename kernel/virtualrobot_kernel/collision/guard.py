@@ -19,9 +19,9 @@ from virtualrobot_kernel.collision.brake_check import APART, contact_on, distanc
 from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.guard_commands import check
 from virtualrobot_kernel.collision.node_pairs import movers, moves, names_of
-from virtualrobot_kernel.collision.path_proofs import Doubt, PathProofs
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.collision.swept import SweptContact
+from virtualrobot_kernel.collision.verified_paths import Unverified, VerifiedPaths
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.braking import HARMLESS, RATES, Way, braking, going
@@ -73,7 +73,7 @@ class CollisionGuard:
     def __init__(self, shapes: CollisionShapes, world: World) -> None:
         """Guard from now on what the world says is to be guarded."""
         self._scene = CollisionScene(shapes)
-        self._proofs = PathProofs(self._scene)
+        self._verified = VerifiedPaths(self._scene)
         self._world = world
         self._oversees = False
         self._robots: frozenset[int] = frozenset()
@@ -172,10 +172,10 @@ class CollisionGuard:
         begin = now.state if later is None else later
         self._reach(now)
         held, touching = self._tolerated, self._in_touch
-        doubt = self._proofs.doubt(now, later, self._robots, held)
-        asked = frozenset(pair for pair in held if doubt.follow(*(now.structure.rows[uid] for uid in pair)))
-        motions = doubt.of_motions(begin.motions)
-        if not motions and not doubt.units.any():
+        unverified = self._verified.unverified(now, later, self._robots, held)
+        asked = frozenset(pair for pair in held if unverified.follow(*(now.structure.rows[uid] for uid in pair)))
+        motions = unverified.of_motions(begin.motions)
+        if not motions and not unverified.groups.any():
             self._later = (begin.tick, held, touching) if later is not None else None
             return None
         way = braking(now.structure, replace(begin, motions=motions), now.tick_seconds, world_poses)
@@ -184,8 +184,8 @@ class CollisionGuard:
             return _Threat(robots, "it takes too long to brake for it to be known whether it touches anything")
         if later is not None:
             way = way.after(now.state)
-        doubt.add_reached(way.reached)
-        sure = ~doubt.coordinates()
+        unverified.add_reached(way.reached)
+        sure = ~unverified.coordinates()
         way.positions[:, sure] = now.state.q[sure]
         if asked:
             parted, touching, anew = self._parted(now, way, asked)
@@ -193,9 +193,9 @@ class CollisionGuard:
                 return self._told(now, anew, now.tick_seconds)
             held -= parted
             for pair in parted:
-                doubt.add_pair(*(now.structure.rows[uid] for uid in pair))
+                unverified.add_pair(*(now.structure.rows[uid] for uid in pair))
         passing: set[Pair] = set()
-        while contact := self._contact(now, way, held | passing, doubt):
+        while contact := self._contact(now, way, held | passing, unverified):
             pair = contact.first, contact.second
             if pair not in self._tolerated and contact.time <= now.simulation_time + ROUNDING:
                 found = self._all_touching(now, self._robots)
@@ -213,10 +213,10 @@ class CollisionGuard:
         self._later = (begin.tick, held, touching) if later is not None else None
         return None
 
-    def _contact(self, now: Snapshot, way: Way, held: frozenset[Pair], doubt: Doubt) -> SweptContact | None:
-        if not doubt.units.any():
+    def _contact(self, now: Snapshot, way: Way, held: frozenset[Pair], unverified: Unverified) -> SweptContact | None:
+        if not unverified.groups.any():
             return None
-        return contact_on(self._scene, now, way, self._robots, held, doubt.asked)
+        return contact_on(self._scene, now, way, self._robots, held, unverified.asked)
 
     def _reach(self, now: Snapshot) -> None:
         """Take what was found of a tick for true, once it was made."""

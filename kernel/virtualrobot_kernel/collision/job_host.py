@@ -16,7 +16,7 @@ from typing import Any
 
 from virtualrobot_sdk.worker.blame import describe_error, traceback_of
 
-from virtualrobot_kernel.collision.shipping import World
+from virtualrobot_kernel.collision.scene_transfer import TransferredWorld
 from virtualrobot_kernel.collision.site import GivenUp, Site
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.world.state import State
@@ -56,7 +56,7 @@ class JobHost:
         atexit.register(self._end)
 
     def start(
-        self, job: str, world: World | None, state: State, tick_seconds: float, arguments: tuple[object, ...]
+        self, job: str, world: TransferredWorld | None, state: State, tick_seconds: float, arguments: tuple[object, ...]
     ) -> None:
         """Make ready for a job, `module:function`, in another world or in the same structure (None)."""
         self._over.clear()

@@ -16,7 +16,7 @@ from virtualrobot_kernel.collision.placed import Placed, piece_distance
 from virtualrobot_kernel.collision.tessellation import SEGMENTS
 from virtualrobot_kernel.collision.touching import touches, touching
 from virtualrobot_kernel.numeric.boxes import SLACK
-from virtualrobot_kernel.numeric.gaps import box_gaps
+from virtualrobot_kernel.numeric.distance_bounds import box_gaps
 
 Integers = NDArray[np.int64]
 

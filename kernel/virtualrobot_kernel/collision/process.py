@@ -13,7 +13,7 @@ from virtualrobot_sdk.errors import ComponentFault, FaultKind, PluginError
 from virtualrobot_sdk.worker import Worker
 
 from virtualrobot_kernel.collision.job_host import Answer, Ending
-from virtualrobot_kernel.collision.shipping import World, moment_of
+from virtualrobot_kernel.collision.scene_transfer import TransferredWorld, transferred_state
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Structure
@@ -64,16 +64,18 @@ class Job(Future):
 class Process:
     """Owns a worker process; used by one thread. It starts with the first job, and anew after it has failed."""
 
-    def __init__(self, name: str, world_of: Callable[[Structure], World], silent_seconds: float) -> None:
+    def __init__(
+        self, name: str, transferred_world: Callable[[Structure], TransferredWorld], silent_seconds: float
+    ) -> None:
         """Make ready.
 
         Args:
             name: stands before what the process prints, in the log.
-            world_of: what is sent of a structure.
+            transferred_world: what is sent of a structure.
             silent_seconds: how long a job may neither report nor ask whether anybody waits, before it counts as hung.
         """
         self.name = name
-        self._world_of = world_of
+        self._world_of = transferred_world
         self._silent = silent_seconds
         self._worker: Worker | None = None
         self._structure: Structure | None = None
@@ -124,7 +126,7 @@ class Process:
     def _begun(self, job: Job) -> Worker:
         """Send a job, with its world where the process has another one."""
         worker = self._started()
-        structure, state = job.snapshot.structure, moment_of(job.snapshot.state)
+        structure, state = job.snapshot.structure, transferred_state(job.snapshot.state)
         world = None if structure is self._structure else self._world_of(structure)
         self._structure = None
         asked = job.path, world, state, job.snapshot.tick_seconds, job.arguments

@@ -9,7 +9,7 @@ from typing import Any
 
 from virtualrobot_kernel.background import spare_cores
 from virtualrobot_kernel.collision.process import Job, Process
-from virtualrobot_kernel.collision.shipping import World, world_of
+from virtualrobot_kernel.collision.scene_transfer import TransferredWorld, transferred_world
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.state import Snapshot
@@ -49,7 +49,7 @@ class Processes:
         self._at_work: dict[threading.Thread, tuple[Process, Job | None]] = {}
         self._idle = 0
         self._closed = False
-        self._last: tuple[Structure, World] | None = None
+        self._last: tuple[Structure, TransferredWorld] | None = None
 
     @property
     def pids(self) -> list[int]:
@@ -125,11 +125,11 @@ class Processes:
             self._at_work[thread] = process, job
             return job
 
-    def _world_of(self, structure: Structure) -> World:
+    def _world_of(self, structure: Structure) -> TransferredWorld:
         """Return what is sent of a structure; the same for all processes."""
         last = self._last
         if last is None or last[0] is not structure:
-            self._last = last = structure, world_of(structure, self._shapes)
+            self._last = last = structure, transferred_world(structure, self._shapes)
         return last[1]
 
 

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from virtualrobot_kernel.collision.allowed import Pair, ordered
 from virtualrobot_kernel.collision.bodies import Bodies, bodies_of, made_of
 from virtualrobot_kernel.collision.depth import Depth, depth_of
+from virtualrobot_kernel.collision.distance_cache import DistanceCache
 from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.pairs import box_distances, is_near, pair_of, pair_within
 from virtualrobot_kernel.collision.placed import Placed
-from virtualrobot_kernel.collision.remembered import Remembered
 from virtualrobot_kernel.collision.touching import Contacts, touches
 from virtualrobot_kernel.world.state import Snapshot, unchanged
 
@@ -67,7 +67,7 @@ class CollisionScene:
         self._shapes = shapes
         self._bodies: Bodies | None = None
         self._placed = Placed((), np.zeros((0, 4, 4)))
-        self._remembered = Remembered(self._placed)
+        self._remembered = DistanceCache(self._placed)
         self._world_t_node = np.zeros((0, 4, 4))
         self._uids: list[int] = []
 
@@ -88,7 +88,7 @@ class CollisionScene:
         return self._placed
 
     @property
-    def remembered(self) -> Remembered:
+    def remembered(self) -> DistanceCache:
         """Return the distances that were measured between these elements."""
         return self._remembered
 
@@ -106,7 +106,7 @@ class CollisionScene:
                 self._placed.move(poses)
             else:
                 self._placed = Placed(now.solids, poses, self._placed, now.padding)
-                self._remembered = Remembered(self._placed)
+                self._remembered = DistanceCache(self._placed)
         self._world_t_node = world_t_node
 
     def collisions(

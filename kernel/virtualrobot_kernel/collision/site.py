@@ -7,7 +7,7 @@ import time
 
 from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.scene import CollisionScene
-from virtualrobot_kernel.collision.shipping import World, as_before
+from virtualrobot_kernel.collision.scene_transfer import TransferredWorld, as_before
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.world.figures import Geometry, Mesh
@@ -34,12 +34,12 @@ class Site:
         self.report: tuple[int, object] = 0, None
         self.gone = threading.Event()
         self.heard = time.monotonic()
-        self._world: World | None = None
+        self._world: TransferredWorld | None = None
         self._state: State | None = None
         self._shapes = CollisionShapes(self._triangles)
         self.scene = CollisionScene(self._shapes)
 
-    def put(self, world: World | None, state: State, tick_seconds: float) -> None:
+    def put(self, world: TransferredWorld | None, state: State, tick_seconds: float) -> None:
         """Begin a job: in another world, or in the same structure as the job before (None)."""
         if world is not None:
             self._world = world

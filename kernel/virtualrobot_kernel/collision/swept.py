@@ -21,8 +21,8 @@ from virtualrobot_kernel.collision.pairs import least_distance, pair_of
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.numeric.boxes import follow_nodes
+from virtualrobot_kernel.numeric.motion_bounds import element_travels, joint_travels
 from virtualrobot_kernel.numeric.sweeping import boxes_in_reach, pairs_in_reach
-from virtualrobot_kernel.numeric.travel import element_travels, joint_travels
 from virtualrobot_kernel.planning.robots import poses_of_rows
 from virtualrobot_kernel.world.state import Snapshot
 

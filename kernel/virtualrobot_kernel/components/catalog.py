@@ -7,7 +7,7 @@ its code comes into this process only when it offers a component that says so.
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from importlib.metadata import EntryPoint, entry_points
@@ -70,7 +70,8 @@ class Catalog:
             entry_points(group=ENTRY_POINT_GROUP), key=lambda point: (_package(point) != OWN_PACKAGE, point.name)
         )
         with ThreadPoolExecutor(max(1, len(points)), thread_name_prefix="plugins") as pool:
-            self._plugins = tuple(_without_clashes(pool.map(_looked_at, points)))
+            found = tuple(pool.map(_looked_at, points))
+        self._plugins = _without_clashes(found, _claims(self._plugins))
         for plugin in self._plugins:
             if plugin.reason:
                 log.warning("the plugin %r of %s offers nothing: %s", plugin.name, plugin.package, plugin.reason)
@@ -123,20 +124,40 @@ def _loaded(found: Plugin, point: EntryPoint) -> Plugin:
     return replace(found, api_version=api_version, offers=offers)
 
 
-def _without_clashes(plugins: Iterable[Plugin]) -> Iterator[Plugin]:
-    """Yield the plugins; one that offers what an earlier one offers, by name or ending, offers nothing."""
-    owners: dict[tuple[ComponentKind, str], str] = {}
+Claim = tuple[ComponentKind, str]
+"""A name among the components of its kind, or an ending of the files that importers read."""
+
+
+def _claims(plugins: Iterable[Plugin]) -> dict[Claim, list[Plugin]]:
+    """Return which plugins offer each name and read each ending, in their order."""
+    claims: dict[Claim, list[Plugin]] = {}
     for plugin in plugins:
-        offered = [offer.about for offer in plugin.offers]
-        claims = [(about.kind, name) for about in offered for name in (about.name, *about.endings)]
-        taken = next((claim for claim in claims if claim in owners), None)
-        if taken is not None:
-            kind, name = taken
-            by = f"by the plugin {owners[taken]!r} already"
-            reason = f"the {kind.value} component {name!r} is offered {by}; choose another name"
-            if name.startswith("."):
-                reason = f"files {name!r} are read {by}"
-            plugin = replace(plugin, offers=(), reason=reason)
-        else:
-            owners.update(dict.fromkeys(claims, plugin.name))
-        yield plugin
+        for about in (offer.about for offer in plugin.offers):
+            for name in (about.name, *about.endings):
+                claims.setdefault((about.kind, name), []).append(plugin)
+    return claims
+
+
+def _without_clashes(plugins: tuple[Plugin, ...], before: Mapping[Claim, list[Plugin]]) -> tuple[Plugin, ...]:
+    """Return the plugins; of several that claim a name or an ending one at most offers anything.
+
+    It is the kernel's own, or else the one that had it in the catalog before this one. Where there is neither, none
+    does: which of them robots mean by the name nobody can tell.
+    """
+    claims = _claims(plugins)
+    reasons: dict[str, str] = {}
+    for claim, claimants in claims.items():
+        if len(claimants) == 1:
+            continue
+        held = [plugin.name for plugin in before.get(claim, ())]
+        owner = next((p.name for p in claimants if p.package == OWN_PACKAGE or p.name in held), None)
+        kind, name = claim
+        for plugin in claimants:
+            others = " and ".join(repr(p.name) for p in claimants if p is not plugin)
+            by = f"by the plugin {owner!r} already" if owner else f"by {others} as well: uninstall all but one"
+            if plugin.name != owner and name.startswith("."):
+                reasons.setdefault(plugin.name, f"files {name!r} are read {by}")
+            elif plugin.name != owner:
+                choose = "; choose another name" if owner else ""
+                reasons.setdefault(plugin.name, f"the {kind.value} component {name!r} is offered {by}{choose}")
+    return tuple(replace(p, offers=(), reason=reasons[p.name]) if p.name in reasons else p for p in plugins)

@@ -35,18 +35,30 @@ class Instance(Protocol):
         """
         ...
 
+    @property
+    def has_ended(self) -> bool:
+        """Whether a fault has ended its process."""
+        ...
+
     def close(self) -> None:
         """End the component."""
         ...
 
 
 class Running:
-    """A component at work for somebody: counts its calls, and is not asked again after a fault."""
+    """A component at work for somebody: counts its calls, and keeps its faults.
+
+    A fault refuses the call in which it happens. One that ended the component's process (it hung, crashed or grew) is
+    kept as `fault`, and the component is not asked again; whoever has it may make another.
+    """
 
     def __init__(self, offer: Offer, instance: Instance, user: str) -> None:
         """Take an instance of what a plugin offers; `user` is whom it works for, in words for errors."""
         self.offer = offer
         self.fault: ComponentFault | None = None
+        """What ended its process."""
+        self.latest: ComponentFault | None = None
+        """Its latest fault of any kind."""
         self.calls = 0
         self._seconds = 0.0
         self._instance = instance
@@ -90,8 +102,10 @@ class Running:
 
     def failed(self, fault: ComponentFault) -> KernelError:
         """Keep a fault and return the error that tells of it."""
-        if self.fault is None:
-            self.fault = fault
+        # Without its traceback, whose frames would keep the caller, and so this component, alive.
+        self.latest = ComponentFault(fault.kind, fault.reason, fault.details)
+        if self.fault is None and self._instance.has_ended:
+            self.fault = self.latest
             self._instance.close()
         return plugin_failed(self.offer, self._user, fault)
 
@@ -149,6 +163,7 @@ class _InProcess:
     """A component in this process."""
 
     process_id = 0
+    has_ended = False
 
     def __init__(self, offer: Offer, settings: Mapping[str, Any], arguments: tuple[object, ...]) -> None:
         assert offer.registration is not None
@@ -197,6 +212,10 @@ class _InWorker:
     @property
     def process_id(self) -> int:
         return self._worker.pid or 0
+
+    @property
+    def has_ended(self) -> bool:
+        return self._worker.fault is not None
 
     def call(self, method: str, *arguments: object) -> Any:  # noqa: ANN401
         return self._worker.call(method, *arguments, deadline_seconds=self._deadline)

@@ -13,7 +13,11 @@ from virtualrobot_kernel.collision.clearances import Measured
 from virtualrobot_kernel.drawing.alarm import Touching, contact_points
 from virtualrobot_kernel.drawing.extent import node_box
 from virtualrobot_kernel.drawing.ghosts import ghost_figures
-from virtualrobot_kernel.drawing.inks import (
+from virtualrobot_kernel.drawing.inventory import joint_axes
+from virtualrobot_kernel.drawing.library import AXIS_ARROW
+from virtualrobot_kernel.drawing.library import ShapeLibrary as DrawnShapes
+from virtualrobot_kernel.drawing.overlay import Overlay, Words
+from virtualrobot_kernel.drawing.palette import (
     BOX_COLOR,
     BOX_WIDTH,
     CLEARANCE_COLOR,
@@ -26,10 +30,6 @@ from virtualrobot_kernel.drawing.inks import (
     ink,
     measured_words,
 )
-from virtualrobot_kernel.drawing.inventory import joint_axes
-from virtualrobot_kernel.drawing.library import AXIS_ARROW
-from virtualrobot_kernel.drawing.library import ShapeLibrary as DrawnShapes
-from virtualrobot_kernel.drawing.overlay import Overlay, Words
 from virtualrobot_kernel.drawing.sensor_strokes import add_sensors
 from virtualrobot_kernel.drawing.view import ViewSettings
 from virtualrobot_kernel.sensing.elements import Elements

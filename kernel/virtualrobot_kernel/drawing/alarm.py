@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.collision.report import Touch
-from virtualrobot_kernel.drawing.appearance import Rgba
+from virtualrobot_kernel.drawing.figure_glb import Rgba
 from virtualrobot_kernel.drawing.view import Color, ViewSettings
-from virtualrobot_kernel.sensing.looks import Looks, linear
+from virtualrobot_kernel.sensing.appearance import Appearances, linear
 
 Touching = tuple[Touch, ...]
 """What the collision monitor has found to touch."""
@@ -52,7 +52,7 @@ def reddened(color: Rgba | None) -> Rgba:
     return *RED, 1.0 if color is None else color[3]
 
 
-def red_looks(looks: Looks, uids: NDArray[np.int64], red: frozenset[int]) -> Looks:
+def red_looks(looks: Appearances, uids: NDArray[np.int64], red: frozenset[int]) -> Appearances:
     """Return the looks of elements of the nodes `uids` (e,) with those of `red` nodes red."""
     rows = np.isin(uids, list(red))
     if not rows.any():

@@ -10,9 +10,9 @@ import viser
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.drawing.batches import wxyz_of
-from virtualrobot_kernel.drawing.inks import BOX_COLOR, BOX_WIDTH, CONTACT_COLOR, CONTACT_SIZE, box_edges, ink
 from virtualrobot_kernel.drawing.inventory import Inventory, node_bounds
 from virtualrobot_kernel.drawing.library import ShapeLibrary
+from virtualrobot_kernel.drawing.palette import BOX_COLOR, BOX_WIDTH, CONTACT_COLOR, CONTACT_SIZE, box_edges, ink
 from virtualrobot_kernel.world.figures import Figure, Label, Lines, Points
 from virtualrobot_kernel.world.structure import Structure
 

@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from virtualrobot_kernel.drawing.painter import Sight
+from virtualrobot_kernel.drawing.renderer import Sight
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import World

@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot_sdk.glb import ARRAY_BUFFER, ELEMENT_BUFFER, ROUGHNESS, Buffers, material, pack_glb, upright
 from virtualrobot_sdk.srgb import to_linear
-
-from virtualrobot_kernel.formats.glb import ARRAY_BUFFER, ELEMENT_BUFFER, ROUGHNESS, Buffers, container
 
 
 def encode(
@@ -41,11 +40,6 @@ def encode(
     }
     if vertex_colors is not None:
         attributes["COLOR_0"] = binary.add(to_linear(vertex_colors).astype(np.float32), "VEC3", ARRAY_BUFFER)
-    surface: dict[str, Any] = {
-        "baseColorFactor": [*to_linear(color[:3]).tolist(), float(color[3])],
-        "metallicFactor": 0.0,
-        "roughnessFactor": roughness,
-    }
     document: dict[str, Any] = {
         "asset": {"version": "2.0"},
         "scene": 0,
@@ -53,18 +47,13 @@ def encode(
         "nodes": [{"mesh": 0}],
     }
     if uv is not None and texture is not None:
-        upright = np.asarray(uv, np.float32) * (1.0, -1.0) + (0.0, 1.0)  # glTF counts v from the upper edge
-        attributes["TEXCOORD_0"] = binary.add(upright.astype(np.float32), "VEC2", ARRAY_BUFFER)
+        attributes["TEXCOORD_0"] = binary.add(upright(np.asarray(uv)), "VEC2", ARRAY_BUFFER)
         document["images"] = [{"bufferView": binary.append(texture), "mimeType": "image/png"}]
         document["textures"] = [{"source": 0}]
-        surface["baseColorTexture"] = {"index": 0}
     indices = binary.add(np.asarray(faces, np.uint32).reshape(-1), "SCALAR", ELEMENT_BUFFER)
-    material: dict[str, Any] = {"pbrMetallicRoughness": surface, "doubleSided": True}
-    if color[3] < 1.0:
-        material["alphaMode"] = "BLEND"
-    document["materials"] = [material]
+    document["materials"] = [material(color, roughness, 0 if "textures" in document else None)]
     document["meshes"] = [{"primitives": [{"attributes": attributes, "indices": indices, "material": 0}]}]
     document["accessors"] = binary.accessors
     document["bufferViews"] = binary.views
     document["buffers"] = [{"byteLength": len(binary.data)}]
-    return container(document, binary.data)
+    return pack_glb(document, binary.data)

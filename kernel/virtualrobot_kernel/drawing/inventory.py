@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.drawing.alarm import reddened
-from virtualrobot_kernel.drawing.appearance import Rgba
+from virtualrobot_kernel.drawing.figure_glb import Rgba
 from virtualrobot_kernel.drawing.library import AXIS_ARROW, ShapeKey, ShapeLibrary, Vector, shape_key
 from virtualrobot_kernel.world.figures import Figure, Pose
 from virtualrobot_kernel.world.structure import JointType, LinkData, Node, Structure

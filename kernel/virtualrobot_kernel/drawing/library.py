@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot_kernel.drawing.appearance import Rgba, encode
+from virtualrobot_kernel.drawing.figure_glb import Rgba, encode
 from virtualrobot_kernel.shapes import primitives
 from virtualrobot_kernel.shapes.creases import shaded
 from virtualrobot_kernel.shapes.figure_library import FigureLibrary

@@ -9,7 +9,7 @@ import viser
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.collision.clearances import Clearance, Measured
-from virtualrobot_kernel.drawing.inks import (
+from virtualrobot_kernel.drawing.palette import (
     CLEARANCE_COLOR,
     MEASURE_COLOR,
     MEASURE_WIDTH,

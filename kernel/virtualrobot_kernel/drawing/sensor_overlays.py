@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from virtualrobot_kernel.drawing.annotations import add_dots
 from virtualrobot_kernel.drawing.batches import wxyz_of
-from virtualrobot_kernel.drawing.inks import FRUSTUM_COLOR, FRUSTUM_WIDTH, RAY_WIDTH, SCAN_POINT_SIZE
+from virtualrobot_kernel.drawing.palette import FRUSTUM_COLOR, FRUSTUM_WIDTH, RAY_WIDTH, SCAN_POINT_SIZE
 from virtualrobot_kernel.sensing.overlays import (
     FRUSTUM_DEPTH,
     Bytes,

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot_kernel.drawing.inks import FRUSTUM_COLOR, FRUSTUM_WIDTH, RAY_WIDTH, SCAN_POINT_SIZE
 from virtualrobot_kernel.drawing.overlay import Inlay, Lines, Overlay
+from virtualrobot_kernel.drawing.palette import FRUSTUM_COLOR, FRUSTUM_WIDTH, RAY_WIDTH, SCAN_POINT_SIZE
 from virtualrobot_kernel.sensing.overlays import (
     FRUSTUM_DEPTH,
     SensorOverlay,

@@ -6,7 +6,7 @@ import numpy as np
 import viser
 
 from virtualrobot_kernel.drawing.alarm import alarmed
-from virtualrobot_kernel.drawing.inks import (
+from virtualrobot_kernel.drawing.palette import (
     CELL_COLOR,
     CELL_WIDTH,
     FADE_METERS,

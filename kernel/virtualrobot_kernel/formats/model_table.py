@@ -9,7 +9,7 @@ from difflib import get_close_matches
 from functools import cache
 from importlib.resources import files as package_files
 
-from ruamel.yaml import YAML
+import yaml
 
 from virtualrobot_kernel.errors import MissingFileError, UnknownNameError
 
@@ -58,7 +58,7 @@ class KnownModel:
 def list_models() -> tuple[KnownModel, ...]:
     """Return the known models by name, whether installed or not."""
     text = (package_files(_OWN) / "models" / "models.yaml").read_text("utf-8")
-    table = YAML(typ="safe", pure=True).load(text)
+    table = yaml.safe_load(text)
     packages = table["packages"]
     models = []
     for name, entry in table["models"].items():

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from importlib.resources import files
 
+import yaml
 from google.protobuf.json_format import ParseDict
-from ruamel.yaml import YAML
 from virtualrobot.v1 import sensor_pb2
 
 
 def read() -> sensor_pb2.ListSensorPresetsResponse:
     """Return the devices that come with the kernel."""
     text = (files("virtualrobot_kernel") / "sensing" / "presets.yaml").read_text("utf-8")
-    return ParseDict(YAML(typ="safe", pure=True).load(text), sensor_pb2.ListSensorPresetsResponse())
+    return ParseDict(yaml.safe_load(text), sensor_pb2.ListSensorPresetsResponse())

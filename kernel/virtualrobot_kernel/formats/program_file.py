@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-from ruamel.yaml.nodes import MappingNode
 from virtualrobot.v1 import motion_pb2
 
-from virtualrobot_kernel.formats.scene_file import composed, read
+from virtualrobot_kernel.formats.scene_file import composed
 from virtualrobot_kernel.formats.scene_reader import SceneReader
+from virtualrobot_kernel.formats.yaml_text import Check, MappingNode
 
 SCHEMA_VERSION = 1
 """The version of the format that is read."""
 
 
-def parse(text: str, uri: str = "program.yaml") -> motion_pb2.StartMotionRequest:
-    """Return the motion that `text` tells; `uri` names the file in errors.
+def parse(text: str, uri: str = "program.yaml", check: Check = lambda: None) -> motion_pb2.StartMotionRequest:
+    """Return the motion that `text` tells; `uri` names the file in errors, and `check` may end the reading.
 
     Raises:
         MalformedFileError: `program.yaml:12: steps[3].move.moves[0].robot: ...`, as for scene files.
     """
-    root = composed(text, uri, "program", SCHEMA_VERSION)
+    root = composed(text, uri, "program", SCHEMA_VERSION, check)
     rest = [(key, value) for key, value in root.value if key.value != "schema_version"]
-    fields = MappingNode(root.tag, rest, root.start_mark, root.end_mark)
+    fields = MappingNode(rest, root.line, root.tag)
     motion = motion_pb2.StartMotionRequest()
-    read(motion, fields, SceneReader(uri, "program"))
+    SceneReader(uri, "program", check).fill(motion, fields, "")
     return motion

@@ -11,15 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from google.protobuf.message import Message
-from ruamel.yaml import YAML
-from ruamel.yaml.error import MarkedYAMLError, YAMLError
-from ruamel.yaml.nodes import MappingNode, Node
 from virtualrobot.v1 import nodes_pb2, scene_pb2
 
 from virtualrobot_kernel.formats.scene_reader import SceneReader
 from virtualrobot_kernel.formats.scene_writer import to_plain, write_yaml
 from virtualrobot_kernel.formats.xml import malformed
+from virtualrobot_kernel.formats.yaml_text import Check, MappingNode, Node, SequenceNode, compose
+from virtualrobot_kernel.world.consistency import check_count
 
 SCHEMA_VERSION = 1
 """The version of the format that is written and read."""
@@ -27,38 +25,28 @@ SCHEMA_VERSION = 1
 HEADER = "# A VirtualRobot scene: meters, radians, kilograms; parents before children.\n"
 
 
-def parse(text: str, uri: str = "scene.yaml") -> scene_pb2.SceneFile:
+def parse(text: str, uri: str = "scene.yaml", check: Check = lambda: None) -> scene_pb2.SceneFile:
     """Return the scene that `text` tells; `uri` names the file in errors.
+
+    `check` is called again and again; what it raises ends the reading.
 
     Raises:
         MalformedFileError: `scene.yaml:12: nodes[3].figures[0].box: ...` for broken YAML, duplicate, unknown and
             misplaced keys, values of a wrong type, and a schema version that is missing or unknown.
+        KernelError: TOO_LARGE, see `formats/yaml_text.py`.
     """
     scene = scene_pb2.SceneFile()
-    read(scene, composed(text, uri, "scene", SCHEMA_VERSION), SceneReader(uri))
+    root = composed(text, uri, "scene", SCHEMA_VERSION, check)
+    for key, value in root.value:
+        if isinstance(value, SequenceNode) and key.value == "nodes":
+            check_count(len(value.value))  # before the long work
+    SceneReader(uri, check=check).fill(scene, root, "")
     return scene
 
 
-def composed(text: str, uri: str, kind: str, version: int) -> MappingNode:
-    """Return the YAML of a file of some kind that begins with this schema version; raise MalformedFileError."""
-    try:
-        root = YAML(typ="rt", pure=True).compose(text)
-    except MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        line = mark.line + 1 if mark is not None else None
-        raise malformed(uri, line, f"not YAML: {error.problem or error.context}") from error
-    except (YAMLError, RecursionError, ValueError) as error:
-        message = "nested too deeply" if isinstance(error, RecursionError) else f"not YAML: {error}"
-        raise malformed(uri, None, message) from error
-    return _of_version(root, uri, kind, version)
-
-
-def read(message: Message, root: Node, reader: SceneReader) -> None:
-    """Fill a message from YAML; raise MalformedFileError."""
-    try:
-        reader.fill(message, root, "")
-    except RecursionError as error:
-        raise malformed(reader.uri, None, "nested too deeply") from error
+def composed(text: str, uri: str, kind: str, version: int, check: Check = lambda: None) -> MappingNode:
+    """Return the YAML of a file of some kind that begins with this schema version; raise as `parse` does."""
+    return _of_version(compose(text, uri, check), uri, kind, version)
 
 
 def format(scene: scene_pb2.SceneFile) -> str:
@@ -91,11 +79,11 @@ def _of_version(root: Node | None, uri: str, kind: str, version: int) -> Mapping
     if root is None:
         raise malformed(uri, 1, f"the file is empty; {example}")
     if not isinstance(root, MappingNode):
-        raise malformed(uri, root.start_mark.line + 1, f"expected keys and values; {example}")
+        raise malformed(uri, root.line, f"expected keys and values; {example}")
     for key, value in root.value:
         if key.value == "schema_version":
             if value.value != str(version):
-                line = value.start_mark.line + 1
+                line = value.line
                 known = f"unknown version {value.value!r}; this kernel reads version {version}"
                 raise malformed(uri, line, known, "schema_version")
             return root

@@ -5,16 +5,16 @@ from __future__ import annotations
 import base64
 import binascii
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from difflib import get_close_matches
 
 from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.json_format import ParseDict
 from google.protobuf.message import Message
-from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from virtualrobot_kernel.errors import MalformedFileError
 from virtualrobot_kernel.formats.xml import malformed
+from virtualrobot_kernel.formats.yaml_text import Check, MappingNode, Node, ScalarNode, SequenceNode
 from virtualrobot_kernel.messages.fields import STRUCT, Field, is_map, is_repeated, map_value
 
 _NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?")
@@ -36,10 +36,12 @@ class SceneReader:
 
     uri: str
     kind: str = "scene"
-    _seen: set[int] = field(default_factory=set)
+    check: Check = lambda: None
+    """Called for each message; what it raises ends the reading."""
 
     def fill(self, message: Message, node: Node, path: str) -> None:
         """Set the fields of `message` from a YAML mapping; `path` says where in the file the mapping is."""
+        self.check()
         if message.DESCRIPTOR.full_name == STRUCT:
             ParseDict(self._plain_items(node, path), message)
             return
@@ -102,7 +104,7 @@ class SceneReader:
             if key.value in lines:
                 first = f"the key {key.value!r} is there twice; first on line {lines[key.value]}"
                 raise self._error(key, path or f"the {self.kind}", first)
-            lines[key.value] = key.start_mark.line + 1
+            lines[key.value] = key.line
         return [(key.value, value) for key, value in node.value]
 
     def _list(self, node: Node, path: str) -> list[Node]:
@@ -123,7 +125,7 @@ class SceneReader:
             return [self._plain(item, f"{path}[{index}]") for index, item in enumerate(self._list(node, path))]
         self._visit(node, path)
         text = node.value
-        if not isinstance(node, ScalarNode) or node.style is not None:
+        if not isinstance(node, ScalarNode) or not node.plain:
             return text
         if self._is_null(node):
             return None
@@ -143,7 +145,7 @@ class SceneReader:
         expected = "text" if kind == FieldDescriptor.CPPTYPE_STRING else _EXPECTED.get(kind, "a number")
         if not isinstance(node, ScalarNode):
             raise self._error(node, path, f"expected {expected}, got {_described(node)}")
-        text, plain = node.value, node.style is None
+        text, plain = node.value, node.plain
         if descriptor.type == FieldDescriptor.TYPE_BYTES:
             try:
                 return base64.b64decode(text, validate=True)
@@ -177,25 +179,21 @@ class SceneReader:
         return value.number
 
     def _visit(self, node: Node, path: str) -> None:
-        """Refuse what YAML can but scenes don't need: aliases, by which few lines may become gigabytes, and tags."""
-        if id(node) in self._seen:
-            refused = f"aliases (*name) are not read in {self.kind} files: write it out"
-            raise self._error(node, path or f"the {self.kind}", refused)
-        self._seen.add(id(node))
-        tag = str(node.tag or "")
+        """Refuse what YAML can but scenes don't need: tags."""
+        tag = node.tag or ""
         if tag and tag.removeprefix("tag:yaml.org,2002:") not in _TAGS:
             raise self._error(node, path or f"the {self.kind}", f"tags ({tag}) are not read in {self.kind} files")
 
     @staticmethod
     def _is_null(node: Node) -> bool:
-        return isinstance(node, ScalarNode) and node.style is None and node.value in _NULLS
+        return isinstance(node, ScalarNode) and node.plain and node.value in _NULLS
 
     @staticmethod
     def _key_line(node: Node, name: str) -> int:
-        return next(key.start_mark.line + 1 for key, _ in node.value if key.value == name)
+        return next(key.line for key, _ in node.value if key.value == name)
 
     def _error(self, place: Node | int, path: str, message: str) -> MalformedFileError:
-        line = place if isinstance(place, int) else place.start_mark.line + 1
+        line = place if isinstance(place, int) else place.line
         return malformed(self.uri, line, message, path)
 
 

@@ -221,7 +221,7 @@ def shade(
         uv: (n, 2)
         normal: (n, 3)
         poses: (e, 4, 4) world_t_element.
-        colors: (e, 4) as in `Looks`, so also the next.
+        colors: (e, 4) as in `Appearances`, so also the next.
         element_starts: (e, 4)
         faces: as in `Surfaces`, so also all up to `texels`.
         part_of: (f,)

@@ -14,8 +14,8 @@ import numpy as np
 from numba import boolean, float64, int8, int32, int64
 from virtualrobot_sdk.compiled.cache import array_of, compiled, inlined, output_of
 
-from virtualrobot_kernel.numeric.gaps import SLACK, block_distance, remembered_distance
-from virtualrobot_kernel.numeric.travel import corners_of, step_up
+from virtualrobot_kernel.numeric.distance_bounds import SLACK, block_distance, cached_distance_bound
+from virtualrobot_kernel.numeric.motion_bounds import corners_of, step_up
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 Integers = np.ndarray[Any, np.dtype[np.int64]]
@@ -153,7 +153,7 @@ def pairs_in_reach(
     Args:
         asked: (m,) which pairs are asked.
         pairs: (k, 2) elements.
-        slots: (k,) where what was measured of them is kept, as `remembered_distance` says.
+        slots: (k,) where what was measured of them is kept, as `cached_distance_bound` says.
         world_t_node: (n, 4, 4) at the begin.
         parent: (n,), `joint_type`, `axis`, `joint`, `moving` as in `element_travels`, `depth` as in `joint_travels`.
         joint_type: (n,).
@@ -167,7 +167,7 @@ def pairs_in_reach(
         first_block: (e + 1,), `block_centre` and `block_half` as in `block_distance`.
         block_centre: (b, 3).
         block_half: (b, 3).
-        first_t_second: (s, c, 3, 4) and `distances` as in `remembered_distance`.
+        first_t_second: (s, c, 3, 4) and `distances` as in `cached_distance_bound`.
         distances: (s, c).
         begin_t_element: (e, 4, 4) where the elements are at the begin.
         begin_centre: (e, 3) the box around each element along the world's axes there.
@@ -230,7 +230,7 @@ def pairs_in_reach(
                 if known[pair] < 2:
                     known[pair] = 2
                     blocks = block_distance(one, other, poses, first_block, block_centre, block_half, work, place)
-                    kept = remembered_distance(
+                    kept = cached_distance_bound(
                         one, other, slot, poses, core_centre, core_half, first_t_second, distances, now, change
                     )
                     bounds[pair] = max(bounds[pair], max(blocks, kept))

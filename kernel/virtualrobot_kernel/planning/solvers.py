@@ -10,7 +10,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from typing import Any, TypeGuard, TypeVar
 
 import numpy as np
 from virtualrobot_sdk.answers import check_solution, checked_frames, checked_jacobian, checked_result
@@ -23,14 +23,18 @@ from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.running import Running, start
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning.robots import Arm, tip_of
-from virtualrobot_kernel.world.commands import Command, CreateNodes, UpdateNode
+from virtualrobot_kernel.world.commands import Command, CreateNodes, SetKinematics, UpdateNode
 from virtualrobot_kernel.world.groups import WHOLE, Group, named_group
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import Applied
-from virtualrobot_kernel.world.structure import Node, NodeSpec, RobotData, Structure
+from virtualrobot_kernel.world.structure import JointGroup, Node, NodeSpec, RobotData, Structure
 
 AUTOMATIC = ("closed_form", "arm_angle", "chain")
 """What a robot gets that names no component: the first that takes it; only the last one's refusal counts."""
+MOST_ENDS = 3
+"""After so many ends of its process a component is not made anew."""
+FORGIVEN_CALLS = 100
+"""After so many calls the ends before them do not count."""
 PASSING_ARMS = 32
 """How many components are kept ready of arms with locked joints and of chains that are chosen by links."""
 CHECK_SEED = 20061
@@ -105,6 +109,22 @@ class Tried:
     settings: Mapping[str, Any]
     solver: Solver
     check: SelfCheck
+    ends: int = 0
+    """How often its process has ended before this one."""
+    before: str = ""
+    """The latest fault of the process before this one."""
+
+    @property
+    def fault(self) -> str:
+        """Return its latest fault since it was chosen; empty while there was none."""
+        latest = self.solver.running.latest
+        return latest.reason if latest else self.before
+
+    @property
+    def ends_so_far(self) -> int:
+        """Return how often its process has ended, this one included; long good work is not held against it."""
+        running = self.solver.running
+        return (running.fault is not None) + (self.ends if running.calls < FORGIVEN_CALLS else 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,11 +213,13 @@ class Solvers:
         name, settings = chosen(arm.robot, arm.group)
         key = arm.robot.uid, arm.group.name
         with self._lock_of(arm.robot.uid):
-            kept = self._kept.get(key)
-            if kept is None or not _fits(kept, chain, name, settings):
+            kept = before = self._kept.get(key)
+            if kept is None or not _fits(kept, chain, name, settings) or _ended(kept):
                 self._drop_all_but(snapshot.structure)
                 try:
                     kept = self._tried(snapshot, arm, name, settings)
+                    if before is not None and _ended(before) and _fits(before, chain, name, settings):
+                        kept = replace(kept, ends=before.ends_so_far, before=before.fault)
                 except KernelError as error:
                     # Kept too: nobody wants to wait for the same failure again.
                     kept = _Refused(chain, name, name or AUTOMATIC[-1], settings, error)
@@ -214,6 +236,7 @@ class Solvers:
         tried = self._tried(snapshot, arm, kinematics, settings)
         applied = choose()
         with self._lock_of(arm.robot.uid):
+            self._retire(self._kept.get((arm.robot.uid, arm.group.name)))
             self._kept[arm.robot.uid, arm.group.name] = tried
         return applied, tried.check
 
@@ -223,9 +246,10 @@ class Solvers:
             changed = command.specs if isinstance(command, CreateNodes) else [command]
             for one in changed:
                 data = one.data if isinstance(one, NodeSpec | UpdateNode) else None
-                for one in (data, *data.groups) if isinstance(data, RobotData) else ():
-                    if one.kinematics:
-                        self._catalog.find(ComponentKind.KINEMATICS, one.kinematics)
+                choices = (data, *data.groups) if isinstance(data, RobotData) else (one,)
+                for choice in choices:
+                    if isinstance(choice, RobotData | JointGroup | SetKinematics) and choice.kinematics:
+                        self._catalog.find(ComponentKind.KINEMATICS, choice.kinematics)
 
     def uses(self, structure: Structure) -> tuple[Use, ...]:
         """Return which components work for which robots."""
@@ -236,22 +260,18 @@ class Solvers:
             if node is None:
                 continue  # it is newer than the structure
             if isinstance(kept, _Refused):
-                found.append(Use(node.name, group, kept.kinematics, str(kept.error), 0, 0.0, 0))
+                found.append(Use(node.name, group, kept.kinematics, kept.fault, 0, 0.0, 0))
                 continue
             running = kept.solver.running
-            fault = running.fault.reason if running.fault else ""
-            process = 0 if fault else running.process_id
-            found.append(Use(node.name, group, kept.kinematics, fault, running.calls, running.mean_seconds, process))
+            process = 0 if running.fault else running.process_id
+            calls, seconds = running.calls, running.mean_seconds
+            found.append(Use(node.name, group, kept.kinematics, kept.fault, calls, seconds, process))
         return tuple(found)
 
     def fault_of(self, node: Node, group: Group = WHOLE) -> str:
-        """Return why a component of a robot or group is not asked any more; empty while it is well or never asked."""
+        """Return the latest fault of a component of a robot or group since it was chosen; empty without any."""
         kept = self._kept_as_chosen(node, group)
-        if kept is None:
-            return ""
-        if isinstance(kept, _Refused):
-            return str(kept.error)
-        return kept.solver.running.fault.reason if kept.solver.running.fault else ""
+        return kept.fault if kept is not None else ""
 
     def close(self) -> None:
         """End all components; no other is made."""
@@ -311,13 +331,18 @@ class Solvers:
         while True:
             self._unused.get().close()
 
+    def _retire(self, kept: Tried | _Refused | None) -> None:
+        """End a component that another one follows, if it was at fault: errors that tell of it may keep it else."""
+        if isinstance(kept, Tried) and kept.solver.running.latest is not None:
+            self._unused.put(kept.solver.running)
+
     def _drop_all_but(self, structure: Structure) -> None:
         """Forget the components of robots that are gone; robots that the structure does not know yet are not."""
         for uid, group in self._kept.copy():
             if uid < structure.next_uid and (
                 uid not in structure.robots or (group and group not in _group_names(structure.nodes[uid]))
             ):
-                self._kept.pop((uid, group), None)
+                self._retire(self._kept.pop((uid, group), None))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -329,6 +354,16 @@ class _Refused:
     kinematics: str
     settings: Mapping[str, Any]
     error: KernelError
+
+    @property
+    def fault(self) -> str:
+        """Return why."""
+        return str(self.error)
+
+
+def _ended(kept: Tried | _Refused) -> TypeGuard[Tried]:
+    """Return whether a component's process has ended, and not so often that it is left at that."""
+    return isinstance(kept, Tried) and kept.solver.running.fault is not None and kept.ends_so_far < MOST_ENDS
 
 
 def _again(error: KernelError) -> KernelError:

@@ -11,6 +11,7 @@ from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.formats import scene_file
 from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
+from virtualrobot_kernel.formats.yaml_text import Check
 from virtualrobot_kernel.messages.collision_settings import settings_command
 from virtualrobot_kernel.messages.signals import created_signal
 from virtualrobot_kernel.messages.values import finite
@@ -30,7 +31,12 @@ from virtualrobot_kernel.world.structure import WORLD_NAME, NodeSpec
 
 
 def read_scene(
-    text: str, uri: str, files: Files, meshes: MeshLibrary, known: Iterable[str] | None = None
+    text: str,
+    uri: str,
+    files: Files,
+    meshes: MeshLibrary,
+    known: Iterable[str] | None = None,
+    check: Check = lambda: None,
 ) -> tuple[list[Command], list[str]]:
     """Return the commands that make the world of a scene file, and what was odd about its models.
 
@@ -40,12 +46,13 @@ def read_scene(
         files: where the files come from that it names.
         meshes: keeps the parsed meshes and has the importers.
         known: the names of the world that it is added to; None where it replaces the world.
+        check: called again and again while the text is read; what it raises ends that.
 
     Raises:
         KernelError: for what is wrong in the file, with file and line or place; MISSING_FILE for what it names.
     """
     referrer, uri = uri, uri or "scene.yaml"
-    scene = scene_file.parse(text, uri)
+    scene = scene_file.parse(text, uri, check)
     taken = {WORLD_NAME} if known is None else set(known)
     specs = [spec_of(node, f"{uri}: nodes[{place}]") for place, node in enumerate(scene.nodes)]
     # Tools and sensors of a scene file hang on links that come with its models: they wait for them.

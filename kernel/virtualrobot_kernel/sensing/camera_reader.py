@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.errors import LimitError
-from virtualrobot_kernel.sensing.eye import Eye
+from virtualrobot_kernel.sensing.appearance import AppearanceLibrary
 from virtualrobot_kernel.sensing.lenses import Lens, lens_of, size_of
-from virtualrobot_kernel.sensing.looks import LookLibrary
 from virtualrobot_kernel.sensing.picture import Picture
 from virtualrobot_kernel.sensing.reading import Moment
+from virtualrobot_kernel.sensing.render_context import RenderContext
 from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.sensing import CameraSensor, ImageKind
 from virtualrobot_kernel.world.structure import Node
@@ -52,13 +52,13 @@ class CameraReader:
     deadline_seconds = DEADLINE_SECONDS
     takes_turns = True
 
-    def __init__(self, node: Node, shapes: ShapeLibrary, looks: LookLibrary) -> None:
+    def __init__(self, node: Node, shapes: ShapeLibrary, looks: AppearanceLibrary) -> None:
         """Prepare the rays; raise KernelError where Embree can't be had, LimitError for pictures that are too large."""
         assert isinstance(node.data, CameraSensor)
         self._uid, self._settings = node.uid, node.data
         self._check(self._kinds(None))
         self._lens = lens_of(node.data)
-        self._eye = Eye(shapes, looks, frozenset({node.uid}))
+        self._eye = RenderContext(shapes, looks, frozenset({node.uid}))
 
     def read(self, moment: Moment, kinds: object | None = None) -> CameraContent:
         """Return pictures of the kinds asked for, or of those that the camera is set to."""

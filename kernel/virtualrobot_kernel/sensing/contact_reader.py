@@ -13,7 +13,7 @@ from virtualrobot_kernel.collision.pairs import Pair, near_pairs
 from virtualrobot_kernel.collision.placed import Placed
 from virtualrobot_kernel.collision.touching import spread
 from virtualrobot_kernel.sensing.contact_content import Contact, ContactContent
-from virtualrobot_kernel.sensing.felt import Felt, felt_sides
+from virtualrobot_kernel.sensing.contact_sides import ContactSide, contact_sides
 from virtualrobot_kernel.sensing.reading import Moment
 from virtualrobot_kernel.world.sensing import ContactSensor
 from virtualrobot_kernel.world.state import Snapshot
@@ -28,7 +28,7 @@ class _Sides:
     """The watched figures and the others, and the structure and tool states that they were made of."""
 
     made_of: tuple[Structure, Mapping[int, str]]
-    felt: tuple[Felt, Felt]
+    felt: tuple[ContactSide, ContactSide]
     placed: tuple[Placed, Placed]
 
 
@@ -63,7 +63,7 @@ class ContactReader:
 
     def _made(self, snapshot: Snapshot, before: _Sides | None) -> _Sides:
         structure, tool_states = snapshot.structure, snapshot.state.tool_states
-        felt = felt_sides(structure, tool_states, structure.nodes[self._uid], self._settings, self._shapes)
+        felt = contact_sides(structure, tool_states, structure.nodes[self._uid], self._settings, self._shapes)
         ours, theirs = (
             Placed(side.solids, side.world_t_element(snapshot.world_t_node), old)
             for side, old in zip(felt, before.placed if before else (None, None), strict=True)

@@ -14,9 +14,9 @@ from virtualrobot_sdk.srgb import to_linear
 from virtualrobot_kernel.numeric.illumination import toward
 from virtualrobot_kernel.numeric.projection import start_rays
 from virtualrobot_kernel.numeric.shading import measure, shade
+from virtualrobot_kernel.sensing.appearance import Appearances
 from virtualrobot_kernel.sensing.lenses import Lens
 from virtualrobot_kernel.sensing.lights import Lights
-from virtualrobot_kernel.sensing.looks import Looks
 from virtualrobot_kernel.sensing.textures import TO_LIGHT, TO_SCREEN
 from virtualrobot_kernel.world.sensing import ImageKind
 
@@ -45,7 +45,7 @@ class Subject:
 
     world_t_element: NDArray[np.float64]
     places: NDArray[np.int32]
-    looks: Looks
+    looks: Appearances
     lights: Lights
     background: Color = BACKGROUND
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.components.catalog import Catalog
+from virtualrobot_kernel.sensing.appearance import AppearanceLibrary
 from virtualrobot_kernel.sensing.camera_reader import CameraReader
 from virtualrobot_kernel.sensing.contact_reader import ContactReader
-from virtualrobot_kernel.sensing.looks import LookLibrary
 from virtualrobot_kernel.sensing.motion_reader import MotionReader
 from virtualrobot_kernel.sensing.range_reader import RangeReader
 from virtualrobot_kernel.sensing.reading import Reader
@@ -33,7 +33,7 @@ class SensingRoom:
 
     catalog: Catalog
     shapes: ShapeLibrary
-    looks: LookLibrary
+    looks: AppearanceLibrary
     solids: CollisionShapes
     presets: Presets = field(default_factory=dict)
 

@@ -39,25 +39,25 @@ class AtWork:
 
 def statuses(sensors: Sensors, snapshot: Snapshot) -> Iterator[Status]:
     """Yield how the sensors of a snapshot are, in the order of the nodes."""
-    stations = sensors.stations
+    workers = sensors.workers
     for node in sensor_nodes(snapshot.structure):
         data = data_of(node)
         try:
             rate = rate_hertz(data, sensors.room.presets)
         except KernelError:
             rate = 0.0  # it cannot read; its fault says why
-        station = stations.get(node.uid)
-        if node.uid not in snapshot.state.running_sensors or station is None or station.schedule is None:
+        worker = workers.get(node.uid)
+        if node.uid not in snapshot.state.running_sensors or worker is None or worker.schedule is None:
             yield Status(node, SensorState.STOPPED, rate_hertz=rate)
             continue
-        state = SensorState.FAULT if station.fault else SensorState.RUNNING
-        yield Status(node, state, station.fault, rate, station.number, station.missed, station.mean_seconds)
+        state = SensorState.FAULT if worker.fault else SensorState.RUNNING
+        yield Status(node, state, worker.fault, rate, worker.number, worker.missed, worker.mean_seconds)
 
 
 def at_work(sensors: Sensors, structure: Structure) -> Iterator[AtWork]:
     """Yield the components of sensors."""
-    for uid, station in sensors.stations.items():
-        reader = station.reader
-        if uid in structure.nodes and isinstance(reader, RangeReader) and (station.fault or not station.ended):
+    for uid, worker in sensors.workers.items():
+        reader = worker.reader
+        if uid in structure.nodes and isinstance(reader, RangeReader) and (worker.fault or not worker.ended):
             yield AtWork(structure.nodes[uid].name, reader.caster)
             yield AtWork(structure.nodes[uid].name, reader.model)

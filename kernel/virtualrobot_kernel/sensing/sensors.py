@@ -11,12 +11,12 @@ from dataclasses import fields
 from functools import partial
 
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.sensing.cpu_slots import CpuSlots
 from virtualrobot_kernel.sensing.readers import READERS, SensingRoom
 from virtualrobot_kernel.sensing.reading import Reader, Reading, SensorState
 from virtualrobot_kernel.sensing.schedule import Instant, Schedule
+from virtualrobot_kernel.sensing.sensor_worker import SensorWorker
 from virtualrobot_kernel.sensing.settings import rate_hertz
-from virtualrobot_kernel.sensing.station import Station
-from virtualrobot_kernel.sensing.turns import Turns
 from virtualrobot_kernel.world.apply_sensors import sensor_node, sensor_nodes
 from virtualrobot_kernel.world.clock import Mode
 from virtualrobot_kernel.world.listeners import Listeners
@@ -45,7 +45,7 @@ Listener = Callable[[Reading | None], None]
 
 
 class Sensors:
-    """Has a station for each sensor that runs, or was asked for a reading since it was changed last.
+    """Has a worker for each sensor that runs, or was asked for a reading since it was changed last.
 
     The world thread tells it each structure, which sensors run and, while some do, each tick; it notes what is due and
     goes on. In STEPPED mode it waits there for each sensor in the order of the nodes. Readings are told to listeners by
@@ -55,13 +55,13 @@ class Sensors:
     def __init__(self, world: World, room: SensingRoom) -> None:
         """Look after the sensors of `world` from now on."""
         self._world, self.room = world, room
-        self.stations: Mapping[int, Station] = {}
+        self.workers: Mapping[int, SensorWorker] = {}
         """By uid; replaced, never changed."""
         self.latest: Mapping[int, Reading] = {}
         """The last reading of each sensor that was started, by uid; replaced, never changed."""
         self._structure: Structure | None = None
         self._starts: Mapping[int, int] = {}
-        self._running: tuple[Station, ...] = ()
+        self._running: tuple[SensorWorker, ...] = ()
         self._asked: dict[int, int] = {}
         self._history: tuple[Snapshot, ...] = ()
         self._listeners: Listeners[[Reading | None]] = Listeners()
@@ -69,10 +69,10 @@ class Sensors:
         self._telling = threading.Lock()
         self._closed = False
         # Motion sensors are read in no time and often: they wait behind no picture, and few of them wake at once.
-        self._turns, self._short_turns = Turns(), Turns(MOST_SHORT)
+        self._turns, self._short_turns = CpuSlots(), CpuSlots(MOST_SHORT)
         self._most_shapes = UNUSED_SHAPES
         # Starting a thread waits for it, and forgetting shapes takes long: not in the world thread.
-        self._chores: queue.SimpleQueue[Station | Structure | None] = queue.SimpleQueue()
+        self._chores: queue.SimpleQueue[SensorWorker | Structure | None] = queue.SimpleQueue()
         self._helper = threading.Thread(target=self._do_chores, name="sensors", daemon=True)
         self._helper.start()
         self._end_ticks: Callable[[], None] = lambda: None
@@ -86,16 +86,16 @@ class Sensors:
         self._end_ticks()
         self._chores.put(None)
         self._helper.join(10.0)
-        for station in self.stations.values():
-            station.end()
-        for station in self.stations.values():
-            station.join(2.0)
+        for worker in self.workers.values():
+            worker.end()
+        for worker in self.workers.values():
+            worker.join(2.0)
 
     def subscribe(self, listener: Listener) -> Callable[[], None]:
         """Have `listener` called with each new reading of any sensor; call what this returns to end that."""
         return self._listeners.add(listener)
 
-    def read(self, name: str, kinds: object | None = None) -> tuple[Station, Future[Reading]]:
+    def read(self, name: str, kinds: object | None = None) -> tuple[SensorWorker, Future[Reading]]:
         """Have one reading made of the world as it is now, whether the sensor runs or not.
 
         Returns who makes it, and the reading to come; that raises KernelError where it cannot be made. Raises
@@ -105,19 +105,19 @@ class Sensors:
         node = sensor_node(snapshot.structure, name)
         with self._lock:
             number = self._asked[node.uid] = self._asked.get(node.uid, 0) + 1
-            station = self.stations.get(node.uid)
-            if station is None or (station.ended and station.schedule is None):
-                station = self._station(node, None)
-                self.stations = {**self._spared(), node.uid: station}
-            return station, station.ask(Instant(snapshot, self._history), number, kinds)
+            worker = self.workers.get(node.uid)
+            if worker is None or (worker.ended and worker.schedule is None):
+                worker = self._worker(node, None)
+                self.workers = {**self._spared(), node.uid: worker}
+            return worker, worker.ask(Instant(snapshot, self._history), number, kinds)
 
-    def _spared(self) -> Mapping[int, Station]:
-        """Return the stations without the oldest of too many that do not run; those end."""
-        idle = [uid for uid, one in self.stations.items() if one.schedule is None]
+    def _spared(self) -> Mapping[int, SensorWorker]:
+        """Return the workers without the oldest of too many that do not run; those end."""
+        idle = [uid for uid, one in self.workers.items() if one.schedule is None]
         ended = set(idle[: max(len(idle) - MOST_IDLE + 1, 0)])
         for uid in ended:
-            self.stations[uid].end()
-        return {uid: one for uid, one in self.stations.items() if uid not in ended}
+            self.workers[uid].end()
+        return {uid: one for uid, one in self.workers.items() if uid not in ended}
 
     def _published(self) -> None:
         """Follow changes of the structure and of what runs; called by the world thread after each snapshot."""
@@ -127,43 +127,43 @@ class Sensors:
             return
         self._structure, self._starts = snapshot.structure, now
         with self._lock:
-            old, stations = self.stations, {}
+            old, workers = self.workers, {}
             for node in sensor_nodes(snapshot.structure):
-                count = sum(one.schedule is not None for one in stations.values())
+                count = sum(one.schedule is not None for one in workers.values())
                 begun = starts.get(node.uid) != now.get(node.uid)
-                station = self._followed(old.get(node.uid), node, snapshot, begun, count)
-                if station is not None:
-                    stations[node.uid] = station
-            self.stations = stations
+                worker = self._followed(old.get(node.uid), node, snapshot, begun, count)
+                if worker is not None:
+                    workers[node.uid] = worker
+            self.workers = workers
             self._asked = {uid: count for uid, count in self._asked.items() if uid in snapshot.structure.nodes}
-        for uid, station in old.items():
-            if stations.get(uid) is not station:
-                station.end()
+        for uid, worker in old.items():
+            if workers.get(uid) is not worker:
+                worker.end()
                 node = snapshot.structure.nodes.get(uid)
-                if station.schedule is not None and node is not None and uid not in now:
-                    self._tell(station.silent(snapshot, SensorState.STOPPED))
+                if worker.schedule is not None and node is not None and uid not in now:
+                    self._tell(worker.silent(snapshot, SensorState.STOPPED))
         self._forget(snapshot.structure)
         if self._shapes_kept() > self._most_shapes:
             self._chores.put(snapshot.structure)
-        self._run(tuple(one for one in stations.values() if one.schedule is not None), snapshot)
+        self._run(tuple(one for one in workers.values() if one.schedule is not None), snapshot)
 
     def _followed(
-        self, station: Station | None, node: Node, snapshot: Snapshot, begun: bool, running: int
-    ) -> Station | None:
-        """Return the station of a sensor after a change: the same, another one, or none; `begun`: or stopped."""
-        if station is None or station.node is not node or begun:
-            same = station is not None and not station.fault and _unchanged(station.node, node)
+        self, worker: SensorWorker | None, node: Node, snapshot: Snapshot, begun: bool, running: int
+    ) -> SensorWorker | None:
+        """Return the worker of a sensor after a change: the same, another one, or none; `begun`: or stopped."""
+        if worker is None or worker.node is not node or begun:
+            same = worker is not None and not worker.fault and _unchanged(worker.node, node)
             wanted, at_work = (
                 node.uid in snapshot.state.running_sensors,
-                station is not None and station.schedule is not None,
+                worker is not None and worker.schedule is not None,
             )
-            if station is None or not same or wanted != at_work:
-                return self._started(node, snapshot, station, running) if wanted else None
-            station.node = node
-        return station
+            if worker is None or not same or wanted != at_work:
+                return self._started(node, snapshot, worker, running) if wanted else None
+            worker.node = node
+        return worker
 
-    def _started(self, node: Node, snapshot: Snapshot, before: Station | None, running: int) -> Station:
-        """Return a new station that reads at its rate; the readings of one that was well go on to be counted."""
+    def _started(self, node: Node, snapshot: Snapshot, before: SensorWorker | None, running: int) -> SensorWorker:
+        """Return a new worker that reads at its rate; the readings of one that was well go on to be counted."""
         rate, fault = 1.0, ""
         try:
             rate = rate_hertz(data_of(node), self.room.presets)
@@ -176,18 +176,18 @@ class Sensors:
             before = None
         if before is not None and before.schedule is not None and before.schedule.period == schedule.period:
             schedule = before.schedule
-        return self._station(node, schedule, before, fault)
+        return self._worker(node, schedule, before, fault)
 
-    def _station(
-        self, node: Node, schedule: Schedule | None, before: Station | None = None, fault: str = ""
-    ) -> Station:
+    def _worker(
+        self, node: Node, schedule: Schedule | None, before: SensorWorker | None = None, fault: str = ""
+    ) -> SensorWorker:
         turns = self._short_turns if node.kind is Kind.MOTION_SENSOR else self._turns
-        station = Station(node, partial(self._make, node), self._tell, self._now, turns, schedule, before)
+        worker = SensorWorker(node, partial(self._make, node), self._tell, self._now, turns, schedule, before)
         if fault:
-            station.give_up(fault)
+            worker.give_up(fault)
         else:
-            self._chores.put(station)
-        return station
+            self._chores.put(worker)
+        return worker
 
     def _make(self, node: Node) -> Reader:
         if node.kind not in READERS:
@@ -199,7 +199,7 @@ class Sensors:
 
     def _do_chores(self) -> None:
         while (chore := self._chores.get()) is not None:
-            if isinstance(chore, Station):
+            if isinstance(chore, SensorWorker):
                 chore.start()
             elif self._shapes_kept() > self._most_shapes:
                 used = {figure.geometry for node in chore.nodes.values() for figure in node.figures}
@@ -210,7 +210,7 @@ class Sensors:
     def _shapes_kept(self) -> int:
         return max(len(self.room.shapes), len(self.room.solids))
 
-    def _run(self, running: tuple[Station, ...], snapshot: Snapshot) -> None:
+    def _run(self, running: tuple[SensorWorker, ...], snapshot: Snapshot) -> None:
         """Have these sensors told each tick from now on."""
         before, self._running = self._running, running
         if running and not before:
@@ -224,16 +224,16 @@ class Sensors:
     def _ticked(self, snapshot: Snapshot) -> None:
         """Have what is due read; called by the world thread each tick, while sensors run."""
         instant = Instant(snapshot, self._history)
-        for station in self._running:
-            station.tick(instant)
+        for worker in self._running:
+            worker.tick(instant)
         self._keep(snapshot)
         if self._world.clock.mode is Mode.STEPPED:
-            for station in self._running:
-                station.settle()
+            for worker in self._running:
+                worker.settle()
 
     def _keep(self, snapshot: Snapshot) -> None:
         """Keep as much of the past as the sensors that run need, this snapshot as its last."""
-        needs = [station.history_seconds for station in self._running]
+        needs = [worker.history_seconds for worker in self._running]
         longest = max((LONGEST_HISTORY_SECONDS if one is None else one for one in needs), default=0.0)
         oldest = snapshot.state.tick - math.ceil(longest / snapshot.tick_seconds - 1e-6)
         if longest == 0.0:

@@ -63,7 +63,7 @@ def start_motion(change: Change, command: StartMotion, forward: Forward) -> Chan
         raise KernelError(
             f"the joint {joint!r} of {robot!r} is at {here[worst]:g}, but the motion was planned from "
             f"{program.start[worst]:g}; plan again",
-            reason=Reason.STALE_REVISION,
+            reason=Reason.PLAN_OUTDATED,
             robot=robot,
             joint=joint,
         )

@@ -16,6 +16,7 @@ from virtualrobot_kernel.world.change import Change, Forward, extended, rebuilt,
 from virtualrobot_kernel.world.collisions import NOTHING_SET
 from virtualrobot_kernel.world.commands import AttachNode, ClearWorld, CreateNodes, RemoveNode, UpdateNode
 from virtualrobot_kernel.world.consistency import (
+    check_count,
     check_figures,
     check_names,
     check_robot,
@@ -58,6 +59,7 @@ PLACE = "place"
 
 def create_nodes(change: Change, command: CreateNodes, forward: Forward) -> Change:
     """Add nodes; tools get their first state, and become the tool of a robot that has none."""
+    check_count(len(change.structure.nodes) + len(command.specs))
     nodes: dict[int, Node] = {}
     uids = dict(change.structure.uid_by_name)
     poses: dict[int, Pose] = {}

@@ -122,21 +122,21 @@ def preconditions_of(
 
 
 def check(preconditions: Preconditions, structure: Structure, state: State) -> None:
-    """Raise KernelError (STALE_REVISION) that names the first node that is no more what the plan assumes."""
+    """Raise KernelError (PLAN_OUTDATED) that names the first node that is no more what the plan assumes."""
     for fact in preconditions:
         node = structure.nodes.get(fact.node.uid)
         if node is None:
-            raise _stale(fact, fact.node.name, "it was removed")
+            raise _outdated(fact, fact.node.name, "it was removed")
         now = READERS[fact.aspect](structure, state, node, fact.key)
         if not _same(fact.aspect, now, fact.value):
             what = f"{fact.aspect.value} {fact.key!r}" if fact.key and isinstance(fact.key, str) else fact.aspect.value
-            raise _stale(fact, node.name, f"{what} has changed")
+            raise _outdated(fact, node.name, f"{what} has changed")
 
 
-def _stale(fact: Precondition, name: str, what: str) -> KernelError:
+def _outdated(fact: Precondition, name: str, what: str) -> KernelError:
     return KernelError(
         f"{name!r} is not what the motion was planned with: {what}; plan again",
-        reason=Reason.STALE_REVISION,
+        reason=Reason.PLAN_OUTDATED,
         node=name,
         aspect=fact.aspect.name,
     )

@@ -6,15 +6,13 @@ them in linear light, as glTF wants (Khronos, glTF 2.0 specification, 3.7.2.1 an
 
 from __future__ import annotations
 
-import json
-import struct
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from virtualrobot_sdk.srgb import to_linear
+from virtualrobot_sdk.glb import ARRAY_BUFFER, ELEMENT_BUFFER, Buffers, material, pack_glb, upright
 
 from virtualrobot_plugins.importers.refusal import refusal
 
@@ -23,10 +21,8 @@ Color = tuple[float, float, float, float]
 MAX_TRIANGLES = 20_000_000
 """More are refused: they would take gigabytes in the kernel."""
 
-# Khronos, glTF 2.0 specification: 4.4 (GLB), 3.6.2.2 (component types), bufferView targets.
-_MAGIC, _JSON_CHUNK, _BINARY_CHUNK = 0x46546C67, 0x4E4F534A, 0x004E4942
-_FLOAT, _UNSIGNED_INT, _UNSIGNED_SHORT = 5126, 5125, 5123
-_ARRAY_BUFFER, _ELEMENT_ARRAY_BUFFER = 34962, 34963
+ROUGHNESS = 0.8
+"""Of surfaces whose file tells none: rather dull."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -123,87 +119,38 @@ class _Writer:
     """Collects buffers and the JSON that describes them."""
 
     def __init__(self) -> None:
-        self._chunks: list[bytes] = []
-        self._size = 0
-        self._tree: dict[str, Any] = {name: [] for name in ("nodes", "meshes", "accessors", "bufferViews")}
+        self._buffers = Buffers()
+        self._tree: dict[str, list[dict[str, Any]]] = {"nodes": [], "meshes": []}
 
     def add(self, piece: Piece, uri: str) -> None:
+        buffers = self._buffers
         with np.errstate(over="ignore"):  # what is too large for float32 is told below
             vertices = np.ascontiguousarray(piece.vertices, np.float32)
         if not np.isfinite(vertices).all():
             raise refusal(uri, "the file holds coordinates that are not finite or too large (above 3e38)")
-        attributes = {"POSITION": self._array(vertices, _FLOAT, "VEC3", bounds=True)}
+        attributes = {"POSITION": buffers.add(vertices, "VEC3", ARRAY_BUFFER, bounds=True)}
         if piece.normals is not None:
-            attributes["NORMAL"] = self._array(piece.normals.astype(np.float32), _FLOAT, "VEC3")
+            attributes["NORMAL"] = buffers.add(piece.normals.astype(np.float32), "VEC3", ARRAY_BUFFER)
         if piece.vertex_colors is not None:
-            # In linear light 8 bits could not tell the dark colours apart.
-            light = piece.vertex_colors / 255.0
-            light[:, :3] = to_linear(light[:, :3])
-            colors = np.round(65535.0 * light).astype(np.uint16)
-            attributes["COLOR_0"] = self._array(colors, _UNSIGNED_SHORT, "VEC4", normalized=True)
+            attributes["COLOR_0"] = buffers.add_colors(piece.vertex_colors)
         if piece.uv is not None:
-            # glTF counts from the image's upper left corner.
-            uv = np.column_stack([piece.uv[:, 0], 1.0 - piece.uv[:, 1]]).astype(np.float32)
-            attributes["TEXCOORD_0"] = self._array(uv, _FLOAT, "VEC2")
-        faces = np.ascontiguousarray(piece.faces, np.uint32).reshape(-1)
-        primitive: dict[str, Any] = {
-            "attributes": attributes,
-            "indices": self._array(faces, _UNSIGNED_INT, "SCALAR", target=_ELEMENT_ARRAY_BUFFER),
-        }
+            attributes["TEXCOORD_0"] = buffers.add(upright(piece.uv), "VEC2", ARRAY_BUFFER)
+        indices = buffers.add(np.ascontiguousarray(piece.faces, np.uint32).reshape(-1), "SCALAR", ELEMENT_BUFFER)
+        primitive: dict[str, Any] = {"attributes": attributes, "indices": indices}
         if piece.color is not None or piece.texture is not None:
-            primitive["material"] = self._material(piece)
+            materials = self._tree.setdefault("materials", [])
+            primitive["material"] = len(materials)
+            texture = None if piece.texture is None else self._texture(piece.texture)
+            materials.append(material(piece.color or (1.0, 1.0, 1.0, 1.0), ROUGHNESS, texture))
         self._tree["nodes"].append({"mesh": len(self._tree["meshes"])})
         self._tree["meshes"].append({"primitives": [primitive]})
 
-    def _material(self, piece: Piece) -> int:
-        color = piece.color or (1.0, 1.0, 1.0, 1.0)
-        factor = [*to_linear(color[:3]).tolist(), float(color[3])]
-        look: dict[str, Any] = {"baseColorFactor": factor, "metallicFactor": 0.0, "roughnessFactor": 0.8}
-        if piece.texture is not None:
-            kind = "image/png" if piece.texture.startswith(b"\x89PNG") else "image/jpeg"
-            images, textures = self._tree.setdefault("images", []), self._tree.setdefault("textures", [])
-            look["baseColorTexture"] = {"index": len(textures)}
-            textures.append({"source": len(images)})
-            images.append({"bufferView": self._view(piece.texture), "mimeType": kind})
-        materials = self._tree.setdefault("materials", [])
-        material: dict[str, Any] = {"pbrMetallicRoughness": look, "doubleSided": True}
-        if color[3] < 1.0:
-            material["alphaMode"] = "BLEND"
-        materials.append(material)
-        return len(materials) - 1
-
-    def _array(
-        self,
-        array: NDArray,
-        component: int,
-        kind: str,
-        *,
-        target: int = _ARRAY_BUFFER,
-        bounds: bool = False,
-        normalized: bool = False,
-    ) -> int:
-        accessor: dict[str, Any] = {
-            "bufferView": self._view(np.ascontiguousarray(array).tobytes(), target),
-            "componentType": component,
-            "count": len(array),
-            "type": kind,
-        }
-        if bounds:
-            accessor["min"], accessor["max"] = array.min(axis=0).tolist(), array.max(axis=0).tolist()
-        if normalized:
-            accessor["normalized"] = True
-        self._tree["accessors"].append(accessor)
-        return len(self._tree["accessors"]) - 1
-
-    def _view(self, data: bytes, target: int | None = None) -> int:
-        view: dict[str, Any] = {"buffer": 0, "byteOffset": self._size, "byteLength": len(data)}
-        if target is not None:
-            view["target"] = target
-        padded = data + b"\0" * (-len(data) % 4)
-        self._chunks.append(padded)
-        self._size += len(padded)
-        self._tree["bufferViews"].append(view)
-        return len(self._tree["bufferViews"]) - 1
+    def _texture(self, data: bytes) -> int:
+        kind = "image/png" if data.startswith(b"\x89PNG") else "image/jpeg"
+        images, textures = self._tree.setdefault("images", []), self._tree.setdefault("textures", [])
+        textures.append({"source": len(images)})
+        images.append({"bufferView": self._buffers.append(data), "mimeType": kind})
+        return len(textures) - 1
 
     def finish(self) -> bytes:
         tree = {
@@ -211,25 +158,8 @@ class _Writer:
             "scene": 0,
             "scenes": [{"nodes": list(range(len(self._tree["nodes"])))}],
             **self._tree,
-            "buffers": [{"byteLength": self._size}],
+            "accessors": self._buffers.accessors,
+            "bufferViews": self._buffers.views,
+            "buffers": [{"byteLength": len(self._buffers.data)}],
         }
-        return pack_glb(tree, b"".join(self._chunks))
-
-
-def pack_glb(tree: dict[str, Any], binary: bytes) -> bytes:
-    """Return the GLB file of a glTF tree and its one buffer."""
-    text = json.dumps(tree, separators=(",", ":")).encode()
-    text += b" " * (-len(text) % 4)
-    binary += b"\0" * (-len(binary) % 4)
-    length = 12 + 8 + len(text) + 8 + len(binary)
-    head = struct.pack("<III", _MAGIC, 2, length)
-    return b"".join(
-        [head, struct.pack("<II", len(text), _JSON_CHUNK), text, struct.pack("<II", len(binary), _BINARY_CHUNK), binary]
-    )
-
-
-def unpack_glb(data: bytes) -> tuple[dict[str, Any], bytes]:
-    """Return the glTF tree and the buffer of a GLB file that was just written here or by a library."""
-    length = struct.unpack_from("<I", data, 12)[0]
-    rest = data[20 + length :]
-    return json.loads(data[20 : 20 + length]), rest[8:]
+        return pack_glb(tree, self._buffers.data)

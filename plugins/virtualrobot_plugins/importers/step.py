@@ -13,9 +13,10 @@ from typing import Annotated, Any
 
 from msgspec import Meta
 from virtualrobot_sdk.errors import ArgumentError
+from virtualrobot_sdk.glb import pack_glb, unpack_glb
 from virtualrobot_sdk.importers import Translation
 
-from virtualrobot_plugins.importers.glb import MAX_TRIANGLES, pack_glb, unpack_glb
+from virtualrobot_plugins.importers.glb import MAX_TRIANGLES
 from virtualrobot_plugins.importers.refusal import listed, missing_library, refusal, short_name
 
 MAX_SECONDS = 280

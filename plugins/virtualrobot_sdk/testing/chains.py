@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from virtualrobot_sdk.denavit_hartenberg import Row, Table, serial_arrays
-from virtualrobot_sdk.kinematics import SerialChain
+from virtualrobot_sdk.kinematics import Floats, SerialChain
 
 QUARTER = np.pi / 2
 
@@ -145,15 +145,37 @@ def palletizer() -> SerialChain:
     )
 
 
+def mounted(chain: SerialChain, world_t_base: Floats, flange_t_tool: Floats) -> SerialChain:
+    """Return a chain on another base and with a tool; both are poses (4, 4)."""
+    return chain._replace(
+        pre=np.concatenate([[world_t_base @ chain.pre[0]], chain.pre[1:]]), post=chain.post @ flange_t_tool
+    )
+
+
+def _pose(x: float, y: float, z: float, roll: float = 0.0, yaw: float = 0.0) -> Floats:
+    """Return a shift (m) and a turn about x, then about z (rad)."""
+    (sin_r, cos_r), (sin_y, cos_y) = ((np.sin(angle), np.cos(angle)) for angle in (roll, yaw))
+    return np.array(
+        [
+            [cos_y, -sin_y * cos_r, sin_y * sin_r, x],
+            [sin_y, cos_y * cos_r, -cos_y * sin_r, y],
+            [0.0, sin_r, cos_r, z],
+            [0.0, 0.0, 0.0, 1.0],
+        ]
+    )
+
+
 def kit_chains() -> dict[str, SerialChain]:
     """Return the chains that components are tried on, by name."""
     return {
         "puma560": puma560(),
+        "puma560_mounted": mounted(puma560(), _pose(0.3, -0.2, 0.5, 2.1, 0.7), _pose(0.02, 0.05, 0.13, 0.4, -1.1)),
         "iiwa": iiwa(),
         "stanford": stanford(),
         "ur5": ur5(),
         "ur5_without_limits": ur5(np.inf),
         "scara": scara(),
+        "scara_mounted": mounted(scara(), _pose(0.12, 0.0, 0.3), _pose(0.0, 0.0, -0.07)),
         "palletizer": palletizer(),
     }
 

@@ -24,6 +24,9 @@ LAWS: dict[str, Law] = {
     "inverse": laws.inverse,
     "limits": laws.limits,
     "order": laws.order,
+    "singular": laws.singular,
+    "near": laws.near,
+    "configurations": laws.configurations,
     "unreachable": laws.unreachable,
     "refusals": manners.refusals,
     "determinism": manners.determinism,
@@ -121,15 +124,19 @@ class Examination:
         """Whether so many processes have ended that nothing more is tried."""
         return len(self._ends) >= PATIENCE
 
-    def cost(self, chain: str) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """Return for each method how long calls take (s), in its own process and through a worker; {} if one fails."""
+    def cost(self, chain: str) -> tuple[Finding, dict[str, tuple[np.ndarray, np.ndarray]]]:
+        """Return for each method how long calls take (s), in its own process and through a worker.
+
+        Where one fails, the finding says why, and there are no times.
+        """
         if self.has_given_up:
-            return {}
+            return Finding("cost", chain, State.NOT_TRIED), {}
         try:
             self._benches[chain].renew()
-            return manners.cost(self._benches[chain], self.random("cost", chain))
-        except (ArgumentError, ComponentFault, PluginError):
-            return {}
+            seconds = manners.cost(self._benches[chain], self.random("cost", chain))
+            return Finding("cost", chain, State.OK, measured=Measured(manners.COST_POSTURES)), seconds
+        except (ArgumentError, ComponentFault, PluginError) as error:
+            return Finding("cost", chain, State.FAILED, str(error)), {}
 
     def random(self, law: str, chain: str) -> np.random.Generator:
         """Return the numbers of a law on a chain: the same whichever other laws are tried."""

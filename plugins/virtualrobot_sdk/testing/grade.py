@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import sys
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -12,10 +14,11 @@ import numpy as np
 from virtualrobot_sdk.errors import ComponentFault, PluginError
 from virtualrobot_sdk.kinematics import SerialChain
 from virtualrobot_sdk.registration import ComponentKind
+from virtualrobot_sdk.testing import laws
 from virtualrobot_sdk.testing.bench import own_chains
 from virtualrobot_sdk.testing.chains import kit_chains
 from virtualrobot_sdk.testing.examination import LAWS, Examination, Finding, State
-from virtualrobot_sdk.testing.laws import EXISTING, RETURNED, branches
+from virtualrobot_sdk.testing.laws import EXISTING, RETURNED
 from virtualrobot_sdk.testing.report import Cost, Report, Row, Solutions, text
 from virtualrobot_sdk.testing.seeds import seed_or_drawn
 from virtualrobot_sdk.testing.subject import locate
@@ -26,6 +29,7 @@ def grade(
     settings: Mapping[str, Any] | None = None,
     *,
     chains: Mapping[str, SerialChain] | None = None,
+    complete: bool = False,
     seed: int | None = None,
 ) -> Report:
     """Return how well a kinematics component keeps the laws.
@@ -35,6 +39,7 @@ def grade(
             name) or `my_package.arm:MyArm` (something that makes the component of a chain).
         settings: plain values, as in a scene file.
         chains: by name; None: those of the kit.
+        complete: whether it is a law too that all solutions within limits are returned.
         seed: what random postures come from; None: that of VIRTUALROBOT_TEST_SEED, or another each time.
 
     Raises PluginError when there is no such component, and PluginError or ComponentFault when its plugin fails.
@@ -43,12 +48,12 @@ def grade(
     subject = locate(ComponentKind.KINEMATICS, component, settings or {})
     examination = Examination(subject, kit_chains() if chains is None else chains, seed)
     try:
-        return _graded(examination)
+        return _graded(examination, complete)
     finally:
         examination.close()
 
 
-def _graded(examination: Examination) -> Report:
+def _graded(examination: Examination, complete: bool) -> Report:
     made = [examination.made(chain) for chain in examination.chains]
     taken = tuple(finding.chain for finding in made if finding.state is State.OK)
     rows = [_made_row(made)]
@@ -56,12 +61,19 @@ def _graded(examination: Examination) -> Report:
     cost: list[Cost] = []
     if taken:
         rows += [_row(law, [examination.examine(law, LAWS[law], chain) for chain in taken]) for law in LAWS]
-        for finding in [examination.examine("solutions", branches, chain) for chain in taken]:
+        name, law = ("complete", laws.complete) if complete else ("solutions", laws.branches)
+        counted = [examination.examine(name, law, chain) for chain in taken]
+        for finding in counted:
             if finding.measured is not None and finding.measured.tried:
                 found = finding.measured
                 counts = int(found.worst[RETURNED]), int(found.worst[EXISTING])
                 solutions.append(Solutions(finding.chain, found.tried, *counts))
-        cost = [_cost(method, *seconds) for method, seconds in examination.cost(taken[0]).items()]
+        timed, times = examination.cost(taken[0])
+        cost = [_cost(method, *seconds) for method, seconds in times.items()]
+        # What is only counted and timed has a row where that failed.
+        for what, findings in ((name, counted), ("cost", [timed])):
+            if what == "complete" or any(finding.state is State.FAILED for finding in findings):
+                rows.append(_row(what, findings))
     return Report(
         examination.subject.component,
         examination.seed,
@@ -108,8 +120,9 @@ def _p99(seconds: np.ndarray) -> float:
 @click.argument("component")
 @click.option("--settings", default="{}", metavar="JSON", help="The component's settings.")
 @click.option("--chains", metavar="MODULE:NAME", help="Your own chains by name, in place of those of the kit.")
+@click.option("--complete", is_flag=True, help="Fail unless all solutions within limits are returned.")
 @click.option("--seed", type=int, help="Repeat the postures of another grade.")
-def command(component: str, settings: str, chains: str | None, seed: int | None) -> int:
+def command(component: str, settings: str, chains: str | None, complete: bool, seed: int | None) -> int:
     """Try COMPONENT on several arms and show which laws it keeps.
 
     COMPONENT is the name of an installed one, PACKAGE/NAME, or PACKAGE.MODULE:FACTORY.
@@ -121,7 +134,8 @@ def command(component: str, settings: str, chains: str | None, seed: int | None)
     if not isinstance(given, dict):
         raise click.UsageError(f'--settings is {settings}; it must be an object: {{"name": value}}')
     try:
-        report = grade(component, given, chains=own_chains(chains) if chains else None, seed=seed)
+        own = own_chains(chains) if chains else None
+        report = grade(component, given, chains=own, complete=complete, seed=seed)
     except (PluginError, ComponentFault) as error:
         click.echo(f"{component} cannot be graded: {error}", err=True)
         return 1
@@ -130,7 +144,12 @@ def command(component: str, settings: str, chains: str | None, seed: int | None)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run `virtualrobot grade`; return 0 when all laws are kept, 1 when one is not, 2 for wrong usage."""
+    """Run `virtualrobot grade`; return 0 when all laws are kept, 1 when one is not, 2 for wrong usage.
+
+    Modules of the current folder can be graded without being installed.
+    """
+    if os.getcwd() not in sys.path:
+        sys.path.insert(0, os.getcwd())
     try:
         return int(command.main(arguments, prog_name="virtualrobot grade", standalone_mode=False) or 0)
     except click.ClickException as error:

@@ -12,10 +12,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from virtualrobot_sdk.answers import pose_distance
+from virtualrobot_sdk.errors import ArgumentError
 from virtualrobot_sdk.kinematics import PRISMATIC, Floats, InverseOptions, InverseResult, InverseStatus, SerialChain
 from virtualrobot_sdk.selfcheck import JACOBIAN_TOLERANCE, POSE_TOLERANCE, finite_differences, random_posture
 from virtualrobot_sdk.testing.bench import Bench
-from virtualrobot_sdk.testing.branches import all_solutions, is_redundant, same
+from virtualrobot_sdk.testing.branches import SAME, all_solutions, is_redundant, same
 
 POSTURES = 25
 """How many random postures most laws try."""
@@ -89,7 +90,8 @@ def jacobian(bench: Bench, rng: np.random.Generator) -> Measured:
 def inverse(bench: Bench, rng: np.random.Generator) -> Measured:
     """Solutions put the tip at the target, within limits; a pose is solved from the posture that reaches it.
 
-    How often it is solved from elsewhere is only counted.
+    That posture itself comes first, full turns included, unless the arm is redundant. How often a pose is solved from
+    elsewhere is only counted.
     """
     worst = np.zeros(2)
     elsewhere = 0
@@ -97,6 +99,11 @@ def inverse(bench: Bench, rng: np.random.Generator) -> Measured:
         q = random_posture(bench.chain, rng)
         target = bench.tip(q)
         worst = np.maximum(worst, _solved(bench, target, q))
+        first = bench.inverse(target, InverseOptions(seed=q)).solutions[0]
+        if np.abs(first - q).max() > SAME and not is_redundant(bench.chain, q):
+            raise LawBroken(
+                f"from the seed {_numbers(q)}, which solves the pose, inverse returned {_numbers(first)} first"
+            )
         for seed in (random_posture(bench.chain, rng), None):
             result = bench.inverse(target, InverseOptions(seed=seed))
             worst = np.maximum(worst, _closing(bench, target, result))
@@ -142,10 +149,81 @@ def order(bench: Bench, rng: np.random.Generator) -> Measured:
         norms = [np.linalg.norm(solutions - seed, ord, axis=1) for ord in (1, 2, np.inf)] if len(solutions) else []
         if norms and not any((np.diff(norm) >= -1e-9).all() for norm in norms):
             raise LawBroken(
-                f"from the seed {_numbers(seed)} inverse returned solutions at distances {_numbers(norms[1])}; the "
-                "nearest must come first"
+                f"from the seed {_numbers(seed)} inverse returned solutions at distances {_numbers(norms[1])}; they "
+                "must come by their distance, the nearest first"
             )
     return Measured(POSTURES)
+
+
+def singular(bench: Bench, rng: np.random.Generator) -> Measured:
+    """Poses of arms that are stretched, folded or in line are solved like others; beside them numbers are finite."""
+    tried = 0
+    worst = np.zeros(2)
+    for i in range(len(bench.chain.joint_names)):
+        for angle in (0.0, np.pi / 2, np.pi, None):
+            q = random_posture(bench.chain, rng) if angle is not None else np.zeros(len(bench.chain.joint_names))
+            q[i] = angle or 0.0
+            q = np.clip(q, bench.chain.lower, bench.chain.upper)
+            worst = np.maximum(worst, _solved(bench, bench.tip(q), q))
+            beside = bench.tip(q) @ _shifted(1e-9 * rng.normal(size=3))
+            worst = np.maximum(worst, _closing(bench, beside, bench.inverse(beside, InverseOptions(seed=q))))
+            tried += 2
+    return Measured(tried, {"m": worst[0], "rad": worst[1]})
+
+
+def near(bench: Bench, rng: np.random.Generator) -> Measured:
+    """Poses that are almost alike are told apart: each is answered at its own place, to the last digits or not at all.
+
+    One after the other the posture is moved by 1e-8 to 1e-3 (rad, m), and the target tilted and shifted by as much.
+    """
+    worst = np.zeros(2)
+    for _ in range(POSTURES):
+        q = random_posture(bench.chain, rng)
+        size = 10.0 ** rng.uniform(-8.0, -3.0)
+        moved = np.clip(q + size * rng.uniform(-1.0, 1.0, len(q)), bench.chain.lower, bench.chain.upper)
+        for posture in (q, moved):
+            worst = np.maximum(worst, _solved(bench, bench.tip(posture), posture))
+        tilted = bench.tip(q) @ _tilted(size * rng.normal(size=3))
+        for target in (tilted, bench.tip(q) @ _shifted(size * rng.normal(size=3))):
+            worst = np.maximum(worst, _closing(bench, target, bench.inverse(target, InverseOptions(seed=q))))
+    return Measured(4 * POSTURES, {"m": worst[0], "rad": worst[1]})
+
+
+def configurations(bench: Bench, rng: np.random.Generator) -> Measured:
+    """The name of a solution is that of its branch, whatever the seed; asked by it, only that branch is answered.
+
+    A name that the component doesn't know is refused. Where none has a name, nothing else is tried.
+    """
+    tried = 0
+    for _ in range(POSTURES):
+        q, seed = random_posture(bench.chain, rng), random_posture(bench.chain, rng)
+        target = bench.tip(q)
+        found = bench.inverse(target, InverseOptions(seed=q))
+        elsewhere = bench.inverse(target, InverseOptions(seed=seed))
+        for name, solution in zip(found.configurations, found.solutions, strict=True):
+            if not name:
+                continue
+            # Names of other branches are found by the check of every answer.
+            asked = bench.inverse(target, InverseOptions(seed=q, configuration=name))
+            if not any(np.abs(other - solution).max() < SAME for other in asked.solutions):
+                raise LawBroken(
+                    f"asked for the configuration {name!r} inverse does not return {_numbers(solution)}, which it "
+                    f"returned by that name: {asked.reason or asked.status.value}"
+                )
+            others = [o for n, o in zip(elsewhere.configurations, elsewhere.solutions, strict=True) if n == name]
+            if others and not is_redundant(bench.chain, q) and not same(bench.chain, others[0], solution):
+                raise LawBroken(
+                    f"the configuration {name!r} is {_numbers(solution)} from one seed and {_numbers(others[0])} from "
+                    "another"
+                )
+            tried += 1
+    try:
+        bench.call("inverse", target, InverseOptions(seed=q, configuration="no such configuration"))
+    except ArgumentError:
+        return Measured(tried + 1)
+    raise LawBroken(
+        "the configuration 'no such configuration' must be refused by an ArgumentError that names the valid ones"
+    )
 
 
 def branches(bench: Bench, rng: np.random.Generator) -> Measured:
@@ -211,7 +289,13 @@ def _solved(bench: Bench, target: Floats, q: Floats, respect_limits: bool = True
 
 def _closing(bench: Bench, target: Floats, result: InverseResult) -> tuple[float, float]:
     offs = [_closes(bench, target, solution) for solution in result.solutions]
-    return max((off[0] for off in offs), default=0.0), max((off[1] for off in offs), default=0.0)
+    worst = max((off[0] for off in offs), default=0.0), max((off[1] for off in offs), default=0.0)
+    for what, said, true in zip(
+        ("position", "rotation"), (result.position_error, result.rotation_error), worst, strict=True
+    ):
+        if offs and abs(said - true) > POSE_TOLERANCE:
+            raise LawBroken(f"inverse says {what}_error = {said:g}; its worst solution misses the target by {true:.3g}")
+    return worst
 
 
 def _closes(bench: Bench, target: Floats, solution: Floats) -> tuple[float, float]:
@@ -228,8 +312,27 @@ def _refused(bench: Bench, target: Floats, what: str) -> None:
     result = bench.inverse(target, InverseOptions())
     if result.status is InverseStatus.SOLVED:
         raise LawBroken(f"inverse solved a pose that is {what}: {_numbers(result.solutions[0])}")
+    # Beyond the stroke of a sliding joint it is outside limits.
+    if result.status is not InverseStatus.UNREACHABLE and (bench.chain.joint_type != PRISMATIC).all():
+        raise LawBroken(f"inverse answered {result.status.value} for a pose that is {what}; it must be UNREACHABLE")
     if not result.reason:
         raise LawBroken(f"inverse gave no reason why a pose that is {what} has no solution")
+
+
+def _shifted(shift: Floats) -> Floats:
+    pose = np.eye(4)
+    pose[:3, 3] = shift
+    return pose
+
+
+def _tilted(vector: Floats) -> Floats:
+    """Return a turn by a small rotation vector (rad), by Rodrigues' formula."""
+    x, y, z = vector
+    angle = float(np.linalg.norm(vector))
+    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    pose = np.eye(4)
+    pose[:3, :3] += np.sinc(angle / np.pi) * skew + 0.5 * np.sinc(angle / (2.0 * np.pi)) ** 2 * skew @ skew
+    return pose
 
 
 def _reach(chain: SerialChain) -> float:

@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 from virtualrobot.v1 import motion_pb2
 from virtualrobot_kernel.api import motion as api
+from virtualrobot_kernel.api.keyed_limiter import KeyedLimiter
 from virtualrobot_kernel.api.publications import Publications
-from virtualrobot_kernel.api.turns import Turns
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.clock import Clock, Mode
@@ -62,7 +62,7 @@ def served(world: World) -> api.MotionServicer:
     publications = Publications(world, asyncio.get_running_loop())
     solvers = SimpleNamespace(of=None)  # goals in joints need none, nor anything to keep away from
     rooms: Any = SimpleNamespace(
-        world=world, publications=publications, turns=Turns(), solvers=solvers, collisions=None
+        world=world, publications=publications, turns=KeyedLimiter(), solvers=solvers, collisions=None
     )
     rooms.submit = lambda commands, context, revision=None: world.submit(commands, "a test", revision)
     return api.MotionServicer(rooms)

@@ -61,10 +61,11 @@ def test_whatever_is_raised_is_a_fault_of_the_component(words: str) -> None:
     with pytest.raises(KernelError, match=words) as made:
         start(offer(raising(FAULTS[words])), {})
     one = running(work=raising(FAULTS[words]))
-    for _ in range(2):  # it is not asked again
+    for times in (1, 2):  # it is asked again: one fault says nothing about the next call
         with pytest.raises(KernelError, match=words) as called:
             one.call("work")
-        assert one.calls == 1
+        assert (one.calls, one.fault) == (times, None)
+        assert one.latest is not None
     for raised in (made, called):
         assert raised.value.reason is Reason.PLUGIN_FAILED
         assert raised.value.metadata["fault"] == "RAISED"

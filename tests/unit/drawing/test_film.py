@@ -14,7 +14,7 @@ from virtualrobot_kernel.api.capture import CaptureCalls
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.drawing import film as film_module
 from virtualrobot_kernel.drawing.film import Film
-from virtualrobot_kernel.drawing.painter import Sight
+from virtualrobot_kernel.drawing.renderer import Sight
 from virtualrobot_kernel.drawing.view import ViewSettings, ViewStore
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning.robots import world_poses
@@ -100,7 +100,7 @@ def test_a_large_world_is_bounded_by_its_memory(world: World, monkeypatch: pytes
 class DrawnNowhere:
     """A studio that gives back one byte a picture."""
 
-    def submit(self, work: object) -> Future[bytes]:
+    def submit(self, work: object, is_gone: object = None) -> Future[bytes]:
         done: Future[bytes] = Future()
         done.set_result(b"x")
         return done
@@ -115,7 +115,7 @@ class Capturing(CaptureCalls):
             world=world,
             publications=publications,
             view=ViewStore(),
-            studio=DrawnNowhere(),
+            renderers=DrawnNowhere(),
             sensors=SimpleNamespace(latest={}),
             monitor=SimpleNamespace(latest=SimpleNamespace(touching=())),
         )

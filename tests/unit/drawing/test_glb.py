@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import trimesh
 from PIL import Image
-from virtualrobot_kernel.drawing.appearance import encode
+from virtualrobot_kernel.drawing.figure_glb import encode
 from virtualrobot_kernel.shapes import primitives
 from virtualrobot_kernel.shapes.creases import shaded
 from virtualrobot_kernel.shapes.submesh import Submesh

@@ -8,16 +8,16 @@ from numpy.typing import NDArray
 from virtualrobot_kernel.drawing.additions import with_arrows
 from virtualrobot_kernel.drawing.framing import Framing
 from virtualrobot_kernel.drawing.overlay import Overlay, Words, draw_over, write_words
-from virtualrobot_kernel.drawing.painter import LARGEST_KEPT, Painter, Sight
+from virtualrobot_kernel.drawing.renderer import LARGEST_KEPT, Renderer, Sight
+from virtualrobot_kernel.drawing.renderer_pool import RendererPool
 from virtualrobot_kernel.drawing.shots import ImageFormat, Shot, packed
 from virtualrobot_kernel.drawing.smoothing import smoothed
-from virtualrobot_kernel.drawing.studio import Studio
 from virtualrobot_kernel.drawing.view import ViewSettings
 from virtualrobot_kernel.drawing.viewpoint import Viewpoint, look_at
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.numeric.strokes import BIAS, draw_discs, draw_floor, draw_lines
+from virtualrobot_kernel.sensing.appearance import AppearanceLibrary
 from virtualrobot_kernel.sensing.lenses import Lens, lens_of, pinhole
-from virtualrobot_kernel.sensing.looks import LookLibrary
 from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.sensing import CameraSensor, Intrinsics, Projection
 
@@ -207,21 +207,23 @@ def test_raw_is_the_pixels_row_by_row(rng: np.random.Generator) -> None:
 def test_a_picture_that_nobody_waits_for_is_given_up_and_a_large_lens_is_not_kept(size: tuple[int, int]) -> None:
     cell, asked = Cell(), list[bool]()
     load = cell.meshes
-    studio = Studio(ShapeLibrary(load), LookLibrary(with_arrows(load)), load, lambda snapshot, wanted: {})
+    renderers = RendererPool(
+        ShapeLibrary(load), AppearanceLibrary(with_arrows(load)), load, lambda snapshot, wanted: {}
+    )
     sight, shot = Sight(cell.snapshot, ViewSettings(), {}), Shot(width=size[0], height=size[1])
 
     def is_gone() -> bool:
         asked.append(True)
         return len(asked) > 4
 
-    def paint(painter: Painter) -> tuple[int, bool]:
+    def paint(painter: Renderer) -> tuple[int, bool]:
         picture = painter.paint(sight, shot, Framing())
         return len(packed(picture, ImageFormat.PNG, painter.check)), painter._lens is not None
 
     with pytest.raises(KernelError) as given_up:
-        studio.submit(paint, is_gone).result(100)
+        renderers.submit(paint, is_gone).result(100)
     assert given_up.value.reason is Reason.SHUTTING_DOWN
     assert len(asked) == 5
-    length, kept = studio.submit(paint).result(100)
+    length, kept = renderers.submit(paint).result(100)
     assert length > 0 and kept == (size[0] * size[1] <= LARGEST_KEPT)
-    studio.close()
+    renderers.close()

@@ -7,8 +7,9 @@ import pytest
 from google.protobuf import json_format
 from ruamel.yaml import YAML
 from virtualrobot.v1 import nodes_pb2, scene_pb2
-from virtualrobot_kernel.errors import MalformedFileError, Reason
+from virtualrobot_kernel.errors import KernelError, MalformedFileError, Reason
 from virtualrobot_kernel.formats import scene_file
+from virtualrobot_kernel.formats.yaml_text import MOST_CHARACTERS
 
 from tests.unit.formats.random_scenes import WORDS, random_scene
 
@@ -176,15 +177,19 @@ ERRORS = {
     "not YAML": ("schema_version: 1\nnodes: [\n", "scene.yaml:3: not YAML: "),
     "tab": ("schema_version: 1\nnodes:\n\t- name: a\n", "scene.yaml:3: not YAML: "),
     "control character": ("schema_version: 1\nnodes: \x01\n", "not YAML: "),
-    "two documents": ("schema_version: 1\n---\nschema_version: 1\n", "not YAML: "),
+    "two documents": ("schema_version: 1\n---\nschema_version: 1\n", "scene.yaml:2: a file has one document"),
     "alias": (
         f"{START}- &a {{name: a}}\n- *a\n",
-        "nodes[1]: aliases (*name) are not read in scene files: write it out",
+        "scene.yaml:4: aliases (*name) are not read: write it out",
     ),
     "tag": (f"{START}- !!python/object:os.system {{name: a}}\n", "nodes[0]: tags"),
     "own tag": (f"{START}- name: !secret a\n", "nodes[0].name: tags (!secret) are not read in scene files"),
     "key that is a list": (f"{START}- [a]: b\n", "nodes[0]: a key is a word, not a list"),
-    "deep": (START + "- " * 5000 + "a", "nested too deeply"),
+    "deep": (START + "- " * 5000 + "a", "scene.yaml:3: nested too deeply: more than 32"),
+    "deep on one line": (
+        "schema_version: 1\nnodes:\n  " + "[" * 100_000,
+        "scene.yaml:3: nested too deeply: more than 32",
+    ),
 }
 
 
@@ -198,6 +203,35 @@ def test_aliases_that_would_grow_to_gigabytes_are_refused_at_once() -> None:
     lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x, x]"]
     lines += [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]" for i in range(1, 12)]
     refusal("schema_version: 1\n" + "\n".join(lines))
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (START + "#" * MOST_CHARACTERS, "8,000,025 characters; a file may have 8,000,000"),
+        (START + "- {}\n" * 200_000, "more keys and values; a file may have 400,000"),
+    ],
+    ids=["characters", "values"],
+)
+def test_a_file_that_would_take_minutes_is_refused(text: str, said: str) -> None:
+    with pytest.raises(KernelError, match=said) as refused:
+        scene_file.parse(text)
+    assert refused.value.reason is Reason.TOO_LARGE
+
+
+@pytest.mark.parametrize("most", [3, 40], ids=["while the text is read", "while the message is filled"])
+def test_reading_ends_when_nobody_waits_any_more(most: int) -> None:
+    asked = 0
+
+    def check() -> None:
+        nonlocal asked
+        asked += 1
+        if asked > most:
+            raise KernelError("nobody waits")
+
+    with pytest.raises(KernelError, match="nobody waits"):
+        scene_file.parse(START + "- {name: a}\n" * 5000, check=check)  # 30 thousand events
+    assert asked == most + 1
 
 
 def test_metadata_tells_line_and_path() -> None:

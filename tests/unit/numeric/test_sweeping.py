@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from virtualrobot_kernel.numeric.distance_bounds import box_gaps, cached_distance_bounds
 from virtualrobot_kernel.numeric.forest import (
     FIXED,
     FLOATING,
@@ -16,9 +17,8 @@ from virtualrobot_kernel.numeric.forest import (
     forward_forest,
     topological_order,
 )
-from virtualrobot_kernel.numeric.gaps import box_gaps, remembered_distances
+from virtualrobot_kernel.numeric.motion_bounds import element_travels, joint_travels
 from virtualrobot_kernel.numeric.sweeping import boxes_in_reach, pairs_in_reach
-from virtualrobot_kernel.numeric.travel import element_travels, joint_travels
 
 from .test_forest import random_pose, unit
 
@@ -270,17 +270,17 @@ def test_a_remembered_distance_holds_less_what_has_moved(rng: np.random.Generato
         kept = (np.linalg.inv(poses[0]) @ poses[1])[None, None, :3].copy()
         pairs, slots, found = np.array([[0, 1], [0, 1]]), np.array([0, -1]), np.empty(2)
         measured = np.array([[distance(poses)]])
-        remembered_distances(pairs, slots, poses, centre, half, kept, measured, found)
+        cached_distance_bounds(pairs, slots, poses, centre, half, kept, measured, found)
         np.testing.assert_allclose(found, [measured[0, 0], 0.0], atol=1e-8)
         both = random_pose(rng)
         moved = np.array([both @ poses[0], both @ poses[1]])
-        remembered_distances(pairs, slots, moved, centre, half, kept, measured, found)
+        cached_distance_bounds(pairs, slots, moved, centre, half, kept, measured, found)
         assert found[0] == pytest.approx(measured[0, 0], abs=1e-8)
         step = np.eye(4)
         step[:3, :3] = Rotation.from_rotvec(rng.normal(size=3) * 0.1).as_matrix()
         step[:3, 3] = rng.normal(size=3) * 0.05
         moved[1] = moved[1] @ step
-        remembered_distances(pairs, slots, moved, centre, half, kept, measured, found)
+        cached_distance_bounds(pairs, slots, moved, centre, half, kept, measured, found)
         assert found[0] <= distance(moved)
         told.append(found[0] > 0.0)
     assert any(told)

@@ -116,7 +116,7 @@ def test_a_line_is_refused_when_what_it_assumes_has_changed(what: str, rng: np.r
     command = plan_motion(pictured(change), [line(change, "fixture")], chain)
     node, changes = {**ARM, **REFERENCE}[what]
     error = refused(change, command, *changes(change, rng))
-    assert error.reason is Reason.STALE_REVISION
+    assert error.reason is Reason.PLAN_OUTDATED
     assert error.metadata["node"] == node
     assert repr(node) in str(error) and "plan again" in str(error)
 
@@ -163,7 +163,7 @@ def test_a_robot_s_actuators_count(rng: np.random.Generator) -> None:
     assert isinstance(data, RobotData)
     motor = Actuator("motor", (("lbr_iiwa_joint_2", 100.0),), lower=-500.0, upper=500.0)
     error = refused(change, command, UpdateNode("arm", data=replace(data, actuators=(motor,))))
-    assert (error.reason, error.metadata["aspect"]) == (Reason.STALE_REVISION, "ACTUATORS")
+    assert (error.reason, error.metadata["aspect"]) == (Reason.PLAN_OUTDATED, "ACTUATORS")
 
 
 def test_a_frame_on_a_joint_counts_where_the_joint_stands() -> None:
@@ -204,7 +204,7 @@ def test_random_changes_never_start_a_plan_that_would_be_another_one(rng: np.ran
         try:
             after(later, command)
         except KernelError as error:
-            assert error.reason in (Reason.STALE_REVISION, Reason.UNKNOWN_NAME)
+            assert error.reason in (Reason.PLAN_OUTDATED, Reason.UNKNOWN_NAME)
             continue
         started += 1
         if reference in later.structure.uid_by_name:

@@ -15,12 +15,13 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning import solvers as module
 from virtualrobot_kernel.planning.free_joints import solve_inverse
 from virtualrobot_kernel.planning.robots import arm_of, world_poses
-from virtualrobot_kernel.planning.solvers import Solvers
+from virtualrobot_kernel.planning.solvers import FORGIVEN_CALLS, MOST_ENDS, Solvers
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import CreateNodes, RemoveNode, SetKinematics
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import Applied
 from virtualrobot_kernel.world.structure import Joint, JointLimits, JointType, Kind, NodeSpec, RobotData
+from virtualrobot_sdk.errors import ComponentFault, FaultKind
 from virtualrobot_sdk.kinematics import Floats, InverseOptions, InverseResult
 
 from tests.unit.world.builders import after, arm, empty, link, shifted
@@ -33,6 +34,7 @@ class Instance:
     """Passes calls on to a component; tells when it is closed, and lets a test into each call."""
 
     process_id = 0
+    has_ended = False
 
     def __init__(self, component: Any) -> None:  # noqa: ANN401  any component
         """Take the component."""
@@ -145,6 +147,61 @@ def test_a_component_that_the_world_refuses_ends_and_the_robot_keeps_its_own(
     solve(solvers, cell)
     assert not first.closed.is_set()
     assert len(instances) == 2
+
+
+def test_a_component_that_ended_is_made_anew_three_times_in_a_row(solvers: Solvers, instances: list[Instance]) -> None:
+    cell = after(empty(), arm())
+    crash = ComponentFault(FaultKind.DIED, "its process ended with SIGSEGV in inverse")
+
+    def ends() -> None:
+        instances[-1].has_ended = True
+        raise crash
+
+    for made in range(1, MOST_ENDS + 1):
+        solve(solvers, cell)  # answered
+        assert len(instances) == made
+        instances[-1].before = ends
+        with pytest.raises(KernelError, match="SIGSEGV"):
+            solve(solvers, cell)
+        assert "SIGSEGV" in solvers.fault_of(cell.structure.node("arm"))
+    with pytest.raises(KernelError, match="SIGSEGV"):
+        solve(solvers, cell)
+    assert len(instances) == MOST_ENDS
+
+
+def test_much_good_work_is_held_against_no_end(solvers: Solvers, instances: list[Instance]) -> None:
+    cell = after(empty(), arm())
+    for made in range(1, MOST_ENDS + 2):
+        for _ in range(FORGIVEN_CALLS):
+            solve(solvers, cell)
+        assert len(instances) == made
+        instances[-1].has_ended = True
+        instances[-1].before = raising(ComponentFault(FaultKind.HUNG, "inverse gave no answer within 1 s"))
+        with pytest.raises(KernelError, match="no answer"):
+            solve(solvers, cell)
+
+
+def test_one_wrong_answer_costs_one_call(solvers: Solvers, instances: list[Instance]) -> None:
+    cell = after(empty(), arm())
+    solve(solvers, cell)
+    (instance,) = instances
+    for _ in range(2 * MOST_ENDS):
+        instance.before = raising(ComponentFault(FaultKind.RAISED, "KeyError: 'elbow up'"))
+        with pytest.raises(KernelError, match="elbow up"):
+            solve(solvers, cell)
+        instance.before = lambda: None
+        solve(solvers, cell)  # answered
+    assert instances == [instance]
+    assert solvers.fault_of(cell.structure.node("arm")) == "KeyError: 'elbow up'"
+
+
+def raising(error: Exception) -> Callable[[], object]:
+    """Return a function that raises `error`."""
+
+    def function() -> None:
+        raise error
+
+    return function
 
 
 def test_only_robots_that_are_gone_lose_their_components(solvers: Solvers, instances: list[Instance]) -> None:

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 from virtualrobot_sdk.arguments import check_options, joint_vector, rigid_target
+from virtualrobot_sdk.errors import ArgumentError
 from virtualrobot_sdk.kinematics import Floats, InverseOptions, InverseResult, InverseStatus, SerialChain
 from virtualrobot_sdk.reference import chain_frames, tip_pose
 from virtualrobot_sdk.selfcheck import finite_differences
+from virtualrobot_sdk.testing.chains import scara
 
 UPPER, FORE, HEIGHT = 0.425, 0.375, 0.4
 """The lengths of `virtualrobot_sdk.testing.chains.scara` (m)."""
+NAMES = "left", "right"
+"""The configurations: where the elbow is."""
 
 
 class Right:
@@ -34,13 +39,24 @@ class Right:
         seed = np.zeros(4) if options.seed is None else joint_vector(options.seed, self.chain.joint_names)
         distance = np.hypot(*target[:2, 3])
         cosine = (distance**2 - UPPER**2 - FORE**2) / (2 * UPPER * FORE)
-        if abs(cosine) > 1 + 1e-12 or abs(target[2, 2] - 1.0) > options.rotation_tolerance:
+        if options.configuration not in ("", *NAMES):
+            raise ArgumentError(f"there is no {options.configuration!r}; there are left and right")
+        if abs(cosine) > 1 + 1e-12 or self.tilt(target) > options.rotation_tolerance:
             return InverseResult(InverseStatus.UNREACHABLE, np.empty((0, 4)), reason="it is too far or tilted")
         found = self.solutions(target, np.arccos(np.clip(cosine, -1.0, 1.0)), seed)
+        if not np.ptp(found, axis=0).any():
+            found = found[:1]
         inside = (self.chain.lower - 1e-9 <= found) & (found <= self.chain.upper + 1e-9)
-        found = found[inside.all(axis=1) if options.respect_limits else inside[:, 2]]
-        found = np.clip(found, self.chain.lower, self.chain.upper) if options.respect_limits else found
-        return self.result(found[np.argsort(np.linalg.norm(found - seed, axis=1))])
+        taken = inside.all(axis=1) if options.respect_limits else inside[:, 2]
+        taken &= [options.configuration in ("", name) for name in NAMES[: len(found)]]
+        names = np.array(NAMES[: len(found)])[taken]
+        found = np.clip(found, self.chain.lower, self.chain.upper)[taken] if options.respect_limits else found[taken]
+        order = np.argsort(np.linalg.norm(found - seed, axis=1))
+        return self.result(found[order], tuple(names[order].tolist()))
+
+    def tilt(self, target: Floats) -> float:
+        """Return the sine of the angle between the tool and the vertical."""
+        return float(np.hypot(target[0, 2], target[1, 2]))
 
     def solutions(self, target: Floats, bend: float, seed: Floats) -> Floats:
         x, y = target[:2, 3]
@@ -60,10 +76,10 @@ class Right:
             q[i] += turn * (q[i] < self.chain.lower[i] - 1e-9)
         return q
 
-    def result(self, solutions: Floats) -> InverseResult:
+    def result(self, solutions: Floats, names: tuple[str, ...]) -> InverseResult:
         if not len(solutions):
             return InverseResult(InverseStatus.OUTSIDE_LIMITS, solutions, reason="limits")
-        return InverseResult(InverseStatus.SOLVED, solutions, ("",) * len(solutions))
+        return InverseResult(InverseStatus.SOLVED, solutions, names)
 
 
 class OtherTip(Right):
@@ -86,18 +102,92 @@ class JacobianOfTheTip(Right):
 
 
 class OneElbow(Right):
-    def result(self, solutions: Floats) -> InverseResult:
-        return super().result(solutions[:1])
+    def result(self, solutions: Floats, names: tuple[str, ...]) -> InverseResult:
+        return super().result(solutions[:1], names[:1])
 
 
 class Twice(Right):
-    def result(self, solutions: Floats) -> InverseResult:
-        return super().result(np.repeat(solutions, 2, axis=0))
+    def result(self, solutions: Floats, names: tuple[str, ...]) -> InverseResult:
+        return super().result(np.repeat(solutions, 2, axis=0), tuple(np.repeat(names, 2).tolist()))
 
 
 class FarthestFirst(Right):
-    def result(self, solutions: Floats) -> InverseResult:
-        return super().result(solutions[::-1].copy())
+    def result(self, solutions: Floats, names: tuple[str, ...]) -> InverseResult:
+        return super().result(solutions[::-1].copy(), names[::-1])
+
+
+class NamesByOrder(Right):
+    def result(self, solutions: Floats, names: tuple[str, ...]) -> InverseResult:
+        return super().result(solutions, NAMES[: len(solutions)])
+
+
+class IgnoresConfiguration(Right):
+    def inverse(self, base_t_tip: Floats, options: InverseOptions, /) -> InverseResult:
+        return super().inverse(base_t_tip, replace(options, configuration=""))
+
+
+class NamelessWhenAsked(Right):
+    def inverse(self, base_t_tip: Floats, options: InverseOptions, /) -> InverseResult:
+        known = options.configuration if options.configuration in NAMES else ""
+        return super().inverse(base_t_tip, replace(options, configuration=known))
+
+
+class TiltedAsUpright(Right):
+    def tilt(self, target: Floats) -> float:
+        return abs(target[2, 2] - 1.0)
+
+
+class RoundsTheTarget(Right):
+    """As one that looks answers up by rounded poses."""
+
+    def inverse(self, base_t_tip: Floats, options: InverseOptions, /) -> InverseResult:
+        target = np.array(base_t_tip)
+        target[:3, 3] = target[:3, 3].round(3)
+        return super().inverse(target, options)
+
+
+class LeavesOutTurns(Right):
+    def near(self, q: Floats, seed: Floats) -> Floats:
+        return super().near(q, np.zeros(4))
+
+
+class NaNWhereStretched(Right):
+    def solutions(self, target: Floats, bend: float, seed: Floats) -> Floats:
+        return super().solutions(target, bend if bend > 1e-6 else np.nan, seed)
+
+
+class OutsideLimitsAlways(Right):
+    def inverse(self, base_t_tip: Floats, options: InverseOptions, /) -> InverseResult:
+        return InverseResult(InverseStatus.OUTSIDE_LIMITS, np.empty((0, len(self.chain.joint_names))), reason="limits")
+
+
+class FarFromExact(Right):
+    def result(self, solutions: Floats, names: tuple[str, ...]) -> InverseResult:
+        return super().result(solutions, names)._replace(position_error=1e6)
+
+
+class IgnoresTheBase(Right):
+    def __init__(self, chain: SerialChain) -> None:
+        """Take a robot that stands at the origin."""
+        super().__init__(chain._replace(pre=np.concatenate([scara().pre[:1], chain.pre[1:]])))
+
+
+class IgnoresTheTool(Right):
+    def __init__(self, chain: SerialChain) -> None:
+        """Take a robot without a tool."""
+        super().__init__(chain._replace(post=np.eye(4)))
+
+
+class StartsWhereItEnded(Right):
+    """As a search that begins where the last one ended, and so ends beside where it ended before."""
+
+    last = np.zeros(4)
+
+    def inverse(self, base_t_tip: Floats, options: InverseOptions, /) -> InverseResult:
+        result = super().inverse(base_t_tip, options)
+        found = result._replace(solutions=result.solutions + 1e-10 * self.last)
+        self.last = np.copy(base_t_tip[:, 3])
+        return found
 
 
 class BeyondLimits(Right):
@@ -127,7 +217,7 @@ class ReachesForTheMoon(Right):
 class GivesNoReason(Right):
     def inverse(self, base_t_tip: Floats, options: InverseOptions, /) -> InverseResult:
         result = super().inverse(base_t_tip, options)
-        return InverseResult(result.status, result.solutions, result.configurations)
+        return result._replace(reason="")
 
 
 class TakesAnything(Right):

@@ -93,13 +93,13 @@ def test_a_plugin_registers_components_of_each_kind(plugin: Plugin) -> None:
 def test_a_plugin_may_be_an_object(plugin: Plugin) -> None:
     text = HEAD + (
         "class Own:\n"
-        "    api_version = '1.7'\n"
+        "    api_version = '1.0'\n"
         "    @hookimpl\n"
         "    def virtualrobot_register_kinematics(self, register): register('arm', arm)\n"
         "own = Own()\n"
     )
     version, (arm,) = plugin(text, ":own")
-    assert (version, arm.name) == ("1.7", "arm")
+    assert (version, arm.name) == ("1.0", "arm")
 
 
 def test_each_kind_of_component_has_a_hook() -> None:
@@ -129,7 +129,9 @@ def importers(text: str) -> str:
         (HEAD, f"has no api_version: write `api_version = '{API_VERSION}'`"),
         ("api_version = 1", "its api_version is 1: write"),
         ("api_version = 'new'", "its api_version is 'new': write"),
-        ("api_version = '2.0'", f"it was written for API 2.0; this kernel has {API_VERSION}"),
+        ("api_version = '2.0'", f"it was written for API 2.0; this kernel has {API_VERSION}; install a newer"),
+        ("api_version = '1.9'", f"it was written for API 1.9; this kernel has {API_VERSION}; install a newer"),
+        ("api_version = '0.9'", f"it was written for API 0.9; this kernel has {API_VERSION}"),
         # Hooks
         (HEAD + VERSION, "registers nothing; a plugin has one of virtualrobot_register_kinematics, "),
         (body("pass"), "registers nothing"),

@@ -27,10 +27,10 @@ CASES = "tests.unit.sdk.kit_cases"
 class HereBench(Bench):
     """A bench whose component is in this process."""
 
-    def __init__(self, case: str) -> None:
+    def __init__(self, case: str, chain: str = "scara") -> None:
         """Make the component here."""
-        self.probe = Probe(f"{CASES}:{case}", "", {}, scara())
-        super().__init__(Subject(case, f"{CASES}:{case}", ""), "scara", scara())
+        self.probe = Probe(f"{CASES}:{case}", "", {}, kit_chains()[chain])
+        super().__init__(Subject(case, f"{CASES}:{case}", ""), chain, kit_chains()[chain])
 
     def _started(self) -> Any:  # noqa: ANN401  there is no process
         return None
@@ -66,7 +66,16 @@ def test_a_right_component_keeps_the_law(law: str, rng: np.random.Generator) -> 
         ("LimitsAlways", "limits", r"with q as its seed and limits that do not count: OUTSIDE_LIMITS, limits"),
         ("LimitsTooTight", "limits", r"inverse found no solution for the pose of q = \["),
         ("Twice", "order", r"solutions 0 and 1 of inverse are the same"),
-        ("FarthestFirst", "order", r"the nearest must come first"),
+        ("FarthestFirst", "order", r"come by their distance, the nearest first"),
+        ("LeavesOutTurns", "inverse", r"from the seed \[.*\], which solves the pose, inverse returned \[.*\] first"),
+        ("FarFromExact", "inverse", r"says position_error = 1e\+06; its worst solution misses the target by "),
+        ("NaNWhereStretched", "singular", r"inverse found no solution for the pose of q = \["),
+        ("RoundsTheTarget", "near", r"misses the target by 0\.000|found no solution for the pose of q"),
+        ("TiltedAsUpright", "near", r"misses the target by \S+ m and \S+ rad"),
+        ("NamesByOrder", "configurations", r"where '\w+' was asked for|from one seed and \[.*\] from another"),
+        ("IgnoresConfiguration", "configurations", r"returned the configuration '\w+' where '\w+' was asked for"),
+        ("NamelessWhenAsked", "configurations", r"'no such configuration' must be refused by an ArgumentError"),
+        ("StartsWhereItEnded", "answers", r"inverse answers the same question otherwise after another one"),
         ("ReachesForTheMoon", "unreachable", r"inverse solved a pose that is 1\.01 times as far as all links"),
         ("GivesNoReason", "unreachable", r"inverse gave no reason why"),
         ("TakesAnything", "refusals", r"forward of q with NaN was answered; forward of q with infinity was answered"),
@@ -83,6 +92,18 @@ def test_a_small_wrong_is_found(case: str, law: str, said: str, rng: np.random.G
     with pytest.raises((LawBroken, ComponentFault)) as broken:
         LAWS[law](HereBench(case), rng)
     assert re.search(said, str(broken.value)), str(broken.value)
+
+
+def test_out_of_reach_is_not_outside_limits(rng: np.random.Generator) -> None:
+    with pytest.raises(LawBroken, match=r"answered OUTSIDE_LIMITS for a pose that is 1\.01 times as far"):
+        LAWS["unreachable"](HereBench("OutsideLimitsAlways", "puma560"), rng)
+
+
+@pytest.mark.parametrize("case", ["IgnoresTheBase", "IgnoresTheTool"])
+def test_base_and_tool_count(case: str, rng: np.random.Generator) -> None:
+    assert LAWS["forward"](HereBench(case), rng).tried > 0
+    with pytest.raises(LawBroken, match=r"forward puts the tip 0\.\d+ m and"):
+        LAWS["forward"](HereBench(case, "scara_mounted"), rng)
 
 
 def test_a_wrong_forward_pass_is_no_wrong_refusal(rng: np.random.Generator) -> None:

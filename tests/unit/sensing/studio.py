@@ -7,9 +7,9 @@ from contextlib import contextmanager
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from virtualrobot_kernel.sensing.appearance import AppearanceLibrary
 from virtualrobot_kernel.sensing.elements import Elements
 from virtualrobot_kernel.sensing.lights import NONE, Lights, light_row
-from virtualrobot_kernel.sensing.looks import LookLibrary
 from virtualrobot_kernel.sensing.picture import Subject
 from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.shapes.submesh import Submesh
@@ -76,4 +76,4 @@ def studio(
     with TopScene() as scene:
         scene.place(elements.shapes, poses)
         places = np.arange(count, dtype=np.int32)
-        yield scene, Subject(poses, places, LookLibrary(load).of(elements), lights, background)
+        yield scene, Subject(poses, places, AppearanceLibrary(load).of(elements), lights, background)

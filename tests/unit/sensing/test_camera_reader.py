@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from PIL import Image
 from virtualrobot_kernel.errors import LimitError
+from virtualrobot_kernel.sensing.appearance import AppearanceLibrary
 from virtualrobot_kernel.sensing.camera_reader import CameraContent, CameraReader
-from virtualrobot_kernel.sensing.looks import LookLibrary
 from virtualrobot_kernel.sensing.reading import Moment
 from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.shapes.submesh import Submesh
@@ -41,7 +41,7 @@ def reading(cell: Cell, camera: CameraSensor, pose: np.ndarray | None = None) ->
         return reader.read(Moment(cell.snapshot, (), number, rng), kinds)
 
     try:
-        with closing(CameraReader(node, ShapeLibrary(cell.meshes), LookLibrary(cell.meshes))) as reader:
+        with closing(CameraReader(node, ShapeLibrary(cell.meshes), AppearanceLibrary(cell.meshes))) as reader:
             yield read
     finally:
         cell.do(RemoveNode("camera"))

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from PIL import Image
 from virtualrobot_kernel.numeric.shading import AMBIENT, HEAD_LIGHT
+from virtualrobot_kernel.sensing.appearance import AppearanceLibrary
 from virtualrobot_kernel.sensing.elements import Elements
 from virtualrobot_kernel.sensing.lenses import Lens, lens_of
 from virtualrobot_kernel.sensing.lights import FADING, NONE, Lights
-from virtualrobot_kernel.sensing.looks import LookLibrary
 from virtualrobot_kernel.sensing.picture import render
 from virtualrobot_kernel.sensing.textures import levels
 from virtualrobot_kernel.shapes.shape_library import EMPTY, ShapeLibrary
@@ -288,7 +288,7 @@ def test_a_mesh_that_is_read_otherwise_the_second_time_has_no_look() -> None:
             np.ones(1),
             made_of=None,  # type: ignore[arg-type]  there is no world
         )
-        subject = replace(subject, looks=LookLibrary(lambda mesh: (short,)).of(elements))
+        subject = replace(subject, looks=AppearanceLibrary(lambda mesh: (short,)).of(elements))
         color = render(scene, subject, LENS, above(2.2), [ImageKind.COLOR]).color
     assert color is not None
     assert np.ptp(color[30, 40].astype(int)) < 20  # grey

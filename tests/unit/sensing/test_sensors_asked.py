@@ -23,7 +23,7 @@ def test_of_sensors_that_do_not_run_only_some_stay_ready(bench: Bench) -> None:
         bench.add(f"s{i}")
     for i in range(count):
         bench.sensors.read(f"s{i}")[1].result(GUARD)
-    assert len(bench.sensors.stations) == module.MOST_IDLE
+    assert len(bench.sensors.workers) == module.MOST_IDLE
     assert bench.made[9][1].closed.wait(GUARD)
     assert not bench.made[10][1].closed.is_set()
     assert bench.sensors.read("s0")[1].result(GUARD).number == 2
@@ -60,12 +60,12 @@ def test_what_waits_for_its_turn_is_not_late(bench: Bench) -> None:
     bench.add("b")
     for name, late in (("a", True), ("b", False)):
         going.clear()
-        station, coming = bench.sensors.read(name)
+        worker, coming = bench.sensors.read(name)
         assert going.wait(GUARD)
-        assert station.is_late() == late
+        assert worker.is_late() == late
         go_on.set()
         coming.result(GUARD)
-        assert not station.is_late()
+        assert not worker.is_late()
         go_on.clear()
 
 

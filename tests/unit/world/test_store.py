@@ -178,7 +178,7 @@ def test_a_motion_planned_from_elsewhere_is_refused(world: World) -> None:
     world.submit([arm(), SetJointPositions("arm", {"a": 0.5})]).result(GUARD)
     refused = world.submit([turn(1.0)]).exception(GUARD)
     assert isinstance(refused, KernelError)
-    assert refused.reason is Reason.STALE_REVISION
+    assert refused.reason is Reason.PLAN_OUTDATED
     assert "'a' of 'arm' is at 0.5, but the motion was planned from 0" in str(refused)
 
 

@@ -1,5 +1,4 @@
 from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
-from virtualrobot.v1 import lease_pb2 as _lease_pb2
 from virtualrobot.v1 import nodes_pb2 as _nodes_pb2
 from google.protobuf.internal import containers as _containers
 from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
@@ -202,19 +201,13 @@ class ListAllowedPairsResponse(_message.Message):
     pairs: _containers.RepeatedCompositeFieldContainer[AllowedPair]
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., pairs: _Optional[_Iterable[_Union[AllowedPair, _Mapping]]] = ...) -> None: ...
 
-class SetAllowedPairsRequest(_message.Message):
+class SetAllowedPairs(_message.Message):
     __slots__ = ("forbid", "allow")
     FORBID_FIELD_NUMBER: _ClassVar[int]
     ALLOW_FIELD_NUMBER: _ClassVar[int]
     forbid: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.NodePair]
     allow: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.NodePair]
     def __init__(self, forbid: _Optional[_Iterable[_Union[_nodes_pb2.NodePair, _Mapping]]] = ..., allow: _Optional[_Iterable[_Union[_nodes_pb2.NodePair, _Mapping]]] = ...) -> None: ...
-
-class SetAllowedPairsResponse(_message.Message):
-    __slots__ = ("stamp",)
-    STAMP_FIELD_NUMBER: _ClassVar[int]
-    stamp: _geometry_pb2.Stamp
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ...) -> None: ...
 
 class FindAllowedPairsRequest(_message.Message):
     __slots__ = ("robot", "samples", "seed")
@@ -290,7 +283,7 @@ class GuardCost(_message.Message):
     worst_seconds: float
     def __init__(self, ticks: _Optional[int] = ..., mean_seconds: _Optional[float] = ..., worst_seconds: _Optional[float] = ...) -> None: ...
 
-class SetCollisionSettingsRequest(_message.Message):
+class SetCollisionSettings(_message.Message):
     __slots__ = ("mode", "robots", "look_ahead_seconds", "paddings")
     MODE_FIELD_NUMBER: _ClassVar[int]
     ROBOTS_FIELD_NUMBER: _ClassVar[int]
@@ -301,12 +294,6 @@ class SetCollisionSettingsRequest(_message.Message):
     look_ahead_seconds: float
     paddings: _containers.RepeatedCompositeFieldContainer[NodePadding]
     def __init__(self, mode: _Optional[_Union[CollisionMode, str]] = ..., robots: _Optional[_Iterable[_Union[RobotCollisionMode, _Mapping]]] = ..., look_ahead_seconds: _Optional[float] = ..., paddings: _Optional[_Iterable[_Union[NodePadding, _Mapping]]] = ...) -> None: ...
-
-class SetCollisionSettingsResponse(_message.Message):
-    __slots__ = ("stamp",)
-    STAMP_FIELD_NUMBER: _ClassVar[int]
-    stamp: _geometry_pb2.Stamp
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ...) -> None: ...
 
 class SampledPair(_message.Message):
     __slots__ = ("first", "second", "touched")

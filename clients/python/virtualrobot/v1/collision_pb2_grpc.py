@@ -56,11 +56,6 @@ class CollisionServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_collision__pb2.ListAllowedPairsRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_collision__pb2.ListAllowedPairsResponse.FromString,
                 _registered_method=True)
-        self.SetAllowedPairs = channel.unary_unary(
-                '/virtualrobot.v1.CollisionService/SetAllowedPairs',
-                request_serializer=virtualrobot_dot_v1_dot_collision__pb2.SetAllowedPairsRequest.SerializeToString,
-                response_deserializer=virtualrobot_dot_v1_dot_collision__pb2.SetAllowedPairsResponse.FromString,
-                _registered_method=True)
         self.ListCollisionMeshes = channel.unary_unary(
                 '/virtualrobot.v1.CollisionService/ListCollisionMeshes',
                 request_serializer=virtualrobot_dot_v1_dot_collision__pb2.ListCollisionMeshesRequest.SerializeToString,
@@ -70,11 +65,6 @@ class CollisionServiceStub(object):
                 '/virtualrobot.v1.CollisionService/GetCollisionSettings',
                 request_serializer=virtualrobot_dot_v1_dot_collision__pb2.GetCollisionSettingsRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_collision__pb2.GetCollisionSettingsResponse.FromString,
-                _registered_method=True)
-        self.SetCollisionSettings = channel.unary_unary(
-                '/virtualrobot.v1.CollisionService/SetCollisionSettings',
-                request_serializer=virtualrobot_dot_v1_dot_collision__pb2.SetCollisionSettingsRequest.SerializeToString,
-                response_deserializer=virtualrobot_dot_v1_dot_collision__pb2.SetCollisionSettingsResponse.FromString,
                 _registered_method=True)
         self.WatchCollisions = channel.unary_stream(
                 '/virtualrobot.v1.CollisionService/WatchCollisions',
@@ -122,13 +112,6 @@ class CollisionServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
-    def SetAllowedPairs(self, request, context):
-        """Lets nodes touch each other, or no more.
-        """
-        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
-        context.set_details('Method not implemented!')
-        raise NotImplementedError('Method not implemented!')
-
     def ListCollisionMeshes(self, request, context):
         """What meshes collide as, and what is wrong with them. Makes it where that was not needed yet.
         """
@@ -138,14 +121,6 @@ class CollisionServiceServicer(object):
 
     def GetCollisionSettings(self, request, context):
         """What is done about collisions.
-        """
-        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
-        context.set_details('Method not implemented!')
-        raise NotImplementedError('Method not implemented!')
-
-    def SetCollisionSettings(self, request, context):
-        """Changes what is done about collisions. Without a lease of a robot that others have leased, what is done about it
-        cannot be changed.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
@@ -189,11 +164,6 @@ def add_CollisionServiceServicer_to_server(servicer, server):
                     request_deserializer=virtualrobot_dot_v1_dot_collision__pb2.ListAllowedPairsRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_collision__pb2.ListAllowedPairsResponse.SerializeToString,
             ),
-            'SetAllowedPairs': grpc.unary_unary_rpc_method_handler(
-                    servicer.SetAllowedPairs,
-                    request_deserializer=virtualrobot_dot_v1_dot_collision__pb2.SetAllowedPairsRequest.FromString,
-                    response_serializer=virtualrobot_dot_v1_dot_collision__pb2.SetAllowedPairsResponse.SerializeToString,
-            ),
             'ListCollisionMeshes': grpc.unary_unary_rpc_method_handler(
                     servicer.ListCollisionMeshes,
                     request_deserializer=virtualrobot_dot_v1_dot_collision__pb2.ListCollisionMeshesRequest.FromString,
@@ -203,11 +173,6 @@ def add_CollisionServiceServicer_to_server(servicer, server):
                     servicer.GetCollisionSettings,
                     request_deserializer=virtualrobot_dot_v1_dot_collision__pb2.GetCollisionSettingsRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_collision__pb2.GetCollisionSettingsResponse.SerializeToString,
-            ),
-            'SetCollisionSettings': grpc.unary_unary_rpc_method_handler(
-                    servicer.SetCollisionSettings,
-                    request_deserializer=virtualrobot_dot_v1_dot_collision__pb2.SetCollisionSettingsRequest.FromString,
-                    response_serializer=virtualrobot_dot_v1_dot_collision__pb2.SetCollisionSettingsResponse.SerializeToString,
             ),
             'WatchCollisions': grpc.unary_stream_rpc_method_handler(
                     servicer.WatchCollisions,
@@ -341,33 +306,6 @@ class CollisionService(object):
             _registered_method=True)
 
     @staticmethod
-    def SetAllowedPairs(request,
-            target,
-            options=(),
-            channel_credentials=None,
-            call_credentials=None,
-            insecure=False,
-            compression=None,
-            wait_for_ready=None,
-            timeout=None,
-            metadata=None):
-        return grpc.experimental.unary_unary(
-            request,
-            target,
-            '/virtualrobot.v1.CollisionService/SetAllowedPairs',
-            virtualrobot_dot_v1_dot_collision__pb2.SetAllowedPairsRequest.SerializeToString,
-            virtualrobot_dot_v1_dot_collision__pb2.SetAllowedPairsResponse.FromString,
-            options,
-            channel_credentials,
-            insecure,
-            call_credentials,
-            compression,
-            wait_for_ready,
-            timeout,
-            metadata,
-            _registered_method=True)
-
-    @staticmethod
     def ListCollisionMeshes(request,
             target,
             options=(),
@@ -411,33 +349,6 @@ class CollisionService(object):
             '/virtualrobot.v1.CollisionService/GetCollisionSettings',
             virtualrobot_dot_v1_dot_collision__pb2.GetCollisionSettingsRequest.SerializeToString,
             virtualrobot_dot_v1_dot_collision__pb2.GetCollisionSettingsResponse.FromString,
-            options,
-            channel_credentials,
-            insecure,
-            call_credentials,
-            compression,
-            wait_for_ready,
-            timeout,
-            metadata,
-            _registered_method=True)
-
-    @staticmethod
-    def SetCollisionSettings(request,
-            target,
-            options=(),
-            channel_credentials=None,
-            call_credentials=None,
-            insecure=False,
-            compression=None,
-            wait_for_ready=None,
-            timeout=None,
-            metadata=None):
-        return grpc.experimental.unary_unary(
-            request,
-            target,
-            '/virtualrobot.v1.CollisionService/SetCollisionSettings',
-            virtualrobot_dot_v1_dot_collision__pb2.SetCollisionSettingsRequest.SerializeToString,
-            virtualrobot_dot_v1_dot_collision__pb2.SetCollisionSettingsResponse.FromString,
             options,
             channel_credentials,
             insecure,

@@ -25,6 +25,7 @@ class InverseStatus(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     INVERSE_STATUS_UNSPECIFIED: _ClassVar[InverseStatus]
     INVERSE_STATUS_SOLVED: _ClassVar[InverseStatus]
     INVERSE_STATUS_UNREACHABLE: _ClassVar[InverseStatus]
+    INVERSE_STATUS_OUTSIDE_LIMITS: _ClassVar[InverseStatus]
 REDUNDANCY_PREFERENCE_UNSPECIFIED: RedundancyPreference
 REDUNDANCY_PREFERENCE_JOINT_LIMITS: RedundancyPreference
 REDUNDANCY_PREFERENCE_MANIPULABILITY: RedundancyPreference
@@ -33,6 +34,7 @@ REDUNDANCY_PREFERENCE_DISTANCE: RedundancyPreference
 INVERSE_STATUS_UNSPECIFIED: InverseStatus
 INVERSE_STATUS_SOLVED: InverseStatus
 INVERSE_STATUS_UNREACHABLE: InverseStatus
+INVERSE_STATUS_OUTSIDE_LIMITS: InverseStatus
 
 class GetRobotRequest(_message.Message):
     __slots__ = ("name", "group")
@@ -304,7 +306,7 @@ class SolveInverseResponse(_message.Message):
     arm_angles_radians: _containers.RepeatedScalarFieldContainer[float]
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., status: _Optional[_Union[InverseStatus, str]] = ..., joint_names: _Optional[_Iterable[str]] = ..., solutions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., configurations: _Optional[_Iterable[str]] = ..., position_error_meters: _Optional[float] = ..., rotation_error_radians: _Optional[float] = ..., explanation: _Optional[str] = ..., arm_angles_radians: _Optional[_Iterable[float]] = ...) -> None: ...
 
-class SetKinematicsRequest(_message.Message):
+class KinematicsChoice(_message.Message):
     __slots__ = ("robot", "kinematics", "settings", "group")
     ROBOT_FIELD_NUMBER: _ClassVar[int]
     KINEMATICS_FIELD_NUMBER: _ClassVar[int]
@@ -315,6 +317,12 @@ class SetKinematicsRequest(_message.Message):
     settings: _struct_pb2.Struct
     group: str
     def __init__(self, robot: _Optional[str] = ..., kinematics: _Optional[str] = ..., settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., group: _Optional[str] = ...) -> None: ...
+
+class SetKinematicsRequest(_message.Message):
+    __slots__ = ("choice",)
+    CHOICE_FIELD_NUMBER: _ClassVar[int]
+    choice: KinematicsChoice
+    def __init__(self, choice: _Optional[_Union[KinematicsChoice, _Mapping]] = ...) -> None: ...
 
 class SetKinematicsResponse(_message.Message):
     __slots__ = ("stamp", "check")

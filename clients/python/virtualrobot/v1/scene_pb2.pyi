@@ -5,6 +5,7 @@ from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
 from virtualrobot.v1 import lease_pb2 as _lease_pb2
 from virtualrobot.v1 import nodes_pb2 as _nodes_pb2
 from virtualrobot.v1 import robot_pb2 as _robot_pb2
+from virtualrobot.v1 import sensor_pb2 as _sensor_pb2
 from virtualrobot.v1 import signal_pb2 as _signal_pb2
 from google.protobuf.internal import containers as _containers
 from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
@@ -93,7 +94,7 @@ class CreatedNode(_message.Message):
     def __init__(self, uid: _Optional[int] = ..., name: _Optional[str] = ...) -> None: ...
 
 class Command(_message.Message):
-    __slots__ = ("create_node", "update_node", "remove_node", "attach_node", "pick_part", "place_part", "set_joint_positions", "select_tool", "set_tool_state", "create_signal", "remove_signal", "set_signal", "set_speed_factor")
+    __slots__ = ("create_node", "update_node", "remove_node", "attach_node", "pick_part", "place_part", "set_joint_positions", "select_tool", "set_tool_state", "create_signal", "remove_signal", "set_signal", "set_speed_factor", "set_collision_settings", "set_allowed_pairs", "set_kinematics", "start_sensors", "stop_sensors")
     CREATE_NODE_FIELD_NUMBER: _ClassVar[int]
     UPDATE_NODE_FIELD_NUMBER: _ClassVar[int]
     REMOVE_NODE_FIELD_NUMBER: _ClassVar[int]
@@ -107,6 +108,11 @@ class Command(_message.Message):
     REMOVE_SIGNAL_FIELD_NUMBER: _ClassVar[int]
     SET_SIGNAL_FIELD_NUMBER: _ClassVar[int]
     SET_SPEED_FACTOR_FIELD_NUMBER: _ClassVar[int]
+    SET_COLLISION_SETTINGS_FIELD_NUMBER: _ClassVar[int]
+    SET_ALLOWED_PAIRS_FIELD_NUMBER: _ClassVar[int]
+    SET_KINEMATICS_FIELD_NUMBER: _ClassVar[int]
+    START_SENSORS_FIELD_NUMBER: _ClassVar[int]
+    STOP_SENSORS_FIELD_NUMBER: _ClassVar[int]
     create_node: CreateNode
     update_node: UpdateNode
     remove_node: RemoveNode
@@ -120,7 +126,12 @@ class Command(_message.Message):
     remove_signal: RemoveSignal
     set_signal: SetSignal
     set_speed_factor: SetSpeedFactor
-    def __init__(self, create_node: _Optional[_Union[CreateNode, _Mapping]] = ..., update_node: _Optional[_Union[UpdateNode, _Mapping]] = ..., remove_node: _Optional[_Union[RemoveNode, _Mapping]] = ..., attach_node: _Optional[_Union[AttachNode, _Mapping]] = ..., pick_part: _Optional[_Union[PickPart, _Mapping]] = ..., place_part: _Optional[_Union[PlacePart, _Mapping]] = ..., set_joint_positions: _Optional[_Union[SetJointPositions, _Mapping]] = ..., select_tool: _Optional[_Union[SelectTool, _Mapping]] = ..., set_tool_state: _Optional[_Union[SetToolState, _Mapping]] = ..., create_signal: _Optional[_Union[CreateSignal, _Mapping]] = ..., remove_signal: _Optional[_Union[RemoveSignal, _Mapping]] = ..., set_signal: _Optional[_Union[SetSignal, _Mapping]] = ..., set_speed_factor: _Optional[_Union[SetSpeedFactor, _Mapping]] = ...) -> None: ...
+    set_collision_settings: _collision_pb2.SetCollisionSettings
+    set_allowed_pairs: _collision_pb2.SetAllowedPairs
+    set_kinematics: _robot_pb2.KinematicsChoice
+    start_sensors: _sensor_pb2.StartSensors
+    stop_sensors: _sensor_pb2.StopSensors
+    def __init__(self, create_node: _Optional[_Union[CreateNode, _Mapping]] = ..., update_node: _Optional[_Union[UpdateNode, _Mapping]] = ..., remove_node: _Optional[_Union[RemoveNode, _Mapping]] = ..., attach_node: _Optional[_Union[AttachNode, _Mapping]] = ..., pick_part: _Optional[_Union[PickPart, _Mapping]] = ..., place_part: _Optional[_Union[PlacePart, _Mapping]] = ..., set_joint_positions: _Optional[_Union[SetJointPositions, _Mapping]] = ..., select_tool: _Optional[_Union[SelectTool, _Mapping]] = ..., set_tool_state: _Optional[_Union[SetToolState, _Mapping]] = ..., create_signal: _Optional[_Union[CreateSignal, _Mapping]] = ..., remove_signal: _Optional[_Union[RemoveSignal, _Mapping]] = ..., set_signal: _Optional[_Union[SetSignal, _Mapping]] = ..., set_speed_factor: _Optional[_Union[SetSpeedFactor, _Mapping]] = ..., set_collision_settings: _Optional[_Union[_collision_pb2.SetCollisionSettings, _Mapping]] = ..., set_allowed_pairs: _Optional[_Union[_collision_pb2.SetAllowedPairs, _Mapping]] = ..., set_kinematics: _Optional[_Union[_robot_pb2.KinematicsChoice, _Mapping]] = ..., start_sensors: _Optional[_Union[_sensor_pb2.StartSensors, _Mapping]] = ..., stop_sensors: _Optional[_Union[_sensor_pb2.StopSensors, _Mapping]] = ...) -> None: ...
 
 class CreateNode(_message.Message):
     __slots__ = ("node",)

@@ -77,29 +77,17 @@ class SensorStatus(_message.Message):
     mean_reading_seconds: float
     def __init__(self, name: _Optional[str] = ..., kind: _Optional[_Union[SensorKind, str]] = ..., state: _Optional[_Union[SensorState, str]] = ..., fault: _Optional[str] = ..., rate_hertz: _Optional[float] = ..., readings: _Optional[int] = ..., missed: _Optional[int] = ..., mean_reading_seconds: _Optional[float] = ...) -> None: ...
 
-class StartSensorRequest(_message.Message):
+class StartSensors(_message.Message):
     __slots__ = ("sensors",)
     SENSORS_FIELD_NUMBER: _ClassVar[int]
     sensors: _containers.RepeatedScalarFieldContainer[str]
     def __init__(self, sensors: _Optional[_Iterable[str]] = ...) -> None: ...
 
-class StartSensorResponse(_message.Message):
-    __slots__ = ("stamp",)
-    STAMP_FIELD_NUMBER: _ClassVar[int]
-    stamp: _geometry_pb2.Stamp
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ...) -> None: ...
-
-class StopSensorRequest(_message.Message):
+class StopSensors(_message.Message):
     __slots__ = ("sensors",)
     SENSORS_FIELD_NUMBER: _ClassVar[int]
     sensors: _containers.RepeatedScalarFieldContainer[str]
     def __init__(self, sensors: _Optional[_Iterable[str]] = ...) -> None: ...
-
-class StopSensorResponse(_message.Message):
-    __slots__ = ("stamp",)
-    STAMP_FIELD_NUMBER: _ClassVar[int]
-    stamp: _geometry_pb2.Stamp
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ...) -> None: ...
 
 class ReadingOptions(_message.Message):
     __slots__ = ("intensities", "elements", "points", "frame", "images")

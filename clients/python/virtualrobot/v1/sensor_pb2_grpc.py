@@ -40,16 +40,6 @@ class SensorServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_sensor__pb2.ListSensorsRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_sensor__pb2.ListSensorsResponse.FromString,
                 _registered_method=True)
-        self.StartSensor = channel.unary_unary(
-                '/virtualrobot.v1.SensorService/StartSensor',
-                request_serializer=virtualrobot_dot_v1_dot_sensor__pb2.StartSensorRequest.SerializeToString,
-                response_deserializer=virtualrobot_dot_v1_dot_sensor__pb2.StartSensorResponse.FromString,
-                _registered_method=True)
-        self.StopSensor = channel.unary_unary(
-                '/virtualrobot.v1.SensorService/StopSensor',
-                request_serializer=virtualrobot_dot_v1_dot_sensor__pb2.StopSensorRequest.SerializeToString,
-                response_deserializer=virtualrobot_dot_v1_dot_sensor__pb2.StopSensorResponse.FromString,
-                _registered_method=True)
         self.ReadSensor = channel.unary_unary(
                 '/virtualrobot.v1.SensorService/ReadSensor',
                 request_serializer=virtualrobot_dot_v1_dot_sensor__pb2.ReadSensorRequest.SerializeToString,
@@ -78,20 +68,6 @@ class SensorServiceServicer(object):
 
     def ListSensors(self, request, context):
         """All sensors and how they are.
-        """
-        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
-        context.set_details('Method not implemented!')
-        raise NotImplementedError('Method not implemented!')
-
-    def StartSensor(self, request, context):
-        """Lets sensors read at their rates; one with a fault is tried anew.
-        """
-        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
-        context.set_details('Method not implemented!')
-        raise NotImplementedError('Method not implemented!')
-
-    def StopSensor(self, request, context):
-        """Lets sensors read no more.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
@@ -132,16 +108,6 @@ def add_SensorServiceServicer_to_server(servicer, server):
                     servicer.ListSensors,
                     request_deserializer=virtualrobot_dot_v1_dot_sensor__pb2.ListSensorsRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_sensor__pb2.ListSensorsResponse.SerializeToString,
-            ),
-            'StartSensor': grpc.unary_unary_rpc_method_handler(
-                    servicer.StartSensor,
-                    request_deserializer=virtualrobot_dot_v1_dot_sensor__pb2.StartSensorRequest.FromString,
-                    response_serializer=virtualrobot_dot_v1_dot_sensor__pb2.StartSensorResponse.SerializeToString,
-            ),
-            'StopSensor': grpc.unary_unary_rpc_method_handler(
-                    servicer.StopSensor,
-                    request_deserializer=virtualrobot_dot_v1_dot_sensor__pb2.StopSensorRequest.FromString,
-                    response_serializer=virtualrobot_dot_v1_dot_sensor__pb2.StopSensorResponse.SerializeToString,
             ),
             'ReadSensor': grpc.unary_unary_rpc_method_handler(
                     servicer.ReadSensor,
@@ -192,60 +158,6 @@ class SensorService(object):
             '/virtualrobot.v1.SensorService/ListSensors',
             virtualrobot_dot_v1_dot_sensor__pb2.ListSensorsRequest.SerializeToString,
             virtualrobot_dot_v1_dot_sensor__pb2.ListSensorsResponse.FromString,
-            options,
-            channel_credentials,
-            insecure,
-            call_credentials,
-            compression,
-            wait_for_ready,
-            timeout,
-            metadata,
-            _registered_method=True)
-
-    @staticmethod
-    def StartSensor(request,
-            target,
-            options=(),
-            channel_credentials=None,
-            call_credentials=None,
-            insecure=False,
-            compression=None,
-            wait_for_ready=None,
-            timeout=None,
-            metadata=None):
-        return grpc.experimental.unary_unary(
-            request,
-            target,
-            '/virtualrobot.v1.SensorService/StartSensor',
-            virtualrobot_dot_v1_dot_sensor__pb2.StartSensorRequest.SerializeToString,
-            virtualrobot_dot_v1_dot_sensor__pb2.StartSensorResponse.FromString,
-            options,
-            channel_credentials,
-            insecure,
-            call_credentials,
-            compression,
-            wait_for_ready,
-            timeout,
-            metadata,
-            _registered_method=True)
-
-    @staticmethod
-    def StopSensor(request,
-            target,
-            options=(),
-            channel_credentials=None,
-            call_credentials=None,
-            insecure=False,
-            compression=None,
-            wait_for_ready=None,
-            timeout=None,
-            metadata=None):
-        return grpc.experimental.unary_unary(
-            request,
-            target,
-            '/virtualrobot.v1.SensorService/StopSensor',
-            virtualrobot_dot_v1_dot_sensor__pb2.StopSensorRequest.SerializeToString,
-            virtualrobot_dot_v1_dot_sensor__pb2.StopSensorResponse.FromString,
             options,
             channel_credentials,
             insecure,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
-from virtualrobot.v1 import collision_pb2, nodes_pb2
+from virtualrobot.v1 import collision_pb2
 
 from virtualrobot_kernel.collision.allowed import Cause
 from virtualrobot_kernel.collision.bodies import BODILESS, Bodies
@@ -16,7 +16,6 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.messages.values import by_name, check_enum, vector_message
 from virtualrobot_kernel.planning.robots import standing_at
 from virtualrobot_kernel.world.change import check_joint_value, single_joint
-from virtualrobot_kernel.world.commands import SetAllowedPairs
 from virtualrobot_kernel.world.figures import Mesh
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind, Structure
@@ -141,21 +140,3 @@ def mesh_messages(
                 seconds=solid.mesh.seconds,
                 warning=solid.mesh.warning,
             )
-
-
-def set_command(request: collision_pb2.SetAllowedPairsRequest) -> SetAllowedPairs:
-    """Return the command of a request; raise KernelError where it says nothing to do."""
-    if not request.allow and not request.forbid:
-        raise KernelError("there is no pair to allow or to forbid", field="allow")
-    return SetAllowedPairs(
-        tuple((pair.first, pair.second, pair.reason) for pair in _named(request.allow, "allow")),
-        tuple((pair.first, pair.second) for pair in _named(request.forbid, "forbid")),
-    )
-
-
-def _named(pairs: Sequence[nodes_pb2.NodePair], field: str) -> Sequence[nodes_pb2.NodePair]:
-    for row, pair in enumerate(pairs):
-        for side in ("first", "second"):
-            if not getattr(pair, side):
-                raise KernelError(f"{field}[{row}].{side} names no node", field=f"{field}[{row}].{side}")
-    return pairs

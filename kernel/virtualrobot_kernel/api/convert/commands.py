@@ -6,10 +6,12 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
-from virtualrobot.v1 import nodes_pb2, scene_pb2
+from virtualrobot.v1 import nodes_pb2, robot_pb2, scene_pb2
 
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.collision_settings import pairs_command, settings_command
 from virtualrobot_kernel.messages.nodes import SENSING, figures, node_data, node_spec, runs
+from virtualrobot_kernel.messages.robots import settings
 from virtualrobot_kernel.messages.signals import created_signal, value_of
 from virtualrobot_kernel.messages.values import array, by_name, finite, mask_fields, not_negative, pose
 from virtualrobot_kernel.world import commands
@@ -85,6 +87,13 @@ def _joints(message: scene_pb2.SetJointPositions) -> commands.SetJointPositions:
     )
 
 
+def kinematics_command(message: robot_pb2.KinematicsChoice) -> commands.SetKinematics:
+    """Return the command of a message; raise KernelError for settings that are none."""
+    return commands.SetKinematics(
+        message.robot, message.kinematics, settings(message.settings, "settings"), message.group
+    )
+
+
 COMMANDS: dict[str, Callable[[Any], commands.Command]] = {
     "update_node": _update,
     "remove_node": lambda message: commands.RemoveNode(message.name),
@@ -99,5 +108,10 @@ COMMANDS: dict[str, Callable[[Any], commands.Command]] = {
     "create_signal": lambda message: created_signal(message.signal),
     "remove_signal": lambda message: commands.RemoveSignal(message.name),
     "set_signal": lambda message: commands.SetSignal(message.name, value_of(message.value, "set_signal.value")),
+    "set_collision_settings": settings_command,
+    "set_allowed_pairs": pairs_command,
+    "set_kinematics": kinematics_command,
+    "start_sensors": lambda message: commands.RunSensors(tuple(message.sensors), True),
+    "stop_sensors": lambda message: commands.RunSensors(tuple(message.sensors), False),
     "set_speed_factor": lambda message: commands.SetSpeedFactor(message.robot, finite(message.factor, "factor")),
 }

@@ -7,7 +7,7 @@ import math
 from virtualrobot.v1 import geometry_pb2, view_pb2
 
 from virtualrobot_kernel.api.convert.view import camera
-from virtualrobot_kernel.drawing.painter import Picked
+from virtualrobot_kernel.drawing.renderer import Picked
 from virtualrobot_kernel.drawing.shots import HEIGHT, LARGEST, WIDTH, ImageFormat, Shot
 from virtualrobot_kernel.drawing.view import Camera, check_camera
 from virtualrobot_kernel.errors import KernelError

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot_sdk.glb import pack_glb
 from virtualrobot_sdk.poses import quaternion
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.formats.export.gltf_meshes import MeshTable
 from virtualrobot_kernel.formats.export.names import listed
-from virtualrobot_kernel.formats.glb import container
 from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.version import VERSION
 from virtualrobot_kernel.world.figures import Label, Lines, Mesh, Points
@@ -74,7 +74,7 @@ def write_gltf(snapshot: Snapshot, root: Node, load: Callable[[Mesh], tuple[Subm
         "nodes": nodes,
         **meshes.document(),
     }
-    return container(document, meshes.buffers.data), warnings
+    return pack_glb(document, meshes.buffers.data), warnings
 
 
 def _hang(nodes: list[dict[str, Any]], parent: int, child: int) -> None:

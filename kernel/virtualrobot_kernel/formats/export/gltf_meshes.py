@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from virtualrobot_sdk.srgb import to_linear
+from virtualrobot_sdk.glb import ARRAY_BUFFER, ELEMENT_BUFFER, ROUGHNESS, Buffers, material, upright
 
 from virtualrobot_kernel.formats.export.triangles import same_content, triangles
-from virtualrobot_kernel.formats.glb import ARRAY_BUFFER, ELEMENT_BUFFER, ROUGHNESS, Buffers
 from virtualrobot_kernel.shapes.creases import shaded
 from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.world.figures import Figure, Frame, Geometry, Label, Lines, Mesh, Points
@@ -102,7 +101,7 @@ class MeshTable:
         attributes = {"POSITION": self.buffers.add(places, "VEC3", ARRAY_BUFFER, bounds=True)}
         if len(colors):
             opaque = np.hstack([colors.reshape(-1, 3), np.full((len(places), 1), 255, np.uint8)])
-            attributes["COLOR_0"] = self._colors(opaque)
+            attributes["COLOR_0"] = self.buffers.add_colors(opaque)
         material = self._material(WHITE if len(colors) else color or INK)
         return [{"attributes": attributes, "mode": mode, "material": material}]
 
@@ -115,9 +114,7 @@ class MeshTable:
             "NORMAL": self.buffers.add(_unit(part.normals), "VEC3", ARRAY_BUFFER),
         }
         if part.texture is not None and part.uv is not None:
-            # glTF counts v from the upper edge of the image.
-            upright = np.nan_to_num(part.uv) * np.array([1, -1], np.float32) + np.array([0, 1], np.float32)
-            attributes["TEXCOORD_0"] = self.buffers.add(upright, "VEC2", ARRAY_BUFFER)
+            attributes["TEXCOORD_0"] = self.buffers.add(upright(np.nan_to_num(part.uv)), "VEC2", ARRAY_BUFFER)
         kind = np.uint16 if len(part.vertices) <= INDEX_LIMIT else np.uint32
         indices = self.buffers.add(part.faces.astype(kind).reshape(-1), "SCALAR", ELEMENT_BUFFER)
         return part, {"attributes": attributes, "indices": indices}
@@ -128,31 +125,16 @@ class MeshTable:
             return {**shape, "material": self._material(color or part.color or WHITE, self._texture(part.texture))}
         if part.vertex_colors is None or color is not None:
             return {**shape, "material": self._material(color or part.color or GREY)}
-        attributes = {**shape["attributes"], "COLOR_0": self._colors(part.vertex_colors)}
+        attributes = {**shape["attributes"], "COLOR_0": self.buffers.add_colors(part.vertex_colors)}
         see_through = bool((part.vertex_colors[:, 3] < 255).any())
         return {**shape, "attributes": attributes, "material": self._material(WHITE, None, see_through)}
-
-    def _colors(self, colors: NDArray[np.uint8]) -> int:
-        """Return the accessor of colours (n, 4) of 8 bits; linear light needs 16 to keep the dark ones apart."""
-        light = colors / 255.0
-        light[:, :3] = to_linear(light[:, :3])
-        return self.buffers.add(np.round(65535.0 * light).astype(np.uint16), "VEC4", ARRAY_BUFFER, normalized=True)
 
     def _material(self, color: Rgba, texture: int | None = None, see_through: bool = False) -> int:
         key = (color, texture, see_through)
         if key not in self._materials:
-            surface: dict[str, Any] = {
-                "baseColorFactor": [*np.round(to_linear(color[:3]), 7).tolist(), float(color[3])],
-                "metallicFactor": 0.0,
-                "roughnessFactor": ROUGHNESS,
-            }
-            if texture is not None:
-                surface["baseColorTexture"] = {"index": texture}
-            material: dict[str, Any] = {"pbrMetallicRoughness": surface, "doubleSided": True}
-            if color[3] < 1.0 or see_through:
-                material["alphaMode"] = "BLEND"
+            look = material(color, ROUGHNESS, texture)
             self._materials[key] = len(self._material_list)
-            self._material_list.append(material)
+            self._material_list.append({**look, "alphaMode": "BLEND"} if see_through else look)
         return self._materials[key]
 
     def _texture(self, png: bytes) -> int:

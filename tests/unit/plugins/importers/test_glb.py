@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from PIL import Image
 from virtualrobot_kernel.formats.meshes import parse_mesh
-from virtualrobot_plugins.importers import glb
-from virtualrobot_plugins.importers.glb import Piece, placed, write_glb
+from virtualrobot_plugins.importers.glb import Piece, placed, unit, write_glb
 from virtualrobot_sdk.errors import ArgumentError
+from virtualrobot_sdk.glb import unpack_glb
 
 from tests.unit.formats.models import TETRAHEDRON, TETRAHEDRON_FACES
 
@@ -32,7 +32,7 @@ def test_the_file_holds_linear_light() -> None:
         Piece(TETRAHEDRON, TETRAHEDRON_FACES, (188 / 255, 10 / 255, 0.0, 0.3)),
         Piece(TETRAHEDRON, TETRAHEDRON_FACES, vertex_colors=colors),
     ]
-    tree, binary = glb.unpack_glb(write_glb(pieces, "x"))
+    tree, binary = unpack_glb(write_glb(pieces, "x"))
     factor = tree["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"]
     assert factor == pytest.approx([0.5029, 10 / 255 / 12.92, 0.0, 0.3], abs=1e-4)
     accessor = tree["accessors"][tree["meshes"][1]["primitives"][0]["attributes"]["COLOR_0"]]
@@ -54,7 +54,7 @@ def test_colours_of_vertices_normals_and_texture(rng: np.random.Generator) -> No
     count = 12
     points, faces = rng.uniform(-1.0, 1.0, (count, 3)), np.arange(count).reshape(-1, 3)
     colors = rng.integers(0, 256, (count, 4), dtype=np.uint8)
-    normals = glb.unit(rng.normal(size=(count, 3)))
+    normals = unit(rng.normal(size=(count, 3)))
     (part,) = parse_mesh(write_glb([Piece(points, faces, None, normals, colors)], "x"), "x.glb")
     assert part.vertex_colors is not None and part.normals is not None
     assert np.array_equal(part.vertex_colors[part.faces].reshape(-1, 4), colors)
@@ -87,6 +87,6 @@ def test_what_no_position_is_is_refused(value: float) -> None:
 def test_no_triangle_and_too_many(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(ArgumentError, match="holds no triangle"):
         write_glb([Piece(TETRAHEDRON, np.zeros((0, 3), int))], "x")
-    monkeypatch.setattr(glb, "MAX_TRIANGLES", 3)
+    monkeypatch.setattr("virtualrobot_plugins.importers.glb.MAX_TRIANGLES", 3)
     with pytest.raises(ArgumentError, match="makes 4 triangles; at most 3 are read"):
         write_glb([Piece(TETRAHEDRON, TETRAHEDRON_FACES)], "x")

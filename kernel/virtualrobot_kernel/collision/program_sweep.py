@@ -1,4 +1,4 @@
-"""The first contact on the way of a program: tools look on each part of it as the program has left them."""
+"""First contact on the way of a program: tools look on each part of it as the program has left them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What travels of a world to a collision process: what can touch, once for each structure, and the state of a moment.
+"""Worlds as they travel to collision processes: what can touch, once for each structure, and the state of a moment.
 
 A mesh travels as a `Shape`, once by its content for each process (see `virtualrobot_sdk.worker.sent`).
 """
@@ -20,14 +20,14 @@ KEPT_OF_STATE = ("tool_states", "allowed_pairs", "collisions")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class World:
+class TransferredWorld:
     """A structure whose nodes have only the figures that can touch, and the triangles of its meshes."""
 
     structure: Structure
     meshes: Mapping[Mesh, Shape]
 
 
-def world_of(structure: Structure, shapes: ShapeLibrary) -> World:
+def transferred_world(structure: Structure, shapes: ShapeLibrary) -> TransferredWorld:
     """Return what a process needs of a structure."""
     nodes = {uid: _touchable(node) for uid, node in structure.nodes.items()}
     meshes: dict[Mesh, Shape] = {}
@@ -37,10 +37,10 @@ def world_of(structure: Structure, shapes: ShapeLibrary) -> World:
                 shape = shapes.get(figure.geometry)
                 assert shape is not None, "every mesh has a shape"
                 meshes[figure.geometry] = shape
-    return World(replace(structure, nodes=nodes), meshes)
+    return TransferredWorld(replace(structure, nodes=nodes), meshes)
 
 
-def moment_of(state: State) -> State:
+def transferred_state(state: State) -> State:
     """Return what a process needs of a state: nothing that runs or has ended, no signals."""
     return replace(state, motions=(), ended=(), signals={})
 

@@ -1,4 +1,4 @@
-"""What surfaces look like: colours, textures and smooth normals of elements, in arrays that compiled code reads."""
+"""Appearance of surfaces: colours, textures and smooth normals of elements, in arrays that compiled code reads."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ class Surfaces:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Looks:
+class Appearances:
     """What e elements look like.
 
     Attributes:
@@ -109,7 +109,7 @@ class Looks:
     surfaces: Surfaces
 
 
-class LookLibrary:
+class AppearanceLibrary:
     """Surfaces of meshes, kept for as long as anybody uses them; any thread may ask.
 
     Two threads that ask for the same new one at once both make it.
@@ -122,7 +122,7 @@ class LookLibrary:
         self._made: WeakValueDictionary[Mesh, Surface] = WeakValueDictionary()
         self._joined: WeakValueDictionary[frozenset[Mesh], Surfaces] = WeakValueDictionary()
 
-    def of(self, elements: Elements) -> Looks:
+    def of(self, elements: Elements) -> Appearances:
         """Return what elements look like; a mesh that cannot be read looks grey, as nothing is there to be seen."""
         surfaces = self._surfaces(frozenset(one.geometry for one in elements.figures if isinstance(one.geometry, Mesh)))
         count = len(elements.figures)
@@ -131,11 +131,11 @@ class LookLibrary:
             own = figure.material.color if figure.material else None
             starts[row] = self._start(figure.geometry, len(elements.shapes[row].triangles), surfaces, own is not None)
             colors[row] = own or GREY
-        return Looks(linear(colors), starts, surfaces)
+        return Appearances(linear(colors), starts, surfaces)
 
     @staticmethod
     def _start(geometry: Geometry, triangles: int, surfaces: Surfaces, has_color: bool) -> tuple[int, int, int, bool]:
-        """Return a row of `Looks.starts`."""
+        """Return a row of `Appearances.starts`."""
         surface = surfaces.made.get(geometry) if isinstance(geometry, Mesh) else None
         # A file that an importer translates otherwise the second time would have triangles without a look.
         if surface is None or len(surface.faces) != triangles or not isinstance(geometry, Mesh):

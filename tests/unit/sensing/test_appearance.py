@@ -5,8 +5,8 @@ from __future__ import annotations
 import gc
 
 import numpy as np
+from virtualrobot_kernel.sensing.appearance import AppearanceLibrary
 from virtualrobot_kernel.sensing.elements import Elements, elements_of
-from virtualrobot_kernel.sensing.looks import LookLibrary
 from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.world.commands import UpdateNode
@@ -27,7 +27,7 @@ def test_what_is_seen_again_is_not_made_again(rng: np.random.Generator) -> None:
         asked.append(mesh)
         return cell.meshes(mesh)
 
-    library = LookLibrary(meshes)
+    library = AppearanceLibrary(meshes)
     first = library.of(elements(cell))
     count = len(asked)
     assert count == 8
@@ -48,7 +48,7 @@ def test_triangles_of_looks_are_those_of_shapes() -> None:
     cell.load("franka_panda/panda.urdf", "panda")
     cell.load("table/table.urdf", "table")
     seen = elements(cell)
-    looks = LookLibrary(cell.meshes).of(seen)
+    looks = AppearanceLibrary(cell.meshes).of(seen)
     surfaces = looks.surfaces
     for shape, figure, start in zip(seen.shapes, seen.figures, looks.starts, strict=True):
         if not isinstance(figure.geometry, Mesh):

@@ -1,6 +1,6 @@
 """What the guard knows of paths is true: what is not in doubt touches nowhere, by FCL at places on ways and brakes.
 
-The worlds are not guarded here, so that the arms go through walls and each other, and there is much to doubt.
+The worlds are not guarded here, so that the arms go through walls and each other, and there is much to unverified.
 """
 
 from __future__ import annotations
@@ -10,11 +10,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from virtualrobot_kernel.collision.brake_check import pictured
+from virtualrobot_kernel.collision.group_boxes import swept_boxes
 from virtualrobot_kernel.collision.joint_path import line
-from virtualrobot_kernel.collision.path_proofs import PathProofs
+from virtualrobot_kernel.collision.kinematic_groups import kinematic_groups_of
 from virtualrobot_kernel.collision.scene import CollisionScene, Detail
-from virtualrobot_kernel.collision.unit_boxes import swept_boxes
-from virtualrobot_kernel.collision.units import units_of
+from virtualrobot_kernel.collision.verified_paths import VerifiedPaths
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.braking import braking
 from virtualrobot_kernel.world.commands import UpdateNode
@@ -37,24 +37,24 @@ def later_than(now: Snapshot) -> State:
 
 
 def run_through(cell: Cell, rng: np.random.Generator, ticks: int = 700) -> None:
-    """Fail where something touches that was not in doubt."""
-    now, scene, proofs = cell.world.snapshot, CollisionScene(SHAPES), PathProofs(CollisionScene(SHAPES))
+    """Fail where something touches that was not in unverified."""
+    now, scene, paths = cell.world.snapshot, CollisionScene(SHAPES), VerifiedPaths(CollisionScene(SHAPES))
     robots = frozenset(now.structure.robots)
     for tick in range(ticks):
         later = later_than(now)
         if not now.state.motions:
             break
-        doubt = proofs.doubt(now, later, robots, frozenset())
+        unverified = paths.unverified(now, later, robots, frozenset())
         if tick % EVERY == 0:
             way = braking(now.structure, later, TICK, world_poses).after(now.state)
-            doubt.add_reached(way.reached)
+            unverified.add_reached(way.reached)
             for row in {0, 1, *rng.integers(len(way.positions), size=PLACES).tolist()}:
                 scene.place(pictured(now, way, row))
                 found = scene.collisions(Detail.PAIRS)
                 rows = [[now.structure.rows[one.first], now.structure.rows[one.second]] for one in found]
                 pairs = np.array(rows, np.int64).reshape(-1, 2)
-                pairs = pairs[doubt.moving[doubt.of.rows[pairs]].any(axis=1)]  # what stands may touch
-                assert doubt.asked(pairs).all(), (tick, row, found)
+                pairs = pairs[unverified.moving[unverified.of.rows[pairs]].any(axis=1)]  # what stands may touch
+                assert unverified.asked(pairs).all(), (tick, row, found)
         now = replace(now, state=later, world_t_node=world_poses(now.structure, later))
 
 
@@ -83,13 +83,13 @@ def test_what_two_arms_touch_was_in_doubt(rng: np.random.Generator) -> None:
 
 
 def doubts(now: Snapshot, ticks: int) -> list[bool]:
-    """Return for each of some ticks whether anything was in doubt."""
-    proofs, found = PathProofs(CollisionScene(SHAPES)), []
+    """Return for each of some ticks whether anything was in unverified."""
+    paths, found = VerifiedPaths(CollisionScene(SHAPES)), []
     for _ in range(ticks):
         later = later_than(now)
-        doubt = proofs.doubt(now, later, frozenset(now.structure.robots), frozenset())
-        doubt.add_reached(braking(now.structure, later, TICK, world_poses).reached)
-        found.append(bool(doubt.units.any()))
+        unverified = paths.unverified(now, later, frozenset(now.structure.robots), frozenset())
+        unverified.add_reached(braking(now.structure, later, TICK, world_poses).reached)
+        found.append(bool(unverified.groups.any()))
         now = replace(now, state=later, world_t_node=world_poses(now.structure, later))
     return found
 
@@ -121,7 +121,7 @@ def test_two_that_may_meet_are_in_doubt_until_one_is_past() -> None:
 def test_what_hangs_on_one_joint_is_of_one_unit() -> None:
     hung = cart("upper", parent="lower.ball")
     structure = world(cart("lower"), hung, cart("other"), block("block", 3.0)).structure
-    units = units_of(structure)
+    units = kinematic_groups_of(structure)
     unit = {node.name: int(units.rows[structure.rows[node.uid]]) for node in structure.nodes.values()}
     assert unit["lower.ball"] == unit["upper.ball"] == unit["upper"] != unit["other.ball"]
     assert unit["block"] == unit["lower"] == unit["other"] == 0

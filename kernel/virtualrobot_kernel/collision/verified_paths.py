@@ -1,9 +1,10 @@
-"""What is known of the paths of planned motions, so that the guard need not look at them in every tick again.
+"""Paths of planned motions that are known to be free, so that the guard need not look at them in every tick again.
 
 A planned motion stays on its path, whether it runs, slows down, pauses or brakes. So when all that is left of the path
 is free, all ways on it are, to the next tick and of any brake. Paths are swept a part at a time, ahead of the motion,
-each against what stands and what the same unit of joints carries (`units.py`); that two units keep apart is told by
-boxes around what they sweep (`unit_boxes.py`). All of it proves freedom only: what is not proven is told as doubt.
+each against what stands and what the same group of joints carries (`kinematic_groups.py`); that two groups keep apart
+is told by boxes around what they sweep (`group_boxes.py`). All of it proves freedom only: what is not proven is told as
+unverified.
 """
 
 from __future__ import annotations
@@ -15,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.collision.allowed import Pair
+from virtualrobot_kernel.collision.group_boxes import GroupBoxes
 from virtualrobot_kernel.collision.joint_path import JointPath, of_path
+from virtualrobot_kernel.collision.kinematic_groups import KinematicGroups, kinematic_groups_of
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.collision.swept import first_contact
-from virtualrobot_kernel.collision.unit_boxes import UnitBoxes
-from virtualrobot_kernel.collision.units import Units, units_of
 from virtualrobot_kernel.motion.brake import nominal_time
 from virtualrobot_kernel.motion.planned import Track
 from virtualrobot_kernel.motion.program import Program
@@ -42,11 +43,11 @@ SAME = 1e-9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """How far a track of a motion's plan is known to be free of what stands and of what its own unit carries.
+    """How far a track of a motion's plan is known to be free of what stands and of what its own group carries.
 
     Attributes:
         place: which track of the plan it is.
-        unit: the only one that it moves.
+        group: the only one that it moves.
         track: the track.
         path: the way by its path parameter, up to its end.
         until: up to there it is free.
@@ -56,7 +57,7 @@ class Part:
     """
 
     place: int
-    unit: int
+    group: int
     track: Track
     path: JointPath
     until: float
@@ -80,44 +81,44 @@ class _Stage:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Doubt:
+class Unverified:
     """What is not known to be free.
 
     Attributes:
-        of: the units.
-        units: (u, u) of which units pairs may touch.
-        moving: (u,) which units move, or may by any brake.
-        followed: (u,) which units need a brake that is known, for whatever reason.
+        of: the groups.
+        groups: (u, u) of which groups pairs may touch.
+        moving: (u,) which groups move, or may by any brake.
+        followed: (u,) which groups need a brake that is known, for whatever reason.
         partly: of motions (ids), what is known of their tracks where that is not all.
     """
 
-    of: Units
-    units: Booleans
+    of: KinematicGroups
+    groups: Booleans
     moving: Booleans
     followed: Booleans
     partly: Mapping[str, tuple[Part, ...]]
 
     def follow(self, row: int, other: int) -> bool:
-        """Return whether two nodes, given by their rows, may be elsewhere soon; if so, their units are followed."""
-        units = self.of.rows[[row, other]]
-        if not np.any(self.moving[units]):
+        """Return whether two nodes, given by their rows, may be elsewhere soon; if so, their groups are followed."""
+        groups = self.of.rows[[row, other]]
+        if not np.any(self.moving[groups]):
             return False
-        self.followed[units] = True
+        self.followed[groups] = True
         return True
 
     def add_pair(self, row: int, other: int) -> None:
-        """Doubt of a pair of nodes, given by their rows."""
+        """Unverified of a pair of nodes, given by their rows."""
         one, to = self.of.rows[[row, other]].tolist()
-        self.units[one, to] = self.units[to, one] = True
+        self.groups[one, to] = self.groups[to, one] = True
 
     def add_reached(self, reached: Mapping[str, tuple[float, ...]]) -> None:
-        """Doubt what brakes reach, given the places of the tracks of motions (ids), beyond what is known of it."""
+        """Unverified what brakes reach, given the places of the tracks of motions (ids), beyond what is known of it."""
         for id, parts in self.partly.items():
             places = reached.get(id)
             for part in parts:
                 if places is None or places[part.place] > part.until:
-                    unit = part.unit
-                    self.units[unit, unit] = self.units[unit, 0] = self.units[0, unit] = True
+                    group = part.group
+                    self.groups[group, group] = self.groups[group, 0] = self.groups[0, group] = True
 
     def of_motions(self, motions: Sequence[Motion]) -> tuple[Motion, ...]:
         """Return the motions of which has to be known how they brake."""
@@ -129,14 +130,14 @@ class Doubt:
 
     def asked(self, rows: Integers) -> Booleans:
         """Return of which pairs of nodes (k, 2), given by their rows, it is not known that they do not touch."""
-        return self.units[self.of.rows[rows[:, 0]], self.of.rows[rows[:, 1]]]
+        return self.groups[self.of.rows[rows[:, 0]], self.of.rows[rows[:, 1]]]
 
     def coordinates(self) -> Booleans:
         """Return which coordinates (nq,) move something that is in doubt or followed."""
-        return (np.asarray(np.any(self.units, axis=0)) | self.followed)[self.of.coordinates]
+        return (np.asarray(np.any(self.groups, axis=0)) | self.followed)[self.of.coordinates]
 
 
-class PathProofs:
+class VerifiedPaths:
     """What is known of the planned motions that run. Used by one thread."""
 
     def __init__(self, scene: CollisionScene) -> None:
@@ -145,9 +146,11 @@ class PathProofs:
         self._stages: dict[str, _Stage] = {}
         self._world: tuple[object, ...] = ()
         self._q: tuple[object, ...] = ()
-        self._boxes = UnitBoxes(scene)
+        self._boxes = GroupBoxes(scene)
 
-    def doubt(self, now: Snapshot, later: State | None, robots: Collection[int], tolerated: frozenset[Pair]) -> Doubt:
+    def unverified(
+        self, now: Snapshot, later: State | None, robots: Collection[int], tolerated: frozenset[Pair]
+    ) -> Unverified:
         """Return what may touch on the way to `later`, if it is not None, and on any brake from there.
 
         Args:
@@ -156,20 +159,20 @@ class PathProofs:
             robots: pairs with one of these (uids) are asked.
             tolerated: pairs of nodes (uids) that are not asked.
         """
-        state, units = now.state, units_of(now.structure)
-        unsure = np.zeros((units.count, units.count), np.bool_)
+        state, groups = now.state, kinematic_groups_of(now.structure)
+        unsure = np.zeros((groups.count, groups.count), np.bool_)
         self._begin(now, state if later is None else later)
         if later is not None and later.tool_states is not state.tool_states:
             unsure[:] = True
-            return Doubt(units, unsure, np.ones(units.count, np.bool_), np.zeros(units.count, np.bool_), {})
+            return Unverified(groups, unsure, np.ones(groups.count, np.bool_), np.zeros(groups.count, np.bool_), {})
         coming = state.motions if later is None else (*later.ended[-len(state.motions) :], *later.motions)
         after = {motion.id: motion.running for motion in coming}
         found: dict[str, tuple[Motion, _Stage]] = {}
         loose = set[int]()
         for motion in state.motions:
-            stage = self._stage(now, motion, after.get(motion.id), units)
+            stage = self._stage(now, motion, after.get(motion.id), groups)
             if stage is None:
-                loose.update(units.coordinates[motion.q_index].tolist())
+                loose.update(groups.coordinates[motion.q_index].tolist())
             else:
                 found[motion.id] = motion, stage
         _leave_to_one(found, loose)
@@ -182,31 +185,33 @@ class PathProofs:
                 if not all(part.whole for part in parts):
                     partly[id] = parts
             self._stages[id] = stage
-        for unit in loose:
-            unsure[unit] = unsure[:, unit] = True
-            self._boxes.forget(unit)
-        moving = {part.unit: (motion.running, part) for motion, stage in found.values() for part in stage.parts}
+        for group in loose:
+            unsure[group] = unsure[:, group] = True
+            self._boxes.forget(group)
+        moving = {part.group: (motion.running, part) for motion, stage in found.values() for part in stage.parts}
 
-        def reached(unit: int) -> float:
-            run, part = moving[unit]
+        def reached(group: int) -> float:
+            run, part = moving[group]
             return _reached(run, part.place, part.track)
 
-        paths = {unit: part.path for unit, (_, part) in moving.items()}
-        for one, other in self._boxes.meeting(now, units, robots, paths, reached, loose):
+        paths = {group: part.path for group, (_, part) in moving.items()}
+        for one, other in self._boxes.meeting(now, groups, robots, paths, reached, loose):
             unsure[one, other] = unsure[other, one] = True
-        moves = np.zeros(units.count, np.bool_)
+        moves = np.zeros(groups.count, np.bool_)
         moves[[*moving, *loose]] = True
-        return Doubt(units, unsure, moves, np.zeros(units.count, np.bool_), partly)
+        return Unverified(groups, unsure, moves, np.zeros(groups.count, np.bool_), partly)
 
     def _begin(self, now: Snapshot, later: State) -> None:
         """Forget what was known of another world, or of one whose joints have been put elsewhere since."""
         state = now.state
         world = (now.structure, state.collisions, state.parent_t_node, state.allowed_pairs, state.tool_states)
         if not unchanged(self._world, world) or not any(state.q is one for one in self._q):
-            self._stages, self._boxes = {}, UnitBoxes(self._scene)
+            self._stages, self._boxes = {}, GroupBoxes(self._scene)
         self._world, self._q = world, (state.q, later.q)
 
-    def _stage(self, now: Snapshot, motion: Motion, after: RunningMotion | None, units: Units) -> _Stage | None:
+    def _stage(
+        self, now: Snapshot, motion: Motion, after: RunningMotion | None, groups: KinematicGroups
+    ) -> _Stage | None:
         """Return what a motion moves until the next tick and on any brake from there; None where it isn't on a path."""
         run = motion.running
         if not isinstance(run, ProgramRun) or not isinstance(after, ProgramRun) or motion.tracked_joint is not None:
@@ -227,14 +232,14 @@ class PathProofs:
         for place, track in enumerate(plan.tracks):
             own = columns[first : first + track.path.dimension]
             first += len(own)
-            moved, u = set(units.coordinates[own].tolist()), _reached(run, place, track)
+            moved, u = set(groups.coordinates[own].tolist()), _reached(run, place, track)
             if len(moved) != 1 or np.abs(track.path.state(u, 0)[0] - now.state.q[own]).max() > SAME:
                 return None
             if track.path.start < track.path.end:
                 path = of_path(now.state.q, own, track.path)
                 parts.append(Part(place, moved.pop(), track, path, u, frozenset(), now.state.tick))
         for part in parts:
-            self._boxes.forget(part.unit)
+            self._boxes.forget(part.group)
         return _Stage(program, at, tuple(parts))
 
     def _gone_on(
@@ -251,13 +256,15 @@ class PathProofs:
         end = min(law.scalar_state(nominal_time(law, begin, law.start) + PART_SECONDS)[0], part.path.end)
         if not begin < end:
             end = part.path.end
-        units, unit = units_of(now.structure), part.unit
+        groups, group = kinematic_groups_of(now.structure), part.group
 
         def alone(rows: Integers) -> Booleans:
-            of = units.rows[rows]
-            return (of == unit).any(axis=1) & ((of == unit) | (of == 0)).all(axis=1)
+            of = groups.rows[rows]
+            return (of == group).any(axis=1) & ((of == group) | (of == 0)).all(axis=1)
 
-        ours = frozenset(pair for pair in tolerated if any(units.rows[now.structure.rows[uid]] == unit for uid in pair))
+        ours = frozenset(
+            pair for pair in tolerated if any(groups.rows[now.structure.rows[uid]] == group for uid in pair)
+        )
         path = replace(part.path, begin=begin, end=end)
         contact = first_contact(self._scene, now, path, robots=robots, tolerated=ours, asked=alone)
         until = end if contact is None else contact.time
@@ -273,17 +280,17 @@ def _reached(run: RunningMotion, place: int, track: Track) -> float:
 def _leave_to_one(found: dict[str, tuple[Motion, _Stage]], loose: set[int]) -> None:
     """Take for loose what several tracks move at once, or one of them and something loose, with all that move with it.
 
-    They are taken out of `found`, and their units put into `loose`.
+    They are taken out of `found`, and their groups put into `loose`.
     """
     owners: dict[int, list[str]] = {}
     for id, (_, stage) in found.items():
         for part in stage.parts:
-            owners.setdefault(part.unit, []).append(id)
-    loose.update(unit for unit, ids in owners.items() if len(ids) > 1)
+            owners.setdefault(part.group, []).append(id)
+    loose.update(group for group, ids in owners.items() if len(ids) > 1)
     waiting = list(loose)
     while waiting:
         for id in owners.pop(waiting.pop(), ()):
             if id in found:
-                units = {part.unit for part in found.pop(id)[1].parts} - loose
-                loose |= units
-                waiting += units
+                groups = {part.group for part in found.pop(id)[1].parts} - loose
+                loose |= groups
+                waiting += groups

@@ -1,4 +1,4 @@
-"""Binary glTF 2.0 written by hand: the binary chunk with what describes it, colours, and the file around both.
+"""Binary glTF 2.0, as kernel and plugins write it: the binary chunk with what describes it, materials, the file.
 
 Source of the layout: Khronos Group, glTF 2.0 Specification, sections 3 (properties) and 4 (GLB file format).
 """
@@ -7,10 +7,13 @@ from __future__ import annotations
 
 import json
 import struct
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from virtualrobot_sdk.srgb import to_linear
 
 ARRAY_BUFFER, ELEMENT_BUFFER = 34962, 34963
 COMPONENTS: dict[np.dtype[Any], int] = {
@@ -57,9 +60,33 @@ class Buffers:
         self.accessors.append(accessor)
         return len(self.accessors) - 1
 
+    def add_colors(self, colors: NDArray[np.uint8]) -> int:
+        """Add sRGB and opacity (n, 4) of 8 bits; linear light needs 16 to keep the dark ones apart."""
+        light = colors / 255.0
+        light[:, :3] = to_linear(light[:, :3])
+        return self.add(np.round(65535.0 * light).astype(np.uint16), "VEC4", ARRAY_BUFFER, normalized=True)
 
-def container(document: dict[str, Any], binary: bytes | bytearray) -> bytes:
-    """Return header, JSON chunk and binary chunk, each padded to 4 bytes."""
+
+def material(color: Sequence[float], roughness: float, texture: int | None = None) -> dict[str, Any]:
+    """Return a material, seen from both sides: sRGB and opacity (4,) from 0 to 1, a factor on a texture (its index)."""
+    surface: dict[str, Any] = {
+        "baseColorFactor": [*np.round(to_linear(color[:3]), 7).tolist(), float(color[3])],
+        "metallicFactor": 0.0,
+        "roughnessFactor": roughness,
+    }
+    if texture is not None:
+        surface["baseColorTexture"] = {"index": texture}
+    look: dict[str, Any] = {"pbrMetallicRoughness": surface, "doubleSided": True}
+    return {**look, "alphaMode": "BLEND"} if color[3] < 1.0 else look
+
+
+def upright(uv: NDArray) -> NDArray[np.float32]:
+    """Return texture coordinates (n, 2), counted from the image's lower left corner, as glTF counts: from the upper."""
+    return uv.astype(np.float32) * np.array([1, -1], np.float32) + np.array([0, 1], np.float32)
+
+
+def pack_glb(document: dict[str, Any], binary: bytes | bytearray) -> bytes:
+    """Return a GLB file: header, JSON chunk and binary chunk, each padded to 4 bytes."""
     text = ",".join(f"{_json(name)}:{_items(value)}" for name, value in document.items()).join("{}").encode()
     text += b" " * (-len(text) % 4)
     padding = b"\0" * (-len(binary) % 4)
@@ -74,6 +101,12 @@ def container(document: dict[str, Any], binary: bytes | bytearray) -> bytes:
             padding,
         ]
     )
+
+
+def unpack_glb(data: bytes) -> tuple[dict[str, Any], bytes]:
+    """Return the glTF tree and the buffer of a GLB file that a library has just written."""
+    length = struct.unpack_from("<I", data, 12)[0]
+    return json.loads(data[20 : 20 + length]), data[28 + length :]
 
 
 def _items(value: Any) -> str:  # noqa: ANN401  whatever JSON holds

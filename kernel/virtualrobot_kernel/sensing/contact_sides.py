@@ -1,4 +1,4 @@
-"""Who feels whom: the figures of a watched node, and those that it can touch, as solids at places."""
+"""Contact pairs of a sensor: the figures of a watched node, and those that it can touch, as solids at places."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Felt:
+class ContactSide:
     """The e figures of some nodes that can be touched: their solids, the nodes (uids), their rows, and the poses."""
 
     solids: tuple[Solid, ...]
@@ -31,13 +31,13 @@ class Felt:
         return world_t_node[self.rows] @ self.node_t_element
 
 
-def felt_sides(
+def contact_sides(
     structure: Structure,
     tool_states: Mapping[int, str],
     sensor: Node,
     settings: ContactSensor,
     shapes: CollisionShapes,
-) -> tuple[Felt, Felt]:
+) -> tuple[ContactSide, ContactSide]:
     """Return what a contact sensor watches, and what that can touch.
 
     Watched are the named node (none: the sensor's parent) and all below it. Everything else can be touched, but what
@@ -74,7 +74,7 @@ def _felt(
     nodes: Iterable[Node],
     visibility: tuple[Mapping[int, bool], Mapping[int, str]],
     shapes: CollisionShapes,
-) -> Felt:
+) -> ContactSide:
     hidden, states = visibility
     found: list[tuple[Solid, int, Figure]] = []
     for node in nodes:
@@ -85,7 +85,7 @@ def _felt(
                 solid = shapes.get(figure.geometry)
                 if solid is not None:
                     found.append((solid, node.uid, figure))
-    return Felt(
+    return ContactSide(
         tuple(solid for solid, _, _ in found),
         tuple(uid for _, uid, _ in found),
         np.array([structure.rows[uid] for _, uid, _ in found], np.int64),

@@ -1,4 +1,4 @@
-"""One sensor at work: a thread that makes its reader, and a reading whenever one is due or asked for."""
+"""Thread of one sensor: makes its reader, and a reading whenever one is due or asked for."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ import numpy as np
 
 from virtualrobot_kernel.background import give_way
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.sensing.cpu_slots import CpuSlots
 from virtualrobot_kernel.sensing.reading import Content, Moment, Reader, Reading, SensorState
 from virtualrobot_kernel.sensing.schedule import Instant, Schedule
-from virtualrobot_kernel.sensing.turns import Turns
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Node
 
@@ -39,7 +39,7 @@ class _Due:
     """Says in the queue that a reading is due."""
 
 
-class Station:
+class SensorWorker:
     """Owns the thread and the reader of one sensor, from its start (or the first single reading) to its end.
 
     `tick`, `settle` and `end` are called by the world thread, `ask` by anybody. No lock is held while it reads.
@@ -51,9 +51,9 @@ class Station:
         make: Callable[[], Reader],
         tell: Callable[[Reading], None],
         now: Callable[[], Snapshot],
-        turns: Turns,
+        turns: CpuSlots,
         schedule: Schedule | None,
-        before: Station | None = None,
+        before: SensorWorker | None = None,
     ) -> None:
         """Prepare; `start` begins.
 
@@ -64,7 +64,7 @@ class Station:
             now: returns the world as it is.
             turns: those of sensors that compute in this process.
             schedule: when readings are due; None: only those that are asked for are made.
-            before: the station whose readings go on to be counted here; None: they are counted anew.
+            before: the worker whose readings go on to be counted here; None: they are counted anew.
         """
         self.node = node
         self.schedule = schedule

@@ -1,4 +1,4 @@
-"""Boxes around all that units of joints carry, on each part of their paths: those of two units are often apart."""
+"""Boxes around all that groups of joints carry, on each part of their paths: those of two groups are often apart."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from virtualrobot_kernel.collision.bodies import Bodies
 from virtualrobot_kernel.collision.joint_path import JointPath
+from virtualrobot_kernel.collision.kinematic_groups import KinematicGroups
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.collision.swept import RESOLUTION
-from virtualrobot_kernel.collision.units import Units
-from virtualrobot_kernel.numeric.travel import element_travels, joint_travels
+from virtualrobot_kernel.numeric.motion_bounds import element_travels, joint_travels
 from virtualrobot_kernel.planning.robots import poses_of_rows
 from virtualrobot_kernel.world.state import Snapshot
 
@@ -57,8 +57,8 @@ class Boxes:
         return Boxes(self.elements, self.ends[first:], self.low[first:], self.high[first:]) if first else self
 
 
-class UnitBoxes:
-    """The boxes of the units of one world, and which units they keep apart. Used by one thread."""
+class GroupBoxes:
+    """The boxes of the groups of one world, and which groups they keep apart. Used by one thread."""
 
     def __init__(self, scene: CollisionScene) -> None:
         """Know nothing yet; others may use the scene, too."""
@@ -69,62 +69,62 @@ class UnitBoxes:
         self._known: tuple[frozenset[int], frozenset[int]] | None = None
         self._meeting: list[tuple[int, int]] = []
 
-    def forget(self, unit: int) -> None:
-        """Take a unit for elsewhere than it was."""
-        self._boxes.pop(unit, None)
+    def forget(self, group: int) -> None:
+        """Take a group for elsewhere than it was."""
+        self._boxes.pop(group, None)
         self._known = None
 
     def meeting(
         self,
         now: Snapshot,
-        units: Units,
+        groups: KinematicGroups,
         robots: Collection[int],
         paths: Mapping[int, JointPath],
         reached: Callable[[int], float],
         left_out: Collection[int],
     ) -> list[tuple[int, int]]:
-        """Return the pairs of units, one of which at least goes along a path, whose boxes meet.
+        """Return the pairs of groups, one of which at least goes along a path, whose boxes meet.
 
         Args:
             now: the world; what was not forgotten stands, or is on the path that it was on.
-            units: the units of it.
+            groups: the groups of it.
             robots: pairs with one of these robots (uids) are asked, always the same.
-            paths: of units that move, the path to its end; all others stand.
-            reached: tells where on its path a unit is.
-            left_out: units that are not asked.
+            paths: of groups that move, the path to its end; all others stand.
+            reached: tells where on its path a group is.
+            left_out: groups that are not asked.
         """
         known = frozenset(paths), frozenset(left_out)
         if self._known != known:
             self._scene.place(now)
-            carried = units.rows[self._scene.bodies.rows]
-            others = [unit for unit in np.unique(carried).tolist() if unit and unit not in left_out]
-            for unit in others:
-                if unit not in self._boxes:
-                    elements = np.flatnonzero(carried == unit)
-                    if unit in paths:
-                        path = replace(paths[unit], begin=reached(unit))
-                        self._boxes[unit] = swept_boxes(self._scene, now, path, elements)
+            carried = groups.rows[self._scene.bodies.rows]
+            others = [group for group in np.unique(carried).tolist() if group and group not in left_out]
+            for group in others:
+                if group not in self._boxes:
+                    elements = np.flatnonzero(carried == group)
+                    if group in paths:
+                        path = replace(paths[group], begin=reached(group))
+                        self._boxes[group] = swept_boxes(self._scene, now, path, elements)
                     else:
-                        self._boxes[unit] = standing(self._scene, elements)
+                        self._boxes[group] = standing(self._scene, elements)
             pairs = ((one, other) for one in others for other in others if one < other)
             asked = (pair for pair in pairs if not paths.keys().isdisjoint(pair))
             self._known, self._meeting = known, [pair for pair in asked if not self._are_apart(pair, robots)]
         elif self._meeting:
             self._scene.place(now)
-            near = {unit for pair in self._meeting for unit in pair}
-            less = {unit for unit in near if self._shrinks(unit, paths, reached)}
+            near = {group for pair in self._meeting for group in pair}
+            less = {group for group in near if self._shrinks(group, paths, reached)}
             kept = (pair for pair in self._meeting if less.isdisjoint(pair) or not self._are_apart(pair, robots))
             self._meeting = list(kept)
         return self._meeting
 
-    def _shrinks(self, unit: int, paths: Mapping[int, JointPath], reached: Callable[[int], float]) -> bool:
-        """Return whether the boxes of a unit have become fewer, because parts of its path are over."""
-        boxes = self._boxes[unit]
-        if unit in paths:
-            self._boxes[unit] = boxes.since(reached(unit))
+    def _shrinks(self, group: int, paths: Mapping[int, JointPath], reached: Callable[[int], float]) -> bool:
+        """Return whether the boxes of a group have become fewer, because parts of its path are over."""
+        boxes = self._boxes[group]
+        if group in paths:
+            self._boxes[group] = boxes.since(reached(group))
         elif boxes.ends[0] < np.inf:
-            self._boxes[unit] = standing(self._scene, boxes.elements)
-        return self._boxes[unit] is not boxes
+            self._boxes[group] = standing(self._scene, boxes.elements)
+        return self._boxes[group] is not boxes
 
     def _are_apart(self, pair: tuple[int, int], robots: Collection[int]) -> bool:
         one, other = self._boxes[pair[0]], self._boxes[pair[1]]

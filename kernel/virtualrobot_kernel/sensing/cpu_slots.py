@@ -1,4 +1,4 @@
-"""Who computes: sensors in this process take turns, one core less than there are, so that calls and ticks have one.
+"""Slots of computing: sensors in this process take turns, one core less than there are, so that calls have one.
 
 Ten lidars that are due in the same tick would otherwise be ten threads on two cores, and a call would wait behind them
 all: measured, its 99th percentile was ten times as long.
@@ -16,7 +16,7 @@ PATIENCE_SECONDS = 1.0
 """How long to wait for a turn: whoever hangs holds up nobody for longer."""
 
 
-class Turns:
+class CpuSlots:
     """As many turns as there are cores, but one; any thread may ask."""
 
     def __init__(self, count: int | None = None) -> None:

@@ -1,4 +1,4 @@
-"""Takes pictures of snapshots as people see them, without a browser: rays for what is solid, strokes for the rest."""
+"""Pictures of snapshots as people see them, without a browser: rays for what is solid, strokes for the rest."""
 
 from __future__ import annotations
 
@@ -14,7 +14,10 @@ from virtualrobot_kernel.drawing.additions import overlay_of, with_arrows, with_
 from virtualrobot_kernel.drawing.alarm import Touching, alarmed, red_looks, red_nodes, shown
 from virtualrobot_kernel.drawing.extent import world_box
 from virtualrobot_kernel.drawing.framing import Framing
-from virtualrobot_kernel.drawing.inks import (
+from virtualrobot_kernel.drawing.library import ShapeLibrary as DrawnShapes
+from virtualrobot_kernel.drawing.lighting import FLAT, VIEW
+from virtualrobot_kernel.drawing.overlay import draw_over, write_words
+from virtualrobot_kernel.drawing.palette import (
     CELL_COLOR,
     CELL_WIDTH,
     FADE_METERS,
@@ -22,19 +25,16 @@ from virtualrobot_kernel.drawing.inks import (
     SECTION_COLOR,
     SECTION_WIDTH,
 )
-from virtualrobot_kernel.drawing.library import ShapeLibrary as DrawnShapes
-from virtualrobot_kernel.drawing.lighting import FLAT, VIEW
-from virtualrobot_kernel.drawing.overlay import draw_over, write_words
 from virtualrobot_kernel.drawing.shots import HEIGHT, WIDTH, Shot
 from virtualrobot_kernel.drawing.smoothing import smoothed
 from virtualrobot_kernel.drawing.view import Ghost, ViewSettings
 from virtualrobot_kernel.drawing.viewpoint import Viewpoint, look_at
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.numeric.strokes import BIAS, draw_floor
+from virtualrobot_kernel.sensing.appearance import AppearanceLibrary, Appearances
 from virtualrobot_kernel.sensing.elements import Elements, elements_of
 from virtualrobot_kernel.sensing.lenses import Lens, lens_of, pinhole, size_of
 from virtualrobot_kernel.sensing.lights import NONE, Lights, lights_of
-from virtualrobot_kernel.sensing.looks import LookLibrary, Looks
 from virtualrobot_kernel.sensing.picture import BACKGROUND, Color, Subject, render
 from virtualrobot_kernel.sensing.reading import Reading
 from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
@@ -85,13 +85,13 @@ class _Seen:
     key: tuple[int, bool, tuple[int, ...], tuple[Ghost, ...]]
     sensed: Elements
     elements: Elements
-    looks: Looks
+    looks: Appearances
 
 
-class Painter:
+class Renderer:
     """Takes pictures; owned by one thread, which alone may call it, and which closes it."""
 
-    def __init__(self, shapes: ShapeLibrary, looks: LookLibrary, meshes: Meshes, clearances: Measure) -> None:
+    def __init__(self, shapes: ShapeLibrary, looks: AppearanceLibrary, meshes: Meshes, clearances: Measure) -> None:
         """See figures by `shapes` and their looks by `looks`; raise KernelError without Embree.
 
         `looks` knows the meshes of `with_arrows`; `meshes` gives the triangles of all others. `clearances` measures

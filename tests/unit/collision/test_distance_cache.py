@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from virtualrobot_kernel.collision import remembered
-from virtualrobot_kernel.collision.remembered import KEPT, LEAST, Remembered
+from virtualrobot_kernel.collision.distance_cache import KEPT, LEAST, DistanceCache
 
 from tests.unit.collision.solids import GEOMETRIES, near, placed
 from tests.unit.world.builders import shifted
@@ -19,7 +18,7 @@ def balls(x: float) -> np.ndarray:
 def test_the_best_of_what_is_kept_holds(rng: np.random.Generator) -> None:
     """From each place where it was measured a sphere's distance falls as it comes nearer; the oldest is forgotten."""
     sphere = GEOMETRIES["sphere"]
-    kept = Remembered(placed((sphere, near(rng)), (sphere, near(rng))))
+    kept = DistanceCache(placed((sphere, near(rng)), (sphere, near(rng))))
     pair = np.array([[0, 1]])
     assert kept.slots(pair)[0] == -1
     assert kept.add(0, 1, balls(0.4), 0.5 * LEAST) == -1
@@ -39,10 +38,10 @@ def test_of_too_many_pairs_all_are_forgotten_between_ways(
     rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Slots hold until they are asked for the next time, so that a way in work loses nothing."""
-    monkeypatch.setattr(remembered, "MOST", 20)
+    monkeypatch.setattr("virtualrobot_kernel.collision.distance_cache.MOST", 20)
     sphere = GEOMETRIES["sphere"]
     count = 30
-    kept = Remembered(placed(*((sphere, near(rng)) for _ in range(count))))
+    kept = DistanceCache(placed(*((sphere, near(rng)) for _ in range(count))))
     poses = np.tile(np.eye(4), (count, 1, 1))
     slots = [kept.add(0, other, poses, 0.1 * other) for other in range(1, count)]
     assert len(set(slots)) == count - 1

@@ -1,14 +1,14 @@
-"""Turns: as many as there are, given back once, and nobody waits for ever."""
+"""Slots: as many as there are, given back once, and nobody waits for ever."""
 
 from __future__ import annotations
 
 import threading
 
-from virtualrobot_kernel.sensing.turns import Turns
+from virtualrobot_kernel.sensing.cpu_slots import CpuSlots
 
 
 def test_no_more_at_once_than_there_are_turns() -> None:
-    turns, lock = Turns(2), threading.Lock()
+    turns, lock = CpuSlots(2), threading.Lock()
     busy, most = 0, 0
 
     def work() -> None:
@@ -32,7 +32,7 @@ def test_no_more_at_once_than_there_are_turns() -> None:
 
 
 def test_a_turn_that_is_never_given_back_holds_up_nobody_for_ever() -> None:
-    turns = Turns(1)
+    turns = CpuSlots(1)
     held = turns.take()
     late = turns.take(0.01)
     late()  # it had none

@@ -1,4 +1,4 @@
-"""From triangles to what the browser gets: as few GLB files as the looks of a figure allow.
+"""GLB files of figures for the browser: as few as the looks of a figure allow.
 
 Everything opaque without a texture becomes one file, so that a link of many colours costs one batch. Each texture and
 each translucent colour needs its own.

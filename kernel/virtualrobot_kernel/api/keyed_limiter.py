@@ -1,4 +1,4 @@
-"""Calls that wait for components: a few at a time for each robot or ray caster, so that one holds up no other."""
+"""Limit of calls that wait for components: a few at a time for each robot or ray caster; one holds up no other."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ IsGone = Callable[[], bool]
 """Tells whether nobody waits for some work any more."""
 
 
-class Turns:
+class KeyedLimiter:
     """Owns the threads that solve; asked from the API's thread only."""
 
     def __init__(self) -> None:
@@ -57,7 +57,12 @@ class Turns:
                 gate.release()
 
         work.add_done_callback(done)
-        return await asyncio.wrap_future(work)
+        try:
+            return await asyncio.wrap_future(work)
+        finally:
+            # What it raised has this frame in its traceback: together they would keep each other, and the component
+            # that was asked, until the garbage is collected.
+            del work
 
     async def run_while_wanted(self, whom: Iterable[int | str], work: Callable[[IsGone], Result]) -> Result:
         """Return what `work` returns as `run` does; it may ask whether the call was cancelled meanwhile."""

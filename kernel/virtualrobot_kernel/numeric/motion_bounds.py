@@ -1,4 +1,4 @@
-"""How far joints turn and shift along a way, and so how far they carry elements at the most; compiled."""
+"""Bounds of how far joints turn and shift along a way, and so how far they carry elements at the most; compiled."""
 
 from __future__ import annotations
 

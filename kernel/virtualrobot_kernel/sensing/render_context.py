@@ -1,4 +1,4 @@
-"""What a thread needs to see: its own scene of rays, and what it saw last, so that only what changed is made anew."""
+"""Scene of rays of a thread that sees, and what it saw last, so that only what changed is made anew."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from virtualrobot_sdk.embree import TopScene, unavailable
 
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.sensing.appearance import AppearanceLibrary, Appearances
 from virtualrobot_kernel.sensing.elements import Elements, elements_of
 from virtualrobot_kernel.sensing.lenses import Lens
 from virtualrobot_kernel.sensing.lights import lights_of
-from virtualrobot_kernel.sensing.looks import LookLibrary, Looks
 from virtualrobot_kernel.sensing.picture import BACKGROUND, Color, Picture, Subject, render
 from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.sensing import ImageKind
@@ -25,16 +25,16 @@ class _Seen:
     """What is made of a world's elements, and holds until they change."""
 
     elements: Elements
-    looks: Looks
+    looks: Appearances
 
 
-class Eye:
+class RenderContext:
     """Takes pictures of snapshots; owned by one thread, which alone may call it, and which closes it."""
 
     def __init__(
         self,
         shapes: ShapeLibrary,
-        looks: LookLibrary,
+        looks: AppearanceLibrary,
         unseen: frozenset[int] = frozenset(),
         scene: TopScene | None = None,
     ) -> None:

@@ -171,7 +171,7 @@ def block_distance(
 
 
 @inlined
-def remembered_distance(
+def cached_distance_bound(
     one: int,
     other: int,
     slot: int,
@@ -255,7 +255,7 @@ def remembered_distance(
     array_of(float64, 2),
     output_of(float64, 1),
 )
-def remembered_distances(
+def cached_distance_bounds(
     pairs: Integers,
     slots: Integers,
     world_t_element: Floats,
@@ -265,11 +265,11 @@ def remembered_distances(
     distances: Floats,
     found: Floats,
 ) -> None:
-    """Write what `remembered_distance` tells of pairs (k, 2), whose slots are (k,), to `found` (k,)."""
+    """Write what `cached_distance_bound` tells of pairs (k, 2), whose slots are (k,), to `found` (k,)."""
     now, change = np.empty((3, 4)), np.empty((3, 4))
     kept = first_t_second, distances
     for k in range(pairs.shape[0]):
         one, other = pairs[k, 0], pairs[k, 1]
-        found[k] = remembered_distance(
+        found[k] = cached_distance_bound(
             one, other, slots[k], world_t_element, centre, half, kept[0], kept[1], now, change
         )

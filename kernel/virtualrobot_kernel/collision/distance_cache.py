@@ -1,4 +1,4 @@
-"""Distances that were measured, kept with how the two elements stood to each other: bounds for all places near."""
+"""Cache of measured distances, kept with how the two elements stood to each other: bounds for all places near."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from virtualrobot_kernel.collision.nearest import Floats
 from virtualrobot_kernel.collision.placed import Placed
-from virtualrobot_kernel.numeric.gaps import remembered_distances
+from virtualrobot_kernel.numeric.distance_bounds import cached_distance_bounds
 
 Integers = NDArray[np.int64]
 
@@ -22,7 +22,7 @@ LEAST = 1e-4
 """Distances below this (m) are not kept: they would hold for hardly any other place."""
 
 
-class Remembered:
+class DistanceCache:
     """The last measured distances of pairs of elements. Used by one thread.
 
     Measuring takes FCL up to milliseconds. What was measured holds for other places too, less how far the elements
@@ -52,7 +52,7 @@ class Remembered:
         """Return a lower bound of the distance of two elements that are at poses (e, 4, 4)."""
         found = np.zeros(1)
         pair = np.array([[one, other]])
-        remembered_distances(pair, np.array([slot]), world_t_element, *self._core, *self.kept, found)
+        cached_distance_bounds(pair, np.array([slot]), world_t_element, *self._core, *self.kept, found)
         return float(found[0])
 
     def add(self, one: int, other: int, world_t_element: Floats, distance: float) -> int:
