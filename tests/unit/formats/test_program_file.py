@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-from virtualrobot.signal_values import condition as condition_message
 from virtualrobot.signal_values import value_message
 from virtualrobot.v1 import motion_pb2
 from virtualrobot_kernel.errors import MalformedFileError
@@ -26,7 +25,7 @@ steps:
 
 def test_a_program_is_the_message_of_the_contract() -> None:
     move = motion_pb2.Move(robot="arm", point_to_point=motion_pb2.PointToPoint(posture="home"))
-    condition = condition_message("5", False)
+    condition = motion_pb2.SignalCondition(signal="5", value=value_message(False))
     assert parse(PROGRAM) == motion_pb2.StartMotionRequest(
         on_disconnect=motion_pb2.DISCONNECT_POLICY_CONTINUE,
         steps=[

@@ -138,7 +138,7 @@ def test_a_search_is_reached_at_rest() -> None:
     first = step(line(change, x=0.1), zone=Zone(meters=0.03))
     wish = MotionWish(steps=(first, step(line(change, x=0.1, z=-0.1, until=Condition("touch")))))
     result = plan_wish(pictured(change), wish, chain)
-    assert [stage.until for stage in result.command.program.stages] == [None, ("touch", True)]
+    assert [stage.until for stage in result.command.program.stages] == [None, Condition("touch")]
     assert (result.command.searcher, result.notes[0].kind) == ("arm", NoteKind.ZONE_DROPPED)
 
 
