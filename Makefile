@@ -1,5 +1,8 @@
 # make run    sets up and shows two arms palletizing in the browser     (ARGS=--headless: without)
-# make test   sets up and checks everything: lint and tests
+# make test   sets up and checks everything that a change can break: lint, types and tests (minutes; docs/testing.md)
+# make test-all  that, and what takes longer: all draws, all models, installations
+# make hunt   runs the tests that draw random numbers again and again with fresh seeds   (MINUTES=10 ROOM=unit/motion SEED=1)
+# make durations  tells the 40 slowest tests of the last run
 # make bench  sets up and measures against the named peers -> benchmarks/RESULTS.md
 # make stubs  writes the Python stubs and the reference after a change of the contract
 # make image   accepts a break of the contract: writes the image that make test compares it with
@@ -22,20 +25,36 @@ NODE_BIN := node_modules/.bin
 IMAGE := proto/image.binpb
 
 MAKEFLAGS += --no-print-directory
-.PHONY: run test pytest bench lint ruff pyright buf image stubs constraints picture profiles clean
+.PHONY: run test test-all pytest pytest-long hunt durations bench lint ruff pyright buf image stubs constraints picture profiles clean
 .DELETE_ON_ERROR:
 
 run: $(VENV)/installed-kernel
 	@$(BIN)/virtualrobot demo $(ARGS)
 
-# Side by side: what pip and npm set up; then pyright, a minute or two of one core, and the tests, little more than one.
+# Side by side: what pip and npm set up; then pyright, a minute or two of one core, and the tests on two.
 test:
 	@$(MAKE) -j2 ruff buf
 	@$(MAKE) -j2 pyright pytest
 
+test-all: test
+	@$(MAKE) pytest-long
+
+# By file, in order: the long files come first.
+PYTEST := $(BIN)/python -m pytest -q -n 2 --dist loadfile --no-loadscope-reorder
+
 pytest: $(VENV)/installed-dev
 	@echo "testing ..."
-	@$(BIN)/python -m pytest -q $(ARGS)
+	@$(PYTEST) --junitxml=$(VENV)/tests.xml $(ARGS)
+
+pytest-long: $(VENV)/installed-dev
+	@echo "testing what takes long ..."
+	@$(PYTEST) -m "long or drawn" $(ARGS)
+
+hunt: $(VENV)/installed-dev
+	@$(BIN)/python tools/hunt.py --minutes $(or $(MINUTES),10) $(if $(SEED),--seed $(SEED)) tests/$(ROOM)
+
+durations:
+	@$(BIN)/python tools/slowest_tests.py $(VENV)/tests.xml
 
 bench: $(VENV)/installed-bench
 	@$(BIN)/python -m benchmarks.run $(ARGS)

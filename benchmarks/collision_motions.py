@@ -13,11 +13,11 @@ from virtualrobot_kernel.collision.joint_path import of_program
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.collision.swept import RESOLUTION
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.planning.plan_program import plan_wish
+from virtualrobot_kernel.planning.moves import Linear, Move, PointToPoint
+from virtualrobot_kernel.planning.plan_motion import plan_motion
 from virtualrobot_kernel.planning.planned_move import PoseGoal
-from virtualrobot_kernel.planning.program import MotionWish
+from virtualrobot_kernel.planning.program import MotionSpec
 from virtualrobot_kernel.planning.robots import Arm, standing_at
-from virtualrobot_kernel.planning.wishes import Linear, Move, PointToPoint
 from virtualrobot_kernel.world.commands import StartMotion
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_plugins.chain.component import ChainKinematics
@@ -44,7 +44,7 @@ def free_motions(cell: CollisionCell, kind: str, rng: np.random.Generator) -> It
     """Yield motions on which nothing touches, from the configurations of a cell: joint moves, or lines."""
     for snapshot in cell.snapshots * 10:
         try:
-            command = plan_wish(snapshot, MotionWish((_move(snapshot, kind, rng),)), solver).command
+            command = plan_motion(snapshot, MotionSpec((_move(snapshot, kind, rng),)), solver).command
         except KernelError:
             continue
         if contact_of(cell.scene, snapshot, command, np.inf, RESOLUTION, lambda: False) is None:
@@ -65,7 +65,7 @@ def _move(snapshot: Snapshot, kind: str, rng: np.random.Generator) -> Move:
         here + rng.uniform(-0.8, 0.8, len(here)), [one.lower for one in limits], [one.upper for one in limits]
     )
     positions = dict(zip(index.joint_names, goal.tolist(), strict=True))
-    fast = plan_wish(snapshot, MotionWish((PointToPoint(ARM, positions),)), solver).command.program.duration
+    fast = plan_motion(snapshot, MotionSpec((PointToPoint(ARM, positions),)), solver).command.program.duration
     return PointToPoint(ARM, positions, speed_factor=min(1.0, fast / SECONDS))
 
 

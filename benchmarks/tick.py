@@ -12,10 +12,10 @@ from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.models import ImportedModel, import_model
-from virtualrobot_kernel.planning.plan_program import plan_wish
-from virtualrobot_kernel.planning.program import MotionWish
+from virtualrobot_kernel.planning.moves import PointToPoint
+from virtualrobot_kernel.planning.plan_motion import plan_motion
+from virtualrobot_kernel.planning.program import MotionSpec
 from virtualrobot_kernel.planning.robots import Arm, world_poses
-from virtualrobot_kernel.planning.wishes import PointToPoint
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.commands import AttachNode, CreateNodes
 from virtualrobot_kernel.world.figures import Box, Figure
@@ -56,8 +56,8 @@ def world_of(arms: int) -> World:
         world.submit([CreateNodes(model.nodes)]).result()
     goal = {f"lbr_iiwa_joint_{joint}": 1.5 for joint in range(1, 8)}
     for place in range(arms):
-        wish = MotionWish((PointToPoint(f"arm{place}", goal, 0.01),))
-        world.submit([plan_wish(world.snapshot, wish, nobody).command]).result()
+        wish = MotionSpec((PointToPoint(f"arm{place}", goal, 0.01),))
+        world.submit([plan_motion(world.snapshot, wish, nobody).command]).result()
     return world
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import signal
 import zlib
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +14,8 @@ import pytest
 # A shell that starts the tests in the background makes them ignore Ctrl-C, and they would hand that on to the processes
 # that some tests send Ctrl-C to.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+pytest_plugins = ["tests.kernels"]
 
 GIVEN_SEED = os.environ.get("VIRTUALROBOT_TEST_SEED", "")
 """What repeats a failure, or hunts for one; without it each test has the seed of its name."""
@@ -22,10 +26,25 @@ def seed_of(node: pytest.Item | pytest.Collector) -> int:
     return int(GIVEN_SEED or zlib.crc32(node.nodeid.encode()))
 
 
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """Mark what `make test-all` does again with all draws, and what `make hunt` has other seeds for."""
+    fixtures = getattr(item, "fixturenames", ())
+    if "draws" in fixtures:
+        item.add_marker("drawn")
+    if "seed" in fixtures or hasattr(getattr(item, "cls", None), "seed"):
+        item.add_marker("seeded")
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Give the plugins' test suites, and programs that a test starts, the seed of the test's class or file."""
     os.environ["VIRTUALROBOT_TEST_SEED"] = str(seed_of(item.parent or item))
+
+
+def pytest_make_parametrize_id(val: object) -> str | None:
+    """Name a file by its last two names, so that tests and their seeds are called the same on every machine."""
+    path = Path(val) if isinstance(val, str | Path) and os.path.isabs(val) else None
+    return "/".join(path.parts[-2:]) if path else None
 
 
 @pytest.fixture
@@ -40,3 +59,10 @@ def seed(request: pytest.FixtureRequest) -> int:
 def rng(seed: int) -> np.random.Generator:
     """Return a generator on the printed seed."""
     return np.random.default_rng(seed)
+
+
+@pytest.fixture
+def draws(request: pytest.FixtureRequest) -> Callable[[int], int]:
+    """Return a function that says how many of so many draws are made: a fifth, unless long tests are wanted too."""
+    few = "not long" in request.config.option.markexpr
+    return lambda count: -(-count // 5) if few else count

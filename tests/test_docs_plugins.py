@@ -114,7 +114,7 @@ def test_every_protocol_of_the_sdk_is_among_them() -> None:
     assert found == {interface.__name__ for interface in INTERFACES}
 
 
-@pytest.mark.parametrize("module", [drivers, importers, kinematics, mobile, rays], ids=str)
+@pytest.mark.parametrize("module", [drivers, importers, kinematics, mobile, rays], ids=lambda module: module.__name__)
 def test_every_field_of_a_value_is_told(module: ModuleType) -> None:
     for name, fields in values(module).items():
         table = re.search(rf"^\| `{name}` \|(.*)\|\n((?:\|.*\n)*)", TEXT, re.MULTILINE)

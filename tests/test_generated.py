@@ -1,4 +1,7 @@
-"""The committed stubs are what the generator makes of the contract; the packaging asks for a runtime for them."""
+"""Stubs and reference are what the generators make of the contract; the packaging asks for a runtime for the stubs.
+
+In one file, so that no two workers set up the generator at once.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
+REFERENCE = ROOT / "docs" / "reference"
 COMMITTED = ROOT / "clients" / "python" / "virtualrobot" / "v1"
 
 
@@ -31,6 +35,15 @@ def test_committed_stubs_are_fresh(fresh: dict[str, str]) -> None:
     committed = texts(COMMITTED)
     changed = [name for name in sorted(fresh.keys() | committed.keys()) if fresh.get(name) != committed.get(name)]
     assert not changed, f"run `make stubs` and commit; these differ from the contract: {', '.join(changed)}"
+
+
+def test_reference_is_fresh(tmp_path: Path) -> None:
+    subprocess.run([sys.executable, ROOT / "tools" / "generate_reference.py", tmp_path], check=True)
+    fresh, committed = (
+        {file.name: file.read_text("utf-8") for file in folder.iterdir()} for folder in (tmp_path, REFERENCE)
+    )
+    changed = [name for name in sorted(fresh.keys() | committed.keys()) if fresh.get(name) != committed.get(name)]
+    assert not changed, f"run `python tools/generate_reference.py` and commit; these differ: {', '.join(changed)}"
 
 
 def test_every_proto_file_has_its_stubs(fresh: dict[str, str]) -> None:

@@ -132,6 +132,7 @@ class Kernel:
         commands, warnings = read_scene(text, str(path.resolve()), files, self._meshes)
         for warning in warnings:
             log.warning("%s: %s", path, warning)
+        self._view.tell(warnings)
         self._solvers.check_choices(commands)
         check_choices(commands, self._sensing)
         self.world.submit(commands, f"scene file {path}").result()

@@ -13,7 +13,7 @@ from grpc_status import rpc_status
 from virtualrobot.signal_values import SignalValue, set_command
 from virtualrobot.v1 import geometry_pb2, motion_pb2, nodes_pb2, scene_pb2
 
-from tests.api.conftest import Stubs
+from tests.kernels import Stubs
 
 MODELS = Path(pybullet_data.getDataPath())
 IIWA = str(MODELS / "kuka_iiwa/model.urdf")

@@ -9,7 +9,7 @@ from google.protobuf.field_mask_pb2 import FieldMask
 from virtualrobot.v1 import lease_pb2, motion_pb2, nodes_pb2, scene_pb2
 
 from tests.api.asking import IIWA, apply, box, create, joints, load
-from tests.api.conftest import KernelProcess, Stubs
+from tests.kernels import KernelProcess, Stubs
 
 CONTINUE = motion_pb2.DISCONNECT_POLICY_CONTINUE
 

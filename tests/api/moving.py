@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from virtualrobot.v1 import geometry_pb2, motion_pb2
 
-from tests.api.conftest import Stubs
 from tests.api.reading import array, pose, step
+from tests.kernels import Stubs
 
 RUNNING, PAUSED = motion_pb2.MOTION_PHASE_RUNNING, motion_pb2.MOTION_PHASE_PAUSED
 SUCCEEDED, CANCELLED = motion_pb2.MOTION_PHASE_SUCCEEDED, motion_pb2.MOTION_PHASE_CANCELLED

@@ -11,7 +11,7 @@ from google.protobuf.message import Message
 from scipy.spatial.transform import Rotation
 from virtualrobot.v1 import geometry_pb2, kernel_pb2, motion_pb2, robot_pb2, scene_pb2, signal_pb2, view_pb2
 
-from tests.api.conftest import Stubs
+from tests.kernels import Stubs
 
 DTYPES = {
     geometry_pb2.NUMERIC_TYPE_FLOAT64: "<f8",

@@ -8,7 +8,7 @@ from typing import Any
 
 from virtualrobot.v1 import motion_pb2
 
-from tests.api.conftest import Stubs
+from tests.kernels import Stubs
 
 POSITION, VELOCITY = motion_pb2.SETPOINT_MODE_POSITION, motion_pb2.SETPOINT_MODE_VELOCITY
 FIRST, SECOND = "lbr_iiwa_joint_1", "lbr_iiwa_joint_2"

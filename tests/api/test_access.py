@@ -19,7 +19,7 @@ from grpc_reflection.v1alpha import reflection_pb2, reflection_pb2_grpc
 from virtualrobot.v1 import collision_pb2, geometry_pb2, kernel_pb2, kernel_pb2_grpc, robot_pb2, view_pb2
 
 from tests.api.asking import IIWA, load, refusal
-from tests.api.conftest import KernelProcess, StartKernel
+from tests.kernels import KernelProcess, StartKernel
 
 SERVE = [sys.executable, "-m", "virtualrobot_kernel.serve"]
 INFO = kernel_pb2.GetInfoRequest()

@@ -15,8 +15,8 @@ import pytest
 from virtualrobot.v1 import asset_pb2, kernel_pb2, nodes_pb2, scene_pb2
 
 from tests.api.asking import MODELS, load, refusal
-from tests.api.conftest import Stubs
 from tests.api.reading import scene, unchanged
+from tests.kernels import Stubs
 
 MEBIBYTE = 1024 * 1024
 Upload, Find, References = asset_pb2.UploadAssetRequest, asset_pb2.FindAssetsRequest, asset_pb2.ListReferencesRequest
@@ -225,6 +225,31 @@ def test_an_uploaded_mesh_reads_no_file_of_the_kernels_disk(
 
 def nodes(stubs: Stubs) -> list[nodes_pb2.Node]:
     return list(stubs.scene.GetScene(scene_pb2.GetSceneRequest()).nodes)
+
+
+ODD = b"""<robot name="r"><link name="a"/>
+<link name="b"/><joint name="j" type="continuous"><parent link="a"/>
+<child link="b"/><limit velocity="1"/><mimic joint="nobody"/></joint></robot>"""
+
+
+def test_a_warning_has_file_and_line_and_is_refused_where_that_is_asked(stepped: Stubs) -> None:
+    files = [nodes_pb2.AssetFile(uri="folder/r.urdf", sha256=upload(stepped, ODD))]
+    (warning,) = load(stepped, "folder/r.urdf", files=files).warnings
+    text = "r.urdf:2: joint 'j': it mimics 'nobody', which is no joint; it moves by itself"
+    assert warning == scene_pb2.FileWarning(file="folder/r.urdf", line=2, text=text)
+    scene_text = "schema_version: 1\nmodels:\n- {uri: folder/r.urdf, name: again}\n"
+    request = scene_pb2.LoadSceneRequest(text=scene_text, files=files, add=True)
+    assert list(stepped.scene.LoadScene(request).warnings) == [warning]
+    request.text = scene_text.replace("again", "third")
+    request.strict = True
+    with unchanged(stepped):
+        refused = [
+            refusal(lambda: load(stepped, "folder/r.urdf", files=files, strict=True)),
+            refusal(lambda: stepped.scene.LoadScene(request)),
+        ]
+    for told in refused:
+        assert (told.reason, told.message) == ("MALFORMED_FILE", text)
+        assert (told.metadata["file"], told.metadata["line"]) == ("folder/r.urdf", "2")
 
 
 def test_a_missing_upload_names_the_file_and_what_was_tried(stepped: Stubs) -> None:

@@ -10,13 +10,13 @@ import pytest
 from virtualrobot.v1 import geometry_pb2, motion_pb2, nodes_pb2, scene_pb2
 
 from tests.api.asking import IIWA, apply, box, create, joints, load, refusal, start
-from tests.api.conftest import Stubs
 from tests.api.moving import about, circular, linear, to_pose, trajectory
 from tests.api.reading import array, unchanged
 from tests.api.test_asset import upload
 from tests.api.test_robot import forward
 from tests.api.test_scene import update
 from tests.api.test_tool import pick
+from tests.kernels import Stubs
 
 FLOAT64, UINT8 = geometry_pb2.NUMERIC_TYPE_FLOAT64, geometry_pb2.NUMERIC_TYPE_UINT8
 JOINT = "lbr_iiwa_joint_2"

@@ -12,10 +12,10 @@ from google.protobuf.message import Message
 from virtualrobot.v1 import geometry_pb2, kernel_pb2, motion_pb2, nodes_pb2, robot_pb2, scene_pb2, view_pb2
 
 from tests.api.asking import IIWA, box, create, joints, load, refusal
-from tests.api.conftest import Stubs
 from tests.api.moving import READY
 from tests.api.reading import pose, unchanged
 from tests.api.test_bad_input import JOINT
+from tests.kernels import Stubs
 
 NO_LIMIT = {("lower", -math.inf), ("upper", math.inf)}
 """What says of a joint that it has no limit."""

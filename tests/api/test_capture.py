@@ -17,9 +17,9 @@ from PIL import Image
 from virtualrobot.v1 import geometry_pb2, kernel_pb2, nodes_pb2, scene_pb2, sensing_pb2, sensor_pb2, view_pb2
 
 from tests.api.asking import PANDA, apply, create, load, refusal
-from tests.api.conftest import Stubs
 from tests.api.reading import array, pose, values
 from tests.api.test_scene import remove, update
+from tests.kernels import Stubs
 
 WIDTH, HEIGHT = 320, 240
 DISTANCE = 4.0

@@ -10,10 +10,10 @@ from virtualrobot.v1 import geometry_pb2, kernel_pb2, nodes_pb2, scene_pb2, sens
 from virtualrobot_kernel.sensing.overlays import MISS_COLOR, turbo
 
 from tests.api.asking import apply, create
-from tests.api.conftest import Stubs
 from tests.api.reading import array
 from tests.api.test_capture import BACKGROUND, GREEN, capture, change, near, node, pixel
 from tests.api.test_capture import stage as stage
+from tests.kernels import Stubs
 
 Vector = geometry_pb2.Vector3
 NEAREST, FARTHEST = (turbo(np.array([part]))[0].astype(int) for part in (0.0, 1.0))

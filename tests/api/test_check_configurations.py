@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike
 from virtualrobot.v1 import collision_pb2
 
 from tests.api.asking import IIWA, apply, box, create, load, refusal
-from tests.api.conftest import KernelProcess, Stubs
 from tests.api.reading import array, values
+from tests.kernels import KernelProcess, Stubs
 
 
 def rows_of(

@@ -11,7 +11,7 @@ import pytest
 from virtualrobot.v1 import collision_pb2, geometry_pb2, lease_pb2, nodes_pb2, scene_pb2
 
 from tests.api.asking import IIWA, PANDA, apply, box, create, load, refusal
-from tests.api.conftest import Stubs
+from tests.kernels import Stubs
 
 Check = collision_pb2.CheckCollisionRequest
 Measure = collision_pb2.MeasureDistancesRequest

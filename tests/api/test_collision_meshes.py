@@ -11,8 +11,8 @@ import pytest
 from virtualrobot.v1 import collision_pb2, kernel_pb2, nodes_pb2, scene_pb2
 
 from tests.api.asking import apply, box, create, refusal
-from tests.api.conftest import Stubs
 from tests.api.test_asset import upload
+from tests.kernels import Stubs
 
 Check = collision_pb2.CheckCollisionRequest
 CONTACTS = collision_pb2.COLLISION_DETAIL_CONTACTS

@@ -9,7 +9,7 @@ import pytest
 from virtualrobot.v1 import collision_pb2, scene_pb2
 
 from tests.api.asking import IIWA, PANDA, apply, box, create, load, refusal
-from tests.api.conftest import Stubs
+from tests.kernels import Stubs
 
 Mode = collision_pb2.RobotCollisionMode
 OFF, MONITOR, STOP, GUARD = (

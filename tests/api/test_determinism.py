@@ -6,8 +6,8 @@ from concurrent.futures import ThreadPoolExecutor
 
 from virtualrobot.v1 import kernel_pb2, motion_pb2, scene_pb2
 
-from tests.api.conftest import KernelProcess, StartKernel
 from tests.api.programs import Program, timeless
+from tests.kernels import KernelProcess, StartKernel
 
 COMMANDS = 2000
 

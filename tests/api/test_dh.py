@@ -14,8 +14,8 @@ from google.protobuf import json_format, struct_pb2
 from virtualrobot.v1 import motion_pb2, nodes_pb2, robot_pb2, scene_pb2
 
 from tests.api.asking import ended, joints, load, refusal, start
-from tests.api.conftest import Stubs
 from tests.api.reading import matrices, matrix, pose, values
+from tests.kernels import Stubs
 from tests.unit.plugins.paper_arm import Lengths, closed_form
 
 MODELS = Path(str(resources.files("virtualrobot_kernel"))) / "models"

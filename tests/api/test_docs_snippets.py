@@ -3,7 +3,7 @@
 The rules for those who write pages:
 
 - Blocks of one page run from top to bottom, as a reader would type them: Python in one namespace, in a new folder, with
-  a kernel of its own for the page at the usual address.
+  a kernel whose world is empty at the usual address.
 - A `text` block right after a Python block is what that block prints; in a `console` block, what follows a line with
   `$ ` is what the command prints. `...` stands for anything, and spaces don't count.
 - A block with `<!-- file: NAME -->` on the line above it is written to that file in the folder.
@@ -29,7 +29,7 @@ from textwrap import dedent
 import pytest
 from virtualrobot.v1 import kernel_pb2
 
-from tests.api.conftest import KernelProcess, KernelsAhead, StartKernel
+from tests.kernels import emptied
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")))
@@ -39,7 +39,9 @@ FENCE = re.compile(
     re.MULTILINE | re.DOTALL,
 )
 LIKE = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
-COMMAND_SECONDS = 60
+OWN_KERNEL = re.compile(r"pip install|motion-1\b")
+"""In pages that install something or that count motions; others share a kernel."""
+COMMAND_SECONDS = 300
 SPEED = 5.0
 """How much faster than the wall clock the kernels run, so that nobody waits for motions."""
 
@@ -71,36 +73,30 @@ def blocks(text: str) -> Iterator[Block]:
 RUNNABLE = [page for page in PAGES if any(blocks(page.read_text("utf-8")))]
 
 
-@pytest.fixture(scope="module")
-def kernels(
-    launch_kernel: StartKernel, tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest
-) -> KernelsAhead:
-    """Return kernels that find what is installed into a folder of their own."""
-
-    def launch() -> KernelProcess:
-        return launch_kernel(environment=installing_into(tmp_path_factory.mktemp("installed")))
-
-    return KernelsAhead(launch, sum("kernels" in getattr(item, "fixturenames", ()) for item in request.session.items))
-
-
 @pytest.mark.parametrize("page", RUNNABLE, ids=lambda page: page.relative_to(ROOT).as_posix())
-def test_blocks_run(page: Path, kernels: KernelsAhead, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    kernel = kernels.take()
-    clock = kernel_pb2.SetClockRequest(mode=kernel_pb2.CLOCK_MODE_REALTIME, speed_factor=SPEED)
-    kernel.stubs().kernel.SetClock(clock)
-    monkeypatch.chdir(tmp_path)
-    for name, value in kernel.environment.items():
-        monkeypatch.setenv(name, value)
+def test_blocks_run(
+    page: Path, request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if any(OWN_KERNEL.search(block.body) for block in blocks(page.read_text("utf-8"))):
+        installed = installing_into(tmp_path / "installed")
+        kernel = request.getfixturevalue("start_kernel")(environment=installed)
+        for name, value in installed.items():
+            monkeypatch.setenv(name, value)
+    else:
+        kernel = request.getfixturevalue("kernel")
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
     monkeypatch.setenv("VIRTUALROBOT_ADDRESS", kernel.address)
     monkeypatch.setenv("PATH", str(Path(sys.executable).parent), prepend=os.pathsep)
-    try:
+    with emptied(kernel) as stubs:
+        clock = kernel_pb2.SetClockRequest(mode=kernel_pb2.CLOCK_MODE_REALTIME, speed_factor=SPEED)
+        stubs.kernel.SetClock(clock)
         run_page(page)
-    finally:
-        kernel.ask_to_end()
 
 
 def installing_into(folder: Path) -> dict[str, str]:
     """Return an environment in which pip installs into `folder`, and in which processes find what is there."""
+    folder.mkdir()
     # Python reads the .pth files of editable installations only where it is told that packages are.
     (folder / "sitecustomize.py").write_text(f"import site\nsite.addsitedir({str(folder)!r})\n", "utf-8")
     pip = {"PIP_TARGET": str(folder), "PIP_NO_DEPS": "1", "PIP_NO_INDEX": "1", "PIP_DISABLE_PIP_VERSION_CHECK": "1"}

@@ -12,9 +12,9 @@ from google.protobuf import json_format
 from virtualrobot.v1 import geometry_pb2, nodes_pb2, robot_pb2, scene_pb2
 
 from tests.api.asking import IIWA, MODELS, apply, create, load, refusal
-from tests.api.conftest import Stubs
 from tests.api.reading import array, pose, random_matrix, values
 from tests.api.test_export import content
+from tests.kernels import Stubs
 
 REQUEST = robot_pb2.SolveInverseDynamicsRequest
 LAST = "arm.lbr_iiwa_link_7"

@@ -13,12 +13,12 @@ import trimesh
 from virtualrobot.v1 import geometry_pb2, nodes_pb2, scene_pb2
 
 from tests.api.asking import IIWA, MODELS, PANDA, apply, box, create, load, refusal
-from tests.api.conftest import StartKernel, Stubs
 from tests.api.reading import matrix, pose, random_matrix, scene, unchanged
 from tests.api.test_asset import download
 from tests.api.test_robot import drawn, put, robot
 from tests.api.test_scene import update
 from tests.api.test_tool import pick, select, tool
+from tests.kernels import StartKernel, Stubs
 from tests.unit.formats.export.glb_reading import Glb, checked
 
 UP = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1.0]])

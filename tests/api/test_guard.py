@@ -6,10 +6,10 @@ import numpy as np
 from virtualrobot.v1 import collision_pb2, geometry_pb2, motion_pb2, nodes_pb2, scene_pb2
 
 from tests.api.asking import IIWA, apply, box, create, load, refusal, start
-from tests.api.conftest import Stubs
 from tests.api.moving import CANCELLED, READY, finished, linear
 from tests.api.reading import matrix, state, step
 from tests.api.test_robot import put
+from tests.kernels import Stubs
 
 GUARD = collision_pb2.COLLISION_MODE_GUARD
 

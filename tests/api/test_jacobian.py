@@ -7,8 +7,8 @@ import pytest
 from virtualrobot.v1 import geometry_pb2, nodes_pb2, robot_pb2, scene_pb2
 
 from tests.api.asking import IIWA, apply, create, load, refusal
-from tests.api.conftest import Stubs
 from tests.api.reading import pose, random_matrix, values
+from tests.kernels import Stubs
 
 REQUEST = robot_pb2.SolveJacobianRequest
 LAST = "arm.lbr_iiwa_link_7"

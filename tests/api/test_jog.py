@@ -10,10 +10,10 @@ from scipy.spatial.transform import Rotation
 from virtualrobot.v1 import motion_pb2, nodes_pb2
 
 from tests.api.asking import IIWA, apply, create, load, refusal, start
-from tests.api.conftest import Stubs
 from tests.api.moving import CANCELLED, READY, RUNNING, SUCCEEDED, TICK, finished, jog, joint_jog, motion
 from tests.api.reading import matrix, pose, random_matrix, state, step, unchanged, values
 from tests.api.test_robot import put, robot
+from tests.kernels import Stubs
 
 BASE, TOOL, NODE = motion_pb2.JOG_FRAME_BASE, motion_pb2.JOG_FRAME_TOOL, motion_pb2.JOG_FRAME_NODE
 FIRST = "lbr_iiwa_joint_1"

@@ -7,7 +7,7 @@ import pytest
 from virtualrobot.v1 import kernel_pb2
 
 from tests.api.asking import IIWA, apply, box, create, joints, load, refusal, start
-from tests.api.conftest import Stubs
+from tests.kernels import Stubs
 
 REALTIME, STEPPED = kernel_pb2.CLOCK_MODE_REALTIME, kernel_pb2.CLOCK_MODE_STEPPED
 

@@ -22,10 +22,10 @@ from virtualrobot.v1 import (
 )
 
 from tests.api.asking import IIWA, PANDA, joints, load, refusal, start
-from tests.api.conftest import KernelProcess, Stubs
 from tests.api.leasing import CONTINUE, Holder, all_free, free, leases, slow, two_arms, update
 from tests.api.moving import CANCELLED, RUNNING, motion
 from tests.api.reading import state, step
+from tests.kernels import KernelProcess, Stubs
 
 
 @pytest.fixture

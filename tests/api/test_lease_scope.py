@@ -21,9 +21,9 @@ from virtualrobot.v1 import (
 )
 
 from tests.api.asking import IIWA, apply, box, create, joints, load, refusal, set_signals, start
-from tests.api.conftest import KernelProcess, Stubs
 from tests.api.leasing import Holder, all_free, leases, two_arms, update
 from tests.api.reading import state
+from tests.kernels import KernelProcess, Stubs
 
 MODULES = (asset_pb2, kernel_pb2, lease_pb2, motion_pb2, plugin_pb2, robot_pb2, scene_pb2, signal_pb2, view_pb2)
 

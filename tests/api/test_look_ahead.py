@@ -7,9 +7,9 @@ import pytest
 from virtualrobot.v1 import collision_pb2, motion_pb2, scene_pb2
 
 from tests.api.asking import IIWA, apply, box, create, ended, joints, load, start
-from tests.api.conftest import Stubs
 from tests.api.moving import CANCELLED, RUNNING, SUCCEEDED, motion
 from tests.api.reading import step
+from tests.kernels import Stubs
 
 STOP, GUARD = collision_pb2.COLLISION_MODE_STOP, collision_pb2.COLLISION_MODE_GUARD
 

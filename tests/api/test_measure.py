@@ -8,9 +8,9 @@ from google.protobuf.field_mask_pb2 import FieldMask
 from virtualrobot.v1 import geometry_pb2, view_pb2
 
 from tests.api.asking import IIWA, apply, box, create, joints, load, refusal, start
-from tests.api.conftest import Stubs
 from tests.api.reading import matrix, scene, step
 from tests.api.test_scene import remove, update
+from tests.kernels import Stubs
 
 TIP = "arm.lbr_iiwa_link_7"
 

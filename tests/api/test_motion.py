@@ -7,9 +7,9 @@ import pytest
 from virtualrobot.v1 import motion_pb2, scene_pb2
 
 from tests.api.asking import IIWA, PANDA, apply, joints, load, refusal, start
-from tests.api.conftest import Stubs
 from tests.api.moving import CANCELLED, PAUSED, RUNNING, SUCCEEDED, TICK, finished, motion
 from tests.api.reading import state, step
+from tests.kernels import Stubs
 
 
 def test_moves_of_a_group_start_and_end_at_the_same_ticks(stepped: Stubs) -> None:

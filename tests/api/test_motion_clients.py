@@ -11,9 +11,9 @@ import pytest
 from virtualrobot.v1 import motion_pb2, scene_pb2
 
 from tests.api.asking import IIWA, ended, joints, load, refusal, start
-from tests.api.conftest import KernelProcess, Stubs
 from tests.api.moving import CANCELLED, RUNNING, SUCCEEDED, motion
 from tests.api.reading import state
+from tests.kernels import KernelProcess, Stubs
 
 STOP, CONTINUE = motion_pb2.DISCONNECT_POLICY_STOP, motion_pb2.DISCONNECT_POLICY_CONTINUE
 WATCH = motion_pb2.WatchMotionRequest

@@ -7,9 +7,9 @@ import pytest
 from virtualrobot.v1 import collision_pb2, motion_pb2, nodes_pb2, scene_pb2
 
 from tests.api.asking import IIWA, PANDA, apply, box, create, joints, load, refusal, start
-from tests.api.conftest import Stubs
 from tests.api.moving import TICK
 from tests.api.reading import matrix, state, step
+from tests.kernels import Stubs
 
 LEAN = {"lbr_iiwa_joint_2": 1.2}
 COLLISION = motion_pb2.VIOLATION_KIND_COLLISION

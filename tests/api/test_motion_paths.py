@@ -9,11 +9,11 @@ from scipy.spatial.transform import Rotation
 from virtualrobot.v1 import motion_pb2, nodes_pb2
 
 from tests.api.asking import IIWA, PANDA, apply, create, joints, load, refusal, start
-from tests.api.conftest import Stubs
 from tests.api.moving import READY, RUNNING, SUCCEEDED, TICK, finished, linear, motion, to_pose, trajectory
 from tests.api.reading import matrix, pose, state, step, unchanged
 from tests.api.test_robot import drawn, forward, put, robot
 from tests.api.test_scene import update
+from tests.kernels import Stubs
 
 
 def test_point_to_point_is_a_straight_line_in_joint_space(stepped: Stubs, rng: np.random.Generator) -> None:

@@ -11,9 +11,9 @@ from virtualrobot.signal_values import condition
 from virtualrobot.v1 import motion_pb2, scene_pb2, signal_pb2
 
 from tests.api.asking import IIWA, PANDA, apply, joints, load, refusal, start
-from tests.api.conftest import Stubs
 from tests.api.moving import READY, TICK, linear, to_pose, trajectory
 from tests.api.reading import matrices, matrix, state, step, values
+from tests.kernels import Stubs
 
 Wish = motion_pb2.Move | motion_pb2.ProgramStep
 
@@ -56,10 +56,10 @@ def test_the_world_does_what_was_planned(stepped: Stubs) -> None:
     here = ready(stepped)
     load(stepped, PANDA, "other")
     wishes = [linear("arm", shifted(here, 0.0, 0.05, -0.05)), joints("other", panda_joint1=0.3, panda_joint4=-1.0)]
-    before = state(stepped, "arm")
+    before, motions = state(stepped, "arm"), stepped.motion.ListMotions(motion_pb2.ListMotionsRequest()).motions
     told = plan(stepped, *wishes)
     assert state(stepped, "arm") == before
-    assert not stepped.motion.ListMotions(motion_pb2.ListMotionsRequest()).motions
+    assert stepped.motion.ListMotions(motion_pb2.ListMotionsRequest()).motions == motions
     times = values(told.times)
     assert times[-1] == told.duration_seconds
     np.testing.assert_allclose(times[:-1], np.arange(len(times) - 1) * TICK, atol=1e-12)

@@ -11,9 +11,9 @@ import pytest
 from virtualrobot.v1 import collision_pb2, geometry_pb2, motion_pb2, nodes_pb2, path_pb2, robot_pb2, scene_pb2
 
 from tests.api.asking import IIWA, PANDA, apply, create, load, refusal
-from tests.api.conftest import Stubs
 from tests.api.moving import SUCCEEDED, motion
 from tests.api.reading import matrix, state, step
+from tests.kernels import Stubs
 from tests.unit.paths.cells import LEFT, PANDA_LEFT, PANDA_RIGHT, RIGHT
 
 ROBOTS = {"iiwa": (IIWA, LEFT, RIGHT), "panda": (PANDA, PANDA_LEFT, PANDA_RIGHT)}

@@ -15,7 +15,7 @@ from virtualrobot import Client, InvalidArgumentError, PluginFailedError, Robot,
 from virtualrobot.v1 import robot_pb2, scene_pb2
 
 from tests.api.asking import IIWA
-from tests.api.conftest import EMPTY_SCENE, KernelProcess, StartKernel
+from tests.kernels import EMPTY_SCENE, KernelProcess, StartKernel
 from tests.plugins.install import environment, install
 
 REACHED = pose(0.5, 0.1, 0.5, roll=np.pi)
@@ -44,10 +44,8 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def odd_kernel(start_kernel: StartKernel, site: Path) -> Iterator[KernelProcess]:
-    process = start_kernel(environment=environment(site))
-    yield process
-    assert process.end() == 0
+def odd_kernel(start_kernel: StartKernel, site: Path) -> KernelProcess:
+    return start_kernel(environment=environment(site))
 
 
 @pytest.fixture

@@ -20,7 +20,7 @@ from virtualrobot.plugins import ComponentUse
 from virtualrobot.v1 import scene_pb2
 
 from tests.api.asking import IIWA
-from tests.api.conftest import EMPTY_SCENE, KernelProcess, StartKernel
+from tests.kernels import EMPTY_SCENE, KernelProcess, StartKernel
 from tests.plugins.install import WRONG, environment, install
 
 NOT_LOADED = {

@@ -11,9 +11,9 @@ from virtualrobot.signal_values import condition, value_message
 from virtualrobot.v1 import kernel_pb2, motion_pb2, scene_pb2, signal_pb2
 
 from tests.api.asking import IIWA, PANDA, apply, joints, load, refusal, set_signals
-from tests.api.conftest import Stubs
 from tests.api.moving import CANCELLED, PAUSED, READY, RUNNING, SUCCEEDED, TICK, finished, linear, motion
 from tests.api.reading import matrix, state, step
+from tests.kernels import Stubs
 
 WAITING = motion_pb2.MOTION_PHASE_WAITING
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
 
 import grpc
 import numpy as np
@@ -13,9 +12,9 @@ from virtualrobot.v1 import geometry_pb2, nodes_pb2, plugin_pb2, plugin_pb2_grpc
 from virtualrobot.wire import array_message, array_of
 
 from tests.api.asking import IIWA, apply, box, create, load, refusal
-from tests.api.conftest import EMPTY_SCENE, KernelProcess, StartKernel, Stubs
 from tests.api.reading import scene
 from tests.api.test_scene import update
+from tests.kernels import EMPTY_SCENE, KernelProcess, StartKernel, Stubs
 from tests.plugins.install import environment, install
 
 FLANGE = "arm.lbr_iiwa_link_7"
@@ -27,11 +26,9 @@ INVALID, LIMIT = (
 
 
 @pytest.fixture(scope="module")
-def kernel(start_kernel: StartKernel, tmp_path_factory: pytest.TempPathFactory) -> Iterator[KernelProcess]:
+def kernel(start_kernel: StartKernel, tmp_path_factory: pytest.TempPathFactory) -> KernelProcess:
     """Return a kernel with ray casters that go wrong."""
-    process = start_kernel(environment=environment(install(tmp_path_factory.mktemp("site"), "wrong_casters")))
-    yield process
-    assert process.end() == 0
+    return start_kernel(environment=environment(install(tmp_path_factory.mktemp("site"), "wrong_casters")))
 
 
 def request(origins: object, directions: object, **fields: object) -> ray_pb2.CastRaysRequest:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import grpc
 import psutil
@@ -11,19 +11,17 @@ import pytest
 from virtualrobot.v1 import kernel_pb2, ray_pb2
 
 from tests.api.asking import IIWA, apply, box, create, load, refusal
-from tests.api.conftest import KernelProcess, StartKernel, Stubs
 from tests.api.test_ray import ball
+from tests.kernels import KernelProcess, StartKernel, Stubs
 from tests.plugins.install import environment, install
 
 BUNDLED = ["embree", "bullet", "reference"]
 
 
 @pytest.fixture(scope="module")
-def kernel(start_kernel: StartKernel, tmp_path_factory: pytest.TempPathFactory) -> Iterator[KernelProcess]:
+def kernel(start_kernel: StartKernel, tmp_path_factory: pytest.TempPathFactory) -> KernelProcess:
     """Return a kernel with ray casters that go wrong."""
-    process = start_kernel(environment=environment(install(tmp_path_factory.mktemp("site"), "wrong_casters")))
-    yield process
-    assert process.end() == 0
+    return start_kernel(environment=environment(install(tmp_path_factory.mktemp("site"), "wrong_casters")))
 
 
 def compare(stubs: Stubs, *names: str, rays: int = 1000, seed: int = 0) -> list[ray_pb2.CompareRayCastersResponse]:

@@ -11,9 +11,9 @@ import pytest
 from virtualrobot.v1 import geometry_pb2, kernel_pb2, view_pb2
 
 from tests.api.asking import IIWA, apply, box, create, joints, load, refusal, start
-from tests.api.conftest import KernelProcess, Stubs
 from tests.api.reading import step
 from tests.api.test_scene import remove
+from tests.kernels import KernelProcess, Stubs
 
 TICK = 0.004
 FRONT = view_pb2.Camera(

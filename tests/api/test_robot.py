@@ -12,9 +12,9 @@ from google.protobuf.field_mask_pb2 import FieldMask
 from virtualrobot.v1 import nodes_pb2, robot_pb2, scene_pb2
 
 from tests.api.asking import IIWA, MODELS, PANDA, apply, create, joints, load, refusal, start
-from tests.api.conftest import Stubs
 from tests.api.reading import array, matrices, matrix, pose, random_matrix, state, step, unchanged, values
 from tests.api.test_scene import remove, update
+from tests.kernels import Stubs
 
 STATES, WATCH = robot_pb2.GetRobotStatesRequest, robot_pb2.WatchRobotStatesRequest
 ARMS = {"iiwa": IIWA, "panda": PANDA}

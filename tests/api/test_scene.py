@@ -21,8 +21,8 @@ from virtualrobot.v1 import (
 )
 
 from tests.api.asking import IIWA, apply, box, create, load, refusal
-from tests.api.conftest import KernelProcess, Stubs
 from tests.api.reading import matrices, matrix, pose, random_matrix, scene, unchanged
+from tests.kernels import KernelProcess, Stubs
 
 GET = scene_pb2.GetSceneRequest
 

@@ -10,7 +10,6 @@ from google.protobuf.message import Message
 from virtualrobot.v1 import geometry_pb2, nodes_pb2, robot_pb2, scene_pb2, signal_pb2
 
 from tests.api.asking import IIWA, MODELS, PANDA, apply, box, create, load, refusal
-from tests.api.conftest import StartKernel, Stubs
 from tests.api.reading import array, matrices, matrix, pose, random_matrix, unchanged
 from tests.api.test_asset import download
 from tests.api.test_motion import slowed
@@ -18,6 +17,7 @@ from tests.api.test_robot import drawn, put
 from tests.api.test_scene import attach, update
 from tests.api.test_signal import signals
 from tests.api.test_tool import pick, select, tool
+from tests.kernels import StartKernel, Stubs
 
 LOAD, SAVE = scene_pb2.LoadSceneRequest, scene_pb2.SaveSceneRequest
 

@@ -12,9 +12,9 @@ from google.protobuf.field_mask_pb2 import FieldMask
 from virtualrobot.v1 import kernel_pb2, nodes_pb2, scene_pb2
 
 from tests.api.asking import IIWA, apply, box, create, joints, load, refusal, start
-from tests.api.conftest import KernelProcess, Stubs
 from tests.api.reading import matrices, pose, random_matrix, scene, step
 from tests.api.test_scene import attach, remove, update
+from tests.kernels import KernelProcess, Stubs
 
 WATCH = scene_pb2.WatchSceneRequest
 

@@ -9,9 +9,9 @@ import numpy as np
 from virtualrobot.v1 import geometry_pb2, nodes_pb2, scene_pb2, sensing_pb2, sensor_pb2
 
 from tests.api.asking import IIWA, apply, create, load, refusal
-from tests.api.conftest import EMPTY_SCENE, Stubs
 from tests.api.reading import step, values
 from tests.api.test_scene import remove
+from tests.kernels import EMPTY_SCENE, Stubs
 
 RUNNING, STOPPED, FAULT = (
     sensor_pb2.SENSOR_STATE_RUNNING,

@@ -13,7 +13,6 @@ import pytest
 from virtualrobot.v1 import plugin_pb2, plugin_pb2_grpc, sensing_pb2, sensor_pb2
 
 from tests.api.asking import apply, refusal
-from tests.api.conftest import KernelProcess, StartKernel, Stubs, emptied
 from tests.api.reading import array, step, values
 from tests.api.test_scene import remove
 from tests.api.test_sensor import (
@@ -30,22 +29,22 @@ from tests.api.test_sensor import (
     status,
     stop,
 )
+from tests.kernels import KernelProcess, StartKernel, Stubs, emptied
 from tests.plugins.install import environment, install
 
 
 @pytest.fixture(scope="module")
-def odd_kernel(start_kernel: StartKernel, tmp_path_factory: pytest.TempPathFactory) -> Iterator[KernelProcess]:
+def odd_kernel(start_kernel: StartKernel, tmp_path_factory: pytest.TempPathFactory) -> KernelProcess:
     """Return a kernel with odd components."""
     site = install(tmp_path_factory.mktemp("site"), "odd_sensors")
-    process = start_kernel("--stepped", environment=environment(site))
-    yield process
-    process.end()
+    return start_kernel("--stepped", environment=environment(site))
 
 
 @pytest.fixture
 def odd(odd_kernel: KernelProcess) -> Iterator[Stubs]:
     """Return stubs to it, with an empty world."""
-    yield from emptied(odd_kernel)
+    with emptied(odd_kernel) as stubs:
+        yield stubs
 
 
 def process_of(stubs: Stubs, component: str, sensor: str) -> int:

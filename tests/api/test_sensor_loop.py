@@ -11,9 +11,9 @@ from virtualrobot.v1 import kernel_pb2, scene_pb2, sensing_pb2, sensor_pb2
 
 from tests.api.asking import IIWA, apply, joints, load
 from tests.api.asking import start as move
-from tests.api.conftest import EMPTY_SCENE, Stubs
 from tests.api.reading import matrix, step, values
 from tests.api.test_sensor import RUNNING, Watch, ball, latest, place, sensor, start, status, stop, tick
+from tests.kernels import EMPTY_SCENE, Stubs
 
 LINKS = [f"lbr_iiwa_link_{i}" for i in range(3, 8)]
 SPINNING = sensing_pb2.ScanPattern(

@@ -11,10 +11,10 @@ from scipy import stats
 from virtualrobot.v1 import geometry_pb2, nodes_pb2, scene_pb2, sensor_pb2
 
 from tests.api.asking import apply, create, refusal
-from tests.api.conftest import StartKernel, Stubs
 from tests.api.reading import step, values
 from tests.api.test_scene import remove
 from tests.api.test_sensor import FAULT, RUNNING, latest, read, sensor, start, status
+from tests.kernels import StartKernel, Stubs
 from tests.plugins.install import environment, install, write_package
 
 ALARM = 1e-9
@@ -185,11 +185,9 @@ def virtualrobot_register_sensor_models(register):
 def among_wrong(start_kernel: StartKernel, tmp_path: Path) -> Iterator[Stubs]:
     """Return stubs to a stepped kernel with two wrong sensor models."""
     write_package(install(tmp_path, "wrong_shape"), "raises_later", RAISES)
-    process = start_kernel("--stepped", environment=environment(tmp_path))
-    stubs = process.stubs()
+    stubs = start_kernel("--stepped", environment=environment(tmp_path)).stubs()
     yield stubs
     stubs.channel.close()
-    process.end()
 
 
 def test_a_wrong_model_costs_its_own_sensor_and_no_other(among_wrong: Stubs) -> None:

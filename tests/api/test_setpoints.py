@@ -13,11 +13,11 @@ import pytest
 from virtualrobot.v1 import lease_pb2, motion_pb2, nodes_pb2, robot_pb2, scene_pb2
 
 from tests.api.asking import IIWA, PANDA, apply, create, ended, joints, load, refusal, start
-from tests.api.conftest import EMPTY_SCENE, KernelProcess, Stubs
 from tests.api.leasing import Holder, all_free
 from tests.api.moving import CANCELLED, RUNNING, SUCCEEDED, TICK, finished, motion
 from tests.api.reading import state, step
 from tests.api.streaming import FIRST, POSITION, SECOND, VELOCITY, Sender
+from tests.kernels import EMPTY_SCENE, KernelProcess, Stubs
 
 STOPPING = motion_pb2.MOTION_PHASE_STOPPING
 LONG = 1e6

@@ -12,10 +12,10 @@ from virtualrobot.signal_values import SignalValue, condition, set_command, valu
 from virtualrobot.v1 import motion_pb2, nodes_pb2, scene_pb2, signal_pb2
 
 from tests.api.asking import IIWA, apply, box, create, load, refusal, set_signals
-from tests.api.conftest import KernelProcess, Stubs
 from tests.api.leasing import Holder
 from tests.api.moving import SUCCEEDED, motion
 from tests.api.reading import step, unchanged
+from tests.kernels import KernelProcess, Stubs
 
 GET, WATCH = signal_pb2.GetSignalsRequest, signal_pb2.WatchSignalsRequest
 ROUNDS = 500

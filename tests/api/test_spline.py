@@ -11,11 +11,11 @@ from scipy.spatial.transform import Rotation
 from virtualrobot.v1 import motion_pb2, nodes_pb2
 
 from tests.api.asking import IIWA, PANDA, apply, create, joints, load, refusal, start
-from tests.api.conftest import Stubs
 from tests.api.moving import READY, RUNNING, SUCCEEDED, TICK, finished, motion, spline
 from tests.api.reading import matrix, pose, state, step, unchanged
 from tests.api.test_motion_laws import Steering, assert_limits_are_kept
 from tests.api.test_robot import drawn, forward, put, robot
+from tests.kernels import Stubs
 
 
 def away(one: np.ndarray, other: np.ndarray) -> tuple[float, float]:

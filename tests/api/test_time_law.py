@@ -10,11 +10,11 @@ import virtualrobot
 from virtualrobot.v1 import motion_pb2
 
 from tests.api.asking import IIWA, joints, load, refusal, start
-from tests.api.conftest import KernelProcess, Stubs
 from tests.api.moving import READY, TICK, about, circular, linear
 from tests.api.reading import array, matrix, state, step
 from tests.api.test_motion_laws import Steering, limits
 from tests.api.test_robot import drawn, put
+from tests.kernels import KernelProcess, Stubs
 
 OPTIMAL = motion_pb2.TIME_LAW_TIME_OPTIMAL
 

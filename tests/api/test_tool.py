@@ -7,11 +7,11 @@ import pytest
 from virtualrobot.v1 import motion_pb2, nodes_pb2, scene_pb2
 
 from tests.api.asking import IIWA, PANDA, apply, box, create, joints, load, refusal, start
-from tests.api.conftest import Stubs
 from tests.api.moving import READY, RUNNING, SUCCEEDED, finished, linear, motion
 from tests.api.reading import matrix, pose, random_matrix, scene, state, step, unchanged
 from tests.api.test_robot import drawn, forward, inverse, put, robot
 from tests.api.test_scene import attach, remove, update
+from tests.kernels import Stubs
 
 FLANGE = "arm.lbr_iiwa_link_7"
 OPEN, CLOSED = {"panda_finger_joint1": 0.04}, {"panda_finger_joint1": 0.01}

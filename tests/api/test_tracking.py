@@ -9,12 +9,12 @@ from scipy.spatial.transform import Rotation
 from virtualrobot.v1 import geometry_pb2, motion_pb2, nodes_pb2, scene_pb2, signal_pb2
 
 from tests.api.asking import IIWA, apply, box, create, joints, load, refusal, set_signals, start
-from tests.api.conftest import Stubs
 from tests.api.moving import CANCELLED, RUNNING, SUCCEEDED, TICK, finished, linear, motion
 from tests.api.reading import matrix, pose, scene, state, step, unchanged
 from tests.api.test_robot import put
 from tests.api.test_scene import attach, update
 from tests.api.test_tool import pick, tool
+from tests.kernels import Stubs
 
 DOWN = [-0.6, 0.6, 0.0, -1.4, 0.0, np.pi - 2.0, 0.0]
 """The tool looks down."""

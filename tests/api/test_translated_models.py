@@ -9,8 +9,8 @@ import pytest
 from virtualrobot.v1 import nodes_pb2, robot_pb2, scene_pb2
 
 from tests.api.asking import load, refusal
-from tests.api.conftest import Stubs
 from tests.api.reading import pose, scene, unchanged
+from tests.kernels import Stubs
 
 CELL = """<?xml version="1.0"?>
 <sdf version="1.7"><world name="cell">

@@ -10,8 +10,8 @@ from google.protobuf.field_mask_pb2 import FieldMask
 from virtualrobot.v1 import geometry_pb2, nodes_pb2, scene_pb2, sensing_pb2, view_pb2
 
 from tests.api.asking import IIWA, apply, box, create, load, refusal
-from tests.api.conftest import Stubs
 from tests.api.test_scene import remove, update
+from tests.kernels import Stubs
 
 Vector = geometry_pb2.Vector3
 

@@ -7,10 +7,10 @@ import pytest
 from virtualrobot.v1 import motion_pb2, signal_pb2
 
 from tests.api.asking import joints
-from tests.api.conftest import Stubs
 from tests.api.moving import SUCCEEDED, linear, motion
 from tests.api.reading import matrix, state, step
 from tests.api.test_program import dwell, move, put, ready, run, shifted, signals
+from tests.kernels import Stubs
 
 SHRUNK, DROPPED = motion_pb2.PLAN_NOTE_KIND_ZONE_SHRUNK, motion_pb2.PLAN_NOTE_KIND_ZONE_DROPPED
 

@@ -166,6 +166,12 @@ def test_browsers_come_and_go(stage: Stage) -> None:
     assert stage.viewer.viewer_count == 1
 
 
+def test_a_warning_about_a_file_is_a_message_on_the_page(stage: Stage) -> None:
+    stage.view.tell(["model.urdf:3: something is odd"])
+    stage.page.get_by_text("model.urdf:3: something is odd").wait_for()
+    assert stage.view.take_messages() == []
+
+
 def test_an_error_is_told_once_and_drawing_goes_on(stage: Stage, caplog: pytest.LogCaptureFixture) -> None:
     stage.view.update(camera=Camera((0.0, -4.0, 0.0), (0.0, 0.0, 0.0)))
     stage.cell.add("box", PURPLE)

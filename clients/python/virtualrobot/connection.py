@@ -95,6 +95,7 @@ class Client:
         base: str = "fixed",
         settings: Mapping[str, object] | None = None,
         srdf: str | Path | None = None,
+        strict: bool = False,
     ) -> Robot:
         """Load a robot from a model file and return it; the arguments are those of `Scene.load`.
 
@@ -103,7 +104,15 @@ class Client:
             >>> other = client.load_robot("arm.urdf.xacro", settings={"arguments": {"prefix": "left_"}})
         """
         node = self.scene.load(
-            file, name=name, pose=pose, parent=parent, packages=packages, base=base, settings=settings, srdf=srdf
+            file,
+            name=name,
+            pose=pose,
+            parent=parent,
+            packages=packages,
+            base=base,
+            settings=settings,
+            srdf=srdf,
+            strict=strict,
         )
         if node.kind != "robot":
             raise WrongStateError(f"{file} is no robot: it was loaded as the {node.kind} {node.name!r}")

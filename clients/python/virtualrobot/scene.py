@@ -57,6 +57,7 @@ class Scene(Editor[Node]):
         """Handle the scene of one kernel."""
         self._services = services
         self._assets = Assets(services)
+        self._warnings: tuple[scene_files.FileWarning, ...] = ()
 
     # Reading.
 
@@ -158,11 +159,13 @@ class Scene(Editor[Node]):
         scale: float | Sequence[float] = 1.0,
         settings: Mapping[str, object] | None = None,
         srdf: str | Path | None = None,
+        strict: bool = False,
     ) -> Node:
         """Load a model (URDF, a mesh, or what an importer reads) and return its node: a robot, an object or a part.
 
         A file of this machine is sent with all that it names, so the kernel may run elsewhere; other names are looked
-        for on the kernel's machine. What is odd about a file but does no harm is logged (`logging`, level INFO).
+        for on the kernel's machine. What is odd about a file but does no harm to how it moves is logged (`logging`,
+        level WARNING), shown by the viewer and kept in `warnings`.
 
         Args:
             file: a path, a URI such as `package://pybullet_data/kuka_iiwa/model.urdf`, or `model://` with a name of
@@ -176,6 +179,7 @@ class Scene(Editor[Node]):
             scale: for meshes: one factor or three.
             settings: those of the importer that reads the file; for xacro `{"arguments": {"prefix": "left_"}}`.
             srdf: for robots: a file with groups, postures and pairs of links that may touch, found as `file` is.
+            strict: whether to refuse a file that there is a warning about.
 
         Raises:
             MissingFileError: when the file or one that it names is nowhere; the message lists the places tried.
@@ -184,12 +188,18 @@ class Scene(Editor[Node]):
         """
         factors = (scale,) * 3 if isinstance(scale, int | float) else tuple(scale)
         request = scene_files.model_request(name, pose, parent, base)
-        request.as_part = as_part
+        request.as_part, request.strict = as_part, strict
         request.scale.CopyFrom(vector_message(factors, "a scale"))
         if settings:
             request.settings.CopyFrom(settings_message(settings))
         response = scene_files.load_model(self._services, self._assets, request, file, srdf, packages or {})
+        self._warnings = scene_files.file_warnings(response.warnings)
         return self.node(response.created[0].name)
+
+    @property
+    def warnings(self) -> tuple[scene_files.FileWarning, ...]:
+        """Warnings about the model or scene file that was loaded last, and about what it names; empty for none."""
+        return self._warnings
 
     def export(self, node: str | Node | Robot, file: str | Path) -> Export:
         """Write a robot as URDF (`.urdf`), or whatever hangs below a node as binary glTF (`.glb`), to this machine.
@@ -208,10 +218,19 @@ class Scene(Editor[Node]):
         return scene_files.export_model(self._services, self._assets, name, Path(file))
 
     def load_scene(
-        self, file: str | Path, *, add: bool = False, packages: Mapping[str, str | Path] | None = None
+        self,
+        file: str | Path,
+        *,
+        add: bool = False,
+        packages: Mapping[str, str | Path] | None = None,
+        strict: bool = False,
     ) -> list[str]:
-        """Replace the world by a scene file of this machine, or `add` it; return the names of the created nodes."""
-        response = scene_files.load_scene(self._services, self._assets, Path(file), add, packages or {})
+        """Replace the world by a scene file of this machine, or `add` it; return the names of the created nodes.
+
+        What is odd about its files goes the way that `load` tells.
+        """
+        response = scene_files.load_scene(self._services, self._assets, Path(file), add, packages or {}, strict)
+        self._warnings = scene_files.file_warnings(response.warnings)
         return [created.name for created in response.created]
 
     def clear(self) -> None:

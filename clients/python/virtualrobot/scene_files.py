@@ -38,6 +38,25 @@ class Export:
     warnings: tuple[str, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class FileWarning:
+    """Something odd about a file that was loaded all the same.
+
+    Attributes:
+        file: the whole name of the file.
+        line: from 1; 0 where none is known.
+        text: in words, with the file's name and the line before them.
+    """
+
+    file: str
+    line: int
+    text: str
+
+    def __str__(self) -> str:
+        """Return the text."""
+        return self.text
+
+
 def model_request(name: str, pose: ArrayLike | None, parent: str, base: str) -> scene_pb2.ImportModelRequest:
     """Return the request for a model that goes there; the arguments are those of `Scene.load`."""
     if base not in _BASES:
@@ -65,11 +84,9 @@ def load_model(
         upload = Upload(upload.uri, beside.files | upload.files, beside.missing | upload.missing)
     request.files.extend(upload.messages())
     try:
-        response = services.scene.ImportModel(request, timeout=LONG_TIMEOUT_SECONDS)
+        return services.scene.ImportModel(request, timeout=LONG_TIMEOUT_SECONDS)
     except MissingFileError as error:
         _say_where(error, upload)
-    _log(response.warnings)
-    return response
 
 
 def _sent(assets: Assets, file: str | Path, packages: Mapping[str, str | Path], settings: Struct) -> Upload:
@@ -84,7 +101,7 @@ def _sent(assets: Assets, file: str | Path, packages: Mapping[str, str | Path], 
 
 
 def load_scene(
-    services: Services, assets: Assets, file: Path, add: bool, packages: Mapping[str, str | Path]
+    services: Services, assets: Assets, file: Path, add: bool, packages: Mapping[str, str | Path], strict: bool
 ) -> scene_pb2.LoadSceneResponse:
     """Load a scene file of this machine; the arguments are those of `Scene.load_scene`."""
     upload = assets.upload_with_references(file, packages)
@@ -92,13 +109,11 @@ def load_scene(
         text = Path(upload.uri).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise InvalidArgumentError(f"{file} is no scene file: it is not text in UTF-8: {error}") from error
-    request = scene_pb2.LoadSceneRequest(text=text, uri=upload.uri, files=upload.messages(), add=add)
+    request = scene_pb2.LoadSceneRequest(text=text, uri=upload.uri, files=upload.messages(), add=add, strict=strict)
     try:
-        response = services.scene.LoadScene(request, timeout=LONG_TIMEOUT_SECONDS)
+        return services.scene.LoadScene(request, timeout=LONG_TIMEOUT_SECONDS)
     except MissingFileError as error:
         _say_where(error, upload)
-    _log(response.warnings)
-    return response
 
 
 def save_scene(services: Services, assets: Assets, file: Path, bundle: bool) -> list[Path]:
@@ -122,10 +137,12 @@ def export_model(services: Services, assets: Assets, node: str, file: Path) -> E
     return Export(tuple(written), tuple(response.warnings))
 
 
-def _log(warnings: Iterable[str]) -> None:
-    """Tell what was left out or changed of a file; where nobody sets up logging, Python prints it."""
-    for warning in warnings:
+def file_warnings(warnings: Iterable[scene_pb2.FileWarning]) -> tuple[FileWarning, ...]:
+    """Return and log what was left out or changed of a file; where nobody sets up logging, Python prints it."""
+    told = tuple(FileWarning(warning.file, warning.line, warning.text) for warning in warnings)
+    for warning in told:
         log.warning("%s", warning)
+    return told
 
 
 def _say_where(error: MissingFileError, upload: Upload) -> NoReturn:

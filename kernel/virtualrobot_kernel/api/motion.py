@@ -14,14 +14,15 @@ from virtualrobot.v1 import motion_pb2, motion_pb2_grpc
 from virtualrobot_kernel.api.author import person
 from virtualrobot_kernel.api.convert.program import note_messages
 from virtualrobot_kernel.api.convert.states import motion_message
-from virtualrobot_kernel.api.motion_calls import find_motion, make_way, wished
+from virtualrobot_kernel.api.motion_calls import find_motion, make_way, requested
 from virtualrobot_kernel.api.motion_plans import checked_motion, planned_motion
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.api.setpoints import stream_setpoints
+from virtualrobot_kernel.collision.clearance import near_by
 from virtualrobot_kernel.formats import program_file
 from virtualrobot_kernel.messages.values import check_enum, expected_revision, stamp
-from virtualrobot_kernel.planning.plan_program import plan_wish
+from virtualrobot_kernel.planning.plan_motion import plan_motion
 from virtualrobot_kernel.world.commands import CancelMotion, Command, PauseMotion, ResumeMotion, StopMotions
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot
 from virtualrobot_kernel.world.store import Applied, check_revision
@@ -47,11 +48,13 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         check_enum(request, "on_disconnect")
         world = self._rooms.world
         check_revision(world.snapshot.structure, expected_revision(request))
-        wish, joints, robots = await wished(self._rooms, request)
+        spec, joints, robots = await requested(self._rooms, request)
         await make_way(self._rooms, lambda _: joints, request.busy_policy, context)
+        near_of = near_by(self._rooms.collisions)
         # From the snapshot of the moment when it is planned: the robots may have moved while they waited.
         planned = await self._rooms.limiter.run_while_wanted(
-            robots, lambda given_up: plan_wish(world.snapshot, wish, self._rooms.solvers.of, given_up)
+            robots,
+            lambda given_up: plan_motion(world.snapshot, spec, self._rooms.solvers.of, given_up, near_of),
         )
         started = self._rooms.submit([planned.command], context, expected_revision(request))
         if request.on_disconnect != motion_pb2.DISCONNECT_POLICY_CONTINUE:

@@ -1,4 +1,4 @@
-"""What calls about motions share: find one, understand what is wished, make way for it."""
+"""Helpers of calls about motions: find one, understand what is asked for, make way for it."""
 
 from __future__ import annotations
 
@@ -8,12 +8,11 @@ from collections.abc import Callable
 from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.api.author import person
-from virtualrobot_kernel.api.convert.program import wished_motion
+from virtualrobot_kernel.api.convert.program import motion_spec
 from virtualrobot_kernel.api.rooms import Rooms
-from virtualrobot_kernel.collision.clearance import near_by
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
-from virtualrobot_kernel.planning.moves import joints_of, moved_arms, solved_robots
-from virtualrobot_kernel.planning.program import MotionWish
+from virtualrobot_kernel.planning.program import MotionSpec
+from virtualrobot_kernel.planning.together import joints_of, moved_arms, solved_robots
 from virtualrobot_kernel.planning.tracking import arms_joints
 from virtualrobot_kernel.world.actuators import coupled_joints
 from virtualrobot_kernel.world.change import moving_motion
@@ -57,17 +56,17 @@ async def make_way(
             snapshot = await rooms.publications.newer_than(snapshot)
 
 
-async def wished(
+async def requested(
     rooms: Rooms, request: motion_pb2.StartMotionRequest
-) -> tuple[MotionWish, set[tuple[int, str]], set[int]]:
-    """Return what a client wishes, the joints (robot uid, name) that it needs, and the robots (uids) to be solved."""
+) -> tuple[MotionSpec, set[tuple[int, str]], set[int]]:
+    """Return what a motion shall do, the joints (robot uid, name) that it needs, and the robots (uids) to be solved."""
 
-    def work() -> tuple[MotionWish, set[tuple[int, str]], set[int]]:
-        snapshot, wish = rooms.world.snapshot, wished_motion(request, near_by(rooms.collisions))
-        joints = joints_of(snapshot, wish.every_move)
-        if wish.tracking is not None:
-            joints = arms_joints(joints, moved_arms(snapshot, wish.every_move))
-        return wish, joints, solved_robots(snapshot, wish.every_move)
+    def work() -> tuple[MotionSpec, set[tuple[int, str]], set[int]]:
+        snapshot, spec = rooms.world.snapshot, motion_spec(request)
+        joints = joints_of(snapshot, spec.every_move)
+        if spec.tracking is not None:
+            joints = arms_joints(joints, moved_arms(snapshot, spec.every_move))
+        return spec, joints, solved_robots(snapshot, spec.every_move)
 
     if not request.steps:
         return work()

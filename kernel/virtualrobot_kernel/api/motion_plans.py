@@ -6,17 +6,18 @@ from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.api.collision import TURN
 from virtualrobot_kernel.api.convert.plans import check_message, plan_message
-from virtualrobot_kernel.api.motion_calls import wished
+from virtualrobot_kernel.api.motion_calls import requested
 from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.collision.clearance import near_by
 from virtualrobot_kernel.collision.program_sweep import first_of_program
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.collision.swept import RESOLUTION
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.messages.values import expected_revision, not_negative, stamp
 from virtualrobot_kernel.planning.check import check_motion
-from virtualrobot_kernel.planning.moves import moved_arms
-from virtualrobot_kernel.planning.plan_program import GivenUp, plan_wish
+from virtualrobot_kernel.planning.plan_motion import GivenUp, plan_motion
 from virtualrobot_kernel.planning.sampling import check_size, sample_times, sampled
+from virtualrobot_kernel.planning.together import moved_arms
 from virtualrobot_kernel.planning.violations import Contact
 from virtualrobot_kernel.world.change import joint_places
 from virtualrobot_kernel.world.commands import StartMotion
@@ -31,13 +32,13 @@ FINEST, COARSEST = 1e-6, 0.1
 async def planned_motion(rooms: Rooms, request: motion_pb2.PlanMotionRequest) -> motion_pb2.PlanMotionResponse:
     """Return a motion in samples, planned in a thread on the snapshot of that moment."""
     seconds = _sample_seconds(rooms.world.snapshot, request.sample_seconds)
-    wish, _, robots = await wished(rooms, request.motion)
+    spec, _, robots = await requested(rooms, request.motion)
 
     def work(given_up: GivenUp) -> motion_pb2.PlanMotionResponse:
         snapshot = _snapshot(rooms, request.motion)
-        planned = plan_wish(snapshot, wish, rooms.solvers.of, given_up)
+        planned = plan_motion(snapshot, spec, rooms.solvers.of, given_up, near_by(rooms.collisions))
         program, joints = planned.command.program, planned.command.joints
-        arms = moved_arms(snapshot, wish.every_move)
+        arms = moved_arms(snapshot, spec.every_move)
         check_size(program.duration, seconds, len(joints), len({robot for robot, _ in joints}))
         samples = sampled(snapshot, program, joints, sample_times(program.duration, seconds), given_up, arms)
         message = plan_message(samples, planned.notes)
@@ -51,7 +52,7 @@ async def checked_motion(rooms: Rooms, request: motion_pb2.CheckMotionRequest) -
     """Return what a motion violates first, looked for in a thread on the snapshot of that moment."""
     margin = not_negative(request.min_singular_value, "min_singular_value")
     resolution = _resolution(request.resolution_meters)
-    wish, _, robots = await wished(rooms, request.motion)
+    spec, _, robots = await requested(rooms, request.motion)
     turns: set[int | str] = {*robots} if request.ignore_collisions else {*robots, TURN}
 
     def work(given_up: GivenUp) -> motion_pb2.CheckMotionResponse:
@@ -62,7 +63,9 @@ async def checked_motion(rooms: Rooms, request: motion_pb2.CheckMotionRequest) -
                 return contact_of(scene, snapshot, command, until, resolution, given_up)
 
         looked_for = None if request.ignore_collisions else first_contact
-        message = check_message(check_motion(snapshot, wish, rooms.solvers.of, margin, given_up, looked_for))
+        near_of = near_by(rooms.collisions)
+        checked = check_motion(snapshot, spec, rooms.solvers.of, margin, given_up, looked_for, near_of)
+        message = check_message(checked)
         message.stamp.CopyFrom(stamp(snapshot))
         return message
 

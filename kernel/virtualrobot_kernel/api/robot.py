@@ -12,7 +12,7 @@ from virtualrobot.v1 import robot_pb2, robot_pb2_grpc
 from virtualrobot_sdk.selfcheck import SelfCheck
 
 from virtualrobot_kernel.api.convert.commands import kinematics_command
-from virtualrobot_kernel.api.convert.redundancy import wished_redundancy
+from virtualrobot_kernel.api.convert.redundancy import requested_redundancy
 from virtualrobot_kernel.api.convert.states import robot_states, robots_named
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import Rooms
@@ -185,9 +185,9 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         reference = snapshot.structure.node(request.reference)
         world_t_tcp = snapshot.world_t(reference.uid) @ pose(request.reference_t_tcp, "reference_t_tcp")
         seed, solver_of = dict(request.seed), self._rooms.solvers.of
-        redundancy = wished_redundancy(request.redundancy, "redundancy", near_by(self._rooms.collisions))
-        group = group_selection(request.group, "group")
-        options = seed, solver_of, request.configuration, redundancy, group
+        redundancy = requested_redundancy(request.redundancy, "redundancy")
+        group, near_of = group_selection(request.group, "group"), near_by(self._rooms.collisions)
+        options = seed, solver_of, request.configuration, redundancy, group, near_of
         solve = partial(solve_inverse, snapshot, node, world_t_tcp, *options)
         arm, result = await self._rooms.limiter.run([node.uid], solve)
         return robot_pb2.SolveInverseResponse(

@@ -16,6 +16,7 @@ from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.export.model import export_model
 from virtualrobot_kernel.formats.model_table import list_models
+from virtualrobot_kernel.formats.xml import FileWarning, refuse_warnings
 from virtualrobot_kernel.messages.nodes import node_message
 from virtualrobot_kernel.messages.values import expected_revision, mask_fields, masked, poses_array, stamp
 from virtualrobot_kernel.scenes.assets import files_of, with_assets
@@ -116,7 +117,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
             stamp=stamp(applied.snapshot),
             created=created_nodes(applied),
             mesh_count=model.mesh_count,
-            warnings=model.warnings,
+            warnings=self._told(model.warnings),
         )
 
     async def ListModels(self, request: scene_pb2.ListModelsRequest, context: object) -> scene_pb2.ListModelsResponse:
@@ -140,11 +141,13 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         known = self._rooms.world.snapshot.structure.uid_by_name if request.add else None
         read = partial(read_scene, request.text, request.uri, files, meshes, known)
         commands, warnings = await self._rooms.read(read)
+        if request.strict:
+            refuse_warnings(warnings)
         applied = await self._submit(commands, context)
         if not request.add:
             self._rooms.view.reset()
         return scene_pb2.LoadSceneResponse(
-            stamp=stamp(applied.snapshot), created=created_nodes(applied), warnings=warnings
+            stamp=stamp(applied.snapshot), created=created_nodes(applied), warnings=self._told(warnings)
         )
 
     async def SaveScene(self, request: scene_pb2.SaveSceneRequest, context: object) -> scene_pb2.SaveSceneResponse:
@@ -172,6 +175,11 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
             files=[nodes_pb2.AssetFile(uri=path, sha256=sha256) for path, sha256 in written.files],
             warnings=written.warnings,
         )
+
+    def _told(self, warnings: Sequence[FileWarning]) -> list[scene_pb2.FileWarning]:
+        """Tell who looks at the viewer of warnings, and return them as messages."""
+        self._rooms.view.tell(warnings)
+        return [scene_pb2.FileWarning(file=one.file, line=one.line, text=one) for one in warnings]
 
     async def _submit(
         self, commands: Sequence[Command], context: object, expected_revision: int | None = None

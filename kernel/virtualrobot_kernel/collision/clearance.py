@@ -11,8 +11,8 @@ from virtualrobot_sdk.poses import inverse
 from virtualrobot_kernel.collision.pool import ScenePool
 from virtualrobot_kernel.collision.scene import Nearest
 from virtualrobot_kernel.motion.nullspace import DISTANCE_RANGE, Near
-from virtualrobot_kernel.planning.between import Between, between
 from virtualrobot_kernel.planning.redundancy import NearOf
+from virtualrobot_kernel.planning.relative_frame import RelativeFrame, relative_frame
 from virtualrobot_kernel.planning.robots import Arm, standing_at
 from virtualrobot_kernel.world.state import Snapshot
 
@@ -36,13 +36,13 @@ def near_by(pool: ScenePool) -> NearOf:
         ours = [node.uid for node in structure.below(uids[moving[0]])]
         theirs = structure.nodes.keys() - {node.uid for node in structure.below(arm.robot.uid)}
         world = structure.node("").uid
-        carriers: dict[int, Between] = {}
+        carriers: dict[int, RelativeFrame] = {}
 
         def gradient(there: Snapshot, one: Nearest, q: Floats) -> Floats:
             if one.distance <= 0.0:
                 return np.zeros(len(q))
             if one.first not in carriers:
-                carriers[one.first] = between(snapshot, world, one.first, np.eye(4), arm.q_index)
+                carriers[one.first] = relative_frame(snapshot, world, one.first, np.eye(4), arm.q_index)
             place = np.eye(4)
             place[:3, 3] = (inverse(there.world_t(one.first)) @ [*one.points[0], 1.0])[:3]
             away = one.points[0] - one.points[1]

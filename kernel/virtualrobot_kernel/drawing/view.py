@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -33,6 +34,9 @@ class Camera:
 GHOST_COLOR: Color = (0.20, 0.50, 0.95)
 GHOST_OPACITY = 0.3
 """Of ghosts that say nothing else."""
+
+MOST_MESSAGES = 20
+"""So many messages wait for a browser at most; the newest stay."""
 
 MOST_GHOSTS = 50
 """So many configurations are shown at most, of all ghosts."""
@@ -92,6 +96,7 @@ class ViewStore:
         self._settings = checked(settings or ViewSettings())
         self._revision = 0
         self._listeners: Listeners[[ViewSettings]] = Listeners()
+        self._messages: deque[str] = deque(maxlen=MOST_MESSAGES)
 
     def get(self) -> ViewSettings:
         """Return the settings as they are now."""
@@ -119,6 +124,14 @@ class ViewStore:
         """Set up the picture as at the start, tell the listeners, and return the settings."""
         start = ViewSettings()
         return self.update(**{field: getattr(start, field) for field in start.__slots__})
+
+    def tell(self, messages: Iterable[str]) -> None:
+        """Have the viewer show messages, such as warnings about files; without a browser they wait for the first."""
+        self._messages.extend(messages)
+
+    def take_messages(self) -> list[str]:
+        """Return the messages that were not shown yet, and forget them."""
+        return [self._messages.popleft() for _ in range(len(self._messages))]
 
     def subscribe(self, listener: Listener) -> Callable[[], None]:
         """Call `listener` with the settings after each change, in the changing thread; return what ends it."""

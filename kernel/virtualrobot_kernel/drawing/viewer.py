@@ -132,6 +132,9 @@ class Viewer:
                 clearances = self._meter.latest(snapshot, settings.clearances)
                 with server.atomic():
                     picture.draw(snapshot, settings, self._readings(), self._touching(), clearances)
+                for message in self._view.take_messages():
+                    for client in server.get_clients().values():
+                        client.add_notification("Warning", message, color="yellow")
             except Exception as error:  # a picture that fails must neither end the thread nor fill the log
                 if (text := f"{type(error).__name__}: {error}") != told:
                     log.exception("a picture failed; the next ones are tried")

@@ -13,7 +13,7 @@ from urllib.parse import unquote
 import numpy as np
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  compiled, and has no types
 
-from virtualrobot_kernel.formats.xml import Element, children, line_of, local_name, malformed, parse_xml
+from virtualrobot_kernel.formats.xml import Element, FileWarning, children, line_of, local_name, malformed, parse_xml
 
 _SHAPES = ("library_geometries", "library_controllers", "library_animations", "library_visual_scenes", "library_nodes",
            "scene")  # fmt: skip
@@ -59,11 +59,13 @@ def unreadable_materials(root: Element) -> list[tuple[Element, str]]:
     uses = [*root.iterfind(".//{*}instance_material")]
     if not uses:
         return []
-    import collada  # takes long, and is needed only where meshes are read
+    # Only now, since they take long to import.
+    from collada import Collada
+    from collada.common import DaeError
 
     small = etree.Element(root.tag, root.attrib, nsmap=root.nsmap)
     small.extend(deepcopy(part) for part in children(root, "*") if local_name(part) not in _SHAPES)
-    document = collada.Collada(io.BytesIO(etree.tostring(small)), ignore=[collada.common.DaeError])
+    document = Collada(io.BytesIO(etree.tostring(small)), ignore=[DaeError])
     known = {f"#{material.id}" for material in document.materials}
     said = "; ".join(dict.fromkeys(map(str, document.errors)))
     return [
@@ -84,7 +86,9 @@ def without_unreadable_materials(data: bytes, root: Element) -> bytes:
     return etree.tostring(root) if unreadable else data
 
 
-def material_warnings(root: Element) -> Iterator[tuple[int, str]]:
-    """Yield line and text of what is told of the materials that cannot be read, each once."""
-    told = {why: line_of(use) for use, why in reversed(unreadable_materials(root))}
-    yield from ((line, f"{why}; drawn without it") for why, line in reversed(told.items()))
+def material_warnings(data: bytes, uri: str) -> list[FileWarning]:
+    """Return what is told of the materials of a document that cannot be read, each once."""
+    told: dict[str, int] = {}
+    for use, why in unreadable_materials(parse_collada(data, uri)):
+        told.setdefault(why, line_of(use))
+    return [FileWarning.of(malformed(uri, line, f"{why}; drawn without it")) for why, line in told.items()]

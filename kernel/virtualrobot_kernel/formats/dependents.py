@@ -5,26 +5,30 @@ from __future__ import annotations
 from virtualrobot.resolver import join_uri
 
 from virtualrobot_kernel.errors import MissingFileError
+from virtualrobot_kernel.formats.collada import material_warnings
 from virtualrobot_kernel.formats.files import File, Files
 from virtualrobot_kernel.formats.references import counted_from, ending, list_references
+from virtualrobot_kernel.formats.xml import FileWarning, place_in
 
 _LOOKS = (".mtl", ".png", ".jpg", ".jpeg", ".webp", ".bmp", ".gif", ".tga", ".tif", ".tiff", ".dds", ".ktx2", ".basis")
 """Endings of files without which a mesh has its shape and only looks different."""
 
 
-def find_dependents(files: Files, main: File) -> tuple[dict[str, str], list[str]]:
+def find_dependents(files: Files, main: File) -> tuple[dict[str, str], list[FileWarning]]:
     """Return the SHA-256 of all that a mesh file names, by name as counted from it, and warnings.
 
     Raises:
         MissingFileError: for a buffer that is nowhere. A material or texture costs the look only and is a warning.
     """
     found: dict[str, str] = {}
-    warnings: list[str] = []
+    warnings: list[FileWarning] = []
     _gather(files, main, main, found, warnings)
+    if ending(main.key) == ".dae":
+        warnings.extend(material_warnings(main.data, main.key))
     return found, warnings
 
 
-def _gather(files: Files, main: File, file: File, found: dict[str, str], warnings: list[str]) -> None:
+def _gather(files: Files, main: File, file: File, found: dict[str, str], warnings: list[FileWarning]) -> None:
     """Read what `file` names, by name as counted from the main file, and what those files name."""
     for name in list_references(file.data, file.key):
         known_as = name if file is main else counted_from(main.key, join_uri(file.key, name))
@@ -35,7 +39,7 @@ def _gather(files: Files, main: File, file: File, found: dict[str, str], warning
         except MissingFileError as error:
             if ending(name) not in _LOOKS:
                 raise
-            warnings.append(f"{error}; drawn without it")
+            warnings.append(FileWarning(f"{place_in(file.key, None)}: {error}; drawn without it", file.key))
             continue
         found[known_as] = dependent.sha256
         _gather(files, main, dependent, found, warnings)

@@ -12,7 +12,7 @@ from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.meshes import MESH_FORMATS, parse_mesh, scaled
 from virtualrobot_kernel.formats.references import ending
 from virtualrobot_kernel.formats.translate import Importers, NoImporters, Translated, run, translate
-from virtualrobot_kernel.formats.xml import malformed, place_in
+from virtualrobot_kernel.formats.xml import FileWarning, malformed, place_in
 from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.world.figures import Mesh
 
@@ -49,7 +49,7 @@ class MeshLibrary:
 
     def find(
         self, files: Files, uri: str, referrer: str = "", scale: Scale = UNSCALED, sha256: str = ""
-    ) -> tuple[Mesh, tuple[str, ...]]:
+    ) -> tuple[Mesh, tuple[FileWarning, ...]]:
         """Return the mesh that `referrer` names as `uri`, with all files that it names in turn, and warnings.
 
         Everything is in the asset store then. A buffer of a glTF file must be there; a material or texture that is

@@ -14,7 +14,7 @@ from virtualrobot_kernel.formats.references import ending, needs_xacro
 from virtualrobot_kernel.formats.srdf import read_srdf, with_semantics
 from virtualrobot_kernel.formats.translate import Settings, Translated, translate
 from virtualrobot_kernel.formats.urdf import BASE_JOINTS, read_urdf
-from virtualrobot_kernel.formats.xml import malformed, place_in
+from virtualrobot_kernel.formats.xml import FileWarning, malformed, place_in
 from virtualrobot_kernel.world.figures import Figure, Mesh, Pose, identity
 from virtualrobot_kernel.world.structure import WORLD_NAME, JointType, Kind, NodeSpec, PartData
 
@@ -28,7 +28,7 @@ class ImportedModel:
 
     nodes: tuple[NodeSpec, ...]
     mesh_count: int
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[FileWarning, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +43,7 @@ class TranslatedScene:
 
     text: str
     uri: str
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[FileWarning, ...] = ()
 
 
 def import_model(
@@ -120,8 +120,8 @@ def import_model(
             chosen, number = f"{stem}_{number}", number + 1
         return chosen
 
-    warnings: list[str] = []
-    found: dict[tuple[str, str], tuple[Mesh, tuple[str, ...]]] = {}
+    warnings: list[FileWarning] = []
+    found: dict[tuple[str, str], tuple[Mesh, tuple[FileWarning, ...]]] = {}
 
     def load(mesh_uri: str, named_by: str, mesh_scale: Scale, look: bool = True) -> Mesh:
         if (mesh_uri, named_by) not in found:

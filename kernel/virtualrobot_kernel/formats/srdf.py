@@ -12,7 +12,15 @@ from dataclasses import dataclass, field, replace
 from virtualrobot_kernel.errors import MalformedFileError, UnknownNameError
 from virtualrobot_kernel.formats.files import File
 from virtualrobot_kernel.formats.urdf_elements import Place, numbers, text_attribute
-from virtualrobot_kernel.formats.xml import Element, children, line_of, local_name, malformed, parse_xml, place_in
+from virtualrobot_kernel.formats.xml import (
+    Element,
+    FileWarning,
+    children,
+    line_of,
+    local_name,
+    malformed,
+    parse_xml,
+)
 from virtualrobot_kernel.world.structure import (
     Joint,
     JointGroup,
@@ -34,7 +42,7 @@ class Semantics:
     postures: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     allowed_collisions: tuple[LinkPair, ...] = ()
     flange: str = ""
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[FileWarning, ...] = ()
 
 
 def with_semantics(robot: NodeSpec, semantics: Semantics) -> NodeSpec:
@@ -88,7 +96,7 @@ class _Reader:
             name for name, joint in self.joints.items() if joint.type is not JointType.FIXED and not joint.mimic
         ]
         self.groups: dict[str, JointGroup] = {}
-        self.warnings: list[str] = []
+        self.warnings: list[FileWarning] = []
 
     def read(self, root: Element) -> Semantics:
         elements: dict[str, Element] = {}
@@ -233,4 +241,4 @@ class _Reader:
         return malformed(self.uri, line_of(element), message, f"group {group!r}")
 
     def _warn(self, element: Element, message: str) -> None:
-        self.warnings.append(f"{place_in(self.uri, line_of(element))}: {message}")
+        self.warnings.append(FileWarning.of(malformed(self.uri, line_of(element), message)))

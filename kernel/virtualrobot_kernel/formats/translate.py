@@ -15,7 +15,7 @@ from virtualrobot_sdk.importers import Translation
 
 from virtualrobot_kernel.errors import KernelError, MalformedFileError, MissingFileError, Reason
 from virtualrobot_kernel.formats.files import File, Files
-from virtualrobot_kernel.formats.xml import place_in
+from virtualrobot_kernel.formats.xml import FileWarning, place_in
 
 ROUNDS = 100
 """How often an importer may ask for files: each round may name many."""
@@ -70,7 +70,7 @@ class Translated:
     format: str
     data: bytes
     files: tuple[tuple[str, str], ...]
-    warnings: tuple[str, ...]
+    warnings: tuple[FileWarning, ...]
     settings: Settings
 
     def as_file(self) -> File:
@@ -106,7 +106,12 @@ def translate(importers: Importers, file: File, files: Files, settings: Settings
             raise
         raise absent.at(str(error)) from error
     return Translated(
-        file, translation.format, translation.data, tuple(found.items()), translation.warnings, settings or {}
+        file,
+        translation.format,
+        translation.data,
+        tuple(found.items()),
+        tuple(FileWarning.told(text, file.key) for text in translation.warnings),
+        settings or {},
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.formats.files import File
@@ -21,6 +21,7 @@ from virtualrobot_kernel.formats.urdf_sensors import read_sensors
 from virtualrobot_kernel.formats.urdf_transmissions import read_transmissions
 from virtualrobot_kernel.formats.xml import (
     Element,
+    FileWarning,
     children,
     line_of,
     local_name,
@@ -46,7 +47,7 @@ class UrdfModel:
     name: str
     nodes: tuple[NodeSpec, ...]
     mesh_count: int
-    warnings: tuple[str, ...]
+    warnings: tuple[FileWarning, ...]
 
 
 @dataclass(slots=True)
@@ -56,8 +57,8 @@ class _Reader:
     uri: str
     find_mesh: FindMesh
     palette: Palette
+    warnings: list[FileWarning]
     mesh_count: int = 0
-    warnings: list[str] = field(default_factory=list)
 
     def link_figures(self, name: str, link: Element) -> tuple[Figure, ...]:
         """Return the shapes of a link in the order of the file."""
@@ -76,7 +77,7 @@ class _Reader:
         shape = self._geometry(place, shapes[0], visual and color is None)
         if shape is None:
             message = f"this <{local_name(shapes[0])}> has no extent and is left out"
-            self.warnings.append(str(place.error(shapes[0], message)))
+            place.warn(shapes[0], message)
             return None
         return Figure(
             shape,
@@ -117,10 +118,11 @@ def read_urdf(
     _refuse_xacro(file.key, root)
     if local_name(root) != "robot":
         raise malformed(file.key, line_of(root), f"the root element is <{local_name(root)}>, expected <robot>")
-    palette = Palette(file.key)
+    warnings: list[FileWarning] = []
+    palette = Palette(file.key, warnings)
     for element in [*children(root, "material"), *root.iterfind("link/visual/material")]:
         palette.learn(element)
-    reader = _Reader(file.key, find_mesh, palette)
+    reader = _Reader(file.key, find_mesh, palette, warnings)
     links: dict[str, Element] = {}
     for element in children(root, "link"):
         name = text_attribute(Place(file.key, "link"), element, "name")
@@ -130,17 +132,17 @@ def read_urdf(
         links[name] = element
     if not links:
         raise malformed(file.key, line_of(root), "the robot has no link")
-    joints = read_joints(file.key, root, reader.warnings)
+    joints = read_joints(file.key, root, warnings)
     order = tree_order(file.key, {name: line_of(element) for name, element in links.items()}, joints)
     robot = choose_name(root.get("name", "").strip())
     base = Joint(_free_name("base", joints), base_joint, axis=(0.0, 0.0, 1.0))
-    actuators = read_transmissions(file.key, root, [joint.joint for joint in joints], reader.warnings)
+    actuators = read_transmissions(file.key, root, [joint.joint for joint in joints], warnings)
     nodes = [NodeSpec(robot, Kind.ROBOT, data=RobotData(source=file.key, actuators=actuators))]
     for name, joint in order:
         nodes.append(_link_node(reader, robot, name, links[name], joint, base))
     child_of = {joint.joint.name: joint.child for joint in joints}
-    nodes += read_sensors(file.key, root, robot, list(links), child_of, reader.warnings)
-    return UrdfModel(robot, tuple(nodes), reader.mesh_count, tuple(reader.warnings + palette.warnings))
+    nodes += read_sensors(file.key, root, robot, list(links), child_of, warnings)
+    return UrdfModel(robot, tuple(nodes), reader.mesh_count, tuple(warnings))
 
 
 def _link_node(

@@ -13,7 +13,7 @@ import numpy as np
 from virtualrobot_sdk.poses import from_roll_pitch_yaw
 
 from virtualrobot_kernel.errors import MalformedFileError
-from virtualrobot_kernel.formats.xml import Element, line_of, local_name, malformed
+from virtualrobot_kernel.formats.xml import Element, FileWarning, line_of, local_name, malformed
 from virtualrobot_kernel.world.figures import Box, Capsule, Cylinder, Geometry, Pose, Sphere
 from virtualrobot_kernel.world.structure import Inertial
 
@@ -24,18 +24,19 @@ _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where in the file we are: its name, and the element that is being read, for people.
-
-    `warnings` collects what is passed over; None where nothing is.
-    """
+    """Place in a file: its name, and the element that is being read, for people; `warnings` takes what is odd there."""
 
     uri: str
     path: str
-    warnings: list[str] | None = None
+    warnings: list[FileWarning] = field(default_factory=list)
 
     def error(self, element: Element, message: str) -> MalformedFileError:
         """Return the error `model.urdf:41: joint 'a': message`."""
         return malformed(self.uri, line_of(element), message, self.path)
+
+    def warn(self, element: Element, message: str) -> None:
+        """Note that something is odd, in the words of an error."""
+        self.warnings.append(FileWarning.of(self.error(element, message)))
 
 
 def text_attribute(place: Place, element: Element, name: str) -> str:
@@ -49,7 +50,7 @@ def text_attribute(place: Place, element: Element, name: str) -> str:
 def numbers(place: Place, element: Element, name: str, count: int, default: tuple[float, ...] = ()) -> list[float]:
     """Return `count` finite numbers from an attribute; `default` when it is absent, an error when that is empty.
 
-    Numbers after the third of three are passed over with a warning where the place takes one: some models have them.
+    Numbers after the last of three or four are passed over with a warning: some models have them.
     """
     text = element.get(name, "")
     if element.get(name) is None or not text.strip():
@@ -63,9 +64,8 @@ def numbers(place: Place, element: Element, name: str, count: int, default: tupl
         if not _NUMBER.fullmatch(word) or not math.isfinite(float(word)):
             raise place.error(element, f"{name}={text!r}: {word!r} is no finite number")
         values.append(float(word))
-    if len(values) > count == 3 and place.warnings is not None:
-        passed_over = f"{name}={text!r} has {_plural(len(values))}; the first {count} are taken"
-        place.warnings.append(str(place.error(element, passed_over)))
+    if len(values) > count >= 3:
+        place.warn(element, f"{name}={text!r} has {_plural(len(values))}; the first {count} are taken")
         return values[:count]
     if len(values) != count:
         raise place.error(element, f"{name}={text!r} has {_plural(len(values))}, expected {count}")
@@ -148,13 +148,14 @@ def primitive(place: Place, shape: Element) -> Geometry | None:
 
 @dataclass(slots=True)
 class Palette:
-    """The colours of a file by material name, and what was odd about its materials."""
+    """The colours of a file by material name; `warnings` takes what is odd about its materials."""
 
     uri: str
+    warnings: list[FileWarning]
     colors: dict[str, Color] = field(default_factory=dict)
     textured: set[str] = field(default_factory=set)
     _told: set[str] = field(default_factory=set)
-    warnings: list[str] = field(default_factory=list)
+    _read: set[Element] = field(default_factory=set)
 
     def learn(self, element: Element) -> None:
         """Remember the colour of a <material> that has name and colour; the first of a name counts."""
@@ -179,7 +180,7 @@ class Palette:
             color = self.colors.get(name)
         if _has_texture(element) or (color is None and name in self.textured):
             self._warn(place, element, "the texture of a URDF material is not drawn; the mesh keeps its own look")
-        elif color is None and name:
+        elif color is None and name and element.find("color") is None:
             self._warn(place, element, f"material {name!r} is defined nowhere; the mesh keeps its own look")
         return color
 
@@ -187,10 +188,18 @@ class Palette:
         child = element.find("color")
         if child is None:
             return None
-        place = Place(self.uri, f"material {element.get('name', '')!r}")
-        red, green, blue, alpha = numbers(place, child, "rgba", 4)
-        if min(red, green, blue, alpha) < 0.0 or max(red, green, blue, alpha) > 1.0:
-            raise place.error(child, f"rgba={child.get('rgba')!r}: each part must be from 0 to 1")
+        # A material with a name is asked for again and again, and told of once.
+        told = self.warnings if child not in self._read else []
+        self._read.add(child)
+        place = Place(self.uri, f"material {element.get('name', '')!r}", told)
+        try:
+            parts = numbers(place, child, "rgba", 4)
+        except MalformedFileError as error:
+            told.append(FileWarning.of(error, "; it is no colour"))
+            return None
+        red, green, blue, alpha = (min(max(part, 0.0), 1.0) for part in parts)
+        if [red, green, blue, alpha] != parts:
+            place.warn(child, f"rgba={child.get('rgba')!r}: each part is from 0 to 1, and the nearest is taken")
         return red, green, blue, alpha
 
     def _warn(self, place: Place, element: Element, message: str) -> None:
@@ -198,7 +207,7 @@ class Palette:
         name = element.get("name", "")
         if name not in self._told:
             self._told |= {name} if name else set()
-            self.warnings.append(str(place.error(element, message)))
+            place.warn(element, message)
 
 
 def _has_texture(element: Element) -> bool:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from virtualrobot_kernel.formats.limits import joint_limits
 from virtualrobot_kernel.formats.urdf_elements import Place, number, numbers, origin, text_attribute
-from virtualrobot_kernel.formats.xml import Element, children, line_of, malformed
+from virtualrobot_kernel.formats.xml import Element, FileWarning, children, line_of, malformed
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.structure import Joint, JointLimits, JointType, Mimic
 
@@ -27,7 +27,7 @@ class UrdfJoint:
     line: int
 
 
-def read_joints(uri: str, robot: Element, warnings: list[str]) -> list[UrdfJoint]:
+def read_joints(uri: str, robot: Element, warnings: list[FileWarning]) -> list[UrdfJoint]:
     """Return the joints in the order of the file; mimic joints follow a joint that follows none.
 
     Raises:
@@ -40,12 +40,18 @@ def read_joints(uri: str, robot: Element, warnings: list[str]) -> list[UrdfJoint
         if name in joints:
             raise malformed(uri, joint.line, f"the name is taken by the joint on line {joints[name].line}", _path(name))
         joints[name] = joint
+    for name, joint in joints.items():
+        mimic = joint.joint.mimic
+        if mimic is not None and mimic.joint not in joints:
+            told = f"it mimics {mimic.joint!r}, which is no joint; it moves by itself"
+            warnings.append(FileWarning.of(malformed(uri, joint.line, told, _path(name))))
+            joints[name] = replace(joint, joint=replace(joint.joint, mimic=None))
     return [
         replace(joint, joint=replace(joint.joint, mimic=_followed(uri, name, joints))) for name, joint in joints.items()
     ]
 
 
-def _read_joint(uri: str, element: Element, warnings: list[str]) -> UrdfJoint:
+def _read_joint(uri: str, element: Element, warnings: list[FileWarning]) -> UrdfJoint:
     name = text_attribute(Place(uri, "joint"), element, "name")
     place = Place(uri, _path(name), warnings)
     kind = text_attribute(place, element, "type")
@@ -62,7 +68,7 @@ def _read_joint(uri: str, element: Element, warnings: list[str]) -> UrdfJoint:
         name,
         joint_type,
         _axis(place, element, joint_type),
-        _limits(place, element, joint_type, warnings),
+        _limits(place, element, joint_type),
         _mimic(place, element, joint_type),
     )
     return UrdfJoint(joint, ends["parent"], ends["child"], origin(place, element), line_of(element))
@@ -80,7 +86,7 @@ def _axis(place: Place, element: Element, joint_type: JointType) -> tuple[float,
     return x / length, y / length, z / length
 
 
-def _limits(place: Place, element: Element, joint_type: JointType, warnings: list[str]) -> JointLimits:
+def _limits(place: Place, element: Element, joint_type: JointType) -> JointLimits:
     child = element.find("limit")
     if joint_type is JointType.FIXED:
         return JointLimits()
@@ -94,7 +100,7 @@ def _limits(place: Place, element: Element, joint_type: JointType, warnings: lis
     velocity, effort = abs(number(place, child, "velocity", 0.0)), abs(number(place, child, "effort", 0.0))
     if velocity == 0.0:
         speed = JointLimits().velocity
-        warnings.append(str(place.error(child, f"the limit tells no velocity; {speed:g} rad/s (m/s) is taken")))
+        place.warn(child, f"the limit tells no velocity; {speed:g} rad/s (m/s) is taken")
     if not bounded:
         return joint_limits(velocity=velocity, effort=effort)
     lower, upper = number(place, child, "lower", 0.0), number(place, child, "upper", 0.0)
@@ -106,6 +112,9 @@ def _limits(place: Place, element: Element, joint_type: JointType, warnings: lis
 def _mimic(place: Place, element: Element, joint_type: JointType) -> Mimic | None:
     child = element.find("mimic")
     if child is None:
+        return None
+    if joint_type is JointType.FIXED:
+        place.warn(child, "a fixed joint cannot follow another one; it stays fixed")
         return None
     if joint_type not in _ONE_COORDINATE:
         raise place.error(child, f"a {joint_type.value[0]} joint cannot follow another one")
@@ -122,11 +131,6 @@ def _followed(uri: str, name: str, joints: Mapping[str, UrdfJoint]) -> Mimic | N
         return None
     passed = [name]
     while True:
-        if mimic.joint not in joints:
-            known = ", ".join(joints)
-            raise malformed(
-                uri, first.line, f"it mimics {mimic.joint!r}, which is no joint; known: {known}", _path(name)
-            )
         passed.append(mimic.joint)
         target = joints[mimic.joint].joint
         if passed.count(mimic.joint) > 1:

@@ -10,13 +10,13 @@ from virtualrobot_sdk.gazebo import Element, SensorTag, read_sensor, sensor_tags
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.formats.urdf_elements import Place, read_only
-from virtualrobot_kernel.formats.xml import children
+from virtualrobot_kernel.formats.xml import FileWarning, children
 from virtualrobot_kernel.messages.sensing import sensing_data
 from virtualrobot_kernel.world.structure import Kind, NodeData, NodeSpec
 
 
 def read_sensors(
-    uri: str, root: Element, robot: str, links: Sequence[str], child_of: Mapping[str, str], warnings: list[str]
+    uri: str, root: Element, robot: str, links: Sequence[str], child_of: Mapping[str, str], warnings: list[FileWarning]
 ) -> tuple[NodeSpec, ...]:
     """Return the sensors of a robot, called `robot.sensor`, in the order of the file.
 
@@ -39,20 +39,20 @@ def read_sensors(
         reference = element.get("reference", "").strip()
         link = reference if reference in links else child_of.get(reference, "")
         if not link:
-            place = Place(uri, "gazebo")
+            place = Place(uri, "gazebo", warnings)
             named = f"reference={reference!r} is no link" if reference else "there is no reference to a link"
-            warnings.append(str(place.error(element, f"{named}; its sensors are left out")))
+            place.warn(element, f"{named}; its sensors are left out")
             continue
         for tag in tags:
-            place = Place(uri, f"sensor {tag.get('name', '')!r}")
-            for sensor in read_sensor(tag, lambda at, why, p=place: warnings.append(str(p.error(at, why)))):
+            place = Place(uri, f"sensor {tag.get('name', '')!r}", warnings)
+            for sensor in read_sensor(tag, place.warn):
                 if sensor.relative_to not in ("", reference, link):
                     aside = f"its pose counts from {sensor.relative_to!r}; here it counts from {link!r}"
-                    warnings.append(str(place.error(tag, aside)))
+                    place.warn(tag, aside)
                 try:
                     data = _data(sensor)
                 except (KernelError, ParseError) as error:
-                    warnings.append(str(place.error(tag, f"it is left out: {error}")))
+                    place.warn(tag, f"it is left out: {error}")
                     continue
                 name = _free(f"{robot}.{sensor.name}", taken)
                 taken.add(name)

@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 
 from virtualrobot_kernel.errors import MalformedFileError
 from virtualrobot_kernel.formats.urdf_elements import Place, text_attribute
-from virtualrobot_kernel.formats.xml import Element, children
+from virtualrobot_kernel.formats.xml import Element, FileWarning, children
 from virtualrobot_kernel.world.structure import Actuator, Joint, JointType
 
 _SCALAR = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
@@ -27,7 +27,9 @@ _TYPES: dict[str, tuple[int, _Ratios]] = {
 }
 
 
-def read_transmissions(uri: str, robot: Element, joints: Sequence[Joint], warnings: list[str]) -> tuple[Actuator, ...]:
+def read_transmissions(
+    uri: str, robot: Element, joints: Sequence[Joint], warnings: list[FileWarning]
+) -> tuple[Actuator, ...]:
     """Return the actuators of a file's transmissions; none where these only say that each motor is its joint.
 
     Transmissions are hints for controllers: when one of them can't be read, that is told in `warnings`, and the robot
@@ -46,7 +48,7 @@ def read_transmissions(uri: str, robot: Element, joints: Sequence[Joint], warnin
                         raise place.error(element, f"{joint!r} is no joint that is moved by itself")
                 found[actuator.name] = actuator
     except MalformedFileError as error:
-        warnings.append(f"{error}; the robot's transmissions are left out")
+        warnings.append(FileWarning.of(error, "; the robot's transmissions are left out"))
         return ()
     own = all(not one.offset and [ratio for _, ratio in one.terms] == [1.0] for one in found.values())
     return () if own else tuple(found.values())

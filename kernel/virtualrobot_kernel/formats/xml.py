@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from posixpath import basename
 from typing import Any, TypeAlias
 
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  compiled, and has no types
 
-from virtualrobot_kernel.errors import MalformedFileError
+from virtualrobot_kernel.errors import KernelError, MalformedFileError
 
 Element: TypeAlias = Any
 """An lxml element: lxml has neither types nor a public name for it."""
@@ -68,6 +68,44 @@ def malformed(uri: str, line: int | None, message: str, path: str = "") -> Malfo
     """Return the error `file:line: path: message`; metadata has the whole URI."""
     where = place_in(uri, line, path)
     return MalformedFileError(f"{where}: {message}", file=uri, line=line or "", path=path)
+
+
+class FileWarning(str):
+    """What is odd about a file but does no harm to the motion of what it describes, as a text for people.
+
+    Attributes:
+        file: the whole name of the file.
+        line: from 1; 0 where none is known.
+    """
+
+    __slots__ = ("file", "line")
+    file: str
+    line: int
+
+    def __new__(cls, text: str, file: str = "", line: int = 0) -> FileWarning:
+        """Return the warning about a line of a file; `text` names both, since errors do so too."""
+        warning = super().__new__(cls, text)
+        warning.file, warning.line = file, line
+        return warning
+
+    @classmethod
+    def of(cls, error: KernelError, more: str = "") -> FileWarning:
+        """Return what an error says as a warning, `more` behind it."""
+        return cls(f"{error}{more}", error.metadata.get("file", ""), int(error.metadata.get("line") or 0))
+
+    @classmethod
+    def told(cls, text: str, uri: str) -> FileWarning:
+        """Return the text of an importer of the file `uri`, which begins with `name: ` or `name:line: `."""
+        line = re.match(r"[^:]+:(\d+): ", text)
+        return cls(text, uri, int(line[1]) if line else 0)
+
+
+def refuse_warnings(warnings: Sequence[FileWarning]) -> None:
+    """Raise MalformedFileError for the first warning: what is loaded strictly has none."""
+    if warnings:
+        more = f" (and {len(warnings) - 1} more warnings)" if len(warnings) > 1 else ""
+        first = warnings[0]
+        raise MalformedFileError(f"{first}{more}", file=first.file, line=first.line or "")
 
 
 def place_in(uri: str, line: int | None, path: str = "") -> str:

@@ -16,12 +16,12 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.program import Program
 from virtualrobot_kernel.paths.query import PathQuery
 from virtualrobot_kernel.paths.space import PathSpace
-from virtualrobot_kernel.planning.blending import GoOn
-from virtualrobot_kernel.planning.plan_program import plan_wish
-from virtualrobot_kernel.planning.program import MotionWish, MoveStepWish, Zone
+from virtualrobot_kernel.planning.moves import PointToPoint
+from virtualrobot_kernel.planning.plan_motion import plan_motion
+from virtualrobot_kernel.planning.program import MotionSpec, MoveStep, Zone
 from virtualrobot_kernel.planning.robots import Arm
 from virtualrobot_kernel.planning.sampling import steps_at
-from virtualrobot_kernel.planning.wishes import PointToPoint
+from virtualrobot_kernel.planning.steps import GoOn
 from virtualrobot_kernel.world.change import joint_places
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind
@@ -66,13 +66,13 @@ def planned_program(
         return dict(zip(query.joint_names, goal.tolist(), strict=True))
 
     steps = tuple(
-        MoveStepWish(
+        MoveStep(
             (PointToPoint(query.robot, named(goal), query.speed_factor, group=query.group),),
             Zone(percent=zone) if zone else None,
         )
         for goal, zone in zip(waypoints[1:], zones, strict=True)
     )
-    command = plan_wish(snapshot, MotionWish(steps=steps), _unsolved).command
+    command = plan_motion(snapshot, MotionSpec(steps=steps), _unsolved).command
     structure = snapshot.structure
     uid = structure.node(query.robot, Kind.ROBOT).uid
     return command.program, joint_places(structure, tuple((uid, name) for _, name in command.joints))[0]

@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 from virtualrobot_kernel.errors import UnknownNameError
 from virtualrobot_kernel.planning.actuators import actuator_limits
 from virtualrobot_kernel.planning.free_joints import reached, solve_inverse
-from virtualrobot_kernel.planning.moves import goal_positions
+from virtualrobot_kernel.planning.moves import ActuatorGoal, goal_positions
 from virtualrobot_kernel.planning.planned_move import PoseGoal, world_t_goal
 from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_of, kind_of_joint, standing_at
-from virtualrobot_kernel.planning.wishes import ActuatorGoal
 from virtualrobot_kernel.world.change import check_joint_value, single_joint
 from virtualrobot_kernel.world.groups import WHOLE, Group
 from virtualrobot_kernel.world.state import Snapshot

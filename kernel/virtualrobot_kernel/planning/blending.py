@@ -1,8 +1,8 @@
-"""From consecutive move steps to plans: those that are joined by zones become one path with one time law."""
+"""Blending: planned steps that zones join become one path with one time law."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import inf
@@ -19,17 +19,10 @@ from virtualrobot_kernel.motion.overlap import Overlap, overlap, overlapped
 from virtualrobot_kernel.motion.planned import Plan, Track, planned
 from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
 from virtualrobot_kernel.motion.rates import stretch_needed, tcp_rate_once
-from virtualrobot_kernel.planning.frame import Column, Frame, Step
-from virtualrobot_kernel.planning.moves import plan_moves, together
+from virtualrobot_kernel.planning.blend_group import BlendGroup
 from virtualrobot_kernel.planning.notes import Note, NoteKind
-from virtualrobot_kernel.planning.planned_move import PlannedMove
-from virtualrobot_kernel.planning.program import MoveStepWish
-from virtualrobot_kernel.planning.robots import SolverOf, standing_at
-from virtualrobot_kernel.planning.wishes import JointTrajectory, ToolStateMove
+from virtualrobot_kernel.planning.steps import Column, GoOn, PlannedStep
 from virtualrobot_kernel.planning.zones import Room, room_for
-from virtualrobot_kernel.world.change import joint_places
-from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import Kind
 
 Floats = NDArray[np.float64]
 _LOOKS = 33
@@ -63,30 +56,18 @@ class PlannedRun:
     tool_states: tuple[tuple[str, str], ...]
 
 
-GoOn = Callable[[], None]
-"""Called before each step and each corner; raises KernelError when nobody waits for the plan any more."""
-
-
-def plan_run(
-    snapshot: Snapshot,
-    steps: Sequence[MoveStepWish],
-    solver_of: SolverOf,
-    numbers: Sequence[int] | None = None,
-    go_on: GoOn = lambda: None,
-) -> tuple[list[PlannedRun], list[Note]]:
-    """Return the plans of consecutive move steps, one after the other, and what became of their zones.
+def join_steps(steps: Sequence[PlannedStep], go_on: GoOn = lambda: None) -> tuple[list[PlannedRun], list[Note]]:
+    """Return the plans of consecutive planned steps, one after the other, and what became of their zones.
 
     Steps that are joined by zones become one plan; where two can't be joined, or would be slower so than with a stop in
-    between, the corner is reached exactly and at rest, which a note tells. numbers: what the steps are called in plans,
-    notes and errors; from 0 without it. Raises KernelError that names the step which can't be planned.
+    between, the corner is reached exactly and at rest, which a note tells.
     """
-    planned_steps = _each(snapshot, steps, solver_of, range(len(steps)) if numbers is None else numbers, go_on)
-    notes = [replace(note, step=step.number) for step in planned_steps for one in step.moves for note in one.notes]
+    notes = [replace(note, step=step.number) for step in steps for one in step.moves for note in one.notes]
     runs: list[PlannedRun] = []
-    group: list[Step] = []
-    for place, step in enumerate(planned_steps):
+    group: list[PlannedStep] = []
+    for place, step in enumerate(steps):
         group.append(step)
-        if step.zone is not None and not (why := _obstacle(planned_steps[place : place + 2])):
+        if step.zone is not None and not (why := _obstacle(steps[place : place + 2])):
             continue
         if step.zone is not None:
             notes.append(_dropped(step, why))
@@ -95,58 +76,7 @@ def plan_run(
     return runs, sorted(notes, key=lambda note: note.step)
 
 
-def run_together(snapshot: Snapshot, wish: MoveStepWish, moves: list[PlannedMove]) -> PlannedRun:
-    """Return planned moves that start and end together as one run of one step."""
-    return _alone_run(Step(0, None, moves, together(moves), snapshot, "", _law(wish)))
-
-
-def arrived(snapshot: Snapshot, joints: Sequence[Column], q: Floats) -> Snapshot:
-    """Return the world with joints, (robot, joint), at q (k,), and nothing else different."""
-    structure = snapshot.structure
-    named = tuple((structure.node(robot, Kind.ROBOT).uid, joint) for robot, joint in joints)
-    return standing_at(snapshot, joint_places(structure, named)[0], q)
-
-
-def _each(
-    snapshot: Snapshot, steps: Sequence[MoveStepWish], solver_of: SolverOf, numbers: Sequence[int], go_on: GoOn
-) -> list[Step]:
-    """Return each step planned from where the one before it ends."""
-    result = []
-    for number, wish in zip(numbers, steps, strict=True):
-        go_on()
-        try:
-            moves = plan_moves(snapshot, wish.moves, solver_of)
-        except KernelError as error:
-            error.metadata["step"] = str(number)
-            error.args = (f"step {number}: {error}",)
-            raise
-        step = Step(number, wish.zone, moves, together(moves), snapshot, _unjoined(wish, moves), _law(wish))
-        snapshot = arrived(snapshot, step.columns, step.plan.goal)
-        result.append(step)
-    return result
-
-
-def _law(wish: MoveStepWish) -> TimeLaw:
-    """Return the law of a step: time-optimal when all its moves are."""
-    laws = {getattr(move, "time_law", TimeLaw.JERK_LIMITED) for move in wish.moves}
-    return TimeLaw.TIME_OPTIMAL if laws == {TimeLaw.TIME_OPTIMAL} else TimeLaw.JERK_LIMITED
-
-
-def _unjoined(wish: MoveStepWish, moves: Sequence[PlannedMove]) -> str:
-    """Return why a step can be joined with no other; nothing where it can."""
-    for move in wish.moves:
-        if isinstance(move, JointTrajectory):
-            return "a joint trajectory has times of its own"
-        if isinstance(move, ToolStateMove):
-            return "a tool changes its state while it stands still"
-    if any(one.seen for one in moves):
-        return "one robot goes along with another"
-    if not any(one.plan.duration > 0.0 for one in moves):
-        return "it moves nothing"
-    return ""
-
-
-def _obstacle(pair: Sequence[Step]) -> str:
+def _obstacle(pair: Sequence[PlannedStep]) -> str:
     """Return why a step is not joined with the one after it; nothing where it is."""
     if len(pair) < 2:
         return "no moves follow"
@@ -158,19 +88,19 @@ def _obstacle(pair: Sequence[Step]) -> str:
     return ""
 
 
-def _dropped(step: Step, why: str) -> Note:
+def _dropped(step: PlannedStep, why: str) -> Note:
     message = f"the corner after step {step.number} is reached exactly and at rest: {why}"
     return Note(NoteKind.ZONE_DROPPED, step.number, step.moves[0].robot.name, _size(step), 0.0, message)
 
 
-def _shrunk(step: Step, room: Room) -> Note:
+def _shrunk(step: PlannedStep, room: Room) -> Note:
     assert step.zone is not None
     wanted, unit = _size(step), "%" if step.zone.percent else " m"
     message = f"the zone after step {step.number} is {room.kept:.6g}{unit} instead of {wanted:g}{unit}: {room.why}"
     return Note(NoteKind.ZONE_SHRUNK, step.number, step.moves[0].robot.name, wanted, room.kept, message)
 
 
-def _size(step: Step) -> float:
+def _size(step: PlannedStep) -> float:
     assert step.zone is not None
     return step.zone.percent or step.zone.meters
 
@@ -196,53 +126,53 @@ class _Corner:
     through: bool
 
 
-def _group(steps: Sequence[Step], go_on: GoOn) -> tuple[list[PlannedRun], list[Note]]:
+def _group(steps: Sequence[PlannedStep], go_on: GoOn) -> tuple[list[PlannedRun], list[Note]]:
     """Return the plans of steps that shall be joined, and what became of their zones."""
     if len(steps) == 1:
-        return [_alone_run(steps[0])], []
-    frame = Frame(steps)
-    alone = [_alone(frame.track(step)) for step in steps]
+        return [alone_run(steps[0])], []
+    group = BlendGroup(steps)
+    alone = [_alone(group.track(step)) for step in steps]
     notes: list[Note] = []
     corners: list[_Corner] = []
     runs: list[PlannedRun] = []
     begin = 0
     for place, pair in enumerate(pairwise(steps)):
         go_on()
-        corner, why = _best(frame, pair, alone[place : place + 2])
+        corner, why = _best(group, pair, alone[place : place + 2])
         if corner:
             corners.append(corner)
             if corner.room.kept < _size(steps[place]):
                 notes.append(_shrunk(steps[place], corner.room))
             continue
         notes.append(_dropped(steps[place], why))
-        found, told = _joined(frame, steps[begin : place + 1], alone[begin : place + 1], corners, go_on)
+        found, told = _joined(group, steps[begin : place + 1], alone[begin : place + 1], corners, go_on)
         runs, notes, corners, begin = [*runs, *found], [*notes, *told], [], place + 1
-    found, told = _joined(frame, steps[begin:], alone[begin:], corners, go_on)
+    found, told = _joined(group, steps[begin:], alone[begin:], corners, go_on)
     dropped = {note.step for note in told if note.kind is NoteKind.ZONE_DROPPED}
     return [*runs, *found], [note for note in notes if note.step not in dropped] + told
 
 
-def _alone_run(step: Step) -> PlannedRun:
+def alone_run(step: PlannedStep) -> PlannedRun:
     """Return a step that is joined with no other; where robots go along with others, all moves have one time law."""
-    if any(one.seen for one in step.moves):
-        frame = Frame([step])
-        return _run(frame, [step], [_alone(frame.track(step))], [], [])
+    if any(one.relative_tcp for one in step.moves):
+        group = BlendGroup([step])
+        return _run(group, [step], [_alone(group.track(step))], [], [])
     tool_states = tuple(pair for one in step.moves for pair in one.tool_states)
     return PlannedRun(tuple(step.columns), step.plan, ((0.0, step.number),), tool_states)
 
 
-def _best(frame: Frame, pair: Sequence[Step], alone: Sequence[_Part]) -> tuple[_Corner | None, str]:
+def _best(group: BlendGroup, pair: Sequence[PlannedStep], alone: Sequence[_Part]) -> tuple[_Corner | None, str]:
     """Return the soonest way through the zone between two steps; without one why there is none."""
     zone = pair[0].zone
     assert zone is not None
     first, second = alone
-    room = room_for(zone, first.track.path, second.track.path, frame.positions(pair))
+    room = room_for(zone, first.track.path, second.track.path, group.positions(pair))
     if not room.kept:
         return None, room.why
     stopping = sum(step.plan.duration for step in pair)
-    beside = _overlap(frame, pair, first, second, room)
+    beside = _overlap(group, pair, first, second, room)
     over = first.track.time_law.end + second.track.time_law.end - beside.saved if beside else inf
-    through = _rounded(frame, pair, alone, [room])
+    through = _rounded(group, pair, alone, [room])
     if through and through.track.time_law.end < min(over, stopping):
         return _Corner(room, True), ""
     if over < stopping:
@@ -251,36 +181,36 @@ def _best(frame: Frame, pair: Sequence[Step], alone: Sequence[_Part]) -> tuple[_
 
 
 def _joined(
-    frame: Frame, steps: Sequence[Step], alone: Sequence[_Part], corners: Sequence[_Corner], go_on: GoOn
+    group: BlendGroup, steps: Sequence[PlannedStep], alone: Sequence[_Part], corners: Sequence[_Corner], go_on: GoOn
 ) -> tuple[list[PlannedRun], list[Note]]:
     """Return the plans of steps with a way through each corner; where these don't go together one is left out."""
     go_on()
     if len(steps) == 1:
-        return [_alone_run(steps[0])], []
+        return [alone_run(steps[0])], []
     cuts = [place + 1 for place, corner in enumerate(corners) if not corner.through]
     rooms = [corner.room for corner in corners]
     parts: list[_Part] = []
     overlaps: list[Overlap] = []
     unfit = None
     for begin, end in pairwise([0, *cuts, len(steps)]):
-        part = _rounded(frame, steps[begin:end], alone[begin:end], rooms[begin : end - 1])
+        part = _rounded(group, steps[begin:end], alone[begin:end], rooms[begin : end - 1])
         if part is None:
             unfit = end - 2
             break
         if parts:
-            beside = _overlap(frame, steps[begin - 1 : begin + 1], parts[-1], part, rooms[begin - 1])
+            beside = _overlap(group, steps[begin - 1 : begin + 1], parts[-1], part, rooms[begin - 1])
             if beside is None:
                 unfit = begin - 1
                 break
             overlaps.append(beside)
         parts.append(part)
     if unfit is None:
-        run = _run(frame, steps, parts, overlaps, cuts)
+        run = _run(group, steps, parts, overlaps, cuts)
         if run.plan.duration < sum(step.plan.duration for step in steps):
             return [run], []
         unfit = len(corners) // 2
-    first, told = _joined(frame, steps[: unfit + 1], alone[: unfit + 1], corners[:unfit], go_on)
-    second, more = _joined(frame, steps[unfit + 1 :], alone[unfit + 1 :], corners[unfit + 1 :], go_on)
+    first, told = _joined(group, steps[: unfit + 1], alone[: unfit + 1], corners[:unfit], go_on)
+    second, more = _joined(group, steps[unfit + 1 :], alone[unfit + 1 :], corners[unfit + 1 :], go_on)
     return [*first, *second], [*told, _dropped(steps[unfit], _UNFIT), *more]
 
 
@@ -289,21 +219,23 @@ def _alone(track: Track) -> _Part:
     return _Part(track, (length, length))
 
 
-def _rounded(frame: Frame, steps: Sequence[Step], alone: Sequence[_Part], rooms: Sequence[Room]) -> _Part | None:
+def _rounded(
+    group: BlendGroup, steps: Sequence[PlannedStep], alone: Sequence[_Part], rooms: Sequence[Room]
+) -> _Part | None:
     """Return steps as one path with rounded corners; None when a corner finds no way or no law does."""
     if len(steps) == 1:
         return alone[0]
     paths = [alone[0].track.path.onto(0.0, alone[0].track.time_law.end)]
     corners: list[Corner] = []
     for part, room in zip(alone[1:], rooms, strict=True):
-        found = _corner(frame, paths[-1], part.track.path.onto(0.0, part.track.time_law.end), room)
+        found = _corner(group, paths[-1], part.track.path.onto(0.0, part.track.time_law.end), room)
         if found is None:
             return None
         corners.append(found[0])
         paths.append(found[1])
     whole = rounded(paths, corners)
     try:
-        track = frame.track_through(steps, whole)
+        track = group.track_through(steps, whole)
     except KernelError:
         return None
     begins = tuple(nominal_time(track.time_law, 0.5 * (begin + end), 0.0) for begin, end in whole.corners)
@@ -311,7 +243,7 @@ def _rounded(frame: Frame, steps: Sequence[Step], alone: Sequence[_Part], rooms:
 
 
 def _corner(
-    frame: Frame, before: PiecewisePolynomial, after: PiecewisePolynomial, room: Room
+    group: BlendGroup, before: PiecewisePolynomial, after: PiecewisePolynomial, room: Room
 ) -> tuple[Corner, PiecewisePolynomial] | None:
     """Return a rounded corner that fits, and the path after it with a parameter that suits it.
 
@@ -323,30 +255,30 @@ def _corner(
         seconds = float(np.clip(left / share, after.end / _SCALE, after.end * _SCALE))
         changed = after.onto(0.0, seconds)
         corner = round_corner(before, changed, left, share * seconds)
-        if _stays(frame, corner.piece, room):
+        if _stays(group, corner.piece, room):
             return corner, changed
     return None
 
 
-def _stays(frame: Frame, piece: PiecewisePolynomial, room: Room) -> bool:
+def _stays(group: BlendGroup, piece: PiecewisePolynomial, room: Room) -> bool:
     """Whether joints, actuators and tool centre points stay within limits and zone on a corner's piece."""
-    if piece.first_excursion(frame.limits.lower, frame.limits.upper, TOLERANCE) is not None:
+    if piece.first_excursion(group.limits.lower, group.limits.upper, TOLERANCE) is not None:
         return False
-    if not frame.keeps_actuators(piece):
+    if not group.keeps_actuators(piece):
         return False
     return room.holds(piece.evaluate(np.linspace(piece.start, piece.end, _LOOKS)))
 
 
-def _overlap(frame: Frame, pair: Sequence[Step], before: _Part, after: _Part, room: Room) -> Overlap | None:
+def _overlap(group: BlendGroup, pair: Sequence[PlannedStep], before: _Part, after: _Part, room: Room) -> Overlap | None:
     """Return how the last step of a part goes over into the first of the next one within a zone."""
     path, law = before.track.path, before.track.time_law
     leave = law.end - nominal_time(law, path.end - room.shares[0] * before.ends[1], 0.0)
     path, law = after.track.path, after.track.time_law
     join = nominal_time(law, path.start + room.shares[1] * after.ends[0], 0.0)
-    led, optimal = frame.led_through(pair), pair[0].law is TimeLaw.TIME_OPTIMAL
+    led, optimal = group.cartesian_through(pair), pair[0].law is TimeLaw.TIME_OPTIMAL
 
     def fits(quintic: PiecewisePolynomial) -> bool:
-        if not _stays(frame, quintic, room):
+        if not _stays(group, quintic, room):
             return False
         # The parameter of a quintic is time: its law is the identity.
         law = PiecewisePolynomial(np.array([0.0, quintic.end]), np.array([[[0.0], [1.0]]]))
@@ -354,11 +286,15 @@ def _overlap(frame: Frame, pair: Sequence[Step], before: _Part, after: _Part, ro
         needed = stretch_needed(rates, law, np.linspace(0.0, quintic.end, _LOOKS))
         return bool(np.all((needed[:2] if optimal else needed) <= 1.0 + _ROUNDING))
 
-    return overlap(before.track, after.track, leave, join, frame.corner_limits(pair), fits)
+    return overlap(before.track, after.track, leave, join, group.corner_limits(pair), fits)
 
 
 def _run(
-    frame: Frame, steps: Sequence[Step], parts: Sequence[_Part], overlaps: Sequence[Overlap], cuts: Sequence[int]
+    group: BlendGroup,
+    steps: Sequence[PlannedStep],
+    parts: Sequence[_Part],
+    overlaps: Sequence[Overlap],
+    cuts: Sequence[int],
 ) -> PlannedRun:
     """Return steps as one plan, whose parts, cut before the steps `cuts`, overlap.
 
@@ -368,13 +304,13 @@ def _run(
     need = 1.0
     for cut, (begin, end) in zip(cuts, windows, strict=True):
         peaks = np.abs(track.derivatives(np.linspace(begin, end, 12 * _LOOKS))[1:]).max(axis=1)
-        need = max(need, float(((peaks / frame.corner_limits(steps[cut - 1 : cut + 1])).max(axis=1) ** _POWERS).max()))
+        need = max(need, float(((peaks / group.corner_limits(steps[cut - 1 : cut + 1])).max(axis=1) ** _POWERS).max()))
     times = [0.0, *parts[0].begins]
     for part, one, (begin, end) in zip(parts[1:], overlaps, windows, strict=True):
         times += [0.5 * (begin + end), *(end - one.join + time for time in part.begins)]
-    arrival = arrived(steps[-1].snapshot, steps[-1].columns, steps[-1].plan.goal)
+    arrival = steps[-1].arrived()
     law = track.time_law.stretched(need * track.time_law.end)
-    plan = planned("blend", track.path, law, frame.limits, arrival.state.q[frame.q_index])
+    plan = planned("blend", track.path, law, group.limits, arrival.state.q[group.q_index])
     numbered = tuple((need * time, step.number) for time, step in zip(times, steps, strict=True))
     tool_states = tuple(pair for step in steps for one in step.moves for pair in one.tool_states)
-    return PlannedRun(tuple(frame.columns), plan, numbered, tool_states)
+    return PlannedRun(tuple(group.columns), plan, numbered, tool_states)

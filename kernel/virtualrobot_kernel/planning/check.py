@@ -12,15 +12,16 @@ from virtualrobot_sdk.poses import rotation_matrix
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.cartesian_path import SMALLEST_SINGULAR_VALUE
 from virtualrobot_kernel.motion.program import Program
-from virtualrobot_kernel.planning.moves import moved_arms
+from virtualrobot_kernel.planning.moves import Move
 from virtualrobot_kernel.planning.notes import Note
-from virtualrobot_kernel.planning.plan_program import GivenUp, PlannedMotion, plan_wish
-from virtualrobot_kernel.planning.program import MotionWish
+from virtualrobot_kernel.planning.plan_motion import GivenUp, PlannedMotion, plan_motion
+from virtualrobot_kernel.planning.program import MotionSpec
+from virtualrobot_kernel.planning.redundancy import NearOf
 from virtualrobot_kernel.planning.relaxed import relaxed, solver_in
 from virtualrobot_kernel.planning.robots import SolverOf, arm_of
 from virtualrobot_kernel.planning.sampling import Samples, sample_times, sampled
+from virtualrobot_kernel.planning.together import moved_arms
 from virtualrobot_kernel.planning.violations import Contact, Violation, ViolationKind, first_of, moves_arm, touching
-from virtualrobot_kernel.planning.wishes import JointTrajectory, Move
 from virtualrobot_kernel.world.commands import StartMotion
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.state import Snapshot
@@ -30,7 +31,7 @@ MOST_SAMPLES = 100_000
 """A motion of more ticks is looked at in about so many samples."""
 
 ANSWERS = (Reason.LIMIT_EXCEEDED, Reason.UNREACHABLE, Reason.SINGULARITY)
-"""Why a motion is refused whose wish is understood: for a check these are answers."""
+"""Reasons to refuse a motion that is understood: for a check these are answers."""
 
 
 FirstContact = Callable[[Snapshot, StartMotion, float], Contact | None]
@@ -52,11 +53,12 @@ class Checked:
 
 def check_motion(
     snapshot: Snapshot,
-    wish: MotionWish,
+    spec: MotionSpec,
     solver_of: SolverOf,
     min_singular_value: float,
     given_up: GivenUp,
     first_contact: FirstContact | None = None,
+    near_of: NearOf | None = None,
 ) -> Checked:
     """Return whether a motion keeps all limits, and else the first one in time that it violates.
 
@@ -64,21 +66,21 @@ def check_motion(
 
     A motion that meets the ends of joints, or moves faster than they can by times of its own, is planned as if there
     were no ends, to find where it does; one that can't be planned even so is told with the place that its planner
-    names. Raises KernelError for wishes that are no motion at all, such as unknown names.
+    names. Raises KernelError for what is no motion at all, such as unknown names.
     """
     try:
-        planned = plan_wish(snapshot, wish, solver_of, given_up)
+        planned = plan_motion(snapshot, spec, solver_of, given_up, near_of)
     except KernelError as error:
         if error.reason not in ANSWERS:
             raise
-        return _refused(snapshot, wish, solver_of, min_singular_value, given_up, first_contact, error)
-    return _looked_at(snapshot, snapshot, wish, planned, min_singular_value, given_up, first_contact)
+        return _refused(snapshot, spec, solver_of, min_singular_value, given_up, first_contact, near_of, error)
+    return _looked_at(snapshot, snapshot, spec, planned, min_singular_value, given_up, first_contact)
 
 
 def _looked_at(
     snapshot: Snapshot,
     planned_on: Snapshot,
-    wish: MotionWish,
+    spec: MotionSpec,
     planned: PlannedMotion,
     min_singular_value: float,
     given_up: GivenUp,
@@ -86,7 +88,7 @@ def _looked_at(
 ) -> Checked:
     """Return what a planned motion violates of the limits of `snapshot`."""
     program, joints = planned.command.program, planned.command.joints
-    arms = moved_arms(planned_on, wish.every_move)
+    arms = moved_arms(planned_on, spec.every_move)
     samples = sampled(planned_on, program, joints, _times(program, snapshot.tick_seconds), given_up, arms)
     violation = first_of(snapshot, program, joints, samples, min_singular_value, arms)
     if first_contact is not None:
@@ -116,29 +118,30 @@ def _least_singular_value(snapshot: Snapshot, samples: Samples) -> float | None:
 
 def _refused(
     snapshot: Snapshot,
-    wish: MotionWish,
+    spec: MotionSpec,
     solver_of: SolverOf,
     min_singular_value: float,
     given_up: GivenUp,
     first_contact: FirstContact | None,
+    near_of: NearOf | None,
     error: KernelError,
 ) -> Checked:
     """Return the first violation of a motion that can't be planned."""
     if error.reason is Reason.LIMIT_EXCEEDED:
-        loose = relaxed(snapshot, *_relaxable(snapshot, wish.every_move))
+        loose = relaxed(snapshot, *_relaxable(snapshot, spec.every_move))
         try:
-            planned = plan_wish(loose, wish, solver_in(snapshot, solver_of), given_up)
+            planned = plan_motion(loose, spec, solver_in(snapshot, solver_of), given_up, near_of)
         except KernelError as other:
             if other.reason not in ANSWERS:
                 raise
         else:
-            found = _looked_at(snapshot, loose, wish, planned, min_singular_value, given_up, first_contact)
+            found = _looked_at(snapshot, loose, spec, planned, min_singular_value, given_up, first_contact)
             if found.first_violation is not None:
                 return Checked(found.first_violation)
     if (step := int(error.metadata.get("step", "0"))) > 0:
         # What the steps before it violate comes first.
-        steps = replace(wish, steps=wish.steps[:step])
-        before = check_motion(snapshot, steps, solver_of, min_singular_value, given_up, first_contact)
+        steps = replace(spec, steps=spec.steps[:step])
+        before = check_motion(snapshot, steps, solver_of, min_singular_value, given_up, first_contact, near_of)
         if before.first_violation is not None:
             return Checked(before.first_violation)
     return Checked(_told_by(snapshot, error))
@@ -152,8 +155,8 @@ def _relaxable(snapshot: Snapshot, moves: tuple[Move, ...]) -> tuple[set[int], s
     for move in moves:
         uid = snapshot.structure.node(move.robot, Kind.ROBOT).uid
         robots.add(uid)
-        if isinstance(move, JointTrajectory):
-            timed |= {(uid, name) for name in move.joint_names}
+        if move.timed:
+            timed |= {(uid, name) for name in move.joint_names(snapshot)}
         else:
             otherwise.add(uid)
     return robots, {joint for joint in timed if joint[0] not in otherwise}

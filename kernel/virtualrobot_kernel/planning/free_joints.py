@@ -21,7 +21,7 @@ from virtualrobot_kernel.motion.nullspace import (
     improved,
     near_posture,
 )
-from virtualrobot_kernel.planning.redundancy import FREE, Preference, Redundancy
+from virtualrobot_kernel.planning.redundancy import FREE, NearOf, Preference, Redundancy
 from virtualrobot_kernel.planning.robots import (
     Arm,
     SolverOf,
@@ -46,10 +46,12 @@ _SAME = 1e-4
 _FOUND = 1e-6
 
 
-def led_tcp(snapshot: Snapshot, arm: Arm, solver_of: SolverOf, redundancy: Redundancy) -> TcpKinematics:
+def cartesian_tcp(
+    snapshot: Snapshot, arm: Arm, solver_of: SolverOf, redundancy: Redundancy, near_of: NearOf | None = None
+) -> TcpKinematics:
     """Return the chosen tool centre point of an arm as it is led along a path, with what is wished of free joints."""
     tcp = TcpKinematics(solver_of(snapshot, arm), tip_t_tcp(snapshot, arm))
-    return replace(tcp, wish=wish_of(snapshot, arm, redundancy, tcp.jacobian, snapshot.state.q[arm.q_index]))
+    return replace(tcp, wish=wish_of(snapshot, arm, redundancy, tcp.jacobian, snapshot.state.q[arm.q_index], near_of))
 
 
 def wish_of(
@@ -58,11 +60,13 @@ def wish_of(
     redundancy: Redundancy,
     jacobian: Callable[[NDArray[np.float64]], NDArray[np.float64]],
     start: NDArray[np.float64],
+    near_of: NearOf | None = None,
 ) -> Wish | None:
     """Return what is wished of the joints (k,) of an arm; None without a wish or without a joint to spare.
 
     `snapshot` is the world that distances are measured in, `jacobian` gives (6, k), `start` (k,) is where its lengths
-    are made comparable. Raises UnknownNameError for a joint of a posture that the arm has not.
+    are made comparable, `near_of` measures the distances. Raises UnknownNameError for a joint of a
+    posture that the arm has not.
     """
     chain = arm.serial()
     for name in redundancy.posture:
@@ -81,8 +85,8 @@ def wish_of(
             weights = np.array([1.0 / lever if lever > 1e-6 else 1.0] * 3 + [1.0] * 3)[:, None]
             return away_from_singularities(lambda q: jacobian(q) * weights)
         case Preference.DISTANCE:
-            assert redundancy.near_of is not None, "nothing measures"
-            return away_from_things(redundancy.near_of(snapshot, arm), chain.lower, chain.upper)
+            assert near_of is not None, "nothing measures distances"
+            return away_from_things(near_of(snapshot, arm), chain.lower, chain.upper)
         case Preference.UNSPECIFIED:
             return None
 
@@ -96,6 +100,7 @@ def solve_inverse(
     configuration: str = "",
     redundancy: Redundancy = FREE,
     group: Group = WHOLE,
+    near_of: NearOf | None = None,
 ) -> tuple[Arm, InverseResult]:
     """Return the arm of a group and the joints that bring its tool centre point to `world_t_tcp` (4, 4).
 
@@ -110,7 +115,7 @@ def solve_inverse(
     start = joint_vector(snapshot, reduced, seed)
     options = InverseOptions(seed=start, configuration=configuration, arm_angle=redundancy.arm_angle)
     result = solver.inverse(base_t_tip, options)
-    if (wish := wish_of(snapshot, reduced, redundancy, solver.jacobian, start)) is not None:
+    if (wish := wish_of(snapshot, reduced, redundancy, solver.jacobian, start, near_of)) is not None:
         result = _preferred(solver, reduced.serial(), base_t_tip, result, options, wish)
     if redundancy.arm_angle is not None and len(result.solutions) and not result.arm_angles:
         raise KernelError(
@@ -130,12 +135,13 @@ def reached(
     configuration: str = "",
     redundancy: Redundancy = FREE,
     group: Group = WHOLE,
+    near_of: NearOf | None = None,
 ) -> tuple[Arm, list[NDArray[np.float64]]]:
     """Return the arm and its solutions (k,), at least one, as `solve_inverse` does from where the joints are.
 
     Raise KernelError (UNREACHABLE) when there is none.
     """
-    arm, result = solve_inverse(snapshot, robot, world_t_tcp, {}, solver_of, configuration, redundancy, group)
+    arm, result = solve_inverse(snapshot, robot, world_t_tcp, {}, solver_of, configuration, redundancy, group, near_of)
     if not len(result.solutions):
         raise KernelError(
             f"{robot.name!r}{group} cannot reach the pose: {result.reason}",

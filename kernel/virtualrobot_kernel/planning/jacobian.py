@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.planning.between import between
+from virtualrobot_kernel.planning.relative_frame import relative_frame
 from virtualrobot_kernel.planning.robots import arm_of, standing_at, tcp_frame
 from virtualrobot_kernel.world.change import check_joint_value, single_joint
 from virtualrobot_kernel.world.figures import Pose
@@ -80,7 +80,7 @@ def solve_jacobian(
 
     def jacobian(node: int, world_t_point: Pose) -> Floats:
         node_t_point = inverse(snapshot.world_t(node)) @ world_t_point
-        return between(snapshot, world, node, node_t_point, q_index).jacobian(q)
+        return relative_frame(snapshot, world, node, node_t_point, q_index).jacobian(q)
 
     found = np.empty((len(points), 6, len(single)))
     for row, point in enumerate(points):

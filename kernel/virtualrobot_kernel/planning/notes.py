@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
+from virtualrobot_kernel.motion.jog import JogEnd
+
 
 class NoteKind(Enum):
     """What was made otherwise; the names equal those of `PlanNoteKind` in the contract."""
@@ -27,3 +29,10 @@ class Note:
     wanted: float
     kept: float
     message: str
+
+
+def jog_notes(robot: str, end: JogEnd | None) -> tuple[Note, ...]:
+    """Return the note about a jog that ends early; none for one that doesn't."""
+    if end is None:
+        return ()
+    return (Note(NoteKind.JOG_ENDS, 0, robot, end.wanted, end.kept, f"the jog ends early: {end.reason}"),)

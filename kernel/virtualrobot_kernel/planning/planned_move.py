@@ -12,8 +12,8 @@ from virtualrobot_kernel.motion.bounds import TcpBound
 from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
 from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
 from virtualrobot_kernel.motion.plan import Plan
-from virtualrobot_kernel.planning.between import Seen
 from virtualrobot_kernel.planning.notes import Note
+from virtualrobot_kernel.planning.relative_frame import RelativeTcp
 from virtualrobot_kernel.planning.robots import Arm
 from virtualrobot_kernel.world.change import single_joint
 from virtualrobot_kernel.world.figures import Pose
@@ -50,10 +50,10 @@ class PlannedMove:
     """The plan of one move, with one track, and which joints of the robot its columns are.
 
     What its law keeps besides the joints' own limits: `speed_factor` of their velocities, and `tcp`, the limits of the
-    tool centre point where it is led along a course. Or `seen`, where other moves of the step carry it: then the path's
-    fraction is that of all of the step's moves, and the plan's own law counts for nothing. tool_states: (tool, state)
-    that are true once it has succeeded. notes: what is other than asked, as of step 0. group: whose tool centre point
-    counts for zones.
+    tool centre point where it is led along a course. Or `relative_tcp`, where others of the step carry it: then the
+    path's fraction is that of all of the step's moves, and the plan's own law counts for nothing. tool_states: (tool,
+    state) that are true once it has succeeded. notes: what is other than asked, as of step 0. group: whose tool centre
+    point counts for zones.
     """
 
     robot: Node
@@ -62,7 +62,7 @@ class PlannedMove:
     tool_states: tuple[tuple[str, str], ...] = ()
     speed_factor: float = 1.0
     tcp: TcpBound | None = None
-    seen: Seen | None = None
+    relative_tcp: RelativeTcp | None = None
     notes: tuple[Note, ...] = ()
     group: Group = WHOLE
 

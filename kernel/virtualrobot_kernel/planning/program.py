@@ -1,11 +1,11 @@
-"""What a program is wished to do: its steps as data, before they are planned."""
+"""Specifications of motions: moves that go together, or the steps of a program, as data before they are planned."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from virtualrobot_kernel.motion.signals import Condition, SignalValue
-from virtualrobot_kernel.planning.wishes import Linear, Move
+from virtualrobot_kernel.planning.moves import Move
 
 MAX_STEPS = 10_000
 """The most steps of a program."""
@@ -24,7 +24,7 @@ class Zone:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class MoveStepWish:
+class MoveStep:
     """Moves that start and end together; with a zone they go over into the moves of the next step."""
 
     moves: tuple[Move, ...]
@@ -33,11 +33,11 @@ class MoveStepWish:
     @property
     def searches(self) -> bool:
         """Whether one of its moves is a search."""
-        return any(isinstance(move, Linear) and move.until is not None for move in self.moves)
+        return any(move.search for move in self.moves)
 
 
 @dataclass(frozen=True, slots=True)
-class SetSignalWish:
+class SetSignalStep:
     """Sets a signal."""
 
     signal: str
@@ -45,7 +45,7 @@ class SetSignalWish:
 
 
 @dataclass(frozen=True, slots=True)
-class WaitSignalWish:
+class WaitSignalStep:
     """Stands still until a signal meets the condition; after `timeout` seconds (0: never) the program is cancelled."""
 
     condition: Condition
@@ -53,17 +53,17 @@ class WaitSignalWish:
 
 
 @dataclass(frozen=True, slots=True)
-class DwellWish:
+class DwellStep:
     """Stands still for some seconds."""
 
     seconds: float
 
 
-StepWish = MoveStepWish | SetSignalWish | WaitSignalWish | DwellWish
+Step = MoveStep | SetSignalStep | WaitSignalStep | DwellStep
 
 
 @dataclass(frozen=True, slots=True)
-class TrackingWish:
+class TrackingSpec:
     """A node to go along with, how far its joint may move meanwhile, and its greatest speed (0: the joint's limit)."""
 
     node: str
@@ -72,14 +72,14 @@ class TrackingWish:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class MotionWish:
+class MotionSpec:
     """What a motion shall do: either moves that go together, or the steps of a program; and what it goes along with."""
 
     moves: tuple[Move, ...] = ()
-    steps: tuple[StepWish, ...] = ()
-    tracking: TrackingWish | None = None
+    steps: tuple[Step, ...] = ()
+    tracking: TrackingSpec | None = None
 
     @property
     def every_move(self) -> tuple[Move, ...]:
         """All moves, whenever they are made."""
-        return self.moves + tuple(move for step in self.steps if isinstance(step, MoveStepWish) for move in step.moves)
+        return self.moves + tuple(move for step in self.steps if isinstance(step, MoveStep) for move in step.moves)

@@ -31,15 +31,14 @@ class Preference(Enum):
 class Redundancy:
     """Joints that stand still, the arm angle (rad), and what the other joints are used for.
 
-    `locked_joints` and `posture` are radians or metres by joint name; `posture` goes with POSTURE, `near_of` with
-    DISTANCE: planning knows no shapes, so who wishes says what measures.
+    `locked_joints` and `posture` are radians or metres by joint name; `posture` goes with POSTURE. Planning knows no
+    shapes: what measures distances for DISTANCE is given to it as a `NearOf`, beside the solvers.
     """
 
     locked_joints: Mapping[str, float] = field(default_factory=dict)
     arm_angle: float | None = None
     preference: Preference = Preference.UNSPECIFIED
     posture: Mapping[str, float] = field(default_factory=dict)
-    near_of: NearOf | None = None
 
 
 FREE = Redundancy()

@@ -12,7 +12,7 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.cartesian_path import lever_arm
 from virtualrobot_kernel.motion.program import Program
 from virtualrobot_kernel.planning.dynamics import solve_inverse_dynamics
-from virtualrobot_kernel.planning.plan_program import GivenUp
+from virtualrobot_kernel.planning.plan_motion import GivenUp
 from virtualrobot_kernel.planning.robots import Arm
 from virtualrobot_kernel.planning.tool_path import singular_values, tool_chain, tool_states
 from virtualrobot_kernel.world.change import single_joint

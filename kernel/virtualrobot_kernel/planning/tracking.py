@@ -16,7 +16,7 @@ from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.program import Program
 from virtualrobot_kernel.planning.actuators import actuator_limits
 from virtualrobot_kernel.planning.planned_move import joint_limits
-from virtualrobot_kernel.planning.program import TrackingWish
+from virtualrobot_kernel.planning.program import TrackingSpec
 from virtualrobot_kernel.planning.robots import Arm, tip_of, tip_t_tcp
 from virtualrobot_kernel.planning.tracked_limits import (
     Place,
@@ -62,7 +62,11 @@ def arms_joints(joints: Iterable[tuple[int, str]], moved: Sequence[Arm]) -> set[
 
 
 def tracked(
-    snapshot: Snapshot, command: StartMotion, wish: TrackingWish, moved_arms: Sequence[Arm], go_on: GoOn = lambda: None
+    snapshot: Snapshot,
+    command: StartMotion,
+    tracking: TrackingSpec,
+    moved_arms: Sequence[Arm],
+    go_on: GoOn = lambda: None,
 ) -> StartMotion:
     """Return a planned motion of some arms as one that goes along with a node, slower where the joints need it.
 
@@ -75,22 +79,22 @@ def tracked(
     for place, (robot, arm) in enumerate(arms):
         if any(np.intersect1d(arm.q_index, other.q_index).size for _, other in arms[:place]):
             raise KernelError(
-                f"{robot.name!r}{arm.group} cannot go along with {wish.node!r} together with another group that has "
-                "some of its joints; move one of them",
+                f"{robot.name!r}{arm.group} cannot go along with {tracking.node!r} together with another group that "
+                "has some of its joints; move one of them",
                 field="tracking",
                 robot=robot.name,
             )
     if not arms:
         raise KernelError("only arms can go along with a frame, and this motion moves none", field="tracking")
-    frame = _frame(snapshot, wish.node, arms, moved)
+    frame = _frame(snapshot, tracking.node, arms, moved)
     for robot, arm in arms:
-        _check_carriers(snapshot, robot, arm, wish.node, moved)
-    window, velocity = _window(frame, wish), min(wish.max_velocity or np.inf, frame.joint.limits.velocity)
+        _check_carriers(snapshot, robot, arm, tracking.node, moved)
+    window, velocity = _window(frame, tracking), min(tracking.max_velocity or np.inf, frame.joint.limits.velocity)
     joints = tuple(dict.fromkeys([*command.joints, *((robot.name, j) for robot, arm in arms for j in arm.joint_names)]))
     program = _widened(snapshot, command.program, joints)
     tracking_arms = [_tracking_arm(snapshot, robot, arm, joints, frame) for robot, arm in arms]
     program, tracked = _checked(snapshot, program, frame, window, velocity, arms, tracking_arms, go_on)
-    ways = [TcpPath(robot.uid, (structure.node(wish.node).uid,), arm.group) for robot, arm in arms]
+    ways = [TcpPath(robot.uid, (structure.node(tracking.node).uid,), arm.group) for robot, arm in arms]
     uids = ((structure.robot(robot)[0].uid, joint) for robot, joint in joints)
     preconditions = (*command.preconditions, *preconditions_of(structure, snapshot.state, uids, ways))
     return replace(
@@ -169,19 +173,19 @@ def _joint_at(snapshot: Snapshot, robot: int, place: int) -> Joint:
     return index.joints[index.q_start.index(place)]
 
 
-def _window(frame: _Frame, wish: TrackingWish) -> tuple[float, float]:
+def _window(frame: _Frame, tracking: TrackingSpec) -> tuple[float, float]:
     """Return between which displacements the frame is followed; a joint's limits shorten the window."""
-    if abs(wish.window) > LARGEST_WINDOW:
+    if abs(tracking.window) > LARGEST_WINDOW:
         raise KernelError(
-            f"tracking.window is at most {LARGEST_WINDOW:g} {frame.unit} either way, not {wish.window:g}",
+            f"tracking.window is at most {LARGEST_WINDOW:g} {frame.unit} either way, not {tracking.window:g}",
             field="tracking.window",
         )
-    low = max(min(wish.window, 0.0), frame.joint.limits.lower - frame.position)
-    high = min(max(wish.window, 0.0), frame.joint.limits.upper - frame.position)
-    if (high if wish.window > 0.0 else -low) <= 0.0:
+    low = max(min(tracking.window, 0.0), frame.joint.limits.lower - frame.position)
+    high = min(max(tracking.window, 0.0), frame.joint.limits.upper - frame.position)
+    if (high if tracking.window > 0.0 else -low) <= 0.0:
         raise LimitError(
             f"the joint {frame.joint.name!r} of {frame.robot.name!r} stands at its limit, {frame.position:g} "
-            f"{frame.unit}, and cannot move by {wish.window:g} {frame.unit} from there",
+            f"{frame.unit}, and cannot move by {tracking.window:g} {frame.unit} from there",
             joint=frame.joint.name,
             value=frame.position,
         )

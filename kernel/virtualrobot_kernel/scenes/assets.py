@@ -11,6 +11,7 @@ from virtualrobot.v1 import nodes_pb2
 
 from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
+from virtualrobot_kernel.formats.xml import FileWarning
 from virtualrobot_kernel.world.commands import Command, CreateNodes, UpdateNode
 from virtualrobot_kernel.world.figures import Figure, Mesh
 
@@ -21,10 +22,15 @@ def files_of(meshes: MeshLibrary, files: Iterable[nodes_pb2.AssetFile]) -> Files
 
 
 def with_assets(
-    meshes: MeshLibrary, commands: Sequence[Command], files: Files | None = None, referrer: str = ""
+    meshes: MeshLibrary,
+    commands: Sequence[Command],
+    files: Files | None = None,
+    referrer: str = "",
+    warnings: list[FileWarning] | None = None,
 ) -> list[Command]:
-    """Return the commands with every mesh found, parsed once and named by its content."""
-    found = partial(found_figures, meshes, files=files or files_of(meshes, ()), referrer=referrer)
+    """Return the commands with every mesh found, parsed once and named by its content; see `found_figures`."""
+    odd = [] if warnings is None else warnings
+    found = partial(found_figures, meshes, files=files or files_of(meshes, ()), referrer=referrer, warnings=odd)
     result: list[Command] = []
     for command in commands:
         if isinstance(command, CreateNodes):
@@ -36,18 +42,21 @@ def with_assets(
     return result
 
 
-def found_figures(meshes: MeshLibrary, figures: tuple[Figure, ...], files: Files, referrer: str) -> tuple[Figure, ...]:
-    """Return figures with every mesh found, parsed once and named by its content."""
-    return tuple(_found(meshes, figure, files, referrer) for figure in figures)
+def found_figures(
+    meshes: MeshLibrary, figures: tuple[Figure, ...], files: Files, referrer: str, warnings: list[FileWarning]
+) -> tuple[Figure, ...]:
+    """Return figures with every mesh found, parsed once and named by its content; `warnings` takes what is odd."""
+    return tuple(_found(meshes, figure, files, referrer, warnings) for figure in figures)
 
 
-def _found(meshes: MeshLibrary, figure: Figure, files: Files, referrer: str) -> Figure:
+def _found(meshes: MeshLibrary, figure: Figure, files: Files, referrer: str, warnings: list[FileWarning]) -> Figure:
     mesh = figure.geometry
     if not isinstance(mesh, Mesh):
         return figure
     held = mesh.sha256 and meshes.store.has(mesh.sha256) and all(meshes.store.has(sha) for _, sha in mesh.files)
     if not held:
-        found, _ = meshes.find(files, mesh.uri, referrer, mesh.scale, mesh.sha256)
+        found, odd = meshes.find(files, mesh.uri, referrer, mesh.scale, mesh.sha256)
+        warnings.extend(warning for warning in odd if warning not in warnings)
         mesh = replace(found, collision_hull_vertices=mesh.collision_hull_vertices)
     meshes.load(mesh)
     return replace(figure, geometry=mesh)

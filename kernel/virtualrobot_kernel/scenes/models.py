@@ -13,6 +13,7 @@ from virtualrobot_kernel.formats.dh import read_table
 from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.models import ImportedModel, TranslatedScene, import_model
+from virtualrobot_kernel.formats.xml import refuse_warnings
 from virtualrobot_kernel.messages.dh import denavit_hartenberg, refuse_file_fields, row_inertials
 from virtualrobot_kernel.messages.nodes import JOINT_TYPES, node_spec
 from virtualrobot_kernel.messages.robots import settings
@@ -63,9 +64,11 @@ def read_model(
         taken=names,
         referrer=referrer,
     )
-    if isinstance(model, ImportedModel):
-        return model
-    return _scene_as_model(meshes, model, request, files, names)
+    if not isinstance(model, ImportedModel):
+        model = _scene_as_model(meshes, model, request, files, names)
+    if request.strict:
+        refuse_warnings(model.warnings)
+    return model
 
 
 def spec_of(message: nodes_pb2.Node, place: str) -> NodeSpec:
@@ -97,6 +100,7 @@ def _scene_as_model(
         raise KernelError(f"{model.uri} holds no model", file=model.uri)
     renamed = _free_names(specs, request.name, taken)
     nodes: list[NodeSpec] = []
+    warnings = [*model.warnings]
     for spec in specs:
         if spec.parent == WORLD_NAME:
             place = pose(request.parent_t_node, "parent_t_node") @ spec.parent_t_node
@@ -108,10 +112,10 @@ def _scene_as_model(
         data = spec.data
         if isinstance(data, RobotData):
             data = replace(data, source=model.uri, flange=renamed.get(data.flange, data.flange))
-        figures = found_figures(meshes, spec.figures, files, model.uri)
+        figures = found_figures(meshes, spec.figures, files, model.uri, warnings)
         nodes.append(replace(spec, name=renamed[spec.name], data=data, figures=figures))
     count = sum(isinstance(figure.geometry, Mesh) for node in nodes for figure in node.figures)
-    return ImportedModel(tuple(nodes), count, model.warnings)
+    return ImportedModel(tuple(nodes), count, tuple(warnings))
 
 
 def _free_names(specs: Iterable[NodeSpec], wanted: str, taken: frozenset[str]) -> dict[str, str]:

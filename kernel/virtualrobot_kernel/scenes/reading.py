@@ -11,6 +11,7 @@ from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.formats import scene_file
 from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
+from virtualrobot_kernel.formats.xml import FileWarning
 from virtualrobot_kernel.formats.yaml_text import Check
 from virtualrobot_kernel.messages.collision_settings import settings_command
 from virtualrobot_kernel.messages.signals import created_signal
@@ -37,8 +38,8 @@ def read_scene(
     meshes: MeshLibrary,
     known: Iterable[str] | None = None,
     check: Check = lambda: None,
-) -> tuple[list[Command], list[str]]:
-    """Return the commands that make the world of a scene file, and what was odd about its models.
+) -> tuple[list[Command], list[FileWarning]]:
+    """Return the commands that make the world of a scene file, and what is odd about it and what it names.
 
     Args:
         text: of the file.
@@ -58,9 +59,9 @@ def read_scene(
     # Tools and sensors of a scene file hang on links that come with its models: they wait for them.
     first, mounted = _split(specs, taken) if scene.models else (specs, [])
     commands: list[Command] = [ClearWorld()] if known is None else []
-    commands.extend(with_assets(meshes, [CreateNodes(tuple(first))], files, referrer) if first else [])
+    warnings: list[FileWarning] = []
+    commands.extend(with_assets(meshes, [CreateNodes(tuple(first))], files, referrer, warnings) if first else [])
     names = {*taken, *(spec.name for spec in specs)}
-    warnings: list[str] = []
     for place, wanted in enumerate(scene.models):
         try:
             model = read_model(meshes, wanted, files, names, referrer)
@@ -75,7 +76,7 @@ def read_scene(
     for place, spec in enumerate(specs):
         if spec.parent not in names:
             raise UnknownNameError(f"parent for {spec.name!r}", spec.parent, names).at(f"{uri}: nodes[{place}]")
-    commands.extend(with_assets(meshes, [CreateNodes(tuple(mounted))], files, referrer) if mounted else [])
+    commands.extend(with_assets(meshes, [CreateNodes(tuple(mounted))], files, referrer, warnings) if mounted else [])
     commands.extend(created_signal(signal) for signal in scene.signals)
     for robot in scene.robot_states:
         commands.extend(_state_commands(robot))

@@ -9,9 +9,8 @@ import pybullet_data
 import pytest
 import virtualrobot
 from virtualrobot import cli
-from virtualrobot.v1 import scene_pb2
 
-from tests.api.conftest import EMPTY_SCENE, KernelProcess, StartKernel
+from tests.kernels import KernelProcess, Stubs
 
 IIWA = "package://pybullet_data/kuka_iiwa/model.urdf"
 PANDA = "package://pybullet_data/franka_panda/panda.urdf"
@@ -19,22 +18,10 @@ MODELS = Path(pybullet_data.getDataPath())
 Run = Callable[..., str]
 
 
-@pytest.fixture(scope="package")
-def client_kernel(start_kernel: StartKernel) -> Iterator[KernelProcess]:
-    """Return one kernel, with a token, for all tests of the client."""
-    process = start_kernel(token=True)
-    yield process
-    process.end()
-
-
 @pytest.fixture
-def client(client_kernel: KernelProcess) -> Iterator[virtualrobot.Client]:
+def client(kernel: KernelProcess, stubs: Stubs) -> Iterator[virtualrobot.Client]:
     """Return a client of a kernel with an empty world whose time follows the wall clock."""
-    with virtualrobot.connect(client_kernel.address, client_kernel.token) as client:
-        client.stop()
-        client.services.scene.LoadScene(scene_pb2.LoadSceneRequest(text=EMPTY_SCENE))
-        client.speed_factor = 1.0
-        client.clock.set_realtime()
+    with virtualrobot.connect(kernel.address) as client:
         yield client
 
 
@@ -45,10 +32,9 @@ def iiwa(client: virtualrobot.Client) -> virtualrobot.Robot:
 
 
 @pytest.fixture
-def environment(client_kernel: KernelProcess, monkeypatch: pytest.MonkeyPatch) -> None:
+def environment(kernel: KernelProcess, monkeypatch: pytest.MonkeyPatch) -> None:
     """Let commands find the kernel of these tests."""
-    monkeypatch.setenv("VIRTUALROBOT_ADDRESS", client_kernel.address)
-    monkeypatch.setenv("VIRTUALROBOT_TOKEN", client_kernel.token)
+    monkeypatch.setenv("VIRTUALROBOT_ADDRESS", kernel.address)
 
 
 @pytest.fixture

@@ -16,7 +16,6 @@ from virtualrobot import Client, Phase, Robot, cli
 from virtualrobot.kernel_process import KernelProcess as ChildKernel
 
 from tests.api.client.conftest import IIWA, MODELS, Run
-from tests.api.conftest import KernelProcess
 
 
 def test_first_steps(run: Run, client: Client) -> None:
@@ -188,18 +187,6 @@ def test_a_watch_goes_on_until_its_reader_has_enough(client: Client, environment
         process.stdout.close()  # as `head` does
         assert process.wait(30) == 1  # as Click ends programs whose reader is gone
         assert process.stderr.read() == ""
-
-
-def test_a_token_file_is_read(
-    client: Client, client_kernel: KernelProcess, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    token = tmp_path / "token"
-    for text, code in ((client_kernel.token, 0), ("wrong", 1)):
-        token.write_text(f"{text}\n")
-        with pytest.raises(SystemExit) as ended:
-            cli.main(["--address", client_kernel.address, "ls", "--token-file", str(token)])
-        assert ended.value.code == code
-    assert "the token is wrong" in capsys.readouterr().err
 
 
 def test_a_kernel_is_started_and_ended_as_a_child() -> None:

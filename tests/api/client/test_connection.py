@@ -9,16 +9,20 @@ from pathlib import Path
 import pytest
 import trustme
 import virtualrobot
-from virtualrobot import session
+from virtualrobot import cli, session
 
-from tests.api.conftest import KernelProcess, StartKernel
+from tests.kernels import KernelProcess, StartKernel
 
 
-def test_address_and_token_come_from_the_environment(
-    client_kernel: KernelProcess, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("VIRTUALROBOT_ADDRESS", client_kernel.address)
-    monkeypatch.setenv("VIRTUALROBOT_TOKEN", client_kernel.token)
+@pytest.fixture(scope="module")
+def guarded(start_kernel: StartKernel) -> KernelProcess:
+    """Return a kernel that wants a token."""
+    return start_kernel(token=True)
+
+
+def test_address_and_token_come_from_the_environment(guarded: KernelProcess, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("VIRTUALROBOT_ADDRESS", guarded.address)
+    monkeypatch.setenv("VIRTUALROBOT_TOKEN", guarded.token)
     with virtualrobot.connect() as client:
         assert client.info.api_version == "virtualrobot.v1"
         assert client.info.version in repr(client)
@@ -36,15 +40,25 @@ def test_the_token_of_the_same_user_is_found(start_kernel: StartKernel, monkeypa
 
 
 def test_a_wrong_or_missing_token_is_told(
-    client_kernel: KernelProcess, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    guarded: KernelProcess, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     with pytest.raises(virtualrobot.AuthenticationError, match="the token is wrong") as refused:
-        virtualrobot.connect(client_kernel.address, "wrong")
+        virtualrobot.connect(guarded.address, "wrong")
     assert (refused.value.reason, refused.value.code) == ("UNAUTHENTICATED", "UNAUTHENTICATED")
     monkeypatch.delenv("VIRTUALROBOT_TOKEN", raising=False)
     # The kernel of these tests keeps its token in a file of its own, not where clients look.
     with pytest.raises(virtualrobot.AuthenticationError, match="there is no token for it in"):
-        virtualrobot.connect(client_kernel.address)
+        virtualrobot.connect(guarded.address)
+
+
+def test_a_token_file_is_read(guarded: KernelProcess, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    token = tmp_path / "token"
+    for text, code in ((guarded.token, 0), ("wrong", 1)):
+        token.write_text(f"{text}\n")
+        with pytest.raises(SystemExit) as ended:
+            cli.main(["--address", guarded.address, "ls", "--token-file", str(token)])
+        assert ended.value.code == code
+    assert "the token is wrong" in capsys.readouterr().err
 
 
 def test_nobody_listens() -> None:
@@ -114,8 +128,8 @@ def test_a_kernel_that_ends_is_told_at_once(start_kernel: StartKernel) -> None:
     client.close()
 
 
-def test_a_closed_client_says_so(client_kernel: KernelProcess) -> None:
-    client = virtualrobot.connect(client_kernel.address, client_kernel.token)
+def test_a_closed_client_says_so(guarded: KernelProcess) -> None:
+    client = virtualrobot.connect(guarded.address, guarded.token)
     client.close()
     with pytest.raises(virtualrobot.ClientClosedError, match="connect again"):
         client.clock.read()

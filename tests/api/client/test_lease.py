@@ -16,13 +16,13 @@ from virtualrobot import Client, Robot
 
 from tests.api.client.conftest import IIWA, Run
 from tests.api.client.test_motion import BENT, begun, slow
-from tests.api.conftest import KernelProcess
+from tests.kernels import KernelProcess
 
 
 @pytest.fixture
-def other(client: Client, client_kernel: KernelProcess) -> Iterator[Client]:
+def other(client: Client, kernel: KernelProcess) -> Iterator[Client]:
     """Return another client of the same kernel; asked for after the arm, it leaves before the world is emptied."""
-    with virtualrobot.connect(client_kernel.address, client_kernel.token) as other:
+    with virtualrobot.connect(kernel.address) as other:
         yield other
 
 
@@ -110,7 +110,7 @@ def slow_of(client: Client) -> str:
 PROGRAM = """
 import sys
 import virtualrobot
-client = virtualrobot.connect(sys.argv[1], sys.argv[2])
+client = virtualrobot.connect(sys.argv[1])
 lease = client.lease("iiwa")
 robot = client.robot("iiwa")
 print(robot.start(robot.ptp([1.0] * 7, speed_factor=0.001), wait=False, on_disconnect="continue").id, flush=True)
@@ -118,8 +118,8 @@ lease.wait_for_loss()
 """
 
 
-def test_a_killed_program_loses_its_lease(client: Client, iiwa: Robot, client_kernel: KernelProcess) -> None:
-    command = [sys.executable, "-c", PROGRAM, client_kernel.address, client_kernel.token]
+def test_a_killed_program_loses_its_lease(client: Client, iiwa: Robot, kernel: KernelProcess) -> None:
+    command = [sys.executable, "-c", PROGRAM, kernel.address]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as program:
         assert program.stdout
         id = program.stdout.readline().strip()
@@ -181,16 +181,16 @@ class Wire:
 
 
 @pytest.fixture
-def wire(client_kernel: KernelProcess) -> Iterator[Wire]:
-    wire = Wire(client_kernel.address)
+def wire(kernel: KernelProcess) -> Iterator[Wire]:
+    wire = Wire(kernel.address)
     yield wire
     wire.close()
 
 
 def test_a_short_break_of_the_connection_costs_no_lease(
-    client: Client, iiwa: Robot, client_kernel: KernelProcess, wire: Wire
+    client: Client, iiwa: Robot, kernel: KernelProcess, wire: Wire
 ) -> None:
-    with virtualrobot.connect(wire.address, client_kernel.token) as far, far.lease("iiwa", owner="far") as lease:
+    with virtualrobot.connect(wire.address) as far, far.lease("iiwa", owner="far") as lease:
         for _ in range(3):
             wire.cut()
             assert lease.wait_for_loss(1.5) == ""  # longer than the grace
@@ -199,9 +199,9 @@ def test_a_short_break_of_the_connection_costs_no_lease(
 
 
 def test_a_connection_that_stays_away_costs_the_lease(
-    client: Client, iiwa: Robot, client_kernel: KernelProcess, wire: Wire
+    client: Client, iiwa: Robot, kernel: KernelProcess, wire: Wire
 ) -> None:
-    far = virtualrobot.connect(wire.address, client_kernel.token)
+    far = virtualrobot.connect(wire.address)
     lease = far.lease("iiwa")
     id = slow_of(far)
     wire.close()

@@ -123,6 +123,12 @@ def test_what_is_odd_about_a_file_is_logged(client: Client, secret_arm: Path, ca
     with caplog.at_level(logging.WARNING, "virtualrobot"):
         client.load_robot(URI, packages={"secret_arm": secret_arm}, settings={"arguments": {"prefx": "left_"}})
     assert any("did you mean 'prefix'" in message for message in caplog.messages)
+    assert [warning.text for warning in client.scene.warnings] == caplog.messages
+    assert {warning.file for warning in client.scene.warnings} == {URI}
+    with pytest.raises(virtualrobot.MalformedFileError, match="did you mean 'prefix'"):
+        client.load_robot(
+            URI, packages={"secret_arm": secret_arm}, settings={"arguments": {"prefx": "left_"}}, strict=True
+        )
 
 
 def test_settings_that_no_importer_has_are_refused(client: Client, secret_arm: Path) -> None:

@@ -15,7 +15,7 @@ import virtualrobot
 from virtualrobot import Client, Phase, Robot, pose
 
 from tests.api.client.conftest import IIWA
-from tests.api.conftest import KernelProcess
+from tests.kernels import KernelProcess
 
 BENT = np.array([0.0, 0.5, 0.0, -1.2, 0.0, 0.8, 0.0])
 
@@ -190,9 +190,9 @@ def test_a_motion_nobody_waits_for_goes_on_while_its_client_lives(iiwa: Robot) -
 
 @pytest.mark.parametrize(("on_disconnect", "last"), [("stop", Phase.CANCELLED), ("continue", Phase.SUCCEEDED)])
 def test_a_client_that_vanishes(
-    client: Client, iiwa: Robot, client_kernel: KernelProcess, on_disconnect: str, last: Phase
+    client: Client, iiwa: Robot, kernel: KernelProcess, on_disconnect: str, last: Phase
 ) -> None:
-    other = virtualrobot.connect(client_kernel.address, client_kernel.token)
+    other = virtualrobot.connect(kernel.address)
     now = iiwa.positions
     seconds = 60 if on_disconnect == "stop" else 2  # longer than the second of grace
     started = other.robot("iiwa").follow([0, seconds], [now, now + 0.1], wait=False, on_disconnect=on_disconnect)

@@ -11,7 +11,7 @@ import virtualrobot
 from virtualrobot import Client, pose
 
 from tests.api.client.conftest import IIWA
-from tests.api.conftest import StartKernel
+from tests.kernels import StartKernel
 from tests.plugins.install import environment
 
 PLUGIN = '''
@@ -80,7 +80,6 @@ def client(start_kernel: StartKernel, site: Path) -> Iterator[Client]:
         client.plugins.reload()
         client.load_robot(IIWA, name="iiwa")
         yield client
-    kernel.end()
 
 
 def test_the_bundled_components_are_listed(client: Client) -> None:

@@ -9,7 +9,7 @@ import pytest
 import virtualrobot
 from virtualrobot import Client, Robot
 
-from tests.api.conftest import KernelProcess
+from tests.kernels import KernelProcess
 
 
 def test_time_goes_on_by_steps(client: Client, iiwa: Robot) -> None:
@@ -64,14 +64,14 @@ def test_signals_are_like_a_dictionary(client: Client) -> None:
         signals.create("a")
 
 
-def test_signals_are_waited_for(client: Client, client_kernel: KernelProcess) -> None:
+def test_signals_are_waited_for(client: Client, kernel: KernelProcess) -> None:
     client.signals.create("ready")
     client.signals.wait_for("ready", False)
     with pytest.raises(virtualrobot.CallTimeoutError, match="'ready' was not on within"):
         client.signals.wait_for("ready", timeout=0.1)
 
     def say() -> None:
-        with virtualrobot.connect(client_kernel.address, client_kernel.token) as other:
+        with virtualrobot.connect(kernel.address) as other:
             other.signals["ready"] = True
 
     thread = threading.Thread(target=say)

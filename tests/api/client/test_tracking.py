@@ -7,7 +7,7 @@ import pytest
 import virtualrobot
 from virtualrobot import Client, LimitError, Robot, Tracking, UnreachableError, pose
 
-from tests.api.conftest import KernelProcess
+from tests.kernels import KernelProcess
 
 
 @pytest.fixture
@@ -25,12 +25,12 @@ def belt_t(client: Client, world_t: np.ndarray) -> np.ndarray:
 
 
 def test_a_move_goes_along_while_another_program_has_the_belt(
-    client: Client, client_kernel: KernelProcess, arm: Robot
+    client: Client, kernel: KernelProcess, arm: Robot
 ) -> None:
     goal = belt_t(client, arm.tcp @ pose(z=0.05))
     with (
         client.robot("conveyor").lease(),
-        virtualrobot.connect(client_kernel.address, client_kernel.token) as other,
+        virtualrobot.connect(kernel.address) as other,
     ):
         follower = other.robot("arm")
         client.robot("conveyor").move_joints({"belt": 50.0}, speed_factor=0.2, wait=False)

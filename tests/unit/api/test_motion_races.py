@@ -127,7 +127,7 @@ def test_a_client_that_vanishes_while_its_program_is_planned_ends_the_planning(
         ended.set()
         raise KernelError("nobody waits for this plan any more")
 
-    monkeypatch.setattr(api, "plan_wish", plan)
+    monkeypatch.setattr(api, "plan_motion", plan)
 
     async def run() -> None:
         call = asyncio.ensure_future(served(world).StartMotion(start(1.0), CLIENT))

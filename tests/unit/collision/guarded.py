@@ -10,12 +10,11 @@ from virtualrobot_kernel.collision.guard import CollisionGuard
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMode
-from virtualrobot_kernel.planning.jog import CartesianJog, JointJog
-from virtualrobot_kernel.planning.plan_program import plan_wish
+from virtualrobot_kernel.planning.moves import CartesianJog, JointJog, Linear, Move, PointToPoint
+from virtualrobot_kernel.planning.plan_motion import plan_motion
 from virtualrobot_kernel.planning.planned_move import PoseGoal
-from virtualrobot_kernel.planning.program import MotionWish, MoveStepWish, Zone
+from virtualrobot_kernel.planning.program import MotionSpec, MoveStep, Zone
 from virtualrobot_kernel.planning.robots import world_poses
-from virtualrobot_kernel.planning.wishes import Linear, Move, PointToPoint
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.collisions import CollisionMode
 from virtualrobot_kernel.world.commands import (
@@ -132,7 +131,7 @@ def belt_cell(rng: np.random.Generator) -> tuple[Cell, StartMotion, StartMotion]
     cell.do(SetCollisionSettings(CollisionMode.GUARD))
     world.listen(cell.keep)
     cell.keep()
-    run_belt = plan_wish(snapshot, MotionWish((PointToPoint("conveyor", {"run": 0.35}, 0.5),)), chain).command
+    run_belt = plan_motion(snapshot, MotionSpec((PointToPoint("conveyor", {"run": 0.35}, 0.5),)), chain).command
     return cell, made.command, run_belt
 
 
@@ -145,7 +144,7 @@ def posture(snapshot: Snapshot, robot: str, rng: np.random.Generator) -> dict[st
     return found
 
 
-def wish(snapshot: Snapshot, robot: str, rng: np.random.Generator) -> MotionWish:
+def wish(snapshot: Snapshot, robot: str, rng: np.random.Generator) -> MotionSpec:
     """Return a random motion of an arm: point to point, a line, corners that are cut, a jog."""
 
     def line(scale: float) -> Linear:
@@ -156,17 +155,17 @@ def wish(snapshot: Snapshot, robot: str, rng: np.random.Generator) -> MotionWish
     kind = rng.integers(5)
     names = [joint.name for joint in snapshot.structure.robot(robot)[1].joints]
     if kind == 0:
-        return MotionWish((line(0.5),))
+        return MotionSpec((line(0.5),))
     if kind == 1:
-        steps = [MoveStepWish((line(0.4),), Zone(0.05)) for _ in range(3)]
-        return MotionWish(steps=tuple(steps))
+        steps = [MoveStep((line(0.4),), Zone(0.05)) for _ in range(3)]
+        return MotionSpec(steps=tuple(steps))
     if kind == 2:
         direction = rng.normal(size=3)
         jog: Move = CartesianJog(robot, tuple(direction.tolist()), velocity=0.5)
-        return MotionWish((jog,))
+        return MotionSpec((jog,))
     if kind == 3:
-        return MotionWish((JointJog(robot, str(rng.choice(names[:4])), float(rng.choice([-1.0, 1.0]))),))
-    return MotionWish((PointToPoint(robot, posture(snapshot, robot, rng)),))
+        return MotionSpec((JointJog(robot, str(rng.choice(names[:4])), float(rng.choice([-1.0, 1.0]))),))
+    return MotionSpec((PointToPoint(robot, posture(snapshot, robot, rng)),))
 
 
 def flange(snapshot: Snapshot, robot: str) -> np.ndarray:
@@ -178,7 +177,7 @@ def started(cell: Cell, robot: str, rng: np.random.Generator) -> StartMotion:
     """Return the start of a random motion that can be planned."""
     for _ in range(100):
         try:
-            return plan_wish(cell.world.snapshot, wish(cell.world.snapshot, robot, rng), chain).command
+            return plan_motion(cell.world.snapshot, wish(cell.world.snapshot, robot, rng), chain).command
         except KernelError:
             continue
     raise AssertionError("nothing could be planned")

@@ -17,10 +17,10 @@ from virtualrobot_kernel.collision.report import Stopped, Touch
 from virtualrobot_kernel.collision.scene import CollisionScene, Detail
 from virtualrobot_kernel.collision.swept import RESOLUTION
 from virtualrobot_kernel.motion.signals import Condition
-from virtualrobot_kernel.planning.plan_program import plan_wish
-from virtualrobot_kernel.planning.program import DwellWish, MotionWish, MoveStepWish, SetSignalWish, WaitSignalWish
+from virtualrobot_kernel.planning.moves import Move, PointToPoint, ToolStateMove
+from virtualrobot_kernel.planning.plan_motion import plan_motion
+from virtualrobot_kernel.planning.program import DwellStep, MotionSpec, MoveStep, SetSignalStep, WaitSignalStep
 from virtualrobot_kernel.planning.robots import world_poses
-from virtualrobot_kernel.planning.wishes import Move, PointToPoint, ToolStateMove
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.collisions import CollisionMode
 from virtualrobot_kernel.world.commands import (
@@ -54,7 +54,7 @@ TICK = 0.004
 AHEAD = 1.0
 """More than the carts need to stop: 0.35 s."""
 
-Step = MoveStepWish | DwellWish | SetSignalWish | WaitSignalWish
+Step = MoveStep | DwellStep | SetSignalStep | WaitSignalStep
 
 
 class Cell:
@@ -79,12 +79,12 @@ class Cell:
 
     def start(self, *moves: Move, steps: tuple[Step, ...] = ()) -> str:
         """Plan moves or a program, start it and return its id."""
-        command = plan_wish(self.world.snapshot, MotionWish(moves, steps), chain).command
+        command = plan_motion(self.world.snapshot, MotionSpec(moves, steps), chain).command
         return self.do(command).state.motions[-1].id
 
     def command(self, *moves: Move) -> StartMotion:
         """Return what starts moves."""
-        return plan_wish(self.world.snapshot, MotionWish(moves), chain).command
+        return plan_motion(self.world.snapshot, MotionSpec(moves), chain).command
 
     def step(self, ticks: int = 1) -> Snapshot:
         """Let time go on; fail when a check does."""
@@ -175,7 +175,7 @@ def test_a_motion_stops_in_the_first_tick_from_which_the_contact_can_be_seen(cel
 def test_what_is_in_the_way_of_nothing_stops_nothing(cell: Cell) -> None:
     """All steps of a program, with dwells; the way back passes the wall again, by less than a millimetre."""
     cell.do(CreateNodes(slider()), wall(2.0 + BALL + 0.0005))
-    steps = (MoveStepWish((slide(2.0),)), DwellWish(0.2), MoveStepWish((slide(-1.0),)))
+    steps = (MoveStep((slide(2.0),)), DwellStep(0.2), MoveStep((slide(-1.0),)))
     id = cell.start(steps=steps)
     cell.ended()
     assert cell.cancellation(id) is None and not cell.stopped
@@ -264,7 +264,7 @@ def test_a_slower_robot_is_looked_at_as_slow_as_it_is(cell: Cell) -> None:
 
 def test_what_comes_after_a_wait_is_looked_at_when_the_wait_is_over(cell: Cell) -> None:
     cell.do(CreateNodes(slider()), wall(1.0), CreateSignal(Signal("go", False)))
-    id = cell.start(steps=(MoveStepWish((slide(0.1),)), WaitSignalWish(Condition("go")), MoveStepWish((slide(2.0),))))
+    id = cell.start(steps=(MoveStep((slide(0.1),)), WaitSignalStep(Condition("go")), MoveStep((slide(2.0),))))
     cell.step(1000)
     assert not cell.stopped
     cell.do(SetSignal("go", True))
@@ -318,8 +318,8 @@ def test_a_tool_that_a_program_lets_grow_is_foreseen(cell: Cell) -> None:
     """Small it passes the wall; it is let grow on the way, and the move after that is stopped before it reaches it."""
     cell.do(CreateNodes(slider()), CreateNodes((growing("tool", "slider.ball"),)), wall(1.3))
     cell.do(SelectTool("slider", "tool", "tip"), SetToolState("tool", "small"))
-    grow = MoveStepWish((ToolStateMove("slider", "tool", "large"),))
-    id = cell.start(steps=(MoveStepWish((slide(0.3),)), grow, MoveStepWish((slide(1.0),))))
+    grow = MoveStep((ToolStateMove("slider", "tool", "large"),))
+    id = cell.start(steps=(MoveStep((slide(0.3),)), grow, MoveStep((slide(1.0),))))
     tick = cell.until_stopped(id)
     cell.ended()
     assert not cell.touched and float(cell.world.snapshot.state.q[0]) < 1.3 - 0.6

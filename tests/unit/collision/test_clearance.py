@@ -10,13 +10,13 @@ from virtualrobot_kernel.collision.clearance import near_by
 from virtualrobot_kernel.collision.pool import ScenePool
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.motion.nullspace import DISTANCE_RANGE
-from virtualrobot_kernel.planning.free_joints import led_tcp
-from virtualrobot_kernel.planning.moves import plan_moves
+from virtualrobot_kernel.planning.free_joints import cartesian_tcp
+from virtualrobot_kernel.planning.moves import Linear
 from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.planning.redundancy import FREE, Preference, Redundancy
 from virtualrobot_kernel.planning.robots import arm_of, locked_arm, standing_at, tcp_frame
 from virtualrobot_kernel.planning.solvers import Solvers
-from virtualrobot_kernel.planning.wishes import Linear
+from virtualrobot_kernel.planning.together import plan_moves
 from virtualrobot_kernel.world.commands import CreateNodes
 from virtualrobot_kernel.world.figures import Figure, Sphere
 from virtualrobot_kernel.world.state import Snapshot
@@ -26,7 +26,8 @@ from tests.unit.collision.worlds import SHAPES, after, coal_distances, scene_of,
 
 STARTS = {"iiwa": [0.0, 0.5, 0.0, -1.5, 0.0, 1.1416, 0.0], "panda": [0.0, 0.2, 0.0, -1.9, 0.0, 2.1, 0.785]}
 BALLS = {"iiwa": (0.25, -0.27, 0.75), "panda": (0.25, -0.22, 0.6)}
-DISTANCE = Redundancy(preference=Preference.DISTANCE, near_of=near_by(ScenePool(SHAPES)))
+DISTANCE = Redundancy(preference=Preference.DISTANCE)
+NEAR_OF = near_by(ScenePool(SHAPES))
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +54,7 @@ def test_gradients_are_those_of_the_distances(kind: str, rng: np.random.Generato
     for _ in range(15):
         snapshot = beside(kind, np.array(STARTS[kind]) + rng.uniform(-0.2, 0.2, 7), BALLS[kind])
         arm = arm_of(snapshot, snapshot.structure.node(kind))
-        near, q = DISTANCE.near_of(snapshot, arm), snapshot.state.q[arm.q_index]  # pyright: ignore[reportOptionalCall]
+        near, q = NEAR_OF(snapshot, arm), snapshot.state.q[arm.q_index]
         distances, gradients = near(q)
         assert gradients.shape == (len(distances), 7)
         assert (np.diff(distances) >= 0.0).all() and distances[-1] <= DISTANCE_RANGE
@@ -75,18 +76,16 @@ def test_a_locked_joint_is_where_it_is_locked() -> None:
     snapshot = beside("iiwa", STARTS["iiwa"], BALLS["iiwa"])
     arm = arm_of(snapshot, snapshot.structure.node("iiwa"))
     elsewhere = locked_arm(arm, {"lbr_iiwa_joint_1": 0.4})
-    assert DISTANCE.near_of is not None
     q = np.array(STARTS["iiwa"])
-    locked, gradients = DISTANCE.near_of(snapshot, elsewhere)(q[1:])
-    free, _ = DISTANCE.near_of(snapshot, arm)(np.array([0.4, *q[1:]]))
+    locked, gradients = NEAR_OF(snapshot, elsewhere)(q[1:])
+    free, _ = NEAR_OF(snapshot, arm)(np.array([0.4, *q[1:]]))
     np.testing.assert_allclose(locked, free, atol=1e-12)
     assert gradients.shape == (len(locked), 6)
 
 
 def test_far_from_everything_nothing_is_near() -> None:
     snapshot = beside("iiwa", STARTS["iiwa"], (5.0, 0.0, 0.0))
-    assert DISTANCE.near_of is not None
-    near = DISTANCE.near_of(snapshot, arm_of(snapshot, snapshot.structure.node("iiwa")))
+    near = NEAR_OF(snapshot, arm_of(snapshot, snapshot.structure.node("iiwa")))
     distances, gradients = near(np.array(STARTS["iiwa"]))
     assert distances.shape == (0,) and gradients.shape == (0, 7)
 
@@ -102,11 +101,11 @@ def test_a_line_beside_a_ball_keeps_away_and_straight(solvers: Solvers, kind: st
     goal[:3, 3] += (0.05, -0.2, 0.1)
     along = (goal - start)[:3, 3]
     pairs = [(min(uid, ball), max(uid, ball)) for uid in snapshot.structure.robots[robot.uid].links]
-    tcp = led_tcp(snapshot, arm, solvers.of, FREE)
+    tcp = cartesian_tcp(snapshot, arm, solvers.of, FREE)
     base_t_start = tcp.pose(snapshot.state.q[arm.q_index])
     least = []
     for redundancy in (FREE, DISTANCE):
-        (planned,) = plan_moves(snapshot, [Linear(kind, PoseGoal(goal), redundancy=redundancy)], solvers.of)
+        (planned,) = plan_moves(snapshot, [Linear(kind, PoseGoal(goal), redundancy=redundancy)], solvers.of, NEAR_OF)
         path = planned.plan.tracks[0].path
         told = []
         for q in map(path.evaluate, np.linspace(path.start, path.end, 40)):

@@ -9,10 +9,10 @@ import pytest
 from virtualrobot_kernel.collision.guard import CollisionGuard, _Threat
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMode
-from virtualrobot_kernel.planning.plan_program import plan_wish
-from virtualrobot_kernel.planning.program import DwellWish, MotionWish, MoveStepWish
+from virtualrobot_kernel.planning.moves import PointToPoint, ToolStateMove
+from virtualrobot_kernel.planning.plan_motion import plan_motion
+from virtualrobot_kernel.planning.program import DwellStep, MotionSpec, MoveStep
 from virtualrobot_kernel.planning.robots import world_poses
-from virtualrobot_kernel.planning.wishes import PointToPoint, ToolStateMove
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.commands import (
     AttachNode,
@@ -277,17 +277,17 @@ def test_what_was_put_into_the_way_too_late_keeps_nobody_from_going_away(world: 
     assert 0.0 < at + 0.05 - place(step(world, 700)) < 0.005
 
 
-@pytest.mark.parametrize("on", [(), (DwellWish(0.1),), (MoveStepWish((PointToPoint("slider", {"slide": 0.0}),)),)])
+@pytest.mark.parametrize("on", [(), (DwellStep(0.1),), (MoveStep((PointToPoint("slider", {"slide": 0.0}),)),)])
 def test_a_tool_that_a_program_lets_grow_into_something_stays_as_it_is(
-    world: World, guard: CollisionGuard, on: tuple[MoveStepWish | DwellWish, ...]
+    world: World, guard: CollisionGuard, on: tuple[MoveStep | DwellStep, ...]
 ) -> None:
     """Whatever comes after it, and if nothing does; the tool is 0.5 m long then, and the wall 0.3 m away."""
     wall = body("wall", Box((0.01, 1.0, 1.0)), shifted(x=BALL + 0.6))
     do(world, CreateNodes((*slider(), growing("tool", "slider.ball"), wall)))
     do(world, SelectTool("slider", "tool", "tip"), SetToolState("tool", "small"), mode("guard"))
-    grow = MoveStepWish((ToolStateMove("slider", "tool", "large"),))
-    steps = (MoveStepWish((PointToPoint("slider", {"slide": 0.3}),)), grow, *on)
-    do(world, plan_wish(world.snapshot, MotionWish(steps=steps), chain).command)
+    grow = MoveStep((ToolStateMove("slider", "tool", "large"),))
+    steps = (MoveStep((PointToPoint("slider", {"slide": 0.3}),)), grow, *on)
+    do(world, plan_motion(world.snapshot, MotionSpec(steps=steps), chain).command)
     state = step(world, 700).state
     assert list(state.tool_states.values()) == ["small"]
     assert "'tool' would touch 'wall'" in last(world).reason

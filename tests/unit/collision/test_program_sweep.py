@@ -9,12 +9,12 @@ from virtualrobot_kernel.collision.scene import CollisionScene, Detail
 from virtualrobot_kernel.collision.swept import RESOLUTION
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.planning.check import Checked, check_motion
-from virtualrobot_kernel.planning.plan_program import plan_wish
-from virtualrobot_kernel.planning.program import DwellWish, MotionWish, MoveStepWish, Zone
+from virtualrobot_kernel.planning.moves import JointTrajectory, Move, PointToPoint, ToolStateMove
+from virtualrobot_kernel.planning.plan_motion import plan_motion
+from virtualrobot_kernel.planning.program import DwellStep, MotionSpec, MoveStep, Zone
 from virtualrobot_kernel.planning.robots import standing_at
 from virtualrobot_kernel.planning.sampling import joint_states
 from virtualrobot_kernel.planning.violations import Contact, Violation, ViolationKind
-from virtualrobot_kernel.planning.wishes import JointTrajectory, Move, PointToPoint, ToolStateMove
 from virtualrobot_kernel.world.commands import (
     AttachNode,
     CreateNodes,
@@ -46,18 +46,18 @@ def waiting() -> bool:
     return False
 
 
-def checked(snapshot: Snapshot, *wishes: Move | MoveStepWish | DwellWish, resolution: float = RESOLUTION) -> Checked:
+def checked(snapshot: Snapshot, *wishes: Move | MoveStep | DwellStep, resolution: float = RESOLUTION) -> Checked:
     """Return what a check finds of moves that go together, or of steps."""
-    moves = tuple(wish for wish in wishes if not isinstance(wish, MoveStepWish | DwellWish))
-    steps = tuple(wish for wish in wishes if isinstance(wish, MoveStepWish | DwellWish))
+    moves = tuple(wish for wish in wishes if not isinstance(wish, MoveStep | DwellStep))
+    steps = tuple(wish for wish in wishes if isinstance(wish, MoveStep | DwellStep))
 
     def first_contact(snapshot: Snapshot, command: StartMotion, until: float) -> Contact | None:
         return contact_of(CollisionScene(SHAPES), snapshot, command, until, resolution, waiting)
 
-    return check_motion(snapshot, MotionWish(moves, steps), chain, 0.0, waiting, first_contact)
+    return check_motion(snapshot, MotionSpec(moves, steps), chain, 0.0, waiting, first_contact)
 
 
-def told(snapshot: Snapshot, *wishes: Move | MoveStepWish | DwellWish) -> Violation:
+def told(snapshot: Snapshot, *wishes: Move | MoveStep | DwellStep) -> Violation:
     """Return the collision that a check finds."""
     found = checked(snapshot, *wishes).first_violation
     assert found is not None and found.kind is ViolationKind.COLLISION
@@ -66,7 +66,7 @@ def told(snapshot: Snapshot, *wishes: Move | MoveStepWish | DwellWish) -> Violat
 
 def position(snapshot: Snapshot, time: float, *moves: Move) -> np.ndarray:
     """Return where the joints of a motion are at a time."""
-    program = plan_wish(snapshot, MotionWish(moves), chain, waiting).command.program
+    program = plan_motion(snapshot, MotionSpec(moves), chain, waiting).command.program
     return joint_states(program, np.array([time]))[0][0]
 
 
@@ -133,10 +133,10 @@ def test_what_is_rounded_off_counts_and_not_the_corner() -> None:
     corner = body("corner", Sphere(0.01), shifted(x=1.0 + BALL))
     snapshot = world(CreateNodes((*along, *across, corner)), attached)
 
-    def steps(zone: Zone | None) -> tuple[MoveStepWish, ...]:
+    def steps(zone: Zone | None) -> tuple[MoveStep, ...]:
         return (
-            MoveStepWish((PointToPoint("along", {"slide": 1.0}),), zone),
-            MoveStepWish((PointToPoint("across", {"slide": 1.0}),)),
+            MoveStep((PointToPoint("along", {"slide": 1.0}),), zone),
+            MoveStep((PointToPoint("across", {"slide": 1.0}),)),
         )
 
     allowed = after(snapshot, SetAllowedPairs((("along.ball", "across.ball", ""), ("along.ball", "corner", ""))))
@@ -150,11 +150,11 @@ def test_what_is_rounded_off_counts_and_not_the_corner() -> None:
 def test_the_step_and_the_time_are_those_of_the_program() -> None:
     wall = body("wall", Box((0.1, 1.0, 1.0)), shifted(x=-1.0))
     snapshot = world(CreateNodes((*slider(), wall)))
-    there = MoveStepWish((PointToPoint("slider", {"slide": 1.0}),))
-    back = MoveStepWish((PointToPoint("slider", {"slide": -1.5}),))
-    free = checked(snapshot, there, DwellWish(0.7))
+    there = MoveStep((PointToPoint("slider", {"slide": 1.0}),))
+    back = MoveStep((PointToPoint("slider", {"slide": -1.5}),))
+    free = checked(snapshot, there, DwellStep(0.7))
     assert free.first_violation is None
-    found = told(snapshot, there, DwellWish(0.7), back)
+    found = told(snapshot, there, DwellStep(0.7), back)
     assert found.step == 2 and found.time is not None and found.time > free.duration
     assert found.path_fraction == pytest.approx((1.0 + 0.95 - BALL) / 2.5, abs=2e-4)
 
@@ -164,9 +164,9 @@ def test_a_tool_looks_as_the_program_has_left_it() -> None:
     wall = body("wall", Box((0.2, 1.0, 1.0)), shifted(x=1.4))
     snapshot = world(CreateNodes((*slider(), growing("tool", "slider.ball"), wall)))
     snapshot = after(snapshot, SelectTool("slider", "tool", "tip"), SetToolState("tool", "small"))
-    first = MoveStepWish((PointToPoint("slider", {"slide": 0.2}),))
-    grow = MoveStepWish((ToolStateMove("slider", "tool", "large"),))
-    on = MoveStepWish((PointToPoint("slider", {"slide": 1.0}),))
+    first = MoveStep((PointToPoint("slider", {"slide": 0.2}),))
+    grow = MoveStep((ToolStateMove("slider", "tool", "large"),))
+    on = MoveStep((PointToPoint("slider", {"slide": 1.0}),))
     assert checked(snapshot, first, on).first_violation is None
     found = told(snapshot, first, grow, on)
     assert found.step == 2 and found.contact is not None
@@ -216,7 +216,7 @@ def test_the_sooner_of_two_violations_is_told(at: float, kind: ViolationKind) ->
 def test_nothing_is_looked_for_that_nobody_asks_for() -> None:
     wall = body("wall", Box((0.1, 1.0, 1.0)), shifted(x=1.0))
     snapshot = world(CreateNodes((*slider(), wall)))
-    wish = MotionWish((PointToPoint("slider", {"slide": 2.0}),))
+    wish = MotionSpec((PointToPoint("slider", {"slide": 2.0}),))
     assert check_motion(snapshot, wish, chain, 0.0, waiting).first_violation is None
 
 
@@ -235,7 +235,7 @@ def test_a_resolution_makes_contacts_sooner_by_no_more(rng: np.random.Generator)
 def test_a_caller_who_gives_up_ends_the_check() -> None:
     wall = body("wall", Box((0.1, 1.0, 1.0)), shifted(x=1.0))
     snapshot = world(CreateNodes((*slider(), wall)))
-    command = plan_wish(snapshot, MotionWish((PointToPoint("slider", {"slide": 2.0}),)), chain, waiting).command
+    command = plan_motion(snapshot, MotionSpec((PointToPoint("slider", {"slide": 2.0}),)), chain, waiting).command
     with pytest.raises(KernelError, match="nobody waits"):
         contact_of(CollisionScene(SHAPES), snapshot, command, np.inf, RESOLUTION, lambda: True)
 
@@ -262,8 +262,8 @@ def test_real_arms_among_boxes_touch_when_it_was_told_and_not_before(kind: str, 
         for _ in range(2):
             goal = np.clip(here + rng.uniform(-0.5, 0.5, len(here)), lower, upper)
             move = PointToPoint(kind, dict(zip(index.joint_names, goal.tolist(), strict=True)))
-            steps.append(MoveStepWish((move,), Zone(percent=30.0)))
-        program = plan_wish(snapshot, MotionWish(steps=tuple(steps)), chain).command.program
+            steps.append(MoveStep((move,), Zone(percent=30.0)))
+        program = plan_motion(snapshot, MotionSpec(steps=tuple(steps)), chain).command.program
         told = checked(snapshot, *steps).first_violation
         if told is not None and told.kind is not ViolationKind.COLLISION:
             continue
@@ -284,7 +284,7 @@ def test_real_arms_among_boxes_touch_when_it_was_told_and_not_before(kind: str, 
 def test_steps_are_done_when_the_next_ones_begin() -> None:
     """Of a program's own times: those at which `ProgramRun.steps_done` grows."""
     snapshot = world(CreateNodes(slider()))
-    moves = [MoveStepWish((PointToPoint("slider", {"slide": way}),)) for way in (1.0, 0.0)]
-    program = plan_wish(snapshot, MotionWish(steps=(moves[0], DwellWish(0.5), moves[1])), chain).command.program
+    moves = [MoveStep((PointToPoint("slider", {"slide": way}),)) for way in (1.0, 0.0)]
+    program = plan_motion(snapshot, MotionSpec(steps=(moves[0], DwellStep(0.5), moves[1])), chain).command.program
     assert [program.done_at(step) for step in range(3)] == list(program.begins[1:])
     assert program.done_at(7) == program.duration

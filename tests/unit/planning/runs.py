@@ -11,12 +11,14 @@ import numpy as np
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.circle import Via
-from virtualrobot_kernel.planning.blending import arrived
-from virtualrobot_kernel.planning.moves import plan_moves
+from virtualrobot_kernel.planning.blending import PlannedRun, join_steps
+from virtualrobot_kernel.planning.moves import Circular, Linear, Move, PointToPoint, Spline
+from virtualrobot_kernel.planning.notes import Note
 from virtualrobot_kernel.planning.planned_move import PoseGoal
-from virtualrobot_kernel.planning.program import MoveStepWish, Zone
-from virtualrobot_kernel.planning.robots import Arm, arm_of, tcp_frame, world_poses
-from virtualrobot_kernel.planning.wishes import Circular, Linear, Move, PointToPoint, Spline
+from virtualrobot_kernel.planning.program import MoveStep, Zone
+from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_of, tcp_frame, world_poses
+from virtualrobot_kernel.planning.steps import arrived, plan_steps
+from virtualrobot_kernel.planning.together import plan_moves
 from virtualrobot_kernel.world.state import Snapshot, State
 from virtualrobot_kernel.world.structure import Kind
 from virtualrobot_plugins.chain.component import ChainKinematics
@@ -56,6 +58,13 @@ def solver(snapshot: Snapshot, arm: Arm) -> Kinematics:
     if arm not in _solvers:
         _solvers[arm] = ChainKinematics(arm.serial())
     return _solvers[arm]
+
+
+def plan_run(
+    snapshot: Snapshot, steps: Sequence[MoveStep], solver_of: SolverOf, numbers: Sequence[int] | None = None
+) -> tuple[list[PlannedRun], list[Note]]:
+    """Return the plans of consecutive move steps, one after the other, and what became of their zones."""
+    return join_steps(plan_steps(snapshot, steps, solver_of, numbers))
 
 
 def random_joints(rng: np.random.Generator, snapshot: Snapshot, robot: str) -> np.ndarray:
@@ -109,15 +118,15 @@ def random_move(rng: np.random.Generator, snapshot: Snapshot, robot: str, kind: 
 
 def random_steps(
     rng: np.random.Generator, file: str, kinds: Sequence[str], zone: Zone, time_law: TimeLaw = TimeLaw.JERK_LIMITED
-) -> tuple[Snapshot, list[MoveStepWish]]:
+) -> tuple[Snapshot, list[MoveStep]]:
     """Return a world with one arm, and steps of one move each of these kinds, all but the last one with a zone."""
     for _ in range(100):
         snapshot = here = cell_of(rng, file)
-        steps: list[MoveStepWish] = []
+        steps: list[MoveStep] = []
         try:
             for place, kind in enumerate(kinds):
                 move = replace(random_move(rng, here, "arm0", kind), time_law=time_law)
-                steps.append(MoveStepWish((move,), zone if place < len(kinds) - 1 else None))
+                steps.append(MoveStep((move,), zone if place < len(kinds) - 1 else None))
                 (planned,) = plan_moves(here, [move], solver)
                 here = with_joints(here, "arm0", planned.plan.goal)
         except AssertionError:

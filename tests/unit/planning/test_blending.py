@@ -13,18 +13,19 @@ from virtualrobot_kernel.motion import plan_execution
 from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.motion.running_motion import ENDED, Phase
-from virtualrobot_kernel.planning.blending import PlannedRun, arrived, plan_run
+from virtualrobot_kernel.planning.blending import PlannedRun
+from virtualrobot_kernel.planning.moves import Circular, JointTrajectory, Linear, Move, PointToPoint
 from virtualrobot_kernel.planning.notes import NoteKind
 from virtualrobot_kernel.planning.planned_move import PoseGoal
-from virtualrobot_kernel.planning.program import MoveStepWish, Zone
+from virtualrobot_kernel.planning.program import MoveStep, Zone
 from virtualrobot_kernel.planning.robots import arm_of, tcp_frame
-from virtualrobot_kernel.planning.wishes import Circular, JointTrajectory, Linear, Move, PointToPoint
+from virtualrobot_kernel.planning.steps import arrived
 from virtualrobot_kernel.world.index import replaced
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Actuator, Kind, RobotData
 
 from tests.unit.motion.motions import FINE, TICK
-from tests.unit.planning.runs import KINDS, cell_of, random_move, random_steps, solver
+from tests.unit.planning.runs import KINDS, cell_of, plan_run, random_move, random_steps, solver
 
 ON_COURSE, ON_LINE = 1e-5, 1e-9
 """How far the TCP may be from a line or an arc (m), and joints from a straight line in joint space (rad)."""
@@ -36,9 +37,9 @@ def tcp_at(snapshot: Snapshot, run: PlannedRun, q: np.ndarray, robot: str = "arm
     return tcp_frame(there, there.structure.node(robot, Kind.ROBOT))[:3, 3]
 
 
-def alone(snapshot: Snapshot, steps: list[MoveStepWish]) -> list[PlannedRun]:
+def alone(snapshot: Snapshot, steps: list[MoveStep]) -> list[PlannedRun]:
     """Return the plans of the same moves with a stop after each."""
-    return plan_run(snapshot, [MoveStepWish(step.moves) for step in steps], solver)[0]
+    return plan_run(snapshot, [MoveStep(step.moves) for step in steps], solver)[0]
 
 
 def check_law(plan: Plan, velocity: np.ndarray, acceleration: np.ndarray, jerk: np.ndarray) -> None:
@@ -154,8 +155,8 @@ def test_two_robots_that_go_over_a_corner_together_are_never_slower_than_with_a_
     steps = []
     for last in (False, True):
         moves = (random_move(rng, there, "arm0", "line"), random_move(rng, there, "arm1", "line"))
-        steps.append(MoveStepWish(moves, None if last else Zone(percent=1.0)))
-        (one,) = plan_run(there, [MoveStepWish(moves)], solver)[0]
+        steps.append(MoveStep(moves, None if last else Zone(percent=1.0)))
+        (one,) = plan_run(there, [MoveStep(moves)], solver)[0]
         there = arrived(there, one.joints, one.plan.goal)
     seconds = [sum(one.plan.duration for one in runs) for runs in (plan_run(snapshot, steps, solver)[0],
                                                                    alone(snapshot, steps))]  # fmt: skip
@@ -164,7 +165,7 @@ def test_two_robots_that_go_over_a_corner_together_are_never_slower_than_with_a_
 
 def line_steps(
     rng: np.random.Generator, ways: list[list[float]], zone: Zone, speed: float, acceleration: float
-) -> tuple[Snapshot, list[MoveStepWish]]:
+) -> tuple[Snapshot, list[MoveStep]]:
     """Return a world and lines of the TCP along some ways in m, which keep the arm away from singularities."""
     for _ in range(200):
         snapshot = cell_of(rng, "puma560")
@@ -174,7 +175,7 @@ def line_steps(
             pose = pose.copy()
             pose[:3, 3] += way
             move = Linear("arm0", PoseGoal(pose), max_velocity=speed, max_acceleration=acceleration)
-            steps.append(MoveStepWish((move,), zone if place < len(ways) - 1 else None))
+            steps.append(MoveStep((move,), zone if place < len(ways) - 1 else None))
         try:
             runs, _ = plan_run(snapshot, steps, solver)
         except KernelError:
@@ -258,8 +259,8 @@ def test_two_robots_in_step_stay_in_the_smallest_of_their_zones(rng: np.random.G
         try:
             for last in (False, True):
                 moves = (random_move(rng, there, "arm0", "joints"), random_move(rng, there, "arm1", "line"))
-                steps.append(MoveStepWish(moves, None if last else Zone(meters=0.04)))
-                (one,) = plan_run(there, [MoveStepWish(moves)], solver)[0]
+                steps.append(MoveStep(moves, None if last else Zone(meters=0.04)))
+                (one,) = plan_run(there, [MoveStep(moves)], solver)[0]
                 there = arrived(there, one.joints, one.plan.goal)
         except AssertionError:
             continue
@@ -291,11 +292,11 @@ def test_what_cannot_be_joined_is_reached_exactly_and_told(rng: np.random.Genera
     (run, _) = alone(snapshot, steps)
     names = tuple(name for _, name in run.joints)
     q = np.stack([run.plan.goal, run.plan.start])
-    timed = MoveStepWish((JointTrajectory("arm0", names, np.array([0.0, 20.0]), q),))
-    optimal = MoveStepWish(
+    timed = MoveStep((JointTrajectory("arm0", names, np.array([0.0, 20.0]), q),))
+    optimal = MoveStep(
         (PointToPoint("arm0", dict(zip(names, run.plan.start.tolist(), strict=True)), time_law=TimeLaw.TIME_OPTIMAL),)
     )
-    still = MoveStepWish((PointToPoint("arm0", dict(zip(names, run.plan.goal.tolist(), strict=True))),))
+    still = MoveStep((PointToPoint("arm0", dict(zip(names, run.plan.goal.tolist(), strict=True))),))
     for following, why in (
         ([timed], "times of its own"),
         ([optimal], "different time laws"),
@@ -314,12 +315,12 @@ def test_a_distance_means_nothing_where_no_tool_centre_point_moves(rng: np.rando
     last = snapshot.structure.robot("arm0")[1].joints[5].name  # its axis goes through the TCP
     now = float(snapshot.state.q[5])
     steps = [
-        MoveStepWish((PointToPoint("arm0", {last: now + 0.5}),), Zone(meters=0.01)),
-        MoveStepWish((PointToPoint("arm0", {last: now + 0.9}),)),
+        MoveStep((PointToPoint("arm0", {last: now + 0.5}),), Zone(meters=0.01)),
+        MoveStep((PointToPoint("arm0", {last: now + 0.9}),)),
     ]
     runs, (note,) = plan_run(snapshot, steps, solver)
     assert len(runs) == 2 and "give percent" in note.message
-    runs, notes = plan_run(snapshot, [MoveStepWish(steps[0].moves, Zone(percent=30.0)), steps[1]], solver)
+    runs, notes = plan_run(snapshot, [MoveStep(steps[0].moves, Zone(percent=30.0)), steps[1]], solver)
     assert len(runs) == 1 and not notes
 
 
@@ -341,7 +342,7 @@ def test_the_step_that_cannot_be_planned_is_named(rng: np.random.Generator) -> N
     far = np.eye(4)
     far[:3, 3] = 9.0
     with pytest.raises(KernelError, match="step 6: ") as refused:
-        plan_run(snapshot, [steps[0], MoveStepWish((Linear("arm0", PoseGoal(far)),))], solver, [4, 6])
+        plan_run(snapshot, [steps[0], MoveStep((Linear("arm0", PoseGoal(far)),))], solver, [4, 6])
     assert refused.value.metadata["step"] == "6"
 
 

@@ -13,13 +13,13 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.circle import Center
 from virtualrobot_kernel.motion.limits import CartesianLimits
 from virtualrobot_kernel.motion.spline import spline
-from virtualrobot_kernel.planning.between import between
-from virtualrobot_kernel.planning.blending import PlannedRun, arrived, plan_run
+from virtualrobot_kernel.planning.blending import PlannedRun
+from virtualrobot_kernel.planning.moves import Circular, JointTrajectory, Linear, Move, PointToPoint, Spline
 from virtualrobot_kernel.planning.planned_move import PoseGoal
-from virtualrobot_kernel.planning.program import MoveStepWish, Zone
+from virtualrobot_kernel.planning.program import MoveStep, Zone
+from virtualrobot_kernel.planning.relative_frame import relative_frame
 from virtualrobot_kernel.planning.robots import tcp_frame, world_poses
-from virtualrobot_kernel.planning.spline import Spline
-from virtualrobot_kernel.planning.wishes import Circular, JointTrajectory, Linear, Move, PointToPoint
+from virtualrobot_kernel.planning.steps import arrived
 from virtualrobot_kernel.world.change import Change, joint_places, single_joint
 from virtualrobot_kernel.world.commands import AttachNode, CreateNodes
 from virtualrobot_kernel.world.state import Snapshot
@@ -27,6 +27,7 @@ from virtualrobot_kernel.world.structure import Joint, JointLimits, JointType, K
 from virtualrobot_sdk.poses import rotation_matrix, rotation_vector
 
 from tests.unit.planning.cell import JOINTS, TICK, cell, chain, pictured
+from tests.unit.planning.runs import plan_run
 from tests.unit.world.builders import Z, after, link, shifted
 
 FAST = JointLimits(-10.0, 10.0, 1.0, 4.0, 40.0)
@@ -57,7 +58,7 @@ def world(rng: np.random.Generator) -> Change:
 
 
 def run(snapshot: Snapshot, *moves: Move) -> PlannedRun:
-    ((planned,), notes) = plan_run(snapshot, [MoveStepWish(moves)], chain)
+    ((planned,), notes) = plan_run(snapshot, [MoveStep(moves)], chain)
     assert not notes
     return planned
 
@@ -244,14 +245,14 @@ def test_moves_that_carry_each_other_and_moves_that_cannot_be_carried(world: Cha
     planned, notes = plan_run(
         snapshot,
         [
-            MoveStepWish(
+            MoveStep(
                 (
                     Linear("arm", PoseGoal(tcp_frame(snapshot, snapshot.structure.node("arm")))),
                     PointToPoint("rail", {"slide": 0.05}),
                 ),
                 Zone(0.05),
             ),
-            MoveStepWish((turn,)),
+            MoveStep((turn,)),
         ],
         chain,
     )
@@ -285,7 +286,7 @@ def test_the_jacobian_between_frames_is_that_of_finite_differences(world: Change
     )
     hand = structure.node("hand").uid
     for reference in ("table.plate", "world", "arm.lbr_iiwa_link_3"):
-        seen = between(snapshot, structure.node(reference).uid, hand, shifted(x=0.1, z=0.2), places)
+        seen = relative_frame(snapshot, structure.node(reference).uid, hand, shifted(x=0.1, z=0.2), places)
         q = rng.uniform(-1.0, 1.0, len(joints))
         found, h = seen.jacobian(q), 1e-6
         for column in range(len(joints)):

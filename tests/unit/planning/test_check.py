@@ -9,11 +9,11 @@ import pytest
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.planning.check import Checked, check_motion
-from virtualrobot_kernel.planning.plan_program import plan_wish
+from virtualrobot_kernel.planning.moves import JointTrajectory, Linear, Move, PointToPoint
+from virtualrobot_kernel.planning.plan_motion import plan_motion
 from virtualrobot_kernel.planning.planned_move import PoseGoal
-from virtualrobot_kernel.planning.program import DwellWish, MotionWish, MoveStepWish, Zone
+from virtualrobot_kernel.planning.program import DwellStep, MotionSpec, MoveStep, Zone
 from virtualrobot_kernel.planning.violations import Violation, ViolationKind
-from virtualrobot_kernel.planning.wishes import JointTrajectory, Linear, Move, PointToPoint
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import CreateNodes, SelectTool, SetJointPositions, UpdateNode
 from virtualrobot_kernel.world.structure import Inertial, Kind, LinkData, NodeSpec, PartData
@@ -28,7 +28,7 @@ def waiting() -> bool:
 
 
 def checked(change: Change, *moves: Move, min_singular_value: float = 0.0) -> Checked:
-    return check_motion(pictured(change), MotionWish(moves), chain, min_singular_value, waiting)
+    return check_motion(pictured(change), MotionSpec(moves), chain, min_singular_value, waiting)
 
 
 def violated(change: Change, *moves: Move, min_singular_value: float = 0.0) -> Violation:
@@ -66,7 +66,7 @@ def test_what_keeps_all_limits_has_no_violation_and_lasts_as_planned(rng: np.ran
     assert found.first_violation is None
     assert (
         found.duration
-        == plan_wish(pictured(change), MotionWish((Linear("arm", goal),)), chain, waiting).command.program.duration
+        == plan_motion(pictured(change), MotionSpec((Linear("arm", goal),)), chain, waiting).command.program.duration
     )
     assert found.min_singular_value is not None and found.min_singular_value > 0.01
 
@@ -191,7 +191,9 @@ def test_a_line_that_meets_a_joint_s_end_is_told_with_time_and_place() -> None:
     """The end is put where the line's middle has the joint: there the line is cut, by its own symmetric law."""
     change = cell()
     goal = shifted(x=0.1) @ tcp(change)
-    program = plan_wish(pictured(change), MotionWish((Linear("arm", PoseGoal(goal)),)), chain, waiting).command.program
+    program = plan_motion(
+        pictured(change), MotionSpec((Linear("arm", PoseGoal(goal)),)), chain, waiting
+    ).command.program
     plan = program.stages[0].plan
     assert plan is not None
     q = plan.tracks[0].path.evaluate(np.linspace(0.0, 1.0, 101))
@@ -209,10 +211,10 @@ def test_a_line_that_meets_a_joint_s_end_is_told_with_time_and_place() -> None:
 
 def test_a_program_tells_step_and_time_of_all_of_it() -> None:
     change = cell()
-    there, back = (MoveStepWish((PointToPoint("belt", {"slide": way}),)) for way in (1.0, -2.5))
-    good = check_motion(pictured(change), MotionWish(steps=(there, DwellWish(0.5))), chain, 0.0, waiting)
+    there, back = (MoveStep((PointToPoint("belt", {"slide": way}),)) for way in (1.0, -2.5))
+    good = check_motion(pictured(change), MotionSpec(steps=(there, DwellStep(0.5))), chain, 0.0, waiting)
     assert good.first_violation is None
-    wish = MotionWish(steps=(there, DwellWish(0.5), back))
+    wish = MotionSpec(steps=(there, DwellStep(0.5), back))
     told = check_motion(pictured(change), wish, chain, 0.0, waiting).first_violation
     assert told is not None
     assert (told.kind, told.step, told.limit) == (ViolationKind.JOINT_POSITION, 2, -2.0)
@@ -222,11 +224,11 @@ def test_a_program_tells_step_and_time_of_all_of_it() -> None:
 
 def test_what_comes_before_a_step_that_cannot_be_planned_is_told_first() -> None:
     change = limited(cell(), "belt.tray", acceleration=0.1)
-    steps = (MoveStepWish((quintic(0.5, 2.0),)), MoveStepWish((PointToPoint("arm", PoseGoal(shifted(x=3.0))),)))
-    told = check_motion(pictured(change), MotionWish(steps=steps), chain, 0.0, waiting).first_violation
+    steps = (MoveStep((quintic(0.5, 2.0),)), MoveStep((PointToPoint("arm", PoseGoal(shifted(x=3.0))),)))
+    told = check_motion(pictured(change), MotionSpec(steps=steps), chain, 0.0, waiting).first_violation
     assert told is not None
     assert (told.kind, told.step) == (ViolationKind.JOINT_ACCELERATION, 0)
-    told = check_motion(pictured(cell()), MotionWish(steps=steps), chain, 0.0, waiting).first_violation
+    told = check_motion(pictured(cell()), MotionSpec(steps=steps), chain, 0.0, waiting).first_violation
     assert told is not None
     assert (told.kind, told.step, told.robot) == (ViolationKind.REACH, 1, "arm")
 
@@ -237,18 +239,18 @@ def test_programs_that_can_be_planned_keep_the_joints_limits(law: TimeLaw, rng: 
     change = cell()
     here = tcp(change)
 
-    def step() -> MoveStepWish:
+    def step() -> MoveStep:
         zone = Zone(meters=float(rng.uniform(0.005, 0.06))) if rng.random() < 0.8 else None
         if rng.random() < 0.4:
             goal = {name: READY[name] + float(rng.uniform(-0.4, 0.4)) for name in JOINTS}
-            return MoveStepWish((PointToPoint("arm", goal, time_law=law),), zone)
+            return MoveStep((PointToPoint("arm", goal, time_law=law),), zone)
         goal = PoseGoal(shifted(*rng.uniform(-0.15, 0.15, 3)) @ here)
         rates = (float(rng.uniform(0.1, 1.5)), float(rng.uniform(1.0, 8.0)))
-        return MoveStepWish((Linear("arm", goal, 1.0, *rates, time_law=law),), zone)
+        return MoveStep((Linear("arm", goal, 1.0, *rates, time_law=law),), zone)
 
     planned = 0
     for _ in range(4):
-        wish = MotionWish(steps=tuple(step() for _ in range(3)))
+        wish = MotionSpec(steps=tuple(step() for _ in range(3)))
         found = check_motion(pictured(change), wish, chain, 0.0, waiting)
         if found.duration > 0.0:  # else it could not be planned
             planned += 1
@@ -275,5 +277,5 @@ def test_a_caller_who_gives_up_ends_the_work() -> None:
 
     change = limited(cell(), "belt.tray", velocity=0.001)
     with pytest.raises(KernelError, match="nobody waits"):
-        check_motion(pictured(change), MotionWish((PointToPoint("belt", {"slide": 2.0}),)), chain, 0.0, gone)
+        check_motion(pictured(change), MotionSpec((PointToPoint("belt", {"slide": 2.0}),)), chain, 0.0, gone)
     assert asked == 3, f"{2.0 / 0.001 / TICK:.0f} ticks are many chunks"

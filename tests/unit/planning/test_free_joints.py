@@ -18,7 +18,7 @@ from virtualrobot_kernel.motion.nullspace import (
     free_motion,
     near_posture,
 )
-from virtualrobot_kernel.planning.free_joints import led_tcp, solve_inverse, wish_of
+from virtualrobot_kernel.planning.free_joints import cartesian_tcp, solve_inverse, wish_of
 from virtualrobot_kernel.planning.planned_move import joint_limits
 from virtualrobot_kernel.planning.redundancy import FREE, Preference, Redundancy
 from virtualrobot_kernel.planning.robots import arm_of, tcp_frame, tip_of
@@ -83,7 +83,7 @@ def test_a_pose_is_solved_where_the_wish_is_best_nearby(
         target = tcp_frame(snapshot, node)
         _, plain = solve_inverse(snapshot, node, target, {}, solvers.of)
         _, better = solve_inverse(snapshot, node, target, {}, solvers.of, redundancy=redundancy)
-        tcp = led_tcp(snapshot, arm, solvers.of, FREE)
+        tcp = cartesian_tcp(snapshot, arm, solvers.of, FREE)
         wish = wish_of(snapshot, arm, redundancy, solvers.of(snapshot, arm).jacobian, np.array(list(seed.values())))
         assert wish is not None
         costs = [wish(q)[0] for q in better.solutions]
@@ -132,7 +132,7 @@ def test_a_line_follows_the_wish_and_stays_a_line(solvers: Solvers, model: str, 
         snapshot, node = standing(model, posture)
         arm = arm_of(snapshot, node)
         limits, start = joint_limits(snapshot, node, arm.joint_names)
-        tcp = led_tcp(snapshot, arm, solvers.of, LIMITS)
+        tcp = cartesian_tcp(snapshot, arm, solvers.of, LIMITS)
         assert tcp.wish is not None
         goal = tcp.pose(start)
         goal[:3, 3] += 0.15 * rng.uniform(-1.0, 1.0, 3)
@@ -175,7 +175,7 @@ def test_a_line_that_would_meet_a_limit_is_led_away_from_it(solvers: Solvers) ->
         snapshot, node = standing("iiwa", posture)
         arm = arm_of(snapshot, node)
         limits, start = joint_limits(snapshot, node, arm.joint_names)
-        tcp = led_tcp(snapshot, arm, solvers.of, LIMITS)
+        tcp = cartesian_tcp(snapshot, arm, solvers.of, LIMITS)
         goal = tcp.pose(start)
         goal[:3, 3] += 0.3 * rng.uniform(-1.0, 1.0, 3)
         for name, wish in (("plain", None), ("wished", tcp.wish)):

@@ -1,4 +1,4 @@
-"""Jogs of joints that turn or slide without end, from wishes to plans."""
+"""Jogs of joints that turn or slide without end, planned."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from math import tau
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.planning.jog import JointJog, joint_jog
+from virtualrobot_kernel.planning.moves import JointJog
 from virtualrobot_kernel.world.commands import CreateNodes
 from virtualrobot_kernel.world.structure import Joint, JointLimits, JointType, Kind, NodeSpec, RobotData
 
@@ -29,10 +29,10 @@ def test_joints_without_limits_go_a_whole_turn_or_need_a_distance() -> None:
         ),
     )
     snapshot = pictured(world)
-    turn = joint_jog(snapshot, JointJog("table", "turn", -0.5), nobody)
+    turn = JointJog("table", "turn", -0.5).plan(snapshot, nobody)
     assert turn.plan.goal[0] == pytest.approx(-tau)
     assert turn.speed_factor == pytest.approx(0.5)
     assert not turn.notes
-    assert joint_jog(snapshot, JointJog("table", "slide", 0.5, 3.0), nobody).plan.goal[0] == pytest.approx(3.0)
+    assert JointJog("table", "slide", 0.5, 3.0).plan(snapshot, nobody).plan.goal[0] == pytest.approx(3.0)
     with pytest.raises(KernelError, match="needs a distance"):
-        joint_jog(snapshot, JointJog("table", "slide", 0.5), nobody)
+        JointJog("table", "slide", 0.5).plan(snapshot, nobody)

@@ -10,18 +10,18 @@ from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.errors import KernelError, LimitError, UnknownNameError
 from virtualrobot_kernel.planning.extract import lock_coordinates
 from virtualrobot_kernel.planning.free_joints import solve_inverse
-from virtualrobot_kernel.planning.moves import joints_of
+from virtualrobot_kernel.planning.moves import Linear, PointToPoint
 from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.planning.redundancy import Redundancy
 from virtualrobot_kernel.planning.robots import arm_of, locked_arm, tcp_frame, tip_of
 from virtualrobot_kernel.planning.solvers import PASSING_ARMS, Solvers
-from virtualrobot_kernel.planning.wishes import Linear, PointToPoint
+from virtualrobot_kernel.planning.together import joints_of
 from virtualrobot_kernel.world.commands import StartMotion
 from virtualrobot_sdk.kinematics import PRISMATIC, REVOLUTE, SerialChain
 from virtualrobot_sdk.reference import chain_frames, tip_pose
 from virtualrobot_sdk.testing.branches import all_solutions, geometric_jacobian, same
 
-from tests.unit.planning.wishes import plan_motion
+from tests.unit.planning.starts import start_of
 
 from .robots import standing
 
@@ -166,7 +166,7 @@ def test_a_line_keeps_locked_joints_where_they_are(solvers: Solvers) -> None:
     goal[:3, 3] += (-0.05, 0.04, 0.06)
     move = Linear("panda", PoseGoal(goal), redundancy=Redundancy({"panda_joint3": READY["panda_joint3"]}))
     assert "panda_joint3" not in {name for _, name in joints_of(snapshot, [move])}
-    started = plan_motion(snapshot, [move], solvers.of)
+    started = start_of(snapshot, [move], solvers.of)
     free = [name for name in READY if name != "panda_joint3"]
     assert started.joints == tuple(("panda", name) for name in free)
     end = standing("panda", {**READY, **dict(zip(free, goal_of(started).tolist(), strict=True))})
@@ -177,10 +177,10 @@ def test_a_path_locks_joints_only_where_they_are(solvers: Solvers) -> None:
     snapshot, panda = standing("panda", READY)
     goal = PoseGoal(tcp_frame(snapshot, panda))
     with pytest.raises(KernelError, match=r"'panda_joint3' of 'panda' is locked at 0.3, but it is at 0.2;"):
-        plan_motion(snapshot, [Linear("panda", goal, redundancy=Redundancy({"panda_joint3": 0.3}))], solvers.of)
+        start_of(snapshot, [Linear("panda", goal, redundancy=Redundancy({"panda_joint3": 0.3}))], solvers.of)
     with pytest.raises(KernelError, match=r"the arm angle 0.5 is for goals of point-to-point moves"):
-        plan_motion(snapshot, [Linear("panda", goal, redundancy=Redundancy(arm_angle=0.5))], solvers.of)
-    started = plan_motion(
+        start_of(snapshot, [Linear("panda", goal, redundancy=Redundancy(arm_angle=0.5))], solvers.of)
+    started = start_of(
         snapshot, [PointToPoint("panda", goal, redundancy=Redundancy({"panda_joint3": 0.3}))], solvers.of
     )
     assert dict(zip(started.joints, goal_of(started), strict=True))["panda", "panda_joint3"] == 0.3

@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, UnknownNameError
-from virtualrobot_kernel.planning.moves import joints_of
+from virtualrobot_kernel.planning.moves import JointTrajectory, PointToPoint, ToolStateMove
 from virtualrobot_kernel.planning.robots import Arm, world_poses
-from virtualrobot_kernel.planning.wishes import JointTrajectory, PointToPoint, ToolStateMove
+from virtualrobot_kernel.planning.together import joints_of
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import CreateNodes
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind, NodeSpec, ToolData
 from virtualrobot_sdk.kinematics import Kinematics
 
-from tests.unit.planning.wishes import plan_motion
+from tests.unit.planning.starts import start_of
 from tests.unit.world.builders import TICK, after, arm, empty, ticked
 
 
@@ -34,7 +34,7 @@ def cell() -> Change:
 
 
 def test_a_tool_state_without_joints_is_there_with_the_next_tick(cell: Change) -> None:
-    started = after(cell, plan_motion(pictured(cell), [ToolStateMove("arm", "cup", "on")], nobody))
+    started = after(cell, start_of(pictured(cell), [ToolStateMove("arm", "cup", "on")], nobody))
     cup = started.structure.node("cup").uid
     assert started.state.tool_states[cup] == "off"
     assert started.state.motions[0].robots == (started.structure.node("arm").uid,)
@@ -46,10 +46,10 @@ def test_a_tool_state_without_joints_is_there_with_the_next_tick(cell: Change) -
 def test_moves_of_different_joints_go_together_and_those_of_the_same_do_not(cell: Change) -> None:
     snapshot = pictured(cell)
     moves = [PointToPoint("arm", {"a": 1.0}), ToolStateMove("arm", "arm_gripper", "closed")]
-    together = plan_motion(snapshot, moves, nobody)
+    together = start_of(snapshot, moves, nobody)
     assert together.joints == (("arm", "a"), ("arm", "f"))
     with pytest.raises(KernelError, match="two moves of one motion move the joint 'a' of 'arm'"):
-        plan_motion(snapshot, [PointToPoint("arm", {"a": 1.0}), PointToPoint("arm", "bent")], nobody)
+        start_of(snapshot, [PointToPoint("arm", {"a": 1.0}), PointToPoint("arm", "bent")], nobody)
 
 
 def test_joints_that_are_needed_are_known_before_planning(cell: Change) -> None:
@@ -78,9 +78,9 @@ def test_joints_that_are_needed_are_known_before_planning(cell: Change) -> None:
 )
 def test_impossible_wishes_are_refused(cell: Change, move: object, error: type, match: str) -> None:
     with pytest.raises(error, match=match):
-        plan_motion(pictured(cell), [move], nobody)  # pyright: ignore[reportArgumentType] each is a Move
+        start_of(pictured(cell), [move], nobody)  # pyright: ignore[reportArgumentType] each is a Move
 
 
 def test_nothing_to_move_is_refused(cell: Change) -> None:
     with pytest.raises(KernelError, match="at least one move"):
-        plan_motion(pictured(cell), [], nobody)
+        start_of(pictured(cell), [], nobody)

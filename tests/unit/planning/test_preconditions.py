@@ -8,9 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.planning.jog import CartesianJog
+from virtualrobot_kernel.planning.moves import CartesianJog, Linear, Move, PointToPoint, ToolStateMove
 from virtualrobot_kernel.planning.planned_move import PoseGoal
-from virtualrobot_kernel.planning.wishes import Linear, Move, PointToPoint, ToolStateMove
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import (
     AttachNode,
@@ -29,7 +28,7 @@ from virtualrobot_kernel.world.structure import Actuator, Kind, LinkData, NodeSp
 from virtualrobot_sdk.poses import inverse
 
 from tests.unit.planning.cell import cell, chain, pictured, tcp
-from tests.unit.planning.wishes import plan_motion
+from tests.unit.planning.starts import start_of
 from tests.unit.world.builders import after, shifted, ticked, world_t
 
 
@@ -105,7 +104,7 @@ def refused(change: Change, command: StartMotion, *changes: Command) -> KernelEr
 @pytest.mark.parametrize("what", HARMLESS)
 def test_harmless_changes_let_a_motion_start(what: str, rng: np.random.Generator) -> None:
     change = cell()
-    command = plan_motion(pictured(change), [line(change, "fixture")], chain)
+    command = start_of(pictured(change), [line(change, "fixture")], chain)
     later = after(change, *HARMLESS[what](change, rng))
     assert after(later, command).state.motions
 
@@ -113,7 +112,7 @@ def test_harmless_changes_let_a_motion_start(what: str, rng: np.random.Generator
 @pytest.mark.parametrize("what", [*ARM, *REFERENCE])
 def test_a_line_is_refused_when_what_it_assumes_has_changed(what: str, rng: np.random.Generator) -> None:
     change = cell()
-    command = plan_motion(pictured(change), [line(change, "fixture")], chain)
+    command = start_of(pictured(change), [line(change, "fixture")], chain)
     node, changes = {**ARM, **REFERENCE}[what]
     error = refused(change, command, *changes(change, rng))
     assert error.reason is Reason.PLAN_OUTDATED
@@ -123,7 +122,7 @@ def test_a_line_is_refused_when_what_it_assumes_has_changed(what: str, rng: np.r
 
 def test_joints_mind_their_limits_alone(rng: np.random.Generator) -> None:
     change = cell()
-    command = plan_motion(pictured(change), [PointToPoint("arm", {"lbr_iiwa_joint_2": 0.7})], chain)
+    command = start_of(pictured(change), [PointToPoint("arm", {"lbr_iiwa_joint_2": 0.7})], chain)
     for what, (_, changes) in {**ARM, **REFERENCE}.items():
         if what == "limits":
             assert refused(change, command, *changes(change, rng)).metadata["node"] == "arm.lbr_iiwa_link_2"
@@ -133,10 +132,10 @@ def test_joints_mind_their_limits_alone(rng: np.random.Generator) -> None:
 
 def test_a_posture_and_a_tool_s_state_by_name(rng: np.random.Generator) -> None:
     change = after(cell(), SetJointPositions("arm", {"lbr_iiwa_joint_1": 0.0}))
-    command = plan_motion(pictured(change), [PointToPoint("arm", "ready")], chain)
+    command = start_of(pictured(change), [PointToPoint("arm", "ready")], chain)
     assert after(change, posture(change, "other"), command).state.motions
     assert refused(change, command, posture(change, "ready")).metadata["aspect"] == "POSTURE"
-    command = plan_motion(pictured(change), [ToolStateMove("arm", "hand", "on")], chain)
+    command = start_of(pictured(change), [ToolStateMove("arm", "hand", "on")], chain)
     data = change.structure.node("hand").data
     assert isinstance(data, ToolData)
     other = UpdateNode("hand", data=replace(data, states={**data.states, "on": {"lbr_iiwa_joint_7": 0.1}}))
@@ -147,7 +146,7 @@ def test_a_posture_and_a_tool_s_state_by_name(rng: np.random.Generator) -> None:
 def test_a_jog_in_the_robot_s_own_frame_minds_the_arm_and_not_where_it_stands(rng: np.random.Generator) -> None:
     change = cell()
     jog = CartesianJog("arm", (0.0, 0.0, 1.0), distance=0.05)
-    command = plan_motion(pictured(change), [jog], chain)
+    command = start_of(pictured(change), [jog], chain)
     stands = ("base", "stand", "other parent")
     for what, (node, changes) in ARM.items():
         if what in stands:
@@ -158,7 +157,7 @@ def test_a_jog_in_the_robot_s_own_frame_minds_the_arm_and_not_where_it_stands(rn
 
 def test_a_robot_s_actuators_count(rng: np.random.Generator) -> None:
     change = cell()
-    command = plan_motion(pictured(change), [PointToPoint("arm", {"lbr_iiwa_joint_2": 0.7})], chain)
+    command = start_of(pictured(change), [PointToPoint("arm", {"lbr_iiwa_joint_2": 0.7})], chain)
     data = change.structure.node("arm").data
     assert isinstance(data, RobotData)
     motor = Actuator("motor", (("lbr_iiwa_joint_2", 100.0),), lower=-500.0, upper=500.0)
@@ -169,21 +168,21 @@ def test_a_robot_s_actuators_count(rng: np.random.Generator) -> None:
 def test_a_frame_on_a_joint_counts_where_the_joint_stands() -> None:
     """A tray that stood still when the line was planned; one that was already on its way is nobody's surprise."""
     change = cell()
-    command = plan_motion(pictured(change), [line(change, "belt.tray")], chain)
+    command = start_of(pictured(change), [line(change, "belt.tray")], chain)
     assert after(change, command).state.motions
     jump = SetJointPositions("belt", {"slide": 0.01})
     error = refused(change, command, jump)
     assert (error.metadata["node"], error.metadata["aspect"]) == ("belt.tray", "POSITION")
 
-    going = after(change, plan_motion(pictured(change), [PointToPoint("belt", {"slide": 1.0})], chain))
-    command = plan_motion(pictured(going), [line(going, "belt.tray")], chain)
+    going = after(change, start_of(pictured(change), [PointToPoint("belt", {"slide": 1.0})], chain))
+    command = start_of(pictured(going), [line(going, "belt.tray")], chain)
     assert len(after(ticked(going), command).state.motions) == 2
 
 
 def test_what_carries_arm_and_goal_may_be_moved_with_both() -> None:
     """The bench hangs on the stand too: only where they hang apart counts."""
     change = after(cell(), AttachNode("bench", "stand"))
-    command = plan_motion(pictured(change), [line(change, "fixture")], chain)
+    command = start_of(pictured(change), [line(change, "fixture")], chain)
     assert after(change, UpdateNode("stand", parent_t_node=shifted(x=1.0)), command).state.motions
 
 
@@ -195,7 +194,7 @@ def test_random_changes_never_start_a_plan_that_would_be_another_one(rng: np.ran
     for _ in range(40):
         reference = str(rng.choice(["world", "fixture", "belt.tray", "box"]))
         moves: list[Move] = [line(change, reference)]
-        command = plan_motion(pictured(change), moves, chain)
+        command = start_of(pictured(change), moves, chain)
         try:
             later = after(change, *pool[rng.integers(len(pool))](change, rng))
             later = after(later, *pool[rng.integers(len(pool))](later, rng))
@@ -208,7 +207,7 @@ def test_random_changes_never_start_a_plan_that_would_be_another_one(rng: np.ran
             continue
         started += 1
         if reference in later.structure.uid_by_name:
-            again = plan_motion(pictured(later), moves, chain)
+            again = start_of(pictured(later), moves, chain)
             np.testing.assert_array_equal(again.program.highest, command.program.highest)
             np.testing.assert_array_equal(again.program.lowest, command.program.lowest)
             assert again.program.duration == command.program.duration

@@ -10,19 +10,19 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
 from virtualrobot_kernel.motion.circle import Via
 from virtualrobot_kernel.motion.planned import Plan
-from virtualrobot_kernel.planning.plan_program import plan_wish
+from virtualrobot_kernel.planning.moves import Circular, JointTrajectory, Linear, Move, PointToPoint
+from virtualrobot_kernel.planning.plan_motion import plan_motion
 from virtualrobot_kernel.planning.planned_move import PoseGoal
-from virtualrobot_kernel.planning.program import DwellWish, MotionWish, MoveStepWish, Zone
+from virtualrobot_kernel.planning.program import DwellStep, MotionSpec, MoveStep, Zone
 from virtualrobot_kernel.planning.robots import arm_of, tip_t_tcp, world_poses
 from virtualrobot_kernel.planning.sampling import MOST_NUMBERS, Samples, check_size, joint_states, sample_times, sampled
-from virtualrobot_kernel.planning.wishes import Circular, JointTrajectory, Linear, Move, PointToPoint
 from virtualrobot_kernel.world.change import Change, joint_places
 from virtualrobot_kernel.world.commands import AttachNode, SetJointPositions, StartMotion
 from virtualrobot_kernel.world.tick import advance
 
 from tests.unit.planning.cell import JOINTS, TICK, cell, chain, pictured, tcp
 from tests.unit.planning.dynamics_cases import robot_and_reference
-from tests.unit.planning.wishes import plan_motion
+from tests.unit.planning.starts import start_of
 from tests.unit.world.builders import after, shifted
 
 
@@ -67,7 +67,7 @@ KINDS = ("ptp", "linear", "circular", "trajectory", "group")
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_world_does_at_each_tick_what_was_sampled(kind: str, rng: np.random.Generator) -> None:
     change = cell()
-    command = plan_motion(pictured(change), random_moves(change, rng, kind), chain)
+    command = start_of(pictured(change), random_moves(change, rng, kind), chain)
     told = samples_of(change, command)
     assert np.all(np.diff(told.times) > 0.0)
     assert told.times[-1] == command.program.duration
@@ -103,13 +103,13 @@ def test_the_world_runs_a_program_as_it_was_sampled(rng: np.random.Generator) ->
     here = tcp(change)
     corner, end = (shifted(*rng.uniform(-0.08, 0.08, 3)) @ here for _ in range(2))
     steps = (
-        MoveStepWish((Linear("arm", PoseGoal(corner)),), Zone(meters=0.02)),
-        MoveStepWish((Linear("arm", PoseGoal(end)),)),
-        MoveStepWish((PointToPoint("belt", {"slide": 0.3}),)),
-        DwellWish(0.1234),
-        MoveStepWish((PointToPoint("arm", random_joints(rng)), PointToPoint("belt", {"slide": 0.0}))),
+        MoveStep((Linear("arm", PoseGoal(corner)),), Zone(meters=0.02)),
+        MoveStep((Linear("arm", PoseGoal(end)),)),
+        MoveStep((PointToPoint("belt", {"slide": 0.3}),)),
+        DwellStep(0.1234),
+        MoveStep((PointToPoint("arm", random_joints(rng)), PointToPoint("belt", {"slide": 0.0}))),
     )
-    command = plan_wish(pictured(change), MotionWish(steps=steps), chain).command
+    command = plan_motion(pictured(change), MotionSpec(steps=steps), chain).command
     told = samples_of(change, command)
     assert told.steps.tolist() == sorted(told.steps) and set(told.steps) == {0, 1, 2, 3, 4}
     begins = [told.times[told.steps == step][0] for step in (3, 4)]
@@ -129,7 +129,7 @@ def test_efforts_agree_with_pinocchio(rng: np.random.Generator) -> None:
     """The same file; the hand weighs nothing."""
     change = cell()
     _, reference = robot_and_reference("iiwa", np.eye(4))
-    command = plan_motion(pictured(change), random_moves(change, rng, "ptp"), chain)
+    command = start_of(pictured(change), random_moves(change, rng, "ptp"), chain)
     (arm,) = samples_of(change, command, 0.05).robots
     theirs = [
         reference.efforts(*sample) for sample in zip(arm.positions, arm.velocities, arm.accelerations, strict=True)
@@ -141,7 +141,7 @@ def test_efforts_agree_with_pinocchio(rng: np.random.Generator) -> None:
 def test_a_line_s_speed_is_its_law_s(rng: np.random.Generator) -> None:
     """Length times du/dt."""
     change = cell()
-    command = plan_motion(pictured(change), random_moves(change, rng, "linear"), chain)
+    command = start_of(pictured(change), random_moves(change, rng, "linear"), chain)
     told = samples_of(change, command)
     (arm,) = told.robots[0].tools
     length = np.linalg.norm(arm.world_t_tcp[-1, :3, 3] - arm.world_t_tcp[0, :3, 3])
@@ -152,7 +152,7 @@ def test_a_line_s_speed_is_its_law_s(rng: np.random.Generator) -> None:
 def test_the_speed_counts_what_carries_the_arm(rng: np.random.Generator) -> None:
     """The arm on the belt's tray, both on their way: against differences of the world's own forward pass."""
     change = after(cell(), AttachNode("stand", "belt.tray"))
-    command = plan_motion(pictured(change), random_moves(change, rng, "group"), chain)
+    command = start_of(pictured(change), random_moves(change, rng, "group"), chain)
     told = samples_of(change, command, 0.03)
     arm = next(robot for robot in told.robots if robot.robot.name == "arm")
     structure, step = change.structure, 1e-6
@@ -173,7 +173,7 @@ def test_singular_values_are_those_that_lines_are_judged_by(rng: np.random.Gener
     """The component's own Jacobian, its linear rows over the longest lever arm at the start."""
     change = cell()
     snapshot = pictured(change)
-    (arm,) = samples_of(change, plan_motion(snapshot, random_moves(change, rng, "ptp"), chain), 0.05).robots
+    (arm,) = samples_of(change, start_of(snapshot, random_moves(change, rng, "ptp"), chain), 0.05).robots
     moved = arm_of(snapshot, arm.robot)
     kinematics = TcpKinematics(chain(snapshot, moved), tip_t_tcp(snapshot, moved))
     lever = np.linalg.norm(kinematics.jacobian(arm.positions[0])[:3], axis=0).max()
@@ -185,7 +185,7 @@ def test_singular_values_are_those_that_lines_are_judged_by(rng: np.random.Gener
 
 def test_a_motion_without_length_is_one_sample() -> None:
     change = cell()
-    command = plan_motion(pictured(change), [PointToPoint("belt", {"slide": 0.0})], chain)
+    command = start_of(pictured(change), [PointToPoint("belt", {"slide": 0.0})], chain)
     told = samples_of(change, command)
     assert told.times.tolist() == [0.0]
     assert told.robots[0].positions.tolist() == [[0.0]]
@@ -194,7 +194,7 @@ def test_a_motion_without_length_is_one_sample() -> None:
 def test_a_joint_limit_s_edge_is_told_too() -> None:
     """A goal exactly at a limit is within it; the dynamics mind limits as motions do."""
     change = after(cell(), SetJointPositions("belt", {"slide": 1.9}))
-    command = plan_motion(pictured(change), [PointToPoint("belt", {"slide": 2.0})], chain)
+    command = start_of(pictured(change), [PointToPoint("belt", {"slide": 2.0})], chain)
     assert samples_of(change, command).robots[0].positions[-1, 0] == 2.0
 
 

@@ -11,9 +11,9 @@ from virtualrobot_kernel.motion.running_motion import Phase
 from virtualrobot_kernel.motion.signals import Condition
 from virtualrobot_kernel.motion.tracking_motion import TrackingMotion
 from virtualrobot_kernel.planning.moves import Linear, PointToPoint
-from virtualrobot_kernel.planning.plan_program import plan_wish
+from virtualrobot_kernel.planning.plan_motion import plan_motion
 from virtualrobot_kernel.planning.planned_move import PoseGoal
-from virtualrobot_kernel.planning.program import DwellWish, MotionWish, MoveStepWish, TrackingWish, WaitSignalWish, Zone
+from virtualrobot_kernel.planning.program import DwellStep, MotionSpec, MoveStep, TrackingSpec, WaitSignalStep, Zone
 from virtualrobot_kernel.planning.robots import tcp_frame
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import Command, CreateNodes, CreateSignal, SetJointPositions, SetSignal
@@ -55,13 +55,13 @@ def tray_t(change: Change, robot: str) -> np.ndarray:
     return inverse(tray) @ tcp_frame(snapshot, snapshot.structure.node(robot))
 
 
-def started(change: Change, wish: MotionWish, *before: Command) -> Change:
+def started(change: Change, wish: MotionSpec, *before: Command) -> Change:
     """Return the world with the belt on its way at 0.12 m/s, and the motion started."""
     change = after(change, *before)
-    run = MotionWish((PointToPoint("conveyor", {"run": 10.0}, 0.2),))
-    change = after(change, plan_wish(pictured(change), run, chain).command)
+    run = MotionSpec((PointToPoint("conveyor", {"run": 10.0}, 0.2),))
+    change = after(change, plan_motion(pictured(change), run, chain).command)
     change = ticked(change, 20)
-    return after(change, plan_wish(pictured(change), wish, chain).command)
+    return after(change, plan_motion(pictured(change), wish, chain).command)
 
 
 def following(change: Change) -> Motion:
@@ -85,13 +85,13 @@ def test_a_program_is_done_on_the_belt(zone: Zone | None) -> None:
     start = tray_t(change, "left")
     goals = [start @ shifted(x=0.06), start @ shifted(x=0.06, z=0.06)]
     steps = (
-        MoveStepWish((line("left", goals[0]),), zone),
-        MoveStepWish((line("left", goals[1]),)),
-        WaitSignalWish(Condition("held")),
-        DwellWish(0.1),
-        MoveStepWish((line("left", goals[0]),)),
+        MoveStep((line("left", goals[0]),), zone),
+        MoveStep((line("left", goals[1]),)),
+        WaitSignalStep(Condition("held")),
+        DwellStep(0.1),
+        MoveStep((line("left", goals[0]),)),
     )
-    wish = MotionWish(steps=steps, tracking=TrackingWish(TRAY, 0.8, 0.15))
+    wish = MotionSpec(steps=steps, tracking=TrackingSpec(TRAY, 0.8, 0.15))
     change = started(change, wish, CreateSignal(Signal("held", False)))
     begin = tray_t(change, "left")
     path, waited = [], 0
@@ -128,7 +128,7 @@ def _distances(points: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def test_two_arms_work_on_one_belt() -> None:
     change = world("left", "right")
     goals = {name: tray_t(change, name) @ shifted(z=0.05) for name in ("left", "right")}
-    wish = MotionWish(tuple(line(name, goal) for name, goal in goals.items()), tracking=TrackingWish(TRAY, 0.6, 0.15))
+    wish = MotionSpec(tuple(line(name, goal) for name, goal in goals.items()), tracking=TrackingSpec(TRAY, 0.6, 0.15))
     change = started(change, wish)
     starts = {name: tray_t(change, name)[:3, 3] for name in goals}
     checked = 0

@@ -9,12 +9,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.tracking_motion import TrackingMotion
-from virtualrobot_kernel.planning.moves import moved_arms
+from virtualrobot_kernel.planning.moves import Linear, PointToPoint
 from virtualrobot_kernel.planning.planned_move import PoseGoal
-from virtualrobot_kernel.planning.program import TrackingWish
+from virtualrobot_kernel.planning.program import TrackingSpec
 from virtualrobot_kernel.planning.robots import arm_of, tcp_frame, world_poses
+from virtualrobot_kernel.planning.together import moved_arms
 from virtualrobot_kernel.planning.tracking import tracked
-from virtualrobot_kernel.planning.wishes import Linear, PointToPoint
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import Command, CreateNodes, SetJointPositions, StartMotion
 from virtualrobot_kernel.world.state import Motion
@@ -25,7 +25,7 @@ from virtualrobot_sdk.poses import inverse, rotation_matrix
 from tests.unit.formats.models import ROBOTS, load
 from tests.unit.numeric.urdf_arrays import MODELS
 from tests.unit.planning.cell import TICK, chain, pictured
-from tests.unit.planning.wishes import plan_motion
+from tests.unit.planning.starts import start_of
 from tests.unit.world.builders import after, empty, link
 
 #: A tick and ten points between two ticks.
@@ -45,7 +45,7 @@ class Cell:
 
     change: Change
     command: StartMotion
-    wish: TrackingWish
+    wish: TrackingSpec
     tray_t_start: np.ndarray
     tray_t_goal: np.ndarray
 
@@ -62,7 +62,7 @@ class Cell:
         """Start moving the belt by a distance with a share of its greatest speed."""
         at = float(self.change.state.q[self.belt])
         move = PointToPoint("conveyor", {"run": at + distance}, speed)
-        self.apply(plan_motion(pictured(self.change), [move], chain))
+        self.apply(start_of(pictured(self.change), [move], chain))
 
     @property
     def belt(self) -> int:
@@ -158,10 +158,10 @@ def random_cell(rng: np.random.Generator, arm: str, kind: str, window: float, ve
         goal = start.copy()
         goal[:3, 3] += rng.uniform(-0.06, 0.06, 3)
         goal[:3, :3] = rotation_matrix(rng.normal(size=3) * 0.1) @ goal[:3, :3]
-        wish = TrackingWish("conveyor.tray", window, velocity)
+        wish = TrackingSpec("conveyor.tray", window, velocity)
         try:
             moves = [Linear("arm", PoseGoal(goal, "conveyor.tray"))]
-            planned = plan_motion(snapshot, moves, chain)
+            planned = start_of(snapshot, moves, chain)
             command = tracked(snapshot, planned, wish, moved_arms(snapshot, moves))
         except KernelError:
             continue

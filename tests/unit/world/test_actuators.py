@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason, UnknownNameError
-from virtualrobot_kernel.planning.wishes import ActuatorGoal, PointToPoint
+from virtualrobot_kernel.planning.moves import ActuatorGoal, PointToPoint
 from virtualrobot_kernel.world.actuators import actuator_positions, joint_positions
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import (
@@ -20,8 +20,8 @@ from virtualrobot_kernel.world.commands import (
 )
 from virtualrobot_kernel.world.structure import Actuator, Node, NodeSpec, RobotData
 
+from tests.unit.planning.starts import start_of
 from tests.unit.planning.test_moves import nobody, pictured
-from tests.unit.planning.wishes import plan_motion
 from tests.unit.world.builders import after, arm, empty, ticked
 
 
@@ -68,7 +68,7 @@ def test_a_move_to_actuator_positions_ends_there(rng: np.random.Generator, ratio
     wanted = ratios @ joints
     world = geared(*coupled(ratios, np.zeros(2)))
     goal = ActuatorGoal({"two": float(wanted[1]), "one": float(wanted[0])})
-    going = after(world, plan_motion(pictured(world), [PointToPoint("arm", goal)], nobody))
+    going = after(world, start_of(pictured(world), [PointToPoint("arm", goal)], nobody))
     while going.state.motions:
         going = ticked(going)
     state = going.state
@@ -80,14 +80,14 @@ def test_what_leads_an_actuator_beyond_its_limits_is_refused_with_the_place() ->
     rods = Actuator("rods", (("a", 1.0), ("b", 1.0)), 0.0, -0.5, 1.0)
     world = geared(rods)
     within = PointToPoint("arm", {"a": 1.2, "b": -0.2})
-    plan_motion(pictured(world), [within], nobody)
+    start_of(pictured(world), [within], nobody)
     with pytest.raises(LimitError, match=r"'rods' of 'arm', which moves 'a' and 'b', would be at 1.1 after 90.9% of"):
-        plan_motion(pictured(world), [replace(within, goal={"a": 1.2, "b": -0.1})], nobody)
+        start_of(pictured(world), [replace(within, goal={"a": 1.2, "b": -0.1})], nobody)
     with pytest.raises(LimitError, match=r"would be at 1.2; its limits are -0.5 to 1"):
         after(world, SetJointPositions("arm", {"a": 1.2}))
     bent = after(world, SetJointPositions("arm", {"a": 0.8}))
     with pytest.raises(LimitError, match=r"would be at 1.1 after"):  # a joint that stands still counts, too
-        plan_motion(pictured(bent), [PointToPoint("arm", {"b": 0.3})], nobody)
+        start_of(pictured(bent), [PointToPoint("arm", {"b": 0.3})], nobody)
     data = node(bent).data
     assert isinstance(data, RobotData)
     with pytest.raises(LimitError, match=r"would be at 0.8; its limits are -0.5 to 0.7"):
@@ -135,7 +135,7 @@ def test_joints_of_one_actuator_do_not_move_in_two_motions_at_once() -> None:
     """Each of the two would end within the limits of -0.5 to 1 if the other joint stood still; together at 1.2."""
 
     def plans(world: Change) -> list[StartMotion]:
-        return [plan_motion(pictured(world), [PointToPoint("arm", {name: 0.6})], nobody) for name in ("a", "b")]
+        return [start_of(pictured(world), [PointToPoint("arm", {name: 0.6})], nobody) for name in ("a", "b")]
 
     world = geared(RODS)
     one, two = plans(world)
@@ -152,11 +152,11 @@ def test_joints_of_one_actuator_do_not_move_in_two_motions_at_once() -> None:
 def test_moves_of_one_step_keep_the_limits_of_an_actuator_together() -> None:
     world = geared(RODS)
     moves = [PointToPoint("arm", {"a": 0.6}), PointToPoint("arm", {"b": 0.4})]
-    plan_motion(pictured(world), moves, nobody)
+    start_of(pictured(world), moves, nobody)
     with pytest.raises(LimitError, match=r"'rods' of 'arm'.*be at 1.2 somewhere on the ways of its joints"):
-        plan_motion(pictured(world), [moves[0], PointToPoint("arm", {"b": 0.6})], nobody)
+        start_of(pictured(world), [moves[0], PointToPoint("arm", {"b": 0.6})], nobody)
     with pytest.raises(LimitError, match=r"be at -0.6 somewhere"):
-        plan_motion(pictured(world), [PointToPoint("arm", {"a": -0.3}), PointToPoint("arm", {"b": -0.3})], nobody)
+        start_of(pictured(world), [PointToPoint("arm", {"a": -0.3}), PointToPoint("arm", {"b": -0.3})], nobody)
 
 
 def test_tool_states_keep_the_limits_of_actuators() -> None:

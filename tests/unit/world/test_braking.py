@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMode, SetpointMotion
-from virtualrobot_kernel.planning.plan_program import plan_wish
+from virtualrobot_kernel.planning.moves import Linear, PointToPoint, ToolStateMove
+from virtualrobot_kernel.planning.plan_motion import plan_motion
 from virtualrobot_kernel.planning.planned_move import PoseGoal
-from virtualrobot_kernel.planning.program import DwellWish, MotionWish, MoveStepWish, SetSignalWish, Zone
+from virtualrobot_kernel.planning.program import DwellStep, MotionSpec, MoveStep, SetSignalStep, Zone
 from virtualrobot_kernel.planning.robots import world_poses
-from virtualrobot_kernel.planning.wishes import Linear, PointToPoint, ToolStateMove
 from virtualrobot_kernel.world.braking import braking, going
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import (
@@ -40,30 +40,30 @@ def belt(rng: np.random.Generator) -> PointToPoint:
     return PointToPoint("belt", {"slide": float(rng.uniform(0.3, 1.0))})
 
 
-def planned(change: Change, wish: MotionWish) -> Command:
-    return plan_wish(pictured(change), wish, chain).command
+def planned(change: Change, wish: MotionSpec) -> Command:
+    return plan_motion(pictured(change), wish, chain).command
 
 
 def point_to_point(change: Change, rng: np.random.Generator) -> list[Command]:
     goal = dict(zip(JOINTS, rng.uniform(-1.5, 1.5, 7).tolist(), strict=True))
-    return [planned(change, MotionWish((PointToPoint("arm", goal),))), planned(change, MotionWish((belt(rng),)))]
+    return [planned(change, MotionSpec((PointToPoint("arm", goal),))), planned(change, MotionSpec((belt(rng),)))]
 
 
 def group(change: Change, rng: np.random.Generator) -> list[Command]:
-    return [planned(change, MotionWish((line(change, rng), belt(rng))))]
+    return [planned(change, MotionSpec((line(change, rng), belt(rng))))]
 
 
 def program(change: Change, rng: np.random.Generator) -> list[Command]:
     steps = (
-        *(MoveStepWish((line(change, rng),), Zone(0.03)) for _ in range(2)),
-        MoveStepWish((line(change, rng),)),
-        SetSignalWish("lamp", True),
-        MoveStepWish((ToolStateMove("arm", "hand", "off"),)),
-        DwellWish(0.1),
-        MoveStepWish((belt(rng),)),
-        MoveStepWish((ToolStateMove("arm", "hand", "on"), line(change, rng))),
+        *(MoveStep((line(change, rng),), Zone(0.03)) for _ in range(2)),
+        MoveStep((line(change, rng),)),
+        SetSignalStep("lamp", True),
+        MoveStep((ToolStateMove("arm", "hand", "off"),)),
+        DwellStep(0.1),
+        MoveStep((belt(rng),)),
+        MoveStep((ToolStateMove("arm", "hand", "on"), line(change, rng))),
     )
-    return [planned(change, MotionWish(steps=steps))]
+    return [planned(change, MotionSpec(steps=steps))]
 
 
 def setpoints(change: Change, rng: np.random.Generator) -> list[Command]:

@@ -37,6 +37,7 @@ _SCENE_ENDINGS = (".yaml", ".yml")
 )
 @click.option("--srdf", metavar="FILE", help="For robots: a file with groups, postures and links that may touch.")
 @settings_option
+@click.option("--strict", is_flag=True, help="Refuse a file that there is a warning about.")
 @click.option("--add", is_flag=True, help="For scene files: add to the world instead of replacing it.")
 @degrees_option
 @target_options
@@ -52,6 +53,7 @@ def load(
     packages: dict[str, Path],
     srdf: str | None,
     values: tuple[str, ...],
+    strict: bool,
     add: bool,
     degrees: bool,
 ) -> None:
@@ -70,7 +72,7 @@ def load(
         raise click.UsageError("--add is for scene files; a model is always added")
     with target.connect() as client, _warnings_shown():
         if is_scene:
-            names = client.scene.load_scene(file, add=add, packages=packages)
+            names = client.scene.load_scene(file, add=add, packages=packages, strict=strict)
             click.echo(f"loaded {file}: {len(names)} nodes")
             return
         node = client.scene.load(
@@ -84,6 +86,7 @@ def load(
             scale=scale[0] if len(scale) == 1 else scale,
             settings=settings_from(values, _importer_schema(client, file)) if values else None,
             srdf=srdf,
+            strict=strict,
         )
         click.echo(f"loaded {node.kind} {node.name}")
 

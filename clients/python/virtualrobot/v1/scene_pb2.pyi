@@ -249,7 +249,7 @@ class SetSpeedFactor(_message.Message):
     def __init__(self, robot: _Optional[str] = ..., factor: _Optional[float] = ...) -> None: ...
 
 class ImportModelRequest(_message.Message):
-    __slots__ = ("uri", "files", "name", "parent", "parent_t_node", "base_joint", "as_part", "scale", "settings", "srdf_uri", "denavit_hartenberg")
+    __slots__ = ("uri", "files", "name", "parent", "parent_t_node", "base_joint", "as_part", "scale", "settings", "srdf_uri", "denavit_hartenberg", "strict")
     URI_FIELD_NUMBER: _ClassVar[int]
     FILES_FIELD_NUMBER: _ClassVar[int]
     NAME_FIELD_NUMBER: _ClassVar[int]
@@ -261,6 +261,7 @@ class ImportModelRequest(_message.Message):
     SETTINGS_FIELD_NUMBER: _ClassVar[int]
     SRDF_URI_FIELD_NUMBER: _ClassVar[int]
     DENAVIT_HARTENBERG_FIELD_NUMBER: _ClassVar[int]
+    STRICT_FIELD_NUMBER: _ClassVar[int]
     uri: str
     files: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.AssetFile]
     name: str
@@ -272,7 +273,8 @@ class ImportModelRequest(_message.Message):
     settings: _struct_pb2.Struct
     srdf_uri: str
     denavit_hartenberg: DenavitHartenberg
-    def __init__(self, uri: _Optional[str] = ..., files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ..., name: _Optional[str] = ..., parent: _Optional[str] = ..., parent_t_node: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., base_joint: _Optional[_Union[_nodes_pb2.JointType, str]] = ..., as_part: bool = ..., scale: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., srdf_uri: _Optional[str] = ..., denavit_hartenberg: _Optional[_Union[DenavitHartenberg, _Mapping]] = ...) -> None: ...
+    strict: bool
+    def __init__(self, uri: _Optional[str] = ..., files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ..., name: _Optional[str] = ..., parent: _Optional[str] = ..., parent_t_node: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., base_joint: _Optional[_Union[_nodes_pb2.JointType, str]] = ..., as_part: bool = ..., scale: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., srdf_uri: _Optional[str] = ..., denavit_hartenberg: _Optional[_Union[DenavitHartenberg, _Mapping]] = ..., strict: bool = ...) -> None: ...
 
 class DenavitHartenberg(_message.Message):
     __slots__ = ("convention", "rows", "base_t_first", "last_t_flange")
@@ -315,8 +317,18 @@ class ImportModelResponse(_message.Message):
     stamp: _geometry_pb2.Stamp
     created: _containers.RepeatedCompositeFieldContainer[CreatedNode]
     mesh_count: int
-    warnings: _containers.RepeatedScalarFieldContainer[str]
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., created: _Optional[_Iterable[_Union[CreatedNode, _Mapping]]] = ..., mesh_count: _Optional[int] = ..., warnings: _Optional[_Iterable[str]] = ...) -> None: ...
+    warnings: _containers.RepeatedCompositeFieldContainer[FileWarning]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., created: _Optional[_Iterable[_Union[CreatedNode, _Mapping]]] = ..., mesh_count: _Optional[int] = ..., warnings: _Optional[_Iterable[_Union[FileWarning, _Mapping]]] = ...) -> None: ...
+
+class FileWarning(_message.Message):
+    __slots__ = ("file", "line", "text")
+    FILE_FIELD_NUMBER: _ClassVar[int]
+    LINE_FIELD_NUMBER: _ClassVar[int]
+    TEXT_FIELD_NUMBER: _ClassVar[int]
+    file: str
+    line: int
+    text: str
+    def __init__(self, file: _Optional[str] = ..., line: _Optional[int] = ..., text: _Optional[str] = ...) -> None: ...
 
 class ExportModelRequest(_message.Message):
     __slots__ = ("node", "format")
@@ -361,16 +373,18 @@ class KnownModel(_message.Message):
     def __init__(self, name: _Optional[str] = ..., description: _Optional[str] = ..., uri: _Optional[str] = ..., package: _Optional[str] = ..., installed: bool = ...) -> None: ...
 
 class LoadSceneRequest(_message.Message):
-    __slots__ = ("text", "uri", "files", "add")
+    __slots__ = ("text", "uri", "files", "add", "strict")
     TEXT_FIELD_NUMBER: _ClassVar[int]
     URI_FIELD_NUMBER: _ClassVar[int]
     FILES_FIELD_NUMBER: _ClassVar[int]
     ADD_FIELD_NUMBER: _ClassVar[int]
+    STRICT_FIELD_NUMBER: _ClassVar[int]
     text: str
     uri: str
     files: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.AssetFile]
     add: bool
-    def __init__(self, text: _Optional[str] = ..., uri: _Optional[str] = ..., files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ..., add: bool = ...) -> None: ...
+    strict: bool
+    def __init__(self, text: _Optional[str] = ..., uri: _Optional[str] = ..., files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ..., add: bool = ..., strict: bool = ...) -> None: ...
 
 class LoadSceneResponse(_message.Message):
     __slots__ = ("stamp", "created", "warnings")
@@ -379,8 +393,8 @@ class LoadSceneResponse(_message.Message):
     WARNINGS_FIELD_NUMBER: _ClassVar[int]
     stamp: _geometry_pb2.Stamp
     created: _containers.RepeatedCompositeFieldContainer[CreatedNode]
-    warnings: _containers.RepeatedScalarFieldContainer[str]
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., created: _Optional[_Iterable[_Union[CreatedNode, _Mapping]]] = ..., warnings: _Optional[_Iterable[str]] = ...) -> None: ...
+    warnings: _containers.RepeatedCompositeFieldContainer[FileWarning]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., created: _Optional[_Iterable[_Union[CreatedNode, _Mapping]]] = ..., warnings: _Optional[_Iterable[_Union[FileWarning, _Mapping]]] = ...) -> None: ...
 
 class SaveSceneRequest(_message.Message):
     __slots__ = ("bundle",)

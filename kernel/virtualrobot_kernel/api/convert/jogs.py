@@ -1,4 +1,4 @@
-"""Jogs of the contract: to wishes that `planning` understands."""
+"""Jogs of the contract: to values of `planning`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.messages.values import check_enum, finite, not_negative, vector
-from virtualrobot_kernel.planning.jog import CartesianJog, JogFrame, JointJog
+from virtualrobot_kernel.planning.moves import CartesianJog, JogFrame, JointJog
 
 SMALLEST_DIRECTION = 1e-9
 """The smallest length of a direction."""

@@ -1,14 +1,16 @@
-"""Moves of the contract: to wishes that `planning` understands."""
+"""Moves: from the contract's messages to values of `planning`, an entry for each kind."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.api.convert.jogs import cartesian_jog, joint_jog
-from virtualrobot_kernel.api.convert.redundancy import wished_redundancy
+from virtualrobot_kernel.api.convert.redundancy import requested_redundancy
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.messages.robots import group_selection
 from virtualrobot_kernel.messages.signals import condition_of
@@ -16,35 +18,40 @@ from virtualrobot_kernel.messages.values import array, by_name, check_enum, fini
 from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.circle import Center, Via
 from virtualrobot_kernel.motion.spline import MOST_GOALS
-from virtualrobot_kernel.planning.jog import CartesianJog, JointJog
-from virtualrobot_kernel.planning.planned_move import PoseGoal
-from virtualrobot_kernel.planning.redundancy import FREE, NearOf
-from virtualrobot_kernel.planning.spline import Spline
-from virtualrobot_kernel.planning.wishes import (
+from virtualrobot_kernel.planning.moves import (
     ActuatorGoal,
+    CartesianJog,
     Circular,
+    JointJog,
     JointTrajectory,
     Linear,
     Move,
     PointToPoint,
+    Spline,
     ToolStateMove,
 )
+from virtualrobot_kernel.planning.planned_move import PoseGoal
+from virtualrobot_kernel.planning.redundancy import FREE
 
 
-def wished_move(message: motion_pb2.Move, what: str, near_of: NearOf) -> Move:
-    """Return what a client wishes one robot to do; raise KernelError that names the field that is wrong.
-
-    `near_of` measures how far arms are from things, for those that shall stay away from them.
-    """
-    move = _in_time(_move(message, what), message, what)
+def requested_move(message: motion_pb2.Move, what: str) -> Move:
+    """Return the move of one robot; raise KernelError that names the field that is wrong."""
+    kind = message.WhichOneof("move")
+    if kind not in KINDS:
+        raise KernelError(f"{what} does not say how to move; give one of {', '.join(KINDS)}", field=what)
+    factor = finite(message.speed_factor, f"{what}.speed_factor")
+    if factor and not 0.0 < factor <= 1.0:
+        raise KernelError(f"{what}.speed_factor must be above 0 and at most 1, not {factor:g}", factor=factor)
+    if kind == "joint_trajectory" and factor not in (0.0, 1.0):
+        raise KernelError(f"{what}.{kind} has its own times; give no speed_factor", field="speed_factor")
+    move = KINDS[kind](message.robot, getattr(message, kind), factor or 1.0, f"{what}.{kind}")
+    move = _in_time(move, message, what)
     if message.HasField("group"):
         move = replace(move, group=group_selection(message.group, f"{what}.group"))
-    redundancy = wished_redundancy(message.redundancy, f"{what}.redundancy", near_of)
+    redundancy = requested_redundancy(message.redundancy, f"{what}.redundancy")
     if redundancy is FREE:
         return move
-    if isinstance(move, JointTrajectory | ToolStateMove | JointJog) or (
-        isinstance(move, PointToPoint) and not isinstance(move.goal, PoseGoal)
-    ):
+    if not move.solved:
         raise KernelError(
             f"{what}.redundancy is for goals that are poses; this move says where its joints go, so leave it out",
             field=f"{what}.redundancy",
@@ -57,7 +64,7 @@ def _in_time(move: Move, message: motion_pb2.Move, what: str) -> Move:
     check_enum(message, "time_law")
     if message.time_law == motion_pb2.TIME_LAW_UNSPECIFIED:
         return move
-    if isinstance(move, JointTrajectory):
+    if move.timed:
         raise KernelError(f"{what}.joint_trajectory has its own times; give no time_law", field=f"{what}.time_law")
     if isinstance(move, JointJog | CartesianJog):
         if message.time_law == motion_pb2.TIME_LAW_JERK_LIMITED:
@@ -66,35 +73,20 @@ def _in_time(move: Move, message: motion_pb2.Move, what: str) -> Move:
     return replace(move, time_law=TimeLaw(motion_pb2.TimeLaw.Name(message.time_law).removeprefix("TIME_LAW_")))
 
 
-def _move(message: motion_pb2.Move, what: str) -> Move:
-    kind = message.WhichOneof("move")
-    factor = finite(message.speed_factor, f"{what}.speed_factor")
-    if factor and not 0.0 < factor <= 1.0:
-        raise KernelError(f"{what}.speed_factor must be above 0 and at most 1, not {factor:g}", factor=factor)
-    factor = factor or 1.0
-    if kind == "point_to_point":
-        return PointToPoint(message.robot, point_goal(message.point_to_point, f"{what}.point_to_point"), factor)
-    if kind == "linear":
-        linear = message.linear
-        goal = _path_goal(linear.goal, f"{what}.linear.goal")
-        until = None
-        if linear.HasField("until"):
-            until = condition_of(linear.until, f"{what}.linear.until")
-        return Linear(message.robot, goal, factor, *_rates(linear, f"{what}.linear"), until=until)
-    if kind == "circular":
-        return _circular(message.robot, message.circular, factor, f"{what}.circular")
-    if kind == "spline":
-        return _spline(message.robot, message.spline, factor, f"{what}.spline")
-    if kind == "joint_trajectory":
-        return _trajectory(message, what)
-    if kind == "joint_jog":
-        return joint_jog(message.robot, message.joint_jog, factor, f"{what}.joint_jog")
-    if kind == "cartesian_jog":
-        return cartesian_jog(message.robot, message.cartesian_jog, factor, f"{what}.cartesian_jog")
-    if kind == "tool_state":
-        return ToolStateMove(message.robot, message.tool_state.tool, message.tool_state.state, factor)
-    names = ", ".join(field.name for field in message.DESCRIPTOR.oneofs_by_name["move"].fields)
-    raise KernelError(f"{what} does not say how to move; give one of {names}", field=what)
+def _point_to_point(robot: str, message: motion_pb2.PointToPoint, factor: float, what: str) -> PointToPoint:
+    return PointToPoint(robot, point_goal(message, what), factor)
+
+
+def _linear(robot: str, linear: motion_pb2.Linear, factor: float, what: str) -> Linear:
+    goal = _path_goal(linear.goal, f"{what}.goal")
+    until = None
+    if linear.HasField("until"):
+        until = condition_of(linear.until, f"{what}.until")
+    return Linear(robot, goal, factor, *_rates(linear, what), until=until)
+
+
+def _tool_state(robot: str, message: motion_pb2.ToolStateMove, factor: float, what: str) -> ToolStateMove:
+    return ToolStateMove(robot, message.tool, message.state, factor)
 
 
 def point_goal(message: motion_pb2.PointToPoint, what: str) -> dict[str, float] | PoseGoal | str | ActuatorGoal:
@@ -165,19 +157,14 @@ def _spline(robot: str, spline: motion_pb2.Spline, factor: float, what: str) -> 
     return Spline(robot, goals, factor, *_rates(spline, what))
 
 
-def _trajectory(message: motion_pb2.Move, what: str) -> JointTrajectory:
-    trajectory, what = message.joint_trajectory, f"{what}.joint_trajectory"
-    if message.speed_factor not in (0.0, 1.0):
-        raise KernelError(f"{what} has its own times; give no speed_factor", field="speed_factor")
+def _trajectory(robot: str, trajectory: motion_pb2.JointTrajectory, factor: float, what: str) -> JointTrajectory:
     names = tuple(trajectory.joint_names)
     times = array(trajectory.times, (None,), f"{what}.times")
     shape = (len(times), len(names))
     velocities = (
         array(trajectory.velocities, shape, f"{what}.velocities") if trajectory.HasField("velocities") else None
     )
-    return JointTrajectory(
-        message.robot, names, times, array(trajectory.positions, shape, f"{what}.positions"), velocities
-    )
+    return JointTrajectory(robot, names, times, array(trajectory.positions, shape, f"{what}.positions"), velocities)
 
 
 def _rates(message: motion_pb2.Linear | motion_pb2.Circular | motion_pb2.Spline, what: str) -> tuple[float, float]:
@@ -192,3 +179,16 @@ def _rate(value: float, what: str) -> float:
     if finite(value, what) < 0.0:
         raise KernelError(f"{what} must be 0 (the default) or above, not {value:g}", field=what)
     return value
+
+
+KINDS: dict[str, Callable[[str, Any, float, str], Move]] = {
+    "point_to_point": _point_to_point,
+    "linear": _linear,
+    "circular": _circular,
+    "spline": _spline,
+    "joint_trajectory": _trajectory,
+    "tool_state": _tool_state,
+    "joint_jog": joint_jog,
+    "cartesian_jog": cartesian_jog,
+}
+"""The converter of each kind of move, by its field in the contract's `Move`."""

@@ -1,4 +1,4 @@
-"""What a motion shall do, moves or the steps of a program: to wishes that `planning` understands; notes to messages."""
+"""Specifications of motions: from the contract's messages to values of `planning`; notes to messages."""
 
 from __future__ import annotations
 
@@ -6,41 +6,37 @@ from collections.abc import Iterable
 
 from virtualrobot.v1 import motion_pb2
 
-from virtualrobot_kernel.api.convert.moves import wished_move
+from virtualrobot_kernel.api.convert.moves import requested_move
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.messages.signals import condition_of, named_signal, value_of
 from virtualrobot_kernel.messages.values import finite
 from virtualrobot_kernel.planning.notes import Note, NoteKind
 from virtualrobot_kernel.planning.program import (
-    DwellWish,
-    MotionWish,
-    MoveStepWish,
-    SetSignalWish,
-    StepWish,
-    TrackingWish,
-    WaitSignalWish,
+    DwellStep,
+    MotionSpec,
+    MoveStep,
+    SetSignalStep,
+    Step,
+    TrackingSpec,
+    WaitSignalStep,
     Zone,
 )
-from virtualrobot_kernel.planning.redundancy import NearOf
 
 KINDS = {kind: getattr(motion_pb2, f"PLAN_NOTE_KIND_{kind.name}") for kind in NoteKind}
 MOST_PERCENT = 50.0
 
 
-def wished_motion(message: motion_pb2.StartMotionRequest, near_of: NearOf) -> MotionWish:
-    """Return what a client wishes; raise KernelError that names the field, and in a program the step, that is wrong.
-
-    `near_of` measures how far arms are from things, for those that shall stay away from them.
-    """
-    moves = tuple(wished_move(move, f"moves[{place}]", near_of) for place, move in enumerate(message.moves))
+def motion_spec(message: motion_pb2.StartMotionRequest) -> MotionSpec:
+    """Return what a motion shall do; raise KernelError that names the field, and the step, that is wrong."""
+    moves = tuple(requested_move(move, f"moves[{place}]") for place, move in enumerate(message.moves))
     steps = []
     for place, step in enumerate(message.steps):
         try:
-            steps.append(_step(step, f"steps[{place}]", near_of))
+            steps.append(_step(step, f"steps[{place}]"))
         except KernelError as error:
             error.metadata["step"] = str(place)
             raise
-    return MotionWish(moves, tuple(steps), _tracking(message.tracking) if message.HasField("tracking") else None)
+    return MotionSpec(moves, tuple(steps), _tracking(message.tracking) if message.HasField("tracking") else None)
 
 
 def note_messages(notes: Iterable[Note]) -> list[motion_pb2.PlanNote]:
@@ -58,13 +54,13 @@ def note_messages(notes: Iterable[Note]) -> list[motion_pb2.PlanNote]:
     ]
 
 
-def _step(message: motion_pb2.ProgramStep, what: str, near_of: NearOf) -> StepWish:
+def _step(message: motion_pb2.ProgramStep, what: str) -> Step:
     kind = message.WhichOneof("step")
     if kind == "move":
-        return _move_step(message.move, f"{what}.move", near_of)
+        return _move_step(message.move, f"{what}.move")
     if kind == "set_signal":
         step, what = message.set_signal, f"{what}.set_signal"
-        return SetSignalWish(named_signal(step.signal, what), value_of(step.value, f"{what}.value"))
+        return SetSignalStep(named_signal(step.signal, what), value_of(step.value, f"{what}.value"))
     if kind == "wait_signal":
         wait = message.wait_signal
         condition = condition_of(wait.condition, f"{what}.wait_signal.condition")
@@ -73,21 +69,21 @@ def _step(message: motion_pb2.ProgramStep, what: str, near_of: NearOf) -> StepWi
             raise KernelError(
                 f"{what}.wait_signal.timeout_seconds must be 0 (never) or above, not {timeout:g}", timeout=timeout
             )
-        return WaitSignalWish(condition, timeout)
+        return WaitSignalStep(condition, timeout)
     if kind == "dwell":
         seconds = finite(message.dwell.seconds, f"{what}.dwell.seconds")
         if seconds <= 0.0:
             raise KernelError(f"{what}.dwell.seconds must be above 0, not {seconds:g}", seconds=seconds)
-        return DwellWish(seconds)
+        return DwellStep(seconds)
     names = ", ".join(field.name for field in message.DESCRIPTOR.oneofs_by_name["step"].fields)
     raise KernelError(f"{what} does not say what to do; give one of {names}", field=what)
 
 
-def _move_step(message: motion_pb2.MoveStep, what: str, near_of: NearOf) -> MoveStepWish:
+def _move_step(message: motion_pb2.MoveStep, what: str) -> MoveStep:
     if not message.moves:
         raise KernelError(f"{what}.moves is empty: which robot shall move?", field=f"{what}.moves")
-    moves = tuple(wished_move(move, f"{what}.moves[{place}]", near_of) for place, move in enumerate(message.moves))
-    return MoveStepWish(moves, _zone(message, what))
+    moves = tuple(requested_move(move, f"{what}.moves[{place}]") for place, move in enumerate(message.moves))
+    return MoveStep(moves, _zone(message, what))
 
 
 def _zone(message: motion_pb2.MoveStep, what: str) -> Zone | None:
@@ -107,7 +103,7 @@ def _zone(message: motion_pb2.MoveStep, what: str) -> Zone | None:
     return None
 
 
-def _tracking(message: motion_pb2.Tracking) -> TrackingWish:
+def _tracking(message: motion_pb2.Tracking) -> TrackingSpec:
     if not message.node:
         raise KernelError("tracking.node is empty: what shall the motion go along with?", field="tracking.node")
     window = finite(message.window, "tracking.window")
@@ -122,4 +118,4 @@ def _tracking(message: motion_pb2.Tracking) -> TrackingWish:
             f"tracking.max_velocity must be 0 (the joint's limit) or above, not {velocity:g}",
             field="tracking.max_velocity",
         )
-    return TrackingWish(message.node, window, velocity)
+    return TrackingSpec(message.node, window, velocity)

@@ -1,4 +1,4 @@
-"""What an arm is wished to do with joints beyond those that its goal needs: from the contract's message to ours."""
+"""Redundancy of arms: from the contract's message to values of `planning`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from virtualrobot.v1 import robot_pb2
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.messages.values import by_name, check_enum, finite
-from virtualrobot_kernel.planning.redundancy import FREE, NearOf, Preference, Redundancy
+from virtualrobot_kernel.planning.redundancy import FREE, Preference, Redundancy
 
 _PREFERENCES = {
     robot_pb2.RedundancyPreference.Value(f"REDUNDANCY_PREFERENCE_{preference.value}"): preference
@@ -14,11 +14,8 @@ _PREFERENCES = {
 }
 
 
-def wished_redundancy(message: robot_pb2.Redundancy, what: str, near_of: NearOf) -> Redundancy:
-    """Return what a message wishes; raise KernelError that names the field that is wrong.
-
-    `near_of` is what measures distances for DISTANCE.
-    """
+def requested_redundancy(message: robot_pb2.Redundancy, what: str) -> Redundancy:
+    """Return what a message says; raise KernelError that names the field that is wrong."""
     if not message.ListFields():
         return FREE
     check_enum(message, "preference")
@@ -41,7 +38,6 @@ def wished_redundancy(message: robot_pb2.Redundancy, what: str, near_of: NearOf)
         arm_angle,
         preference,
         _finite_joints(by_name(message.posture), f"{what}.posture"),
-        near_of if preference is Preference.DISTANCE else None,
     )
 
 

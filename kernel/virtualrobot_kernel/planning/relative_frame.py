@@ -1,4 +1,4 @@
-"""Where one frame of the world is in another, and how fast joints of any robots move it there."""
+"""Relative frames: the pose of one frame of the world in another, and its Jacobian for joints of any robots."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Integers = NDArray[np.int32]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Between:
+class RelativeFrame:
     """The frame of a point on one node, in the frame of another node, for k joints of one coordinate.
 
     q_index (k,): where the joints are in all coordinates `q` of the world, which the others keep. order: the rows of
@@ -67,7 +67,9 @@ class Between:
         return poses_of_rows(self.structure, self.order, self.parent_t_node, everything)
 
 
-def between(snapshot: Snapshot, reference: int, node: int, node_t_point: Pose, q_index: Integers) -> Between:
+def relative_frame(
+    snapshot: Snapshot, reference: int, node: int, node_t_point: Pose, q_index: Integers
+) -> RelativeFrame:
     """Return where the point `node_t_point` (4, 4) of a node (uid) is in the frame of `reference` (uid)."""
     structure = snapshot.structure
     above_reference, above_node = rows_above(structure, reference), rows_above(structure, node)
@@ -81,7 +83,7 @@ def between(snapshot: Snapshot, reference: int, node: int, node_t_point: Pose, q
         and forest.joint_type[row] in (REVOLUTE, PRISMATIC)
         and int(forest.q_index[row]) in places
     ]
-    return Between(
+    return RelativeFrame(
         structure,
         snapshot.state.parent_t_node,
         snapshot.state.q,
@@ -102,7 +104,7 @@ def rows_above(structure: Structure, uid: int) -> list[int]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Seen:
+class RelativeTcp:
     """A tool centre point, `node_t_tcp` (4, 4) on a node (uid), that keeps Cartesian limits in another node's frame."""
 
     snapshot: Snapshot
@@ -111,6 +113,6 @@ class Seen:
     node_t_tcp: Pose
     limits: CartesianLimits
 
-    def by(self, q_index: Integers) -> Between:
+    def by(self, q_index: Integers) -> RelativeFrame:
         """Return where it is in that frame, for joints at these places (k,) in all coordinates."""
-        return between(self.snapshot, self.reference, self.node, self.node_t_tcp, q_index)
+        return relative_frame(self.snapshot, self.reference, self.node, self.node_t_tcp, q_index)

@@ -9,19 +9,19 @@ import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.signals import Condition
+from virtualrobot_kernel.planning.moves import Linear, PointToPoint, ToolStateMove
 from virtualrobot_kernel.planning.notes import NoteKind
-from virtualrobot_kernel.planning.plan_program import plan_wish
+from virtualrobot_kernel.planning.plan_motion import plan_motion
 from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.planning.program import (
-    DwellWish,
-    MotionWish,
-    MoveStepWish,
-    SetSignalWish,
-    StepWish,
-    WaitSignalWish,
+    DwellStep,
+    MotionSpec,
+    MoveStep,
+    SetSignalStep,
+    Step,
+    WaitSignalStep,
     Zone,
 )
-from virtualrobot_kernel.planning.wishes import Linear, PointToPoint, ToolStateMove
 from virtualrobot_kernel.world.affected_robots import affected_robots
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import CreateSignal, RemoveSignal, StartMotion
@@ -37,9 +37,9 @@ def world() -> Change:
     return after(cell(), *(CreateSignal(Signal(name, False)) for name in ("grip", "part", "touch")))
 
 
-def planned(change: Change, *steps: StepWish) -> StartMotion:
+def planned(change: Change, *steps: Step) -> StartMotion:
     """Return the command that starts a program."""
-    return plan_wish(pictured(change), MotionWish(steps=steps), chain).command
+    return plan_motion(pictured(change), MotionSpec(steps=steps), chain).command
 
 
 def line(change: Change, x: float = 0.0, z: float = 0.0, until: Condition | None = None) -> Linear:
@@ -53,8 +53,8 @@ def belt(position: float) -> PointToPoint:
     return PointToPoint("belt", {"slide": position})
 
 
-def step(*moves: Linear | PointToPoint | ToolStateMove, zone: Zone | None = None) -> MoveStepWish:
-    return MoveStepWish(moves, zone)
+def step(*moves: Linear | PointToPoint | ToolStateMove, zone: Zone | None = None) -> MoveStep:
+    return MoveStep(moves, zone)
 
 
 def to_end(change: Change, ticks: int = 5000) -> Change:
@@ -90,14 +90,14 @@ def test_signals_between_rounded_moves_are_set_in_the_zone() -> None:
     change = world()
     steps = (
         step(line(change, x=0.15), zone=Zone(percent=50.0)),
-        SetSignalWish("grip", True),
+        SetSignalStep("grip", True),
         step(line(change, x=0.15, z=-0.15), zone=Zone(percent=50.0)),
-        SetSignalWish("grip", False),
-        SetSignalWish("part", True),
+        SetSignalStep("grip", False),
+        SetSignalStep("part", True),
         step(line(change, z=-0.15)),
-        SetSignalWish("touch", True),
+        SetSignalStep("touch", True),
     )
-    result = plan_wish(pictured(change), MotionWish(steps=steps), chain)
+    result = plan_motion(pictured(change), MotionSpec(steps=steps), chain)
     moving, touch = result.command.program.stages
     assert [number for _, number in moving.steps] == [0, 2, 5]
     times = {number: time for time, number in moving.steps}
@@ -121,14 +121,14 @@ def test_signals_between_rounded_moves_are_set_in_the_zone() -> None:
     ("following", "why"),
     [
         ((), "no moves follow"),
-        ((DwellWish(0.1),), "step 1 waits"),
-        ((SetSignalWish("grip", True), WaitSignalWish(Condition("part"))), "step 2 waits"),
+        ((DwellStep(0.1),), "step 1 waits"),
+        ((SetSignalStep("grip", True), WaitSignalStep(Condition("part"))), "step 2 waits"),
     ],
 )
-def test_a_zone_before_nothing_to_go_over_into_is_dropped(following: Sequence[StepWish], why: str) -> None:
+def test_a_zone_before_nothing_to_go_over_into_is_dropped(following: Sequence[Step], why: str) -> None:
     change = world()
-    wish = MotionWish(steps=(step(line(change, x=0.1), zone=Zone(meters=0.03)), *following))
-    (note,) = plan_wish(pictured(change), wish, chain).notes
+    wish = MotionSpec(steps=(step(line(change, x=0.1), zone=Zone(meters=0.03)), *following))
+    (note,) = plan_motion(pictured(change), wish, chain).notes
     assert (note.kind, note.step, note.robot, note.wanted, note.kept) == (NoteKind.ZONE_DROPPED, 0, "arm", 0.03, 0.0)
     assert why in note.message
 
@@ -136,8 +136,8 @@ def test_a_zone_before_nothing_to_go_over_into_is_dropped(following: Sequence[St
 def test_a_search_is_reached_at_rest() -> None:
     change = world()
     first = step(line(change, x=0.1), zone=Zone(meters=0.03))
-    wish = MotionWish(steps=(first, step(line(change, x=0.1, z=-0.1, until=Condition("touch")))))
-    result = plan_wish(pictured(change), wish, chain)
+    wish = MotionSpec(steps=(first, step(line(change, x=0.1, z=-0.1, until=Condition("touch")))))
+    result = plan_motion(pictured(change), wish, chain)
     assert [stage.until for stage in result.command.program.stages] == [None, Condition("touch")]
     assert (result.command.searcher, result.notes[0].kind) == ("arm", NoteKind.ZONE_DROPPED)
 
@@ -149,18 +149,18 @@ def far(change: Change) -> Linear:
 @pytest.mark.parametrize(
     ("make", "reason", "words"),
     [
-        (lambda c: (DwellWish(0.1), step(far(c))), Reason.UNREACHABLE, "step 1: "),
-        (lambda c: (SetSignalWish("grip", True), SetSignalWish("gripp", True)), Reason.UNKNOWN_NAME, "'gripp'"),
-        (lambda c: (DwellWish(0.1), WaitSignalWish(Condition("hello"))), Reason.UNKNOWN_NAME, "'hello'"),
+        (lambda c: (DwellStep(0.1), step(far(c))), Reason.UNREACHABLE, "step 1: "),
+        (lambda c: (SetSignalStep("grip", True), SetSignalStep("gripp", True)), Reason.UNKNOWN_NAME, "'gripp'"),
+        (lambda c: (DwellStep(0.1), WaitSignalStep(Condition("hello"))), Reason.UNKNOWN_NAME, "'hello'"),
         (
-            lambda c: (DwellWish(0.1), step(line(c, x=0.1, until=Condition("nothing")))),
+            lambda c: (DwellStep(0.1), step(line(c, x=0.1, until=Condition("nothing")))),
             Reason.UNKNOWN_NAME,
             "'nothing'",
         ),
-        (lambda c: (DwellWish(0.1), step(belt(3.0))), Reason.LIMIT_EXCEEDED, "step 1: "),
-        (lambda c: (DwellWish(0.1), step(belt(0.1), belt(0.2))), Reason.INVALID_ARGUMENT, "step 1: two moves"),
+        (lambda c: (DwellStep(0.1), step(belt(3.0))), Reason.LIMIT_EXCEEDED, "step 1: "),
+        (lambda c: (DwellStep(0.1), step(belt(0.1), belt(0.2))), Reason.INVALID_ARGUMENT, "step 1: two moves"),
         (
-            lambda c: (DwellWish(0.1), step(line(c, z=-0.1, until=Condition("touch"))), DwellWish(0.1)),
+            lambda c: (DwellStep(0.1), step(line(c, z=-0.1, until=Condition("touch"))), DwellStep(0.1)),
             Reason.INVALID_ARGUMENT,
             "step 1: a program may search in its last step only, which is step 2",
         ),
@@ -177,13 +177,13 @@ def test_errors_name_the_step(make: object, reason: Reason, words: str) -> None:
 
 def test_a_program_has_at_most_ten_thousand_steps() -> None:
     change = world()
-    assert planned(change, *[SetSignalWish("grip", True)] * 10_000).program.step_count == 10_000
+    assert planned(change, *[SetSignalStep("grip", True)] * 10_000).program.step_count == 10_000
     with pytest.raises(KernelError, match="at most 10000 steps, not 10001"):
-        planned(change, *[SetSignalWish("grip", True)] * 10_001)
+        planned(change, *[SetSignalStep("grip", True)] * 10_001)
     with pytest.raises(KernelError, match="either moves or steps"):
-        plan_wish(pictured(change), MotionWish((belt(0.1),), (DwellWish(0.1),)), chain)
+        plan_motion(pictured(change), MotionSpec((belt(0.1),), (DwellStep(0.1),)), chain)
     with pytest.raises(KernelError, match="at least one move"):
-        plan_wish(pictured(change), MotionWish(), chain)
+        plan_motion(pictured(change), MotionSpec(), chain)
 
 
 def test_planning_ends_when_nobody_waits_for_it() -> None:
@@ -194,9 +194,9 @@ def test_planning_ends_when_nobody_waits_for_it() -> None:
         asked += 1
         return asked > 3
 
-    wish = MotionWish(steps=tuple(step(belt(0.01 * n)) for n in range(1000)))
+    wish = MotionSpec(steps=tuple(step(belt(0.01 * n)) for n in range(1000)))
     with pytest.raises(KernelError, match="nobody waits"):
-        plan_wish(pictured(change), wish, chain, given_up)
+        plan_motion(pictured(change), wish, chain, given_up)
     assert asked == 4
 
 
@@ -210,9 +210,9 @@ def test_planning_steps_that_zones_join_ends_too(last: int) -> None:
         asked += 1
         return asked > last
 
-    steps = tuple(MoveStepWish((belt(0.1 * (n % 2)),), Zone(percent=20.0)) for n in range(20))
+    steps = tuple(MoveStep((belt(0.1 * (n % 2)),), Zone(percent=20.0)) for n in range(20))
     with pytest.raises(KernelError, match="nobody waits"):
-        plan_wish(pictured(change), MotionWish(steps=steps), chain, given_up)
+        plan_motion(pictured(change), MotionSpec(steps=steps), chain, given_up)
     assert asked == last + 1
 
 
@@ -262,7 +262,7 @@ def test_a_search_that_finds_nothing_tells_its_goal() -> None:
 
 def test_a_wait_that_fails_cancels_the_motion_with_its_cause() -> None:
     change = world()
-    end = to_end(after(change, planned(change, WaitSignalWish(Condition("part"), 0.2), step(belt(0.1)))))
+    end = to_end(after(change, planned(change, WaitSignalStep(Condition("part"), 0.2), step(belt(0.1)))))
     (motion,) = end.state.ended
     assert motion.cancellation is not None
     assert (motion.cancellation.cause, motion.end_tick) == (CancelCause.SIGNAL_TIMEOUT, 50)
@@ -271,7 +271,7 @@ def test_a_wait_that_fails_cancels_the_motion_with_its_cause() -> None:
 
 def test_a_signal_that_a_program_names_stays() -> None:
     change = world()
-    command = planned(change, WaitSignalWish(Condition("part")), step(belt(0.1)))
+    command = planned(change, WaitSignalStep(Condition("part")), step(belt(0.1)))
     going = ticked(after(change, command), 3)
     with pytest.raises(KernelError) as refused:
         after(going, RemoveSignal("part"))
@@ -285,7 +285,7 @@ def test_a_signal_that_a_program_names_stays() -> None:
 
 def test_a_program_touches_all_its_robots() -> None:
     change = world()
-    command = planned(change, step(belt(0.1)), DwellWish(0.1), step(PointToPoint("arm", READY)))
+    command = planned(change, step(belt(0.1)), DwellStep(0.1), step(PointToPoint("arm", READY)))
     both = {change.structure.node("arm").uid, change.structure.node("belt").uid}
     assert affected_robots(pictured(change), [command]) == both
     assert set(after(change, command).state.motions[0].robots) == both

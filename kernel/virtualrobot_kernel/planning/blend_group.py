@@ -1,9 +1,9 @@
-"""The frame that steps which are joined share: columns, limits, and the path and law of each step in it."""
+"""Blend groups: steps that zones join, with the columns and limits that they share, and path and law of each."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,44 +13,24 @@ from virtualrobot_kernel.motion.blend_law import law_through
 from virtualrobot_kernel.motion.bounds import JointBound, TcpBound, TimeLaw
 from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
 from virtualrobot_kernel.motion.path_law import law_along
-from virtualrobot_kernel.motion.planned import Plan, Track
+from virtualrobot_kernel.motion.planned import Track
 from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial, stacked
 from virtualrobot_kernel.motion.rates import Rate, joint_rates, tcp_rate
 from virtualrobot_kernel.planning.actuators import first_beyond
 from virtualrobot_kernel.planning.planned_move import PlannedMove, joint_limits
-from virtualrobot_kernel.planning.program import Zone
 from virtualrobot_kernel.planning.robots import Arm, arm_if_chain, tip_of, tip_t_tcp
+from virtualrobot_kernel.planning.steps import PlannedStep
 from virtualrobot_kernel.planning.zones import Position
 from virtualrobot_kernel.world.change import single_joint
 from virtualrobot_kernel.world.state import Snapshot
 
 Floats = NDArray[np.float64]
-Column = tuple[str, str]
-"""Robot and joint."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Step:
-    """A step that is planned for itself, the world where it begins, and why it can't be joined with others, if so."""
+class BlendGroup:
+    """Steps that are joined by zones, and what they have in common: the columns and their limits."""
 
-    number: int
-    zone: Zone | None
-    moves: list[PlannedMove]
-    plan: Plan
-    snapshot: Snapshot
-    obstacle: str
-    law: TimeLaw
-
-    @property
-    def columns(self) -> list[Column]:
-        """Robot and joint of each column of the plan."""
-        return [(one.robot.name, name) for one in self.moves for name in one.joint_names]
-
-
-class Frame:
-    """What steps that are joined have in common: the columns and their limits."""
-
-    def __init__(self, steps: Sequence[Step]) -> None:
+    def __init__(self, steps: Sequence[PlannedStep]) -> None:
         """Take steps of which each begins where the one before it ends."""
         self.steps = steps
         moves = (one for step in steps for one in step.moves)
@@ -73,7 +53,7 @@ class Frame:
                 return False
         return True
 
-    def positions(self, steps: Sequence[Step]) -> list[Position]:
+    def positions(self, steps: Sequence[PlannedStep]) -> list[Position]:
         """Return where the tool centre points of the robots of steps are, by the joints of all columns."""
         snapshot = steps[0].snapshot
         robots = {(one.robot.uid, one.group): one.robot for step in steps for one in step.moves}
@@ -95,42 +75,44 @@ class Frame:
             **{field: np.concatenate([getattr(part, field) for part in parts]) for field in fields},
         )
 
-    def track(self, step: Step) -> Track:
+    def track(self, step: PlannedStep) -> Track:
         """Return path and law of a step for all columns; its moves have one law, and so go along in step."""
         moved = [one for one in step.moves if one.joint_names]
-        if len(moved) == 1 and not moved[0].seen:
+        if len(moved) == 1 and not moved[0].relative_tcp:
             track = moved[0].plan.tracks[0]
             return Track(self._among_all(step, moved, track.path.start, track.path.end), track.time_law)
         path = self._among_all(step, moved, 0.0, step.plan.duration)
         return Track(path, law_along(self._rates(path, [step], Rounded(path, ((path.start, path.end),), ())), step.law))
 
-    def track_through(self, steps: Sequence[Step], whole: Rounded) -> Track:
+    def track_through(self, steps: Sequence[PlannedStep], whole: Rounded) -> Track:
         """Return the law along the path of steps whose corners are rounded."""
         rates = self._rates(whole.path, steps, whole)
         if steps[0].law is TimeLaw.TIME_OPTIMAL:
             return Track(whole.path, law_along(rates, TimeLaw.TIME_OPTIMAL))
         return Track(whole.path, law_through(whole, rates))
 
-    def _rates(self, path: PiecewisePolynomial, steps: Sequence[Step], whole: Rounded) -> list[Rate]:
+    def _rates(self, path: PiecewisePolynomial, steps: Sequence[PlannedStep], whole: Rounded) -> list[Rate]:
         """Return what has limits along the path of steps, with the ranges of their moves and corners."""
         joints = [JointBound(*part, self._shares(step)) for part, step in zip(whole.moves, steps, strict=True)]
         tcps = [self._placed(one, part) for part, step in zip(whole.moves, steps, strict=True) for one in step.moves]
         seen = [
-            TcpBound(*part, slice(0, len(self.columns)), one.seen.by(self.q_index), one.seen.limits)
+            TcpBound(*part, slice(0, len(self.columns)), one.relative_tcp.by(self.q_index), one.relative_tcp.limits)
             for part, step in zip(whole.moves, steps, strict=True)
             for one in step.moves
-            if one.seen
+            if one.relative_tcp
         ]
         for place, part in enumerate(whole.corners):
             pair = steps[place : place + 2]
             joints.append(JointBound(*part, self._shares(*pair)))
-            tcps += [replace(bound, begin=part[0], end=part[1]) for bound in self.led_through(pair)]
+            tcps += [replace(bound, begin=part[0], end=part[1]) for bound in self.cartesian_through(pair)]
         return [
             *joint_rates(path, self.limits, [bound for bound in joints if bound.end > bound.begin]),
             *(tcp_rate(path, bound) for bound in [*tcps, *seen] if bound and bound.end > bound.begin),
         ]
 
-    def _among_all(self, step: Step, moved: Sequence[PlannedMove], begin: float, end: float) -> PiecewisePolynomial:
+    def _among_all(
+        self, step: PlannedStep, moved: Sequence[PlannedMove], begin: float, end: float
+    ) -> PiecewisePolynomial:
         """Return the paths of a step's moves, each on the parameters from begin to end, for all columns."""
         parts = [one.plan.tracks[0].path.onto(begin, end) for one in moved]
         still = [column for column in self.columns if column not in step.columns]
@@ -141,7 +123,7 @@ class Frame:
         order = np.argsort([self.places[column] for column in [*step.columns, *still]])
         return PiecewisePolynomial(path.breaks, path.coefficients[:, :, order])
 
-    def _shares(self, *steps: Step) -> Floats:
+    def _shares(self, *steps: PlannedStep) -> Floats:
         """Return for each column the speed factor of the moves that move it, the larger one; 1 where none does."""
         shares = np.zeros((len(steps), len(self.columns)))
         for row, step in zip(shares, steps, strict=True):
@@ -157,13 +139,13 @@ class Frame:
         columns = np.array([self.places[one.robot.name, name] for name in one.joint_names])
         return replace(one.tcp, begin=part[0], end=part[1], columns=columns)
 
-    def corner_limits(self, pair: Sequence[Step]) -> Floats:
+    def corner_limits(self, pair: Sequence[PlannedStep]) -> Floats:
         """Return velocity, acceleration and jerk (3, n) that the joints keep in the corner between two steps."""
         limits = self.limits
         jerk = np.full(len(self.columns), np.inf) if pair[0].law is TimeLaw.TIME_OPTIMAL else limits.jerk
         return np.stack([limits.velocity * self._shares(*pair), limits.acceleration, jerk])
 
-    def led_through(self, pair: Sequence[Step]) -> list[TcpBound]:
+    def cartesian_through(self, pair: Sequence[PlannedStep]) -> list[TcpBound]:
         """Return what tool centre points keep in the corner between two steps.
 
         The larger limits of those that are led along a course on both sides; one that is led on one side and stands

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -15,7 +16,9 @@ import pytest
 from virtualrobot.v1 import (
     asset_pb2_grpc,
     collision_pb2_grpc,
+    kernel_pb2,
     kernel_pb2_grpc,
+    lease_pb2,
     lease_pb2_grpc,
     motion_pb2_grpc,
     path_pb2_grpc,
@@ -59,15 +62,24 @@ class KernelProcess:
     """A kernel in a process of its own; `lines` are what it has printed."""
 
     process: subprocess.Popen[str]
+    mode: kernel_pb2.ClockMode
+    """How its time runs when nobody changes that."""
     lines: list[str] = field(default_factory=list)
     address: str = ""
     token: str = ""
     token_file: Path | None = None
-    viewer_url: str = ""
-    environment: dict[str, str] = field(default_factory=dict)
-    """What was set for it beside the environment of the tests."""
     ready: threading.Event = field(default_factory=threading.Event)
-    """Set when it listens (and shows its viewer, if it has one), or has ended."""
+    """Set when it listens, or has ended."""
+
+    def read(self) -> None:
+        """Read what it prints until it ends."""
+        assert self.process.stdout
+        for line in self.process.stdout:
+            self.lines.append(line.rstrip())
+            if line.startswith("listening on "):
+                self.address = line.removeprefix("listening on ").strip()
+                self.ready.set()
+        self.ready.set()
 
     def await_start(self) -> KernelProcess:
         """Return this kernel once it can be reached."""
@@ -93,7 +105,7 @@ class KernelProcess:
         """Return stubs on a new channel."""
         return Stubs(self.channel())
 
-    def end(self, seconds: float = 30.0) -> int:
+    def end(self, seconds: float = 120.0) -> int:
         """Ask the kernel to end and return its exit code."""
         if self.process.poll() is None:
             self.process.terminate()
@@ -105,38 +117,28 @@ class KernelProcess:
             if self.process.stdout:
                 self.process.stdout.close()
 
-    def ask_to_end(self) -> None:
-        """Let the kernel end while the tests go on; the session's end waits for it."""
-        if self.process.poll() is None:
-            self.process.terminate()
-            # Else it would be among the children of the tests until then, as a zombie.
-            threading.Thread(target=self.process.wait, daemon=True).start()
-
 
 StartKernel = Callable[..., KernelProcess]
 
 
-@pytest.fixture(scope="session")
-def launch_kernel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StartKernel]:
-    """Return a function that launches a kernel with the given options and doesn't wait; all end with the session.
+@contextmanager
+def kernels(folders: pytest.TempPathFactory) -> Iterator[StartKernel]:
+    """Give a function that starts a kernel with the given options and waits until it can be reached; end all of them.
 
     With `token` the kernel writes one that the stubs use; with neither, `no_token=False` leaves it to the options.
     """
     started: list[KernelProcess] = []
 
-    def launch(
+    def start(
         *options: str,
-        viewer: bool = False,
         token: bool = False,
         no_token: bool = True,
         environment: dict[str, str] | None = None,
     ) -> KernelProcess:
-        command = [sys.executable, "-m", "virtualrobot_kernel.serve", "--port", "0", *options]
+        command = [sys.executable, "-m", "virtualrobot_kernel.serve", "--port", "0", "--headless", *options]
         token_file: Path | None = None
-        if not viewer:
-            command.append("--headless")
         if token:
-            token_file = tmp_path_factory.mktemp("token") / "token"
+            token_file = folders.mktemp("token") / "token"
             command += ["--token-file", str(token_file)]
         elif no_token:
             command.append("--no-token")
@@ -147,105 +149,89 @@ def launch_kernel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StartKer
             text=True,
             env={**os.environ, **(environment or {})},
         )
-        kernel = KernelProcess(process, token_file=token_file, environment=environment or {})
+        mode = kernel_pb2.CLOCK_MODE_STEPPED if "--stepped" in options else kernel_pb2.CLOCK_MODE_REALTIME
+        kernel = KernelProcess(process, mode, token_file=token_file)
         started.append(kernel)
+        threading.Thread(target=kernel.read, daemon=True).start()
+        return kernel.await_start()
 
-        def read() -> None:
-            assert process.stdout
-            for line in process.stdout:
-                kernel.lines.append(line.rstrip())
-                if line.startswith("listening on "):
-                    kernel.address = line.removeprefix("listening on ").strip()
-                    if not viewer:
-                        kernel.ready.set()
-                if line.startswith("viewer at "):
-                    kernel.viewer_url = line.removeprefix("viewer at ").strip()
-                    kernel.ready.set()
-            kernel.ready.set()
-
-        threading.Thread(target=read, daemon=True).start()
-        return kernel
-
-    yield launch
-    for kernel in started:
-        kernel.ask_to_end()
-    for kernel in started:
-        kernel.end()
-
-
-@pytest.fixture(scope="session")
-def start_kernel(launch_kernel: StartKernel) -> StartKernel:
-    """Return a function that starts a kernel with the options of `launch_kernel` and waits until it can be reached."""
-    return lambda *options, **named: launch_kernel(*options, **named).await_start()
-
-
-class KernelsAhead:
-    """Equal kernels, one for each use: the next one starts while the tests work with the one before.
-
-    A start takes two seconds of one core, and the tests seldom need both.
-    """
-
-    def __init__(self, launch: Callable[[], KernelProcess], uses: int) -> None:
-        """Keep how a kernel is launched, and how many are needed."""
-        self._launch, self._uses = launch, uses
-        self._next: KernelProcess | None = None
-
-    def take(self) -> KernelProcess:
-        """Return a kernel that nobody has used."""
-        kernel = (self._next or self._launch()).await_start()
-        self._uses -= 1
-        self._next = self._launch() if self._uses > 0 else None
-        return kernel
-
-
-def files_that_use(fixture: str, session: pytest.Session) -> int:
-    """Return how many test files of this run use a fixture."""
-    return len({item.path for item in session.items if fixture in getattr(item, "fixturenames", ())})
-
-
-@pytest.fixture(scope="session")
-def kernels_ahead(launch_kernel: StartKernel, request: pytest.FixtureRequest) -> KernelsAhead:
-    """Return kernels whose time follows the wall clock."""
-    return KernelsAhead(launch_kernel, files_that_use("kernel", request.session))
-
-
-@pytest.fixture(scope="session")
-def stepped_kernels_ahead(launch_kernel: StartKernel, request: pytest.FixtureRequest) -> KernelsAhead:
-    """Return kernels whose time goes on by Step only."""
-    return KernelsAhead(lambda: launch_kernel("--stepped"), files_that_use("stepped_kernel", request.session))
+    try:
+        yield start
+    finally:
+        running = [kernel for kernel in started if kernel.process.poll() is None]
+        for kernel in running:
+            kernel.process.terminate()
+        assert [kernel.end() for kernel in running] == [0] * len(running)
 
 
 @pytest.fixture(scope="module")
-def kernel(kernels_ahead: KernelsAhead) -> Iterator[KernelProcess]:
-    """Return a kernel whose time follows the wall clock; one for each test file."""
-    process = kernels_ahead.take()
-    yield process
-    process.ask_to_end()
+def start_kernel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StartKernel]:
+    """Return a function that starts a kernel with options of its own, which ends with the test file."""
+    with kernels(tmp_path_factory) as start:
+        yield start
 
 
-@pytest.fixture(scope="module")
-def stepped_kernel(stepped_kernels_ahead: KernelsAhead) -> Iterator[KernelProcess]:
-    """Return a kernel whose time goes on by Step only; one for each test file."""
-    process = stepped_kernels_ahead.take()
-    yield process
-    process.ask_to_end()
-
-
+@contextmanager
 def emptied(process: KernelProcess) -> Iterator[Stubs]:
-    """Yield stubs to a kernel whose world is empty."""
+    """Give stubs to a kernel from which all is taken that clients have left."""
     stubs = process.stubs()
+    for lease in stubs.lease.ListLeases(lease_pb2.ListLeasesRequest()).leases:
+        taken = stubs.lease.TakeLease(lease_pb2.TakeLeaseRequest(robots=lease.robots))
+        stubs.lease.ReleaseLease(lease_pb2.ReleaseLeaseRequest(token=taken.token))
+    stubs.kernel.SetClock(kernel_pb2.SetClockRequest(mode=process.mode, speed_factor=1.0))
+    # Nodes, signals, motions, speed factor, collision settings and the view.
     stubs.scene.LoadScene(scene_pb2.LoadSceneRequest(text=EMPTY_SCENE))
     yield stubs
     stubs.channel.close()
 
 
+class SharedKernels:
+    """Kernels for all files of a worker that need no options, one of a kind: a start takes two seconds of a core."""
+
+    def __init__(self, start: StartKernel) -> None:
+        """Keep how they are started."""
+        self._start = start
+        self._running: dict[tuple[str, ...], KernelProcess] = {}
+
+    def lend(self, *options: str) -> Iterator[KernelProcess]:
+        """Yield the kernel with these options, or another one when a test has ended it; leave it idle."""
+        kernel = self._running.get(options)
+        if kernel is None or kernel.process.poll() is not None:
+            kernel = self._running[options] = self._start(*options)
+        yield kernel
+        if kernel.process.poll() is None:
+            with emptied(kernel):
+                pass
+
+
+@pytest.fixture(scope="session")
+def shared_kernels(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SharedKernels]:
+    """Return the kernels that files share."""
+    with kernels(tmp_path_factory) as start:
+        yield SharedKernels(start)
+
+
+@pytest.fixture(scope="module")
+def kernel(shared_kernels: SharedKernels) -> Iterator[KernelProcess]:
+    """Return a kernel whose time follows the wall clock; others have used it."""
+    yield from shared_kernels.lend()
+
+
+@pytest.fixture(scope="module")
+def stepped_kernel(shared_kernels: SharedKernels) -> Iterator[KernelProcess]:
+    """Return a kernel whose time goes on by Step only; others have used it."""
+    yield from shared_kernels.lend("--stepped")
+
+
 @pytest.fixture
 def stubs(kernel: KernelProcess) -> Iterator[Stubs]:
     """Return stubs to a kernel in REALTIME with an empty world."""
-    yield from emptied(kernel)
+    with emptied(kernel) as stubs:
+        yield stubs
 
 
 @pytest.fixture
 def stepped(stepped_kernel: KernelProcess) -> Iterator[Stubs]:
     """Return stubs to a kernel in STEPPED mode with an empty world."""
-    yield from emptied(stepped_kernel)
+    with emptied(stepped_kernel) as stubs:
+        yield stubs

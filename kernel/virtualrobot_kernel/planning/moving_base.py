@@ -17,8 +17,8 @@ from virtualrobot_kernel.motion.limits import CartesianLimits
 from virtualrobot_kernel.motion.planned import planned
 from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.profile import jerk_limited_profile
-from virtualrobot_kernel.planning.between import Seen, between, rows_above
 from virtualrobot_kernel.planning.planned_move import PlannedMove, joint_limits
+from virtualrobot_kernel.planning.relative_frame import RelativeTcp, relative_frame, rows_above
 from virtualrobot_kernel.planning.robots import Arm, SolverOf, standing_at, tip_t_tcp
 from virtualrobot_kernel.world.change import joint_places
 from virtualrobot_kernel.world.state import Snapshot
@@ -28,8 +28,8 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Carriers:
-    """The planned moves that carry another one, together k joints, and where these are in all coordinates (k,)."""
+class MovingBase:
+    """Planned moves that carry another one, together k joints, and where these are in all coordinates (k,)."""
 
     snapshot: Snapshot
     moves: tuple[PlannedMove, ...]
@@ -70,19 +70,19 @@ class Carriers:
         The frame is that of the node `reference`, or, when it is not `moving`, where that is at the start.
         """
         node, point = (reference, np.eye(4)) if moving else (WORLD_UID, self.snapshot.world_t(reference))
-        seen = between(self.snapshot, arm.base, node, point, self.q_index)
+        relative = relative_frame(self.snapshot, arm.base, node, point, self.q_index)
 
         def frame(u: float) -> tuple[Array, Array]:
             q, rate = self.at(u)
-            return seen.pose(q), seen.jacobian(q) @ rate
+            return relative.pose(q), relative.jacobian(q) @ rate
 
         return frame
 
 
-def carriers(snapshot: Snapshot, moves: Sequence[PlannedMove]) -> Carriers:
+def moving_base(snapshot: Snapshot, moves: Sequence[PlannedMove]) -> MovingBase:
     """Return planned moves as those that carry others."""
     joints = tuple((one.robot.uid, name) for one in moves for name in one.joint_names)
-    return Carriers(snapshot, tuple(moves), joint_places(snapshot.structure, joints)[0])
+    return MovingBase(snapshot, tuple(moves), joint_places(snapshot.structure, joints)[0])
 
 
 def carried_by(
@@ -131,10 +131,9 @@ def in_order(carrying: Sequence[set[int]], names: Sequence[str]) -> list[int]:
     return order
 
 
-def plan_carried(
-    snapshot: Snapshot,
+def plan_on_moving_base(
     arm: Arm,
-    carrying: Carriers,
+    base: MovingBase,
     course_from: Callable[[Array], Course],
     reference: int,
     moving: bool,
@@ -148,15 +147,15 @@ def plan_carried(
     frame that the goal is given in: that of `reference` (a uid) when it is `moving`, else the world's. The plan's own
     law is that of the path's fraction; the step's law, for all its moves, comes from `planning.blending`.
     """
-    node = arm.robot
+    snapshot, node = base.snapshot, arm.robot
     joints, start = joint_limits(snapshot, node, arm.joint_names)
     start, tcp = checked_start("Cartesian", solver_of(snapshot, arm), start, joints, tip_t_tcp(snapshot, arm))
-    frame = carrying.frame(arm, reference, moving)
+    frame = base.frame(arm, reference, moving)
     base_t_tcp = tcp.pose(start)
     inner = course_from(inverse(frame(0.0)[0]) @ base_t_tcp)
-    course = CarriedCourse(base_t_tcp, inner, frame, carrying.turns)
+    course = CarriedCourse(base_t_tcp, inner, frame, base.turns)
     path = course_path("Cartesian", tcp, course, start, joints)
     plan = planned(course.kind, path, jerk_limited_profile(1.0, 1.0, 1.0, 1.0), joints)
     within = reference if moving else WORLD_UID
-    seen = Seen(snapshot, within, arm.tip, tcp.tip_t_tcp, limits.scaled(speed_factor))
-    return PlannedMove(node, arm.joint_names, plan, speed_factor=speed_factor, seen=seen)
+    relative = RelativeTcp(snapshot, within, arm.tip, tcp.tip_t_tcp, limits.scaled(speed_factor))
+    return PlannedMove(node, arm.joint_names, plan, speed_factor=speed_factor, relative_tcp=relative)

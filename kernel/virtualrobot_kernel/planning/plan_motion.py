@@ -17,21 +17,23 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.motion.program import Program, Stage, Wait, of_plan
 from virtualrobot_kernel.motion.signals import SignalValue
-from virtualrobot_kernel.planning.blending import PlannedRun, arrived, plan_run, run_together
-from virtualrobot_kernel.planning.moves import moved_arms, plan_moves, preconditions_by, search_of
+from virtualrobot_kernel.planning.blending import PlannedRun, alone_run, join_steps
+from virtualrobot_kernel.planning.moves import Move
 from virtualrobot_kernel.planning.notes import Note, NoteKind
 from virtualrobot_kernel.planning.program import (
     MAX_STEPS,
-    DwellWish,
-    MotionWish,
-    MoveStepWish,
-    SetSignalWish,
-    StepWish,
-    WaitSignalWish,
+    DwellStep,
+    MotionSpec,
+    MoveStep,
+    SetSignalStep,
+    Step,
+    WaitSignalStep,
 )
+from virtualrobot_kernel.planning.redundancy import NearOf
 from virtualrobot_kernel.planning.robots import SolverOf, world_poses
+from virtualrobot_kernel.planning.steps import Column, plan_step, plan_steps
+from virtualrobot_kernel.planning.together import moved_arms, preconditions_by, search_of
 from virtualrobot_kernel.planning.tracking import tracked
-from virtualrobot_kernel.planning.wishes import Move
 from virtualrobot_kernel.world.apply_signals import check_condition, checked, named
 from virtualrobot_kernel.world.change import single_joint
 from virtualrobot_kernel.world.commands import StartMotion
@@ -41,9 +43,6 @@ from virtualrobot_kernel.world.structure import Kind
 
 GivenUp = Callable[[], bool]
 """Whether nobody waits for the plan any more; asked before each step is planned."""
-
-Column = tuple[str, str]
-"""Robot and joint."""
 
 Marks = tuple[tuple[float, str, SignalValue], ...]
 
@@ -68,65 +67,72 @@ class _Part:
     wait: Wait | None = None
 
 
-def plan_wish(
-    snapshot: Snapshot, wish: MotionWish, solver_of: SolverOf, given_up: GivenUp = lambda: False
+def plan_motion(
+    snapshot: Snapshot,
+    spec: MotionSpec,
+    solver_of: SolverOf,
+    given_up: GivenUp = lambda: False,
+    near_of: NearOf | None = None,
 ) -> PlannedMotion:
     """Return the command that starts a motion; raise KernelError with place and reason if it can't be.
 
     Errors about a program name the step in message and metadata (`step`, from 0). When `given_up`, the planning ends
-    with an error at the next step.
+    with an error at the next step. `near_of` measures distances for arms that prefer them.
     """
     snapshot = as_commanded(snapshot, world_poses)
-    if wish.moves and wish.steps:
+    if spec.moves and spec.steps:
         raise KernelError("a motion has either moves or steps, not both", field="steps")
-    if wish.steps:
-        motion = _program(snapshot, wish, solver_of, given_up)
+    if spec.steps:
+        motion = _program(snapshot, spec, solver_of, given_up, near_of)
     else:
-        planned = plan_moves(snapshot, wish.moves, solver_of)
-        notes = tuple(note for one in planned for note in one.notes)
-        run = run_together(snapshot, MoveStepWish(wish.moves), planned)
-        motion = PlannedMotion(_start(snapshot, wish.moves, run), notes)
-    if wish.tracking is None:
+        step = plan_step(snapshot, 0, MoveStep(spec.moves), solver_of, near_of)
+        notes = tuple(note for one in step.moves for note in one.notes)
+        motion = PlannedMotion(_start(snapshot, spec.moves, alone_run(step)), notes)
+    if spec.tracking is None:
         return motion
-    command = tracked(
-        snapshot, motion.command, wish.tracking, moved_arms(snapshot, wish.every_move), lambda: _go_on(given_up)
-    )
+    arms = moved_arms(snapshot, spec.every_move)
+    command = tracked(snapshot, motion.command, spec.tracking, arms, lambda: _go_on(given_up))
     return replace(motion, command=command)
 
 
 def _start(snapshot: Snapshot, moves: Sequence[Move], run: PlannedRun) -> StartMotion:
     search = search_of(snapshot, moves)
-    program = of_plan(run.plan, search.until if search else None)
+    program = of_plan(run.plan, search.search if search else None)
     tool_states = tuple((0, *pair) for pair in run.tool_states)
     preconditions = preconditions_by(snapshot, moves, run.joints)
     return StartMotion(run.joints, program, tool_states, search.robot if search else "", preconditions)
 
 
-def _program(snapshot: Snapshot, wish: MotionWish, solver_of: SolverOf, given_up: GivenUp) -> PlannedMotion:
-    steps, there = wish.steps, snapshot
+def _program(
+    snapshot: Snapshot, spec: MotionSpec, solver_of: SolverOf, given_up: GivenUp, near_of: NearOf | None
+) -> PlannedMotion:
+    steps, there = spec.steps, snapshot
     _check(snapshot, steps)
+
+    def go_on() -> None:
+        _go_on(given_up)
 
     parts: list[_Part] = []
     notes: list[Note] = []
     place = 0
     while place < len(steps):
-        _go_on(given_up)
+        go_on()
         step = steps[place]
-        if isinstance(step, MoveStepWish):
+        if isinstance(step, MoveStep):
             members, lonely = _joined(steps, place)
-            wishes = [_move_step(steps, member) for member in members]
-            wishes[-1] = replace(wishes[-1], zone=None)
-            runs, told = plan_run(there, wishes, solver_of, members, lambda: _go_on(given_up))
-            for run in runs:
-                parts.append(_part(run, steps, members))
-                there = arrived(there, run.joints, run.plan.goal)
+            moves = [_move_step(steps, member) for member in members]
+            moves[-1] = replace(moves[-1], zone=None)
+            planned = plan_steps(there, moves, solver_of, members, go_on, near_of)
+            runs, told = join_steps(planned, go_on)
+            parts += [_part(run, steps, members) for run in runs]
+            there = planned[-1].arrived()
             notes += [*told, *lonely]
             place = members[-1]
         else:
             parts.append(_standing(step, place))
         place += 1
     notes.sort(key=lambda note: note.step)
-    return PlannedMotion(_command(snapshot, wish, parts), tuple(notes))
+    return PlannedMotion(_command(snapshot, spec, parts), tuple(notes))
 
 
 def _go_on(given_up: GivenUp) -> None:
@@ -134,23 +140,23 @@ def _go_on(given_up: GivenUp) -> None:
         raise KernelError("nobody waits for this plan any more")
 
 
-def _check(snapshot: Snapshot, steps: Sequence[StepWish]) -> None:
+def _check(snapshot: Snapshot, steps: Sequence[Step]) -> None:
     """Raise KernelError, which names the step, for what needs no planning to be seen as wrong."""
     if len(steps) > MAX_STEPS:
         raise KernelError(f"a program has at most {MAX_STEPS} steps, not {len(steps)}", steps=len(steps))
     for place, step in enumerate(steps):
         with _at(place):
-            if isinstance(step, SetSignalWish):
+            if isinstance(step, SetSignalStep):
                 checked(named(snapshot.state, step.signal), step.value)
-            if isinstance(step, WaitSignalWish):
+            if isinstance(step, WaitSignalStep):
                 check_condition(snapshot.state, step.condition)
-            if isinstance(step, MoveStepWish):
+            if isinstance(step, MoveStep):
                 if step.searches and place < len(steps) - 1:
                     raise KernelError(f"a program may search in its last step only, which is step {len(steps) - 1}")
                 search_of(snapshot, step.moves)
 
 
-def _joined(steps: Sequence[StepWish], first: int) -> tuple[list[int], list[Note]]:
+def _joined(steps: Sequence[Step], first: int) -> tuple[list[int], list[Note]]:
     """Return the move steps (places) that zones join with the one at `first`, and a note about a zone that joins none.
 
     Signals may be set between them.
@@ -158,14 +164,14 @@ def _joined(steps: Sequence[StepWish], first: int) -> tuple[list[int], list[Note
     members = [first]
     while (step := _move_step(steps, members[-1])).zone is not None:
         place = members[-1] + 1
-        while place < len(steps) and isinstance(steps[place], SetSignalWish):
+        while place < len(steps) and isinstance(steps[place], SetSignalStep):
             place += 1
         following = steps[place] if place < len(steps) else None
-        if isinstance(following, MoveStepWish) and not following.searches:
+        if isinstance(following, MoveStep) and not following.searches:
             members.append(place)
             continue
         why = "no moves follow" if following is None else f"step {place} waits"
-        if isinstance(following, MoveStepWish):
+        if isinstance(following, MoveStep):
             why = f"step {place} searches"
         message = f"the corner after step {members[-1]} is reached exactly and at rest: {why}"
         wanted = step.zone.percent or step.zone.meters
@@ -174,46 +180,46 @@ def _joined(steps: Sequence[StepWish], first: int) -> tuple[list[int], list[Note
     return members, []
 
 
-def _move_step(steps: Sequence[StepWish], place: int) -> MoveStepWish:
+def _move_step(steps: Sequence[Step], place: int) -> MoveStep:
     step = steps[place]
-    assert isinstance(step, MoveStepWish)
+    assert isinstance(step, MoveStep)
     return step
 
 
-def _part(run: PlannedRun, steps: Sequence[StepWish], members: Sequence[int]) -> _Part:
+def _part(run: PlannedRun, steps: Sequence[Step], members: Sequence[int]) -> _Part:
     """Return a run with the signals that are set where one of its steps begins: in the zone's middle, or at rest."""
     marks: list[tuple[float, str, SignalValue]] = []
     for time, number in run.steps:
         place = bisect_left(members, number)
         before = members[place - 1] if place else number
         marks += [
-            (time, step.signal, step.value) for step in steps[before + 1 : number] if isinstance(step, SetSignalWish)
+            (time, step.signal, step.value) for step in steps[before + 1 : number] if isinstance(step, SetSignalStep)
         ]
     return _Part(run.steps, run.plan, run.joints, run.tool_states, tuple(marks))
 
 
-def _standing(step: StepWish, place: int) -> _Part:
+def _standing(step: Step, place: int) -> _Part:
     """Return a step in which nothing moves."""
     here = ((0.0, place),)
-    if isinstance(step, SetSignalWish):
+    if isinstance(step, SetSignalStep):
         return _Part(here, marks=((0.0, step.signal, step.value),))
-    if isinstance(step, WaitSignalWish):
+    if isinstance(step, WaitSignalStep):
         return _Part(here, wait=Wait(step.timeout, step.condition))
-    assert isinstance(step, DwellWish)
+    assert isinstance(step, DwellStep)
     return _Part(here, wait=Wait(step.seconds))
 
 
-def _command(snapshot: Snapshot, wish: MotionWish, parts: Sequence[_Part]) -> StartMotion:
+def _command(snapshot: Snapshot, spec: MotionSpec, parts: Sequence[_Part]) -> StartMotion:
     joints = tuple(dict.fromkeys(joint for part in parts for joint in part.joints))
     column = {joint: place for place, joint in enumerate(joints)}
-    last = wish.steps[-1]
-    search = search_of(snapshot, last.moves) if isinstance(last, MoveStepWish) else None
+    last = spec.steps[-1]
+    search = search_of(snapshot, last.moves) if isinstance(last, MoveStep) else None
     stages = [
         Stage(part.plan, tuple(column[joint] for joint in part.joints), part.steps, part.marks, part.wait)
         for part in parts
     ]
     if search is not None:
-        stages[-1] = replace(stages[-1], until=search.until)
+        stages[-1] = replace(stages[-1], until=search.search)
     structure = snapshot.structure
     start = [
         snapshot.state.q[single_joint(structure, structure.node(robot, Kind.ROBOT), joint)[1]]
@@ -221,10 +227,10 @@ def _command(snapshot: Snapshot, wish: MotionWish, parts: Sequence[_Part]) -> St
     ]
     return StartMotion(
         joints,
-        Program(tuple(stages), np.array(start, dtype=np.float64), len(wish.steps)),
+        Program(tuple(stages), np.array(start, dtype=np.float64), len(spec.steps)),
         tuple((part.steps[-1][1], *pair) for part in parts for pair in part.tool_states),
         search.robot if search else "",
-        preconditions_by(snapshot, wish.every_move, joints),
+        preconditions_by(snapshot, spec.every_move, joints),
     )
 
 

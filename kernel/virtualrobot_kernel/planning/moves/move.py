@@ -1,0 +1,88 @@
+"""Protocol of a kind of move: its joints, frames and assumptions, its plan, and what it can be joined with."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.motion.signals import Condition
+from virtualrobot_kernel.planning.moving_base import MovingBase
+from virtualrobot_kernel.planning.planned_move import PlannedMove
+from virtualrobot_kernel.planning.redundancy import NearOf
+from virtualrobot_kernel.planning.robots import SolverOf
+from virtualrobot_kernel.world.groups import WHOLE, Group
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import Kind, Node
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Move(ABC):
+    """Move of a robot, or of a group of its joints, as data; a kind overrides what differs from joints by name."""
+
+    robot: str
+    group: Group = field(default=WHOLE, kw_only=True)
+
+    not_joined: ClassVar[str] = ""
+    """Why zones join it with no other move; empty where they can."""
+
+    other_joints: ClassVar[bool] = False
+    """Whether it may move joints that its group has not."""
+
+    timed: ClassVar[bool] = False
+    """Whether it brings times of its own, so that no law can be chosen for it."""
+
+    @abstractmethod
+    def joint_names(self, snapshot: Snapshot) -> Sequence[str]:
+        """Return the joints that it moves."""
+
+    @abstractmethod
+    def plan(self, snapshot: Snapshot, solver_of: SolverOf, near_of: NearOf | None = None) -> PlannedMove:
+        """Return its plan from where the joints are; raise KernelError with place and reason.
+
+        near_of: measures how far an arm is from everything else, for arms that prefer distance.
+        """
+
+    @property
+    def solved(self) -> bool:
+        """Whether it needs the kinematics component of its robot."""
+        return False
+
+    @property
+    def references(self) -> tuple[str, ...]:
+        """Nodes in whose frames its goals are; none for the robot's own frame."""
+        return ()
+
+    @property
+    def moving_reference(self) -> str | None:
+        """The node that its goal goes along with when other moves of the step move it; None: with none."""
+        return None
+
+    @property
+    def posture(self) -> str:
+        """The robot's posture that is its goal; empty for another goal."""
+        return ""
+
+    @property
+    def search(self) -> Condition | None:
+        """The condition with which it ends before its goal; None where it doesn't search."""
+        return None
+
+    def tool_states(self, snapshot: Snapshot) -> tuple[tuple[str, str], ...]:
+        """Return (tool, state) that are its goals."""
+        return ()
+
+    def plan_on(self, base: MovingBase, solver_of: SolverOf, near_of: NearOf | None = None) -> PlannedMove:
+        """Return its plan where other moves of the same step move its robot's base or its reference."""
+        carrying = " and ".join(repr(one.robot.name) for one in base.moves)
+        raise KernelError(
+            f"{self.robot!r} is carried by the move of {carrying}; only a line, an arc, a spline or a move to a pose "
+            "can go along",
+            robot=self.robot,
+        )
+
+    def node(self, snapshot: Snapshot) -> Node:
+        """Return its robot."""
+        return snapshot.structure.node(self.robot, Kind.ROBOT)

@@ -1,0 +1,135 @@
+"""Point-to-point moves (PTP): straight lines in joint space."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from virtualrobot_kernel.errors import KernelError, UnknownNameError
+from virtualrobot_kernel.motion.bounds import TimeLaw
+from virtualrobot_kernel.motion.limits import JointLimits
+from virtualrobot_kernel.motion.plan import plan_ptp
+from virtualrobot_kernel.planning.free_joints import reached
+from virtualrobot_kernel.planning.moves.move import Move
+from virtualrobot_kernel.planning.moving_base import MovingBase
+from virtualrobot_kernel.planning.planned_move import PlannedMove, PoseGoal, joint_limits, world_t_goal
+from virtualrobot_kernel.planning.redundancy import FREE, NearOf, Redundancy
+from virtualrobot_kernel.planning.robots import SolverOf, arm_of
+from virtualrobot_kernel.world.actuators import joint_positions
+from virtualrobot_kernel.world.groups import WHOLE, joints_of
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import Node, RobotData
+
+
+@dataclass(frozen=True, slots=True)
+class ActuatorGoal:
+    """Positions of actuators by name, in their units."""
+
+    positions: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PointToPoint(Move):
+    """A straight line in joint space to joints by name, to a pose, to a posture by name, or to actuator positions."""
+
+    goal: Mapping[str, float] | PoseGoal | str | ActuatorGoal
+    speed_factor: float = 1.0
+    redundancy: Redundancy = FREE
+    time_law: TimeLaw = TimeLaw.JERK_LIMITED
+
+    @property
+    def solved(self) -> bool:
+        """Whether the goal is a pose."""
+        return isinstance(self.goal, PoseGoal)
+
+    @property
+    def references(self) -> tuple[str, ...]:
+        """The reference of a pose."""
+        return (self.goal.reference,) if isinstance(self.goal, PoseGoal) else ()
+
+    @property
+    def moving_reference(self) -> str | None:
+        """The reference of a pose that moves along."""
+        return self.goal.reference if isinstance(self.goal, PoseGoal) and self.goal.moving else None
+
+    @property
+    def posture(self) -> str:
+        """The name of a posture."""
+        return self.goal if isinstance(self.goal, str) else ""
+
+    def joint_names(self, snapshot: Snapshot) -> Sequence[str]:
+        """Return the joints that the goal names, or those of the arm."""
+        node = self.node(snapshot)
+        if isinstance(self.goal, PoseGoal):
+            return arm_of(snapshot, node, self.group).joint_names
+        return tuple(self._positions(snapshot, node))
+
+    def plan(self, snapshot: Snapshot, solver_of: SolverOf, near_of: NearOf | None = None) -> PlannedMove:
+        """Return its plan; a pose is reached by the posture that is nearest to the present one."""
+        node = self.node(snapshot)
+        if not isinstance(self.goal, PoseGoal):
+            return move_to_joints(snapshot, node, self._positions(snapshot, node), self.speed_factor, self.time_law)
+        world_t_tcp, wanted = world_t_goal(snapshot, self.goal), self.goal.configuration
+        arm, solutions = reached(snapshot, node, world_t_tcp, solver_of, wanted, self.redundancy, self.group, near_of)
+        limits, start = joint_limits(snapshot, node, arm.joint_names)
+        goal = dict(zip(arm.joint_names, _nearest_turn(solutions[0], start, limits).tolist(), strict=True))
+        return move_to_joints(snapshot, node, goal, self.speed_factor, self.time_law)
+
+    def plan_on(self, base: MovingBase, solver_of: SolverOf, near_of: NearOf | None = None) -> PlannedMove:
+        """Return the plan to a pose where base and reference will be when all have arrived."""
+        if not isinstance(self.goal, PoseGoal):
+            return Move.plan_on(self, base, solver_of, near_of)
+        there = base.arrived()
+        world_t_tcp = world_t_goal(there if self.goal.moving else base.snapshot, self.goal)
+        goal = replace(self.goal, reference_t_tcp=world_t_tcp, reference="")
+        return replace(self, goal=goal).plan(there, solver_of, near_of)
+
+    def _positions(self, snapshot: Snapshot, node: Node) -> Mapping[str, float]:
+        """Return the joint values of a goal that is no pose; of a posture those of the group's joints."""
+        joints = None if self.group == WHOLE else joints_of(snapshot.structure, node, self.group)
+        return goal_positions(node, self.goal, joints)
+
+
+def goal_positions(
+    node: Node, goal: Mapping[str, float] | PoseGoal | str | ActuatorGoal, joints: Sequence[str] | None = None
+) -> Mapping[str, float]:
+    """Return the joint values of a goal that is no pose; of a posture only those of a group's `joints`, if given.
+
+    Raises UnknownNameError for a posture that there is not.
+    """
+    if isinstance(goal, ActuatorGoal):
+        return joint_positions(node, goal.positions)
+    if isinstance(goal, str):
+        postures = node.data.postures if isinstance(node.data, RobotData) else {}
+        if goal not in postures:
+            raise UnknownNameError(f"posture of {node.name!r}", goal, postures)
+        goal = {name: value for name, value in postures[goal].items() if joints is None or name in joints}
+    assert not isinstance(goal, PoseGoal)
+    if not goal:
+        raise KernelError(
+            f"the move of {node.name!r} names no joint{' of its group' if joints else ''}: give the positions of those "
+            "that shall move",
+            robot=node.name,
+        )
+    return goal
+
+
+def move_to_joints(
+    snapshot: Snapshot, node: Node, positions: Mapping[str, float], speed_factor: float, time_law: TimeLaw
+) -> PlannedMove:
+    """Return the straight line in joint space to joint positions by name (rad or m)."""
+    names = tuple(positions)
+    limits, start = joint_limits(snapshot, node, names)
+    goal = np.array([positions[name] for name in names])
+    speed_factor = speed_factor or 1.0
+    return PlannedMove(node, names, plan_ptp(start, goal, limits, speed_factor, time_law), speed_factor=speed_factor)
+
+
+def _nearest_turn(goal: NDArray[np.float64], start: NDArray[np.float64], limits: JointLimits) -> NDArray[np.float64]:
+    """Return the goal with joints that turn without limits brought within half a turn of where they are."""
+    free = np.isinf(limits.lower) & np.isinf(limits.upper)
+    turns = np.round((goal - start) / (2 * np.pi))
+    return np.where(free, goal - 2 * np.pi * turns, goal)

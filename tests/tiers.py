@@ -1,0 +1,12 @@
+"""What `make test` leaves to `make test-all`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import pytest
+
+
+def every_fifth(values: Iterable[object]) -> list[object]:
+    """Return parameters of a test: the first of five is always tried, the others are long."""
+    return [value if not i % 5 else pytest.param(value, marks=pytest.mark.long) for i, value in enumerate(values)]
