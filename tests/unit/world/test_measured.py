@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-import pinocchio
+import pinocchio  # pyright: ignore[reportMissingImports] PyPI calls it pin
 import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.limits import JointLimits
