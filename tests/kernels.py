@@ -105,10 +105,13 @@ class KernelProcess:
         """Return stubs on a new channel."""
         return Stubs(self.channel())
 
-    def end(self, seconds: float = 120.0) -> int:
+    def end(self) -> int:
         """Ask the kernel to end and return its exit code."""
-        if self.process.poll() is None:
-            self.process.terminate()
+        self.process.terminate()  # does nothing where it has ended
+        return self.await_end()
+
+    def await_end(self, seconds: float = 120.0) -> int:
+        """Return the exit code of a kernel that has been asked to end once: a second signal would end it at once."""
         try:
             return self.process.wait(seconds)
         finally:
@@ -161,7 +164,7 @@ def kernels(folders: pytest.TempPathFactory) -> Iterator[StartKernel]:
         running = [kernel for kernel in started if kernel.process.poll() is None]
         for kernel in running:
             kernel.process.terminate()
-        assert [kernel.end() for kernel in running] == [0] * len(running)
+        assert [kernel.await_end() for kernel in running] == [0] * len(running)
 
 
 @pytest.fixture(scope="module")

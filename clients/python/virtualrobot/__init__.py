@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from virtualrobot.geometry import quaternion_of as quaternion_of
     from virtualrobot.geometry import roll_pitch_yaw_of as roll_pitch_yaw_of
     from virtualrobot.ghosts import Ghost as Ghost
+    from virtualrobot.groups import Group as Group
     from virtualrobot.leases import Lease as Lease
     from virtualrobot.leases import LeaseInfo as LeaseInfo
     from virtualrobot.motion import Motion as Motion
@@ -67,6 +68,7 @@ if TYPE_CHECKING:
     from virtualrobot.readings import Reading as Reading
     from virtualrobot.readings import SensorStatus as SensorStatus
     from virtualrobot.robot import Robot as Robot
+    from virtualrobot.robot_values import JointGroup as JointGroup
     from virtualrobot.sensors import Sensor as Sensor
     from virtualrobot.setpoints import SetpointStream as SetpointStream
     from virtualrobot.setpoints import StreamState as StreamState
@@ -85,6 +87,7 @@ _MODULES = {
     ),
     "figures": ("box", "capsule", "cone", "cylinder", "sphere"),
     "ghosts": ("Ghost",),
+    "groups": ("Group",),
     "leases": ("Lease", "LeaseInfo"),
     "geometry": ("pose", "pose_from_quaternion", "quaternion_of", "roll_pitch_yaw_of"),
     "motion": ("Motion", "Phase", "Tracking", "Search"),
@@ -98,6 +101,7 @@ _MODULES = {
     "range_sensors": ("RangeReading", "beams", "fan", "range_sensor", "raster", "ring", "spinning"),
     "readings": ("Reading", "SensorStatus"),
     "robot": ("Robot",),
+    "robot_values": ("JointGroup",),
     "sensors": ("Sensor",),
     "setpoints": ("SetpointStream", "StreamState"),
 }  # fmt: skip

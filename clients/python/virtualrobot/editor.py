@@ -13,6 +13,7 @@ from virtualrobot.allowed_pairs import pairs_command
 from virtualrobot.collision_settings import collision_command
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.figures import Figures, figure_list
+from virtualrobot.robot_values import JointGroup
 from virtualrobot.services import Services
 from virtualrobot.signal_values import SignalValue, set_command, value_message
 from virtualrobot.v1 import nodes_pb2, robot_pb2, scene_pb2, sensing_pb2, sensor_pb2, signal_pb2
@@ -239,6 +240,11 @@ class Editor(ABC, Generic[Created]):
         else:
             command.coordinates.CopyFrom(array_message(positions))
         self._submit(scene_pb2.Command(set_joint_positions=command))
+
+    def set_groups(self, robot: str, groups: Iterable[JointGroup]) -> None:
+        """Give a robot these groups of joints, in place of those that it has."""
+        command = scene_pb2.SetGroups(robot=robot, groups=[group.message for group in groups])
+        self._submit(scene_pb2.Command(set_groups=command))
 
     def select_tool(self, robot: str, tool: str = "", tool_center_point: str = "") -> None:
         """Choose what a robot works with; no tool means the flange, no point the tool's first."""

@@ -12,7 +12,7 @@ from virtualrobot import moves
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.redundancy import Lock, Prefer, redundancy
 from virtualrobot.services import Services
-from virtualrobot.v1 import motion_pb2, robot_pb2
+from virtualrobot.v1 import motion_pb2, nodes_pb2, robot_pb2
 from virtualrobot.wire import joint_map
 
 JointPositions: TypeAlias = Mapping[str, float] | ArrayLike
@@ -21,15 +21,16 @@ JointPositions: TypeAlias = Mapping[str, float] | ArrayLike
 class MoveMaker:
     """Makes moves of a robot, for `Client.move_together` and programs; the options are those of `Mover`."""
 
-    def __init__(self, services: Services, name: str) -> None:
-        """Handle the robot of this name; `Client.robot` checks that there is one."""
+    def __init__(self, services: Services, name: str, group_selection: nodes_pb2.GroupSelection | None = None) -> None:
+        """Handle the robot of this name, or a group of it; `Client.robot` checks that there is one."""
         self._services = services
         self.name = name
+        self.group_selection = group_selection
 
     @property
     def description(self) -> robot_pb2.GetRobotResponse:
         """Joints, links, tools and postures as the contract describes them."""
-        return self._services.robot.GetRobot(robot_pb2.GetRobotRequest(name=self.name))
+        return self._services.robot.GetRobot(robot_pb2.GetRobotRequest(name=self.name, group=self.group_selection))
 
     def ptp(
         self,
@@ -174,7 +175,7 @@ class MoveMaker:
         if columns.ndim != 2:
             raise InvalidArgumentError(f"positions have the shape (times, joints), not {columns.shape}")
         names = joints if joints is not None else self._joints_for(columns.shape[1])
-        return moves.trajectory(self.name, names, times, columns, velocities, speed_factor)
+        return self._of_group(moves.trajectory(self.name, names, times, columns, velocities, speed_factor))
 
     def _wished(
         self, move: motion_pb2.Move, lock: Lock, prefer: Prefer, arm_angle: float | None = None
@@ -183,6 +184,12 @@ class MoveMaker:
         wish = redundancy(lock, arm_angle, prefer, joints_now=self._joints_now)
         if wish is not None:
             move.redundancy.CopyFrom(wish)
+        return self._of_group(move)
+
+    def _of_group(self, move: motion_pb2.Move) -> motion_pb2.Move:
+        """Return a move of this robot, for its group where one is handled."""
+        if self.group_selection is not None and move.robot == self.name and not move.HasField("group"):
+            move.group.CopyFrom(self.group_selection)
         return move
 
     def _joints_now(self) -> dict[str, float]:
@@ -211,10 +218,16 @@ class MoveMaker:
         """Return the joints that `count` values in order belong to."""
         description = self.description
         every = [joint.name for joint in description.joints]
-        for names in (every, list(description.chain_joints)):
+        chain = list(description.chain_joints)
+        own = [chain] if self.group_selection is not None else [every, chain]
+        for names in own:
             if len(names) == count:
                 return names
-        raise InvalidArgumentError(
-            f"{count} values for the robot {self.name!r}: it has {len(every)} joints ({', '.join(every)}), "
-            f"{len(description.chain_joints)} of them in its chain; give values by name for others"
-        )
+        if self.group_selection is not None:
+            said = f"a group of the robot {self.name!r}: it has {len(chain)} joints ({', '.join(chain)})"
+        else:
+            said = (
+                f"the robot {self.name!r}: it has {len(every)} joints ({', '.join(every)}), {len(chain)} of them in "
+                "its chain; give values by name for others"
+            )
+        raise InvalidArgumentError(f"{count} values for {said}")

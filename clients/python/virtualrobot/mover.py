@@ -36,7 +36,7 @@ class Mover(MoveMaker):
 
     def start(self, move: motion_pb2.Move, **options: Unpack[motion.StartOptions]) -> motion.Motion:
         """Start one move; see the options of the class."""
-        return motion.start(self._services, [move], **options)
+        return motion.start(self._services, [self._of_group(move)], **options)
 
     def move_joints(
         self,

@@ -16,7 +16,7 @@ from virtualrobot.motion import Motion, StartOptions
 from virtualrobot.program import Program
 from virtualrobot.services import Services
 from virtualrobot.v1 import motion_pb2, path_pb2, robot_pb2
-from virtualrobot.wire import joint_map
+from virtualrobot.wire import group_message, joint_map
 
 PLANNERS = {
     "": path_pb2.PATH_PLANNER_UNSPECIFIED,
@@ -123,6 +123,7 @@ class Paths:
         time_limit: float = 0.0,
         speed_factor: float = 0.0,
         zone_percent: float | None = None,
+        group: str | tuple[str, str] = "",
         progress: Callable[[PathProgress], None] | None = None,
     ) -> FreePath:
         """Return a path on which an arm touches nothing that it may not. Nothing moves.
@@ -141,6 +142,8 @@ class Paths:
             time_limit: in s; 0 means 10.
             speed_factor: of the moves, above 0, up to 1; 0 means 1.
             zone_percent: how far corners are rounded off at the most, 0 to 50; None means 50.
+            group: the group of the robot whose joints move, by name or as (base link, tip link); empty means its own
+                chain.
             progress: is called about four times a second; what it raises ends the search.
 
         Raises:
@@ -162,6 +165,7 @@ class Paths:
             time_limit_seconds=time_limit,
             speed_factor=speed_factor,
             blend_percent=zone_percent,
+            group=group_message(group),
         )
         last = path_pb2.FindPathResponse()
         with self._services.path.FindPath(request) as stream:

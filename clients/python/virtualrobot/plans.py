@@ -44,6 +44,26 @@ class PlanNote:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class GroupTrajectory:
+    """Tool centre point of a group in n samples.
+
+    Attributes:
+        world_t_tcp: (n, 4, 4), where it is.
+        tcp_speeds: (n,), how fast it is, in m/s.
+    """
+
+    world_t_tcp: Floats
+    tcp_speeds: Floats
+
+    @staticmethod
+    def of(message: motion_pb2.GroupTrajectory) -> tuple[str | tuple[str, str], GroupTrajectory]:
+        """Return which group a message tells of, and what."""
+        chosen = message.group
+        poses, speeds = poses_from_rows(array_of(message.world_t_tcp)), array_of(message.tcp_speeds)
+        return chosen.name or (chosen.base_link, chosen.tip_link), GroupTrajectory(poses, speeds)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class RobotTrajectory:
     """The motion of one robot in n samples of k joints.
 
@@ -56,6 +76,7 @@ class RobotTrajectory:
         efforts: (n, k), what each joint does to the link that it moves, tools and held parts included: N m or N.
         world_t_tcp: (n, 4, 4), where the chosen tool centre point is.
         tcp_speeds: (n,), how fast it is, in m/s.
+        groups: the tool centre points of its groups that are moved, by name, or by (base link, tip link).
     """
 
     robot: str
@@ -66,6 +87,7 @@ class RobotTrajectory:
     efforts: Floats
     world_t_tcp: Floats
     tcp_speeds: Floats
+    groups: dict[str | tuple[str, str], GroupTrajectory]
 
     @staticmethod
     def of(message: motion_pb2.RobotTrajectory) -> RobotTrajectory:
@@ -79,6 +101,7 @@ class RobotTrajectory:
             array_of(message.efforts),
             poses_from_rows(array_of(message.world_t_tcp)),
             array_of(message.tcp_speeds),
+            dict(GroupTrajectory.of(group) for group in message.groups),
         )
 
 

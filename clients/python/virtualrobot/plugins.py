@@ -33,6 +33,7 @@ class ComponentUse:
         mean_call_seconds: the mean time of a call.
         process_id: the number of its process on the kernel's machine; 0 when it runs in the kernel's own.
         sensor: the sensor that it works for; empty for a robot's and for an importer.
+        group: the robot's group whose chain it solves, by name; empty for the robot's own chain.
     """
 
     robot: str
@@ -41,6 +42,7 @@ class ComponentUse:
     mean_call_seconds: float
     process_id: int
     sensor: str = ""
+    group: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +81,9 @@ class Component:
             settings_of(message.settings_schema),
             tuple(message.endings),
             tuple(
-                ComponentUse(use.robot, use.fault, use.calls, use.mean_call_seconds, use.process_id, use.sensor)
+                ComponentUse(
+                    use.robot, use.fault, use.calls, use.mean_call_seconds, use.process_id, use.sensor, use.group
+                )
                 for use in message.uses
             ),
         )

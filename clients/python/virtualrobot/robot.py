@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from virtualrobot.editor import Direct
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix
+from virtualrobot.groups import Group
 from virtualrobot.leases import Lease, acquire
 from virtualrobot.move_maker import JointPositions
 from virtualrobot.newest import newest
@@ -66,11 +67,38 @@ class Robot(Solver):
 
     @property
     def groups(self) -> dict[str, JointGroup]:
-        """Joints with a common name, by that name; from an SRDF file."""
-        return {
-            group.name: JointGroup(group.name, tuple(group.joint_names), group.base_link, group.tip_link)
-            for group in self.description.groups
-        }
+        """Groups of joints by name, as an SRDF file or `set_groups` gives them; `group` handles one of them."""
+        return {group.name: JointGroup.of(group) for group in self.description.groups}
+
+    def group(self, name: str = "", *, base: str = "", tip: str = "") -> Group:
+        """Return a handle for a part of the robot that is solved and moved by itself.
+
+        Args:
+            name: one of `groups`.
+            base: instead of a name, the link that a chain begins at; without it the robot's base.
+            tip: the link that it ends at, below `base`; without it the flange.
+
+        Raises:
+            UnknownNameError: when the robot has no such group or link; it lists the right ones.
+            InvalidArgumentError: when no chain leads from `base` to `tip`.
+
+        Example:
+            >>> robot.group("left_arm").move_linear(goal)
+            >>> robot.group(base="torso", tip="left_gripper").solve_inverse(goal)
+        """
+        if not (name or base or tip):
+            raise InvalidArgumentError(f"name a group of {self.name!r}, or the base and tip link of a chain")
+        group = Group(self._services, self.name, name, base, tip)
+        _ = group.description  # raises when there is none
+        return group
+
+    def set_groups(self, groups: Iterable[JointGroup]) -> None:
+        """Give the robot these groups, in place of those that it has; chains need no joint names.
+
+        Example:
+            >>> robot.set_groups([virtualrobot.JointGroup("left_arm", base_link="torso", tip_link="left_gripper")])
+        """
+        Direct(self._services).set_groups(self.name, groups)
 
     @property
     def actuators(self) -> list[Actuator]:

@@ -128,15 +128,34 @@ class JointGroup:
 
     Attributes:
         name: unique within the robot.
-        joint_names: the joints that can be moved, in the robot's order.
-        base_link: the link that the group's chain begins at; empty when it is no chain.
-        tip_link: the link that the group's chain ends at; empty when it is no chain.
+        joint_names: the joints that can be moved, in the robot's order; may be left out where two links are given.
+        base_link: the link that the group's chain begins at; empty where joints alone are given.
+        tip_link: the link that the group's chain ends at; empty likewise.
+        kinematics: the component that solves the chain; empty means the one that its geometry allows.
     """
 
     name: str
-    joint_names: tuple[str, ...]
-    base_link: str
-    tip_link: str
+    joint_names: tuple[str, ...] = ()
+    base_link: str = ""
+    tip_link: str = ""
+    kinematics: str = ""
+
+    @staticmethod
+    def of(message: nodes_pb2.JointGroup) -> JointGroup:
+        """Return what a message says."""
+        names = tuple(message.joint_names)
+        return JointGroup(message.name, names, message.base_link, message.tip_link, message.kinematics)
+
+    @property
+    def message(self) -> nodes_pb2.JointGroup:
+        """Message of the group."""
+        return nodes_pb2.JointGroup(
+            name=self.name,
+            joint_names=self.joint_names,
+            base_link=self.base_link,
+            tip_link=self.tip_link,
+            kinematics=self.kinematics,
+        )
 
 
 @dataclass(frozen=True, slots=True)

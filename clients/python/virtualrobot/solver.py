@@ -8,6 +8,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from virtualrobot.dynamics import InverseDynamics, Samples, movement_message
+from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import poses_from_rows
 from virtualrobot.jogger import Jogger
 from virtualrobot.kinematics_check import KinematicsCheck
@@ -27,7 +28,9 @@ class Solver(Jogger):
 
     def solve_forward(self, positions: JointPositions | None = None) -> ForwardSolution:
         """Return where links and tool centre point would be; joints that are not named stand as they are now."""
-        request = robot_pb2.SolveForwardRequest(robot=self.name, joint_positions=self._named(positions))
+        request = robot_pb2.SolveForwardRequest(
+            robot=self.name, joint_positions=self._named(positions), group=self.group_selection
+        )
         response = self._services.robot.SolveForward(request)
         poses = poses_from_rows(array_of(response.world_t_link))
         return ForwardSolution(pose_of(response.world_t_tcp), dict(zip(response.links, poses, strict=True)))
@@ -61,6 +64,7 @@ class Solver(Jogger):
                 robot_pb2.RobotPoint(node=node, point=vector_message(point, f"point on {node}"), reference=reference)
                 for node, point in points
             ],
+            group=self.group_selection,
         )
         return Jacobians.of(self._services.robot.SolveJacobian(request))
 
@@ -98,6 +102,7 @@ class Solver(Jogger):
             seed=self._named(seed),
             configuration=configuration,
             redundancy=redundancy(lock, arm_angle, prefer, joints_now=self._joints_now),
+            group=self.group_selection,
         )
         return InverseSolution.of(self._services.robot.SolveInverse(request))
 
@@ -174,8 +179,15 @@ class Solver(Jogger):
             forward            1.1e-16 m  2.2e-16 rad  0.002 ms
             ...
         """
+        group = self.group_selection
+        if group is not None and not group.name:
+            raise InvalidArgumentError(
+                f"a chain that is chosen by links has the component that its geometry allows; give {self.name!r} a "
+                "named group to choose another one"
+            )
         wanted = settings_message({**(settings or {}), **named})
-        command = robot_pb2.KinematicsChoice(robot=self.name, kinematics=name, settings=wanted)
+        chosen = group.name if group else ""
+        command = robot_pb2.KinematicsChoice(robot=self.name, kinematics=name, settings=wanted, group=chosen)
         request = robot_pb2.SetKinematicsRequest(choice=command)
         # A process of its own has to start, which may compile.
         response = self._services.robot.SetKinematics(request, timeout=LONG_TIMEOUT_SECONDS)

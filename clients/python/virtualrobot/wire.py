@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix, checked_pose, pose_from_quaternion, quaternion_of
-from virtualrobot.v1 import geometry_pb2
+from virtualrobot.v1 import geometry_pb2, nodes_pb2
 
 _DTYPES = {
     geometry_pb2.NUMERIC_TYPE_FLOAT64: np.dtype("<f8"),
@@ -193,3 +193,11 @@ def color_message(color: str | ArrayLike) -> geometry_pb2.Color:
     if values.size == 4:
         message.alpha = values[3]
     return message
+
+
+def group_message(group: str | tuple[str, str]) -> nodes_pb2.GroupSelection | None:
+    """Return the choice of a group by name, or by (base link, tip link); None for an empty one."""
+    if isinstance(group, str):
+        return nodes_pb2.GroupSelection(name=group) if group else None
+    base, tip = group
+    return nodes_pb2.GroupSelection(base_link=base, tip_link=tip)

@@ -65,7 +65,8 @@ def read_srdf(file: File, nodes: tuple[NodeSpec, ...]) -> Semantics:
 
     Groups name the joints that can be moved, in the robot's order: those of chains, joints, links and subgroups. A
     `group_state` becomes a posture under its own name, or under `group/state` when another group's state has that
-    name. The parent link of the only `end_effector` becomes the flange.
+    name. The parent link of the only `end_effector` becomes the flange, and that of each one the end of its parent
+    group, where that is given by joints.
 
     Raises:
         MalformedFileError: naming file and line, for what is no SRDF, and for names that the robot lacks, with the
@@ -95,10 +96,13 @@ class _Reader:
         self.movable = [
             name for name, joint in self.joints.items() if joint.type is not JointType.FIXED and not joint.mimic
         ]
+        self.virtual: set[str] = set()
         self.groups: dict[str, JointGroup] = {}
         self.warnings: list[FileWarning] = []
 
     def read(self, root: Element) -> Semantics:
+        # How a robot stands in the world is no joint of ours; groups and states may name it.
+        self.virtual = {element.get("name", "") for element in children(root, "virtual_joint")} - self.joints.keys()
         elements: dict[str, Element] = {}
         for element in children(root, "group"):
             name = text_attribute(Place(self.uri, "group"), element, "name")
@@ -117,7 +121,10 @@ class _Reader:
                     "imported, by its base joint",
                 )
         for element in children(root, "passive_joint"):
-            self._known(element, "joint", text_attribute(Place(self.uri, "passive_joint"), element, "name"))
+            joint = text_attribute(Place(self.uri, "passive_joint"), element, "name")
+            if joint in self.virtual:
+                continue
+            self._known(element, "joint", joint)
             self._warn(element, f"the joint {element.get('name')!r} is passive, which is not kept: it can be moved")
         for element in root.iterchildren("*"):
             if local_name(element) not in _READ:
@@ -142,7 +149,8 @@ class _Reader:
                 found.update(self._chain(member, base, tip))
                 ends.append((base, tip))
             elif kind == "joint":
-                found.add(self._known(member, "joint", text_attribute(place, member, "name")))
+                joint = text_attribute(place, member, "name")
+                found |= set() if joint in self.virtual else {self._known(member, "joint", joint)}
             elif kind == "link":
                 link = self._known(member, "link", text_attribute(place, member, "name"))
                 found.add(self.joint_of_link[link])
@@ -182,8 +190,8 @@ class _Reader:
                 raise malformed(self.uri, line_of(element), f"group {group!r} has two states named {name!r}")
             values: dict[str, float] = {}
             for member in children(element, "joint"):
-                joint = self._known(member, "joint", text_attribute(place, member, "name"))
-                if joint in self.movable:
+                joint = text_attribute(place, member, "name")
+                if joint not in self.virtual and self._known(member, "joint", joint) in self.movable:
                     (values[joint],) = numbers(Place(self.uri, f"group_state {name!r}"), member, "value", 1)
             outside = [joint for joint, value in values.items() if not self._within(joint, value)]
             if outside:
@@ -203,13 +211,16 @@ class _Reader:
 
     def _flange(self, root: Element) -> str:
         """Return where the only end effector is mounted; empty for none and for several."""
-        parents = []
+        parents: list[str] = []
         for element in children(root, "end_effector"):
             place = Place(self.uri, "end_effector")
             group = text_attribute(place, element, "group")
             if group not in self.groups:
                 raise self._unknown(element, "group", group, self.groups)
             parents.append(self._known(element, "link", text_attribute(place, element, "parent_link")))
+            above = self.groups.get(element.get("parent_group", ""))
+            if above is not None and not above.tip_link:
+                self.groups[above.name] = replace(above, tip_link=parents[-1])
         if len(parents) > 1:
             self._warn(root, f"there are {len(parents)} end effectors; none of their parent links becomes the flange")
         return parents[0] if len(parents) == 1 else ""

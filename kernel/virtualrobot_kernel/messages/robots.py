@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from google.protobuf.struct_pb2 import Struct, Value
@@ -20,19 +20,24 @@ def robot_data(message: nodes_pb2.Robot, what: str) -> RobotData:
     postures = {posture.name: by_name(posture.joint_positions) for posture in message.postures}
     if len(postures) != len(message.postures) or "" in postures:
         raise KernelError(f"the postures of {what!r} must have names that differ", robot=what)
-    groups = tuple(_joint_group(group, what) for group in message.groups)
-    if len({group.name for group in groups} - {""}) != len(groups):
-        raise KernelError(f"the groups of {what!r} must have names that differ", robot=what)
     return RobotData(
         message.flange,
         message.kinematics,
         postures,
         message.source,
         settings(message.kinematics_settings, f"{what}.robot.kinematics_settings"),
-        groups,
+        joint_groups(message.groups, what),
         tuple(LinkPair(pair.first, pair.second, pair.reason) for pair in message.allowed_collisions),
         _actuators(message, what),
     )
+
+
+def joint_groups(messages: Iterable[nodes_pb2.JointGroup], robot: str) -> tuple[JointGroup, ...]:
+    """Return the groups of a robot; raise KernelError unless their names differ."""
+    groups = tuple(_joint_group(message, robot) for message in messages)
+    if len({group.name for group in groups} - {""}) != len(groups):
+        raise KernelError(f"the groups of {robot!r} must have names that differ", robot=robot)
+    return groups
 
 
 def _joint_group(message: nodes_pb2.JointGroup, what: str) -> JointGroup:

@@ -9,6 +9,7 @@ import numpy as np
 from numba import float64, int8, int32
 from virtualrobot_sdk.compiled.cache import array_of, compiled, inlined, output_of
 from virtualrobot_sdk.compiled.rigid import multiply, shift, turn
+from virtualrobot_sdk.compiled.serial import fill_jacobian, place_frames
 
 from virtualrobot_kernel.numeric.forest import REVOLUTE
 
@@ -18,70 +19,6 @@ Integers = np.ndarray[Any, np.dtype[np.int32]]
 
 MOST_STEPS = 12
 """Newton steps; two or three are usual."""
-
-
-@inlined
-def _forward(
-    pre: Floats,
-    axis: Floats,
-    joint_type: Codes,
-    q_index: Integers,
-    multiplier: Floats,
-    offset: Floats,
-    post: Floats,
-    q: Floats,
-    frames: Floats,
-) -> None:
-    """Write base_t_joint of the n joints and base_t_tcp to frames (n + 1, 4, 4)."""
-    n = pre.shape[0]
-    for i in range(n):
-        if i == 0:
-            for row in range(4):
-                for column in range(4):
-                    frames[0, row, column] = pre[0, row, column]
-        else:
-            multiply(frames, i - 1, pre, i, frames, i)
-        value = multiplier[i] * q[q_index[i]] + offset[i]
-        if joint_type[i] == REVOLUTE:
-            turn(frames, i, axis[i, 0], axis[i, 1], axis[i, 2], value)
-        else:
-            shift(frames, i, axis[i, 0] * value, axis[i, 1] * value, axis[i, 2] * value)
-    multiply(frames, n - 1, post, 0, frames, n)
-
-
-@inlined
-def _jacobian(
-    axis: Floats,
-    joint_type: Codes,
-    q_index: Integers,
-    multiplier: Floats,
-    frames: Floats,
-    weight: float,
-    jacobian: Floats,
-) -> None:
-    """Write the geometric Jacobian (6, k) at the TCP, base frame, linear rows times `weight`."""
-    n = axis.shape[0]
-    jacobian[:, :] = 0.0
-    for i in range(n):
-        k: int = q_index[i]
-        m = multiplier[i]
-        x = frames[i, 0, 0] * axis[i, 0] + frames[i, 0, 1] * axis[i, 1] + frames[i, 0, 2] * axis[i, 2]
-        y = frames[i, 1, 0] * axis[i, 0] + frames[i, 1, 1] * axis[i, 1] + frames[i, 1, 2] * axis[i, 2]
-        z = frames[i, 2, 0] * axis[i, 0] + frames[i, 2, 1] * axis[i, 1] + frames[i, 2, 2] * axis[i, 2]
-        if joint_type[i] == REVOLUTE:
-            dx = frames[n, 0, 3] - frames[i, 0, 3]
-            dy = frames[n, 1, 3] - frames[i, 1, 3]
-            dz = frames[n, 2, 3] - frames[i, 2, 3]
-            jacobian[0, k] += m * weight * (y * dz - z * dy)
-            jacobian[1, k] += m * weight * (z * dx - x * dz)
-            jacobian[2, k] += m * weight * (x * dy - y * dx)
-            jacobian[3, k] += m * x
-            jacobian[4, k] += m * y
-            jacobian[5, k] += m * z
-        else:
-            jacobian[0, k] += m * weight * x
-            jacobian[1, k] += m * weight * y
-            jacobian[2, k] += m * weight * z
 
 
 @inlined
@@ -206,10 +143,10 @@ def follow_frame(
     step = np.empty(k)
     off = np.empty(6)
     for place in range(count):
-        _forward(pre, axis, joint_type, q_index, multiplier, offset, post, nominal[place], frames)
+        place_frames(pre, axis, joint_type, q_index, multiplier, offset, post, nominal[place], frames)
         error[place] = math.inf
         if k > 6:
-            _jacobian(axis, joint_type, q_index, multiplier, frames, weight, jacobian)
+            fill_jacobian(axis, joint_type, q_index, multiplier, frames, weight, jacobian)
             if not _project(jacobian, gram, column, null_space):
                 continue
         # The target: S(displacement) @ base_t_tcp, with S = turn about a line, or shift.
@@ -229,7 +166,7 @@ def follow_frame(
         multiply(moved, 0, frames, n, moved, 1)
         before = math.inf
         for _ in range(MOST_STEPS):
-            _forward(pre, axis, joint_type, q_index, multiplier, offset, post, q[place], frames)
+            place_frames(pre, axis, joint_type, q_index, multiplier, offset, post, q[place], frames)
             for a in range(3):
                 off[a] = weight * (moved[1, a, 3] - frames[n, a, 3])
                 off[3 + a] = 0.0
@@ -244,7 +181,7 @@ def follow_frame(
             now = 0.0
             for a in range(6):
                 now = max(now, abs(off[a]))
-            _jacobian(axis, joint_type, q_index, multiplier, frames, weight, jacobian)
+            fill_jacobian(axis, joint_type, q_index, multiplier, frames, weight, jacobian)
             for i in range(k):
                 total = 0.0
                 for a in range(6):
@@ -301,5 +238,5 @@ def weighted_jacobians(
     """
     frames = np.empty((pre.shape[0] + 1, 4, 4))
     for place in range(q.shape[0]):
-        _forward(pre, axis, joint_type, q_index, multiplier, offset, post, q[place], frames)
-        _jacobian(axis, joint_type, q_index, multiplier, frames, weight, jacobians[place])
+        place_frames(pre, axis, joint_type, q_index, multiplier, offset, post, q[place], frames)
+        fill_jacobian(axis, joint_type, q_index, multiplier, frames, weight, jacobians[place])

@@ -23,7 +23,7 @@ from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.running import Running, start
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning.robots import Arm, tip_of
-from virtualrobot_kernel.world.commands import Command, CreateNodes, SetKinematics, UpdateNode
+from virtualrobot_kernel.world.commands import Command, CreateNodes, SetGroups, SetKinematics, UpdateNode
 from virtualrobot_kernel.world.groups import WHOLE, Group, named_group
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import Applied
@@ -247,6 +247,7 @@ class Solvers:
             for one in changed:
                 data = one.data if isinstance(one, NodeSpec | UpdateNode) else None
                 choices = (data, *data.groups) if isinstance(data, RobotData) else (one,)
+                choices = one.groups if isinstance(one, SetGroups) else choices
                 for choice in choices:
                     if isinstance(choice, RobotData | JointGroup | SetKinematics) and choice.kinematics:
                         self._catalog.find(ComponentKind.KINEMATICS, choice.kinematics)

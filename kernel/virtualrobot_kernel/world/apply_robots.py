@@ -23,11 +23,13 @@ from virtualrobot_kernel.world.commands import (
     PickPart,
     PlacePart,
     SelectTool,
+    SetGroups,
     SetJointPositions,
     SetKinematics,
     SetSpeedFactor,
     SetToolState,
 )
+from virtualrobot_kernel.world.consistency import check_names
 from virtualrobot_kernel.world.groups import named_group
 from virtualrobot_kernel.world.state import Selection
 from virtualrobot_kernel.world.structure import Kind, Node, RobotData, Structure, ToolData
@@ -136,6 +138,16 @@ def set_kinematics(change: Change, command: SetKinematics, forward: Forward) -> 
     else:
         data = replace(node.data, **choice)
     return replace(change, structure=index.replaced(change.structure, replace(node, data=data)))
+
+
+def set_groups(change: Change, command: SetGroups, forward: Forward) -> Change:
+    """Give a robot other groups of joints; refused where they name what it has not, or are no chain between links."""
+    node, _ = change.structure.robot(command.robot)
+    assert isinstance(node.data, RobotData)
+    node = replace(node, data=replace(node.data, groups=command.groups))
+    structure = index.replaced(change.structure, node)
+    check_names(structure, node)
+    return replace(change, structure=structure)
 
 
 def select_tool(change: Change, command: SelectTool, forward: Forward) -> Change:

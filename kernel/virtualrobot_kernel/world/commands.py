@@ -20,7 +20,7 @@ from virtualrobot_kernel.world.collisions import CollisionMode
 from virtualrobot_kernel.world.figures import Figure, Pose
 from virtualrobot_kernel.world.preconditions import Preconditions
 from virtualrobot_kernel.world.state import CancelCause, Cancellation, Signal
-from virtualrobot_kernel.world.structure import NodeData, NodeSpec
+from virtualrobot_kernel.world.structure import JointGroup, NodeData, NodeSpec
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -137,6 +137,14 @@ class SetCollisionSettings:
     modes: tuple[tuple[str, CollisionMode | None], ...] = ()
     look_ahead_seconds: float | None = None
     paddings: tuple[tuple[str, float], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class SetGroups:
+    """Gives a robot groups of joints in place of those that it has; motions go on as they were planned."""
+
+    robot: str
+    groups: tuple[JointGroup, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -309,6 +317,7 @@ Command = (
     | SetRangeComponents
     | SetAllowedPairs
     | SetCollisionSettings
+    | SetGroups
     | SelectTool
     | SetToolState
     | CreateSignal

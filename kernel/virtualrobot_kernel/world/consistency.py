@@ -114,7 +114,7 @@ def refuse_while_tools_move(change: Change, nodes: Iterable[Node]) -> None:
 def _check_groups(structure: Structure, robot: Node, data: RobotData) -> None:
     """Raise KernelError for a joint or link that a group or a pair of links names and that the robot lacks.
 
-    And for a group that is nothing, or whose links no chain joins.
+    And for a group whose links no chain joins.
     """
     if not data.groups and not data.allowed_collisions:
         return
@@ -127,12 +127,6 @@ def _check_groups(structure: Structure, robot: Node, data: RobotData) -> None:
                 raise UnknownNameError(f"joint of {robot.name!r} for its group {group.name!r}", joint, joints)
         if group.base_link and group.tip_link:
             chain_links(structure, robot, Group(group.name))
-        elif not group.joint_names:
-            raise KernelError(
-                f"the group {group.name!r} of {robot.name!r} needs joints, or a base_link and a tip_link",
-                robot=robot.name,
-                group=group.name,
-            )
     named = [name for group in data.groups for name in (group.base_link, group.tip_link) if name]
     for name in (*named, *(name for pair in data.allowed_collisions for name in (pair.first, pair.second))):
         if name not in links:

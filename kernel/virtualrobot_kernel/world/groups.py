@@ -128,7 +128,7 @@ def _named_chain(structure: Structure, robot: Node, group: JointGroup) -> tuple[
     moved = dict(zip(index.joint_names, moved_links(structure, index), strict=True))
     own = [moved[name] for name in group.joint_names]
     if not own:
-        raise _no_chain(robot, group, "it has no joints")
+        raise _no_chain(robot, group, "it has no joint")
     depth = {uid: sum(1 for _ in structure.ancestors(uid)) for uid in own}
     # Without links of its own the group ends at the last of its joints, and begins before the first.
     tip = tip or max(own, key=depth.__getitem__)
@@ -150,7 +150,7 @@ def _named_chain(structure: Structure, robot: Node, group: JointGroup) -> tuple[
 
 def _no_chain(robot: Node, group: JointGroup, why: str) -> KernelError:
     return KernelError(
-        f"the group {group.name!r} of {robot.name!r} is no chain: {why}; its joints can be moved, but no pose be "
+        f"the group {group.name!r} of {robot.name!r} is no chain: {why}; it can be moved by its joints, but not be "
         "solved",
         reason=Reason.WRONG_STATE,
         robot=robot.name,

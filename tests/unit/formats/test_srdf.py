@@ -179,3 +179,24 @@ def test_an_srdf_file_for_what_is_no_robot_is_refused() -> None:
         load(ROBOTS["panda"].parent.parent / "duck.obj", srdf_uri=str(SRDF))
     with pytest.raises(MalformedFileError, match=r"the root element is <sdf>, expected <robot>"):
         panda("<sdf/>")
+
+
+def test_groups_and_states_may_name_the_virtual_joint() -> None:
+    """As those of the PR2 and of TALOS do: how a robot stands in the world is no joint of its own."""
+    model = panda(
+        srdf(
+            '<virtual_joint name="world_joint" type="planar" parent_frame="odom" child_link="panda_link0"/>',
+            '<group name="a"><joint name="world_joint"/><joint name="panda_joint1"/></group>',
+            '<group_state name="s" group="a"><joint name="world_joint" value="0 0 0"/></group_state>',
+        )
+    )
+    assert robot_data(model).groups == (JointGroup("a", ("panda_joint1",)),)
+    assert robot_data(model).postures["s"] == {}
+
+
+def test_a_group_of_joints_ends_where_its_end_effector_is_mounted() -> None:
+    joints = "".join(f'<joint name="{name}"/>' for name in ARM)
+    effector = '<end_effector name="e" group="hand" parent_link="panda_link8" parent_group="arm"/>'
+    hand = '<group name="hand"><joint name="panda_finger_joint1"/></group>'
+    model = panda(srdf(f'<group name="arm">{joints}</group>', hand, effector))
+    assert robot_data(model).groups[0] == JointGroup("arm", ARM, "", "panda_link8")

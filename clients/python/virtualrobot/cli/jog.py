@@ -8,7 +8,7 @@ import click
 
 from virtualrobot.cli.move import start_and_follow
 from virtualrobot.cli.options import GO_ON, Numbers, Target, degrees_option, target_options
-from virtualrobot.cli.orders import sliding_joints
+from virtualrobot.cli.orders import Part, group_options, part_of, sliding_joints
 
 _EXAMPLES = """
 \b
@@ -31,6 +31,7 @@ Examples:
 @click.option("--velocity", type=float, help="m/s or rad/s [0.1 or 0.25]; a joint needs one, with the sign of its way.")
 @click.option("--distance", type=float, help="m or rad [as far as it goes].")
 @click.option("--preempt", is_flag=True, help="Stop what the robot does and take over.")
+@group_options
 @degrees_option
 @target_options
 def jog(
@@ -45,6 +46,7 @@ def jog(
     distance: float | None,
     preempt: bool,
     degrees: bool,
+    group: Part,
 ) -> None:
     """Move a joint, or the tool centre point in one direction, until its distance or until it can go no farther.
 
@@ -61,7 +63,7 @@ def jog(
     if frame and node:
         raise click.UsageError("--frame or --node, not both")
     with target.connect() as client:
-        handle = client.robot(robot)
+        handle = part_of(client.robot(robot), group)
         sliding = along is not None or joint in sliding_joints(handle)
         unit = math.radians(1.0) if degrees and not sliding else 1.0
         speed = unit * (velocity or 0.0)

@@ -11,6 +11,7 @@ from virtualrobot.cli.options import GO_ON, Target, target_options
 from virtualrobot.cli.orders import Order, order_options
 
 if TYPE_CHECKING:
+    from virtualrobot.groups import Group
     from virtualrobot.motion import Motion
     from virtualrobot.robot import Robot
     from virtualrobot.v1 import motion_pb2
@@ -24,6 +25,7 @@ Examples:
   virtualrobot move arm --pose 0.5,0,0.3 --linear
   virtualrobot move arm --pose 0.5,0.2,0.3 --via 0.6,0.1,0.3
   virtualrobot move arm --to home --speed 0.3
+  virtualrobot move baxter --group left_arm --pose 0.7,0.4,0.9
 """
 
 
@@ -55,7 +57,7 @@ def stop(target: Target, robots: tuple[str, ...]) -> None:
             click.echo("nothing moves")
 
 
-def start_and_follow(robot: Robot, wish: motion_pb2.Move, preempt: bool, no_wait: bool) -> None:
+def start_and_follow(robot: Robot | Group, wish: motion_pb2.Move, preempt: bool, no_wait: bool) -> None:
     """Start a move and show how far it is, or leave it alone."""
     motion = robot.start(wish, wait=False, preempt=preempt, on_disconnect="continue" if no_wait else "stop")
     show_notes(motion)

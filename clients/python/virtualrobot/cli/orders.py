@@ -14,8 +14,13 @@ import click
 from virtualrobot.cli.options import Numbers, degrees_option, pose_of_numbers
 
 if TYPE_CHECKING:
+    from virtualrobot.groups import Group
     from virtualrobot.robot import Robot
     from virtualrobot.v1 import motion_pb2
+
+
+Part = tuple[str, str, str]
+"""A group of a robot by name, or the base and tip link of a chain; all empty: the robot itself."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,9 +36,11 @@ class Order:
     speed: float
     velocity: float
     degrees: bool
+    group: Part
 
-    def move(self, robot: Robot) -> motion_pb2.Move:
-        """Return the move that these words mean for a robot."""
+    def move(self, whole: Robot) -> motion_pb2.Move:
+        """Return the move that these words mean for a robot, or its group."""
+        robot = part_of(whole, self.group)
         if self.pose is None:
             goal = self.posture or joint_goal(robot, self.joints, self.degrees)
             return robot.ptp(goal, speed_factor=self.speed)
@@ -45,6 +52,27 @@ class Order:
         return robot.circular(
             self.via, where, reference=self.reference, velocity=self.velocity, speed_factor=self.speed
         )
+
+
+def part_of(robot: Robot, group: Part) -> Robot | Group:
+    """Return a robot, or its group that the command line names."""
+    name, base, tip = group
+    return robot.group(name, base=base, tip=tip) if any(group) else robot
+
+
+def group_options(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command the options that choose a part of a robot, as `group`."""
+
+    @click.option("--group", "name", default="", metavar="NAME", help="The robot's group that moves, such as left_arm.")
+    @click.option("--base", default="", metavar="LINK", help="Instead: the chain that begins at this link [the base].")
+    @click.option("--tip", default="", metavar="LINK", help="And ends at this one [the flange].")
+    @functools.wraps(function)
+    def command(*arguments: Any, name: str, base: str, tip: str, **options: Any) -> Any:  # noqa: ANN401
+        if name and (base or tip):
+            raise click.UsageError("name a --group, or the links --base and --tip, not both")
+        return function(*arguments, group=(name, base, tip), **options)
+
+    return command
 
 
 def order_options(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -60,6 +88,7 @@ def order_options(function: Callable[..., Any]) -> Callable[..., Any]:
     @click.option("--via", type=Numbers(3), metavar="X,Y,Z", help="Along an arc through this point; with --pose.")
     @click.option("--speed", type=float, default=1.0, help="The part of the greatest joint speed, in (0, 1] [1].")
     @click.option("--velocity", type=float, metavar="M/S", help="With --linear or --via: along the path [0.25].")
+    @group_options
     @degrees_option
     @functools.wraps(function)
     def command(
@@ -74,6 +103,7 @@ def order_options(function: Callable[..., Any]) -> Callable[..., Any]:
         speed: float,
         velocity: float | None,
         degrees: bool,
+        group: Part,
         **options: Any,  # noqa: ANN401
     ) -> Any:  # noqa: ANN401
         words = tuple(word for word in (joints, *more) if word)
@@ -89,13 +119,13 @@ def order_options(function: Callable[..., Any]) -> Callable[..., Any]:
             raise click.UsageError("--velocity goes with --linear or --via; other moves take --speed")
         if velocity is not None and not velocity > 0:
             raise click.UsageError(f"--velocity is above 0, not {velocity:g}")
-        order = Order(words, pose, posture or "", reference, linear, via, speed, velocity or 0.0, degrees)
+        order = Order(words, pose, posture or "", reference, linear, via, speed, velocity or 0.0, degrees, group)
         return function(*arguments, order=order, **options)
 
     return command
 
 
-def joint_goal(robot: Robot, words: Sequence[str], degrees: bool) -> dict[str, float] | list[float]:
+def joint_goal(robot: Robot | Group, words: Sequence[str], degrees: bool) -> dict[str, float] | list[float]:
     """Return joint values by name from `name=value` words, or in order from numbers; `degrees` for turning joints."""
     from virtualrobot.errors import UnknownNameError
 
@@ -117,13 +147,14 @@ def joint_goal(robot: Robot, words: Sequence[str], degrees: bool) -> dict[str, f
         if unknown := sorted(set(names) - set(every)):
             raise UnknownNameError(f"the robot {robot.name!r} has no joint {unknown[0]!r}; it has {', '.join(every)}")
     else:
-        names = every if len(values) == len(every) else list(description.chain_joints)
+        chain = list(description.chain_joints)
+        names = every if len(values) == len(every) and robot.group_selection is None else chain
         if len(names) != len(values):
             return values  # the robot says what is wrong
     return {n: v if n in sliding else math.radians(v) for n, v in zip(names, values, strict=True)}
 
 
-def sliding_joints(robot: Robot) -> set[str]:
+def sliding_joints(robot: Robot | Group) -> set[str]:
     """Return the names of the joints whose positions are meters and no angles."""
     from virtualrobot.v1 import nodes_pb2
 

@@ -9,7 +9,7 @@ import click
 
 from virtualrobot.cli.move import follow
 from virtualrobot.cli.options import FiniteRange, Numbers, Target, degrees_option, pose_of_numbers, target_options
-from virtualrobot.cli.orders import joint_goal
+from virtualrobot.cli.orders import Part, group_options, joint_goal, part_of
 
 if TYPE_CHECKING:
     from virtualrobot.paths import FreePath, PathProgress
@@ -36,6 +36,7 @@ Examples:
 )
 @click.option("--show/--hide", default=None, help="Its waypoints as ghosts in the viewer and in pictures.")
 @click.option("--go", is_flag=True, help="Go along the path.")
+@group_options
 @degrees_option
 @target_options
 def path(
@@ -52,18 +53,19 @@ def path(
     show: bool | None,
     go: bool,
     degrees: bool,
+    group: Part,
 ) -> None:
     """Find a way on which a robot touches nothing that it may not; with --go it goes along. Ctrl-C stops either."""
     words = tuple(word for word in (joints, *more) if word)
     if bool(words) + (pose is not None) + bool(posture) != 1:
         raise click.UsageError("say where to, in one way: --joints, --pose or --to")
     with target.connect() as client:
-        handle = client.robot(robot)
+        handle = part_of(client.robot(robot), group)
         if pose is not None:
             goal = pose_of_numbers(pose, degrees, handle.tcp if not reference else None)
         else:
             given = posture or joint_goal(handle, words, degrees)
-            goal = dict(zip(handle.chain_joint_names, given, strict=True)) if isinstance(given, list) else given
+            goal = dict(zip(handle.description.chain_joints, given, strict=True)) if isinstance(given, list) else given
         found = client.paths.find(
             robot,
             goal,
@@ -71,6 +73,7 @@ def path(
             planner=planner,
             seed=seed,
             time_limit=time_limit,
+            group=group[0] or (group[1:] if any(group) else ""),
             progress=_show if sys.stderr.isatty() else None,
         )
         click.echo(path_line(found))

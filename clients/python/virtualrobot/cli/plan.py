@@ -59,6 +59,9 @@ def plan(target: Target, robot: str, order: Order, every: float | None, file: st
         planned = handle.plan(order.move(handle), sample_seconds=every or 0.0)
         limits = handle.limits
         told = in_degrees(handle, planned.robots[robot]) if order.degrees else planned.robots[robot]
+    # A move of one group tells of its tool centre point.
+    for moved in told.groups.values():
+        told = replace(told, world_t_tcp=moved.world_t_tcp, tcp_speeds=moved.tcp_speeds)
     if file is not None:
         write_samples(file, samples(planned, told))
         if file == "-":

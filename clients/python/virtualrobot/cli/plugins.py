@@ -84,7 +84,7 @@ def _row(component: Component) -> list[str]:
 
 def _used(use: ComponentUse) -> str:
     calls = f"{use.calls} calls" + (f" of {1e3 * use.mean_call_seconds:.3f} ms" if use.calls else "")
-    whom = use.robot or use.sensor
+    whom = f"{use.robot}, group {use.group}" if use.group else use.robot or use.sensor
     words = [f"for {whom}: {calls}" if whom else calls]
     words += [f"process {use.process_id}"] if use.process_id else []
     words += [f"not asked any more: {use.fault}"] if use.fault else []

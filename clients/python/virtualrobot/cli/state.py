@@ -82,6 +82,7 @@ def describe(client: Client, robots: Sequence[str], degrees: bool) -> str:
         now = robot.state
         lines += ["", f"{robot.name}  speed factor {now.speed_factor:g}  {_tools(now.tool, now.tool_states)}".rstrip()]
         lines.append("  tcp  " + _place(now.world_t_tcp, degrees))
+        lines += [f"  groups  {names}"] if (names := ", ".join(robot.groups)) else []
         lines += [f"  {line}" for line in aligned(joint_rows(robot.description, now, degrees))]
     if not robots:
         lines += [""] * bool(client.signals)

@@ -11,7 +11,7 @@ from virtualrobot.v1 import nodes_pb2, robot_pb2, scene_pb2
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.messages.collision_settings import pairs_command, settings_command
 from virtualrobot_kernel.messages.nodes import SENSING, figures, node_data, node_spec, runs
-from virtualrobot_kernel.messages.robots import settings
+from virtualrobot_kernel.messages.robots import joint_groups, settings
 from virtualrobot_kernel.messages.signals import created_signal, value_of
 from virtualrobot_kernel.messages.values import array, by_name, finite, mask_fields, not_negative, pose
 from virtualrobot_kernel.world import commands
@@ -103,6 +103,7 @@ COMMANDS: dict[str, Callable[[Any], commands.Command]] = {
     ),
     "place_part": lambda message: commands.PlacePart(message.robot, message.part, message.parent),
     "set_joint_positions": _joints,
+    "set_groups": lambda message: commands.SetGroups(message.robot, joint_groups(message.groups, message.robot)),
     "select_tool": lambda message: commands.SelectTool(message.robot, message.tool, message.tool_center_point),
     "set_tool_state": lambda message: commands.SetToolState(message.tool, message.state),
     "create_signal": lambda message: created_signal(message.signal),
