@@ -83,7 +83,7 @@ def test_every_step_has_its_tick(stepped: Stubs) -> None:
     while (now := motion(stepped, ask.id)).phase not in (SUCCEEDED, CANCELLED):
         on = stepped.signal.GetSignals(signal_pb2.GetSignalsRequest()).signals
         for signal in on:
-            if signal.value:
+            if signal.value.boolean:
                 seen.setdefault(signal.name, count)
         steps.append(now.step)
         assert now.phase == (WAITING if 0 < count < 25 else RUNNING)
@@ -91,7 +91,7 @@ def test_every_step_has_its_tick(stepped: Stubs) -> None:
         count += 1
     assert now.phase == SUCCEEDED
     assert seen == {"a": 1, "b": 25}
-    assert stepped.signal.GetSignals(signal_pb2.GetSignalsRequest(names=["c"])).signals[0].value
+    assert stepped.signal.GetSignals(signal_pb2.GetSignalsRequest(names=["c"])).signals[0].value.boolean
     assert count == int(np.ceil(ask.planned_duration_seconds / TICK - 1e-6))
     assert steps == sorted(steps) and set(steps) == {0, 1, 3}
     assert (now.step, now.progress) == (4, 1.0)
@@ -130,7 +130,7 @@ def test_every_change_within_a_step_is_told(stepped: Stubs) -> None:
     told: list[tuple[int, str, bool]] = []
     while len(told) < 80:
         response = next(watch)
-        told += [(response.stamp.tick - first, signal.name, signal.value) for signal in response.signals]
+        told += [(response.stamp.tick - first, signal.name, signal.value.boolean) for signal in response.signals]
     watch.cancel()
     changes = [("a", True), ("b", True), ("a", False), ("b", False)]
     assert all(before[0] <= after[0] for before, after in pairwise(told))
@@ -188,7 +188,7 @@ def test_a_wait_that_takes_too_long(stepped: Stubs) -> None:
     assert (ended.phase, ended.cancel_cause) == (CANCELLED, motion_pb2.CANCEL_CAUSE_SIGNAL_TIMEOUT)
     assert ended.cancel_reason == "step 1: the signal 'go' was not on within 0.5 s"
     assert ended.step == 1
-    assert not stepped.signal.GetSignals(signal_pb2.GetSignalsRequest(names=["later"])).signals[0].value
+    assert not stepped.signal.GetSignals(signal_pb2.GetSignalsRequest(names=["later"])).signals[0].value.boolean
     removed = scene_pb2.Command(remove_signal=scene_pb2.RemoveSignal(name="go"))
     apply(stepped, removed)
 
@@ -251,7 +251,7 @@ def test_low_speed_factors_change_moves_and_not_dwells(stepped: Stubs) -> None:
     step(stepped, 5000)
     assert motion(stepped, ask.id).phase == SUCCEEDED
     change = next(watch)
-    assert [(one.name, one.value) for one in change.signals] == [("a", True)]
+    assert [(one.name, one.value.boolean) for one in change.signals] == [("a", True)]
     assert change.stamp.tick - begin == int(np.ceil(10 * moving / TICK - 1e-6))
     watch.cancel()
 
@@ -303,7 +303,7 @@ def test_nothing_moves_when_a_step_cannot_be_planned(stepped: Stubs) -> None:
     assert (refused.reason, refused.metadata["step"]) == ("UNKNOWN_NAME", "1")
     step(stepped, 10)
     assert not state(stepped, "arm").motion_ids
-    assert not stepped.signal.GetSignals(signal_pb2.GetSignalsRequest(names=["a"])).signals[0].value
+    assert not stepped.signal.GetSignals(signal_pb2.GetSignalsRequest(names=["a"])).signals[0].value.boolean
 
 
 def test_a_program_file_is_read(stepped: Stubs) -> None:
