@@ -56,7 +56,11 @@ def busy(address: str, arms: int = ARMS) -> None:
         for place in range(arms):
             position = geometry_pb2.Vector3(x=1.5 * (place % 5), y=1.5 * (place // 5))
             pose = geometry_pb2.Pose(position=position)
-            scene.ImportModel(scene_pb2.ImportModelRequest(uri=IIWA, name=f"arm{place}", parent_t_node=pose))
+            scene.ImportModel(
+                scene_pb2.ImportModelRequest(
+                    model=scene_pb2.ModelSource(uri=IIWA, name=f"arm{place}", parent_t_node=pose)
+                )
+            )
             goal = motion_pb2.JointGoal(joint_positions={f"lbr_iiwa_joint_{joint}": 1.5 for joint in range(1, 8)})
             slow = motion_pb2.Move(
                 robot=f"arm{place}", speed_factor=0.002, point_to_point=motion_pb2.PointToPoint(joints=goal)

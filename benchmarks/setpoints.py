@@ -106,7 +106,7 @@ def round_trip_row() -> Row:
     with echo() as (echo_address, _), kernel("--headless", "--stepped") as (address, _):
         channel, bare = grpc.insecure_channel(address), grpc.insecure_channel(echo_address)
         scene = scene_pb2_grpc.SceneServiceStub(channel)
-        scene.ImportModel(scene_pb2.ImportModelRequest(uri=IIWA, name="arm"))
+        scene.ImportModel(scene_pb2.ImportModelRequest(model=scene_pb2.ModelSource(uri=IIWA, name="arm")))
         target = motion_pb2.SetpointTarget(robot="arm", joint_names=NAMES, mode=motion_pb2.SETPOINT_MODE_VELOCITY)
         stub = motion_pb2_grpc.MotionServiceStub(channel)
         stream = _Answered(stub.StreamSetpoints, motion_pb2.StreamSetpointsRequest(target=target))

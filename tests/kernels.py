@@ -164,7 +164,8 @@ def kernels(folders: pytest.TempPathFactory) -> Iterator[StartKernel]:
         running = [kernel for kernel in started if kernel.process.poll() is None]
         for kernel in running:
             kernel.process.terminate()
-        assert [kernel.await_end() for kernel in running] == [0] * len(running)
+        codes = {kernel.process.pid: kernel.await_end() for kernel in started}
+        assert [codes[kernel.process.pid] for kernel in running] == [0] * len(running)
 
 
 @pytest.fixture(scope="module")

@@ -47,7 +47,8 @@ def refusal(call: Callable[[], object]) -> Refusal:
 
 def load(stubs: Stubs, uri: str, name: str = "", **fields: object) -> scene_pb2.ImportModelResponse:
     """Import a model from the kernel's disk."""
-    return stubs.scene.ImportModel(scene_pb2.ImportModelRequest(uri=uri, name=name, **fields))  # pyright: ignore[reportArgumentType]
+    source = scene_pb2.ModelSource(uri=uri, name=name, **fields)  # pyright: ignore[reportArgumentType]
+    return stubs.scene.ImportModel(scene_pb2.ImportModelRequest(model=source))
 
 
 def apply(stubs: Stubs, *commands: scene_pb2.Command) -> scene_pb2.ApplyResponse:

@@ -10,6 +10,7 @@ from tests.kernels import Stubs
 
 RUNNING, PAUSED = motion_pb2.MOTION_PHASE_RUNNING, motion_pb2.MOTION_PHASE_PAUSED
 SUCCEEDED, CANCELLED = motion_pb2.MOTION_PHASE_SUCCEEDED, motion_pb2.MOTION_PHASE_CANCELLED
+ABORTED = motion_pb2.MOTION_PHASE_ABORTED
 TICK = 0.004
 READY = dict(zip([f"lbr_iiwa_joint_{i}" for i in range(1, 8)], [0.3, 0.6, -0.2, -1.4, 0.1, 0.9, 0.2], strict=True))
 
@@ -22,7 +23,7 @@ def finished(stubs: Stubs, id: str) -> motion_pb2.Motion:
     """Let time go on until a motion has ended."""
     for _ in range(100):
         step(stubs, 200)
-        if motion(stubs, id).phase in (SUCCEEDED, CANCELLED):
+        if motion(stubs, id).phase in (SUCCEEDED, CANCELLED, ABORTED):
             break
     return motion(stubs, id)
 

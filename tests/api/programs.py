@@ -42,10 +42,12 @@ class Program:
             self.ask(
                 stubs.scene.ImportModel,
                 scene_pb2.ImportModelRequest(
-                    uri=f"{pybullet_data.getDataPath()}/{path}",
-                    name=name,
-                    parent_t_node=geometry_pb2.Pose(position=geometry_pb2.Vector3(x=1.5 * place)),
-                    base_joint=nodes_pb2.JOINT_TYPE_FLOATING if name == "r2d2" else nodes_pb2.JOINT_TYPE_FIXED,
+                    model=scene_pb2.ModelSource(
+                        uri=f"{pybullet_data.getDataPath()}/{path}",
+                        name=name,
+                        parent_t_node=geometry_pb2.Pose(position=geometry_pb2.Vector3(x=1.5 * place)),
+                        base_joint=nodes_pb2.JOINT_TYPE_FLOATING if name == "r2d2" else nodes_pb2.JOINT_TYPE_FIXED,
+                    )
                 ),
             )
         fingers = {"panda_finger_joint1": 0.04}

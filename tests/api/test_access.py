@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import signal
+import socket
 import stat
 import subprocess
 import sys
@@ -87,6 +89,42 @@ def test_health_is_open_and_says_serving(guarded: KernelProcess) -> None:
     for service in ("", "virtualrobot.v1.MotionService"):
         answer = stub.Check(health_pb2.HealthCheckRequest(service=service))  # pyright: ignore  its stubs have no types
         assert answer.status == health_pb2.HealthCheckResponse.SERVING
+
+
+def test_a_watch_of_health_wants_the_token(guarded: KernelProcess) -> None:
+    """Strangers hold no stream open."""
+    ask = health_pb2.HealthCheckRequest()  # pyright: ignore  its stubs have no types
+    stranger, friend = (
+        health_pb2_grpc.HealthStub(channel) for channel in (grpc.insecure_channel(guarded.address), guarded.channel())
+    )
+    assert refusal(lambda: next(stranger.Watch(ask))).reason == "UNAUTHENTICATED"
+    watch = friend.Watch(ask)
+    assert next(watch).status == health_pb2.HealthCheckResponse.SERVING
+    watch.cancel()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows limits no descriptors")
+def test_who_connects_and_says_nothing_locks_nobody_out(start_kernel: StartKernel) -> None:
+    """More than there are descriptors; each is closed, at once or when it has said nothing for some seconds."""
+    import resource
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (256, hard))
+    try:
+        kernel = start_kernel()
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+    host, port = kernel.address.split(":")
+    with contextlib.ExitStack() as stack:
+        silent = [stack.enter_context(socket.create_connection((host, int(port)))) for _ in range(300)]
+        stub = kernel.stubs().kernel
+        assert stub.GetInfo(INFO, wait_for_ready=True, timeout=100).process_id == kernel.process.pid
+        for connection in silent:
+            with contextlib.suppress(ConnectionResetError):
+                while connection.recv(1000):
+                    pass
+    assert kernel.end() == 0
+    assert not [line for line in kernel.lines if "Traceback" in line or "ERROR" in line], kernel.lines
 
 
 def test_reflection_lists_the_services_but_wants_the_token(guarded: KernelProcess) -> None:

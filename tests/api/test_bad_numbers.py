@@ -70,7 +70,10 @@ def test_a_number_that_is_not_finite_is_refused_wherever_it_stands(stepped: Stub
     calls: list[tuple[Callable[[Any], object], Message]] = [
         (stepped.scene.Apply, scene_pb2.ApplyRequest(commands=[create(one) for one in (node, *new)])),
         (stepped.scene.Apply, scene_pb2.ApplyRequest(commands=[scene_pb2.Command(set_joint_positions=jump)])),
-        (stepped.scene.ImportModel, scene_pb2.ImportModelRequest(uri=IIWA, parent_t_node=place)),
+        (
+            stepped.scene.ImportModel,
+            scene_pb2.ImportModelRequest(model=scene_pb2.ModelSource(uri=IIWA, parent_t_node=place)),
+        ),
         (stepped.motion.StartMotion, motion_pb2.StartMotionRequest(moves=[joints("arm", 1.0, **READY)])),
         (stepped.motion.StartMotion, motion_pb2.StartMotionRequest(moves=[move])),
         *((stepped.motion.StartMotion, motion_pb2.StartMotionRequest(moves=[one])) for one in rounds),

@@ -12,12 +12,12 @@ from virtualrobot.v1 import collision_pb2, geometry_pb2, motion_pb2, nodes_pb2, 
 
 from tests.api.asking import IIWA, apply, box, create, ended, joints, load, start
 from tests.api.leasing import Holder, free
-from tests.api.moving import CANCELLED, SUCCEEDED, motion
+from tests.api.moving import ABORTED, SUCCEEDED, motion
 from tests.api.reading import state, step
 from tests.kernels import EMPTY_SCENE, KernelProcess, Stubs
 
 MODES = {name: getattr(collision_pb2, f"COLLISION_MODE_{name.upper()}") for name in ("off", "monitor", "stop", "guard")}
-COLLISION = motion_pb2.CANCEL_CAUSE_COLLISION
+COLLISION = motion_pb2.END_CAUSE_COLLISION
 LEANING = {"lbr_iiwa_joint_2": 0.75}
 """Here link 6 is in the box; on the way to FAR the arm does not brake yet."""
 FAR = {"lbr_iiwa_joint_2": 1.9}
@@ -134,9 +134,9 @@ def test_a_touch_is_told_in_its_tick_and_stops_the_arm(stepped: Stubs, watching:
     assert told == [(tick, f"{pair.first}/{pair.second} begun"), (tick, "stopped arm")]
     step(stepped, 500)
     stopped = motion(stepped, id)
-    assert stopped.phase == CANCELLED
-    assert stopped.cancel_cause == COLLISION
-    assert stopped.cancel_reason == f"{pair.first!r} touches {pair.second!r}"
+    assert stopped.phase == ABORTED
+    assert stopped.end_cause == COLLISION
+    assert stopped.end_reason == f"{pair.first!r} touches {pair.second!r}"
     begun = watch.messages[1].events[0].begun
     assert begun.pair.contacts
     assert begun.simulation_time_seconds == pytest.approx(tick * 0.004)
@@ -157,7 +157,7 @@ def test_who_touches_just_before_the_goal_has_not_succeeded(stepped: Stubs, watc
     step(stepped, 1000)
     assert watch.until(2)[1][1] == "stopped arm"
     stopped = motion(stepped, id)
-    assert (stopped.phase, stopped.cancel_cause) == (CANCELLED, COLLISION)
+    assert (stopped.phase, stopped.end_cause) == (ABORTED, COLLISION)
     assert state(stepped, "arm").positions[1] == pytest.approx(LEANING["lbr_iiwa_joint_2"], abs=1e-9)
 
 
@@ -175,7 +175,7 @@ def test_modes_of_robots_and_two_robots(stepped: Stubs, watching: Watching) -> N
     while not all(any(word in what for _, what in watch.told) for word in ("third", "stopped")):
         watch.until(len(watch.told) + 1)
     assert [what for _, what in watch.told if what.startswith("stopped")] == ["stopped left right"]
-    assert [motion(stepped, id).phase for id in ids] == [CANCELLED, CANCELLED, SUCCEEDED]
+    assert [motion(stepped, id).phase for id in ids] == [ABORTED, ABORTED, SUCCEEDED]
 
 
 def test_what_touches_before_is_tolerated_and_a_stopped_arm_moves_out(stepped: Stubs, watching: Watching) -> None:
@@ -191,7 +191,7 @@ def test_what_touches_before_is_tolerated_and_a_stopped_arm_moves_out(stepped: S
     assert motion(stepped, out).phase == SUCCEEDED, "what touched already stops nothing"
     back = start(stepped, joints("arm", 0.2, **FAR)).id
     step(stepped, 1500)
-    assert motion(stepped, back).cancel_cause == COLLISION
+    assert motion(stepped, back).end_cause == COLLISION
     again = start(stepped, joints("arm", **UPRIGHT)).id
     step(stepped, 1500)
     assert motion(stepped, again).phase == SUCCEEDED
@@ -221,7 +221,7 @@ def test_a_part_that_is_picked_touches_its_table_until_it_is_lifted(stepped: Stu
     assert [what for _, what in watch.until(2)][1:] == ["part/table apart"]
     back = start(stepped, joints("arm", 0.2, lbr_iiwa_joint_2=-0.75)).id
     step(stepped, 1500)
-    assert motion(stepped, back).cancel_cause == COLLISION
+    assert motion(stepped, back).end_cause == COLLISION
 
 
 def test_scenes_come_and_go_under_a_watch(stepped: Stubs, watching: Watching) -> None:
@@ -275,7 +275,7 @@ def test_the_monitor_stops_leased_robots(stepped: Stubs, stepped_kernel: KernelP
         id = holder.start(joints("arm", 0.2, **FAR))
         step(stepped, 1000)
         assert watch.until(2)[1][1] == "stopped arm"
-        assert motion(stepped, id).cancel_cause == COLLISION
+        assert motion(stepped, id).end_cause == COLLISION
     finally:
         holder.vanish()
         free(stepped)
@@ -297,7 +297,7 @@ def test_in_real_time_an_arm_stops_too(stubs: Stubs, watching: Watching) -> None
     mode(stubs, "stop")
     watch = watching(stubs)
     stopped = ended(stubs, start(stubs, joints("arm", 0.2, **FAR)).id)
-    assert (stopped.phase, stopped.cancel_cause) == (CANCELLED, COLLISION)
+    assert (stopped.phase, stopped.end_cause) == (ABORTED, COLLISION)
     while "stopped arm" not in [what for _, what in watch.told]:
         watch.until(len(watch.told) + 1)
     assert watch.told[0][1].endswith("begun")

@@ -41,7 +41,7 @@ PUMA = {
 
 def request(rows: list[dict[str, Any]], convention: str = "STANDARD", **fields: Any) -> scene_pb2.ImportModelRequest:  # noqa: ANN401  any field of the request
     table = {"convention": f"DENAVIT_HARTENBERG_CONVENTION_{convention}", "rows": rows}
-    return json_format.ParseDict({"denavit_hartenberg": table, **fields}, scene_pb2.ImportModelRequest())
+    return json_format.ParseDict({"model": {"denavit_hartenberg": table, **fields}}, scene_pb2.ImportModelRequest())
 
 
 def load_scene(stubs: Stubs, text: str, uri: str = "") -> scene_pb2.LoadSceneResponse:
@@ -246,7 +246,7 @@ def test_a_table_goes_on_as_urdf(stepped: Stubs, rng: np.random.Generator) -> No
     """Exported and read again by name, joint by joint, the arm has its tip where the paper's closed form has it."""
     load_scene(stepped, PAPER)
     files = stepped.scene.ExportModel(scene_pb2.ExportModelRequest(node="ar_manipulator", format=".urdf")).files
-    again = scene_pb2.ImportModelRequest(uri=files[0].uri, files=files, name="copy")
+    again = scene_pb2.ImportModelRequest(model=scene_pb2.ModelSource(uri=files[0].uri, files=files, name="copy"))
     stepped.scene.ImportModel(again)
     q = rng.uniform(0.0, 1.5, 6)
     reached, positions = forward(stepped, "copy", q)

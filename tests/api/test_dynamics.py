@@ -101,19 +101,26 @@ def test_masses_of_a_table_are_told_in_its_rows_frames(stepped: Stubs) -> None:
     kind = scene_pb2.DENAVIT_HARTENBERG_CONVENTION_STANDARD
     upright = geometry_pb2.Pose(orientation=geometry_pb2.Quaternion(x=np.sqrt(0.5), w=np.sqrt(0.5)))
     table = scene_pb2.DenavitHartenberg(convention=kind, rows=[row], base_t_first=upright)
-    stepped.scene.ImportModel(scene_pb2.ImportModelRequest(name="rod", denavit_hartenberg=table))
+    stepped.scene.ImportModel(
+        scene_pb2.ImportModelRequest(model=scene_pb2.ModelSource(name="rod", denavit_hartenberg=table))
+    )
     told = stepped.robot.SolveInverseDynamics(REQUEST(robot="rod"))
     assert values(told.efforts)[0, 0] == pytest.approx(2.0 * 9.81 * 0.4, rel=1e-12)
     modified = scene_pb2.DENAVIT_HARTENBERG_CONVENTION_MODIFIED
     row = scene_pb2.DenavitHartenbergRow(inertial=weight(2.0, 0.4, 0.0, 0.0))
     table = scene_pb2.DenavitHartenberg(convention=modified, rows=[row], base_t_first=upright)
-    stepped.scene.ImportModel(scene_pb2.ImportModelRequest(name="same", denavit_hartenberg=table))
+    stepped.scene.ImportModel(
+        scene_pb2.ImportModelRequest(model=scene_pb2.ModelSource(name="same", denavit_hartenberg=table))
+    )
     told = stepped.robot.SolveInverseDynamics(REQUEST(robot="same"))
     assert values(told.efforts)[0, 0] == pytest.approx(2.0 * 9.81 * 0.4, rel=1e-12)
     row.inertial.mass_kilograms = -1.0
     table.rows[0].CopyFrom(row)
-    call = lambda: stepped.scene.ImportModel(scene_pb2.ImportModelRequest(denavit_hartenberg=table))  # noqa: E731
-    assert "denavit_hartenberg.rows[0].inertial.mass_kilograms must be 0 or above" in refusal(call).message
+    wrong = scene_pb2.ImportModelRequest(model=scene_pb2.ModelSource(denavit_hartenberg=table))
+    assert (
+        "denavit_hartenberg.rows[0].inertial.mass_kilograms must be 0 or above"
+        in refusal(lambda: stepped.scene.ImportModel(wrong)).message
+    )
 
 
 def test_the_paper_s_cosine_trajectory_against_pinocchio(stepped: Stubs) -> None:

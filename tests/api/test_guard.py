@@ -6,7 +6,7 @@ import numpy as np
 from virtualrobot.v1 import collision_pb2, geometry_pb2, motion_pb2, nodes_pb2, scene_pb2
 
 from tests.api.asking import IIWA, apply, box, create, load, refusal, start
-from tests.api.moving import CANCELLED, READY, finished, linear
+from tests.api.moving import ABORTED, READY, finished, linear
 from tests.api.reading import matrix, state, step
 from tests.api.test_robot import put
 from tests.kernels import Stubs
@@ -40,8 +40,8 @@ def test_a_guarded_arm_ends_its_line_before_a_wall(stepped: Stubs) -> None:
         step(stepped, 20)
         assert not collisions(stepped)
     ended = finished(stepped, id)
-    assert (ended.phase, ended.cancel_cause) == (CANCELLED, motion_pb2.CANCEL_CAUSE_COLLISION)
-    assert "would touch 'wall' in 0." in ended.cancel_reason
+    assert (ended.phase, ended.end_cause) == (ABORTED, motion_pb2.END_CAUSE_COLLISION)
+    assert "would touch 'wall' in 0." in ended.end_reason
     request = collision_pb2.MeasureDistancesRequest(first=["arm"], second=["wall"])
     (nearest,) = stepped.collision.MeasureDistances(request).pairs
     assert 0.0 < nearest.distance_meters < 0.003

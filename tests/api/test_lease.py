@@ -23,7 +23,7 @@ from virtualrobot.v1 import (
 
 from tests.api.asking import IIWA, PANDA, joints, load, refusal, start
 from tests.api.leasing import CONTINUE, Holder, all_free, free, leases, slow, two_arms, update
-from tests.api.moving import CANCELLED, RUNNING, motion
+from tests.api.moving import ABORTED, CANCELLED, RUNNING, motion
 from tests.api.reading import state, step
 from tests.kernels import KernelProcess, Stubs
 
@@ -117,8 +117,8 @@ def test_taking_stops_the_motion_and_tells_the_owner(cell: Stubs, kernel: Kernel
     id, other = ada.start(slow("left")), ada.start(slow("right"))
     bob = Holder(kernel, "left", owner="Bob", take=True)
     assert list(bob.given.taken_from) == [ada.given.lease]
-    assert motion(stubs, id).cancel_cause == motion_pb2.CANCEL_CAUSE_LEASE_TAKEN
-    assert "taken over by 'Bob'" in motion(stubs, id).cancel_reason
+    assert motion(stubs, id).end_cause == motion_pb2.END_CAUSE_LEASE_TAKEN
+    assert "taken over by 'Bob'" in motion(stubs, id).end_reason
     told = next(ada.told)
     assert (told.loss, list(told.lease.robots)) == (lease_pb2.LEASE_LOSS_TAKEN, ["right"])
     assert "'Bob'" in told.reason
@@ -215,8 +215,8 @@ def test_a_client_that_vanishes_loses_its_lease_and_its_robot_stops(
             *_, last = stubs.motion.WatchMotion(motion_pb2.WatchMotionRequest(id=doomed))
         finally:
             client.kill()
-    assert (last.motion.phase, last.motion.cancel_cause) == (CANCELLED, motion_pb2.CANCEL_CAUSE_LEASE_EXPIRED)
-    assert "the lease of 'doomed' expired" in last.motion.cancel_reason
+    assert (last.motion.phase, last.motion.end_cause) == (ABORTED, motion_pb2.END_CAUSE_LEASE_EXPIRED)
+    assert "the lease of 'doomed' expired" in last.motion.end_reason
     assert leases(stubs) == [ada.given.lease]
     assert motion(stubs, id).phase == RUNNING
     assert not np.any(state(stubs, "left").velocities)
@@ -343,5 +343,5 @@ def test_in_steps_an_expired_lease_stops_its_robot_too(stepped_kernel: KernelPro
     ada.vanish()
     free(stepped)
     step(stepped, 500)
-    assert motion(stepped, id).cancel_cause == motion_pb2.CANCEL_CAUSE_LEASE_EXPIRED
-    assert motion(stepped, id).phase == CANCELLED
+    assert motion(stepped, id).end_cause == motion_pb2.END_CAUSE_LEASE_EXPIRED
+    assert motion(stepped, id).phase == ABORTED

@@ -112,7 +112,9 @@ def test_the_world_is_not_replaced_under_a_lease(cell: Stubs, kernel: KernelProc
         pass
     assert state(stubs, "left").positions[0] == 0.0
     stubs.scene.LoadScene(scene_pb2.LoadSceneRequest(text="schema_version: 1\n", add=True))
-    under = scene_pb2.ImportModelRequest(uri=IIWA, name="third", parent="left.lbr_iiwa_link_7")
+    under = scene_pb2.ImportModelRequest(
+        model=scene_pb2.ModelSource(uri=IIWA, name="third", parent="left.lbr_iiwa_link_7")
+    )
     assert refusal(lambda: stubs.scene.ImportModel(under)).reason == "LEASED"
     ada.stubs.scene.LoadScene(text, metadata=ada.metadata)
     (lease,) = leases(stubs)

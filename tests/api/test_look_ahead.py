@@ -7,7 +7,7 @@ import pytest
 from virtualrobot.v1 import collision_pb2, motion_pb2, scene_pb2
 
 from tests.api.asking import IIWA, apply, box, create, ended, joints, load, start
-from tests.api.moving import CANCELLED, RUNNING, SUCCEEDED, motion
+from tests.api.moving import ABORTED, CANCELLED, RUNNING, SUCCEEDED, motion
 from tests.api.reading import step
 from tests.kernels import Stubs
 
@@ -39,12 +39,12 @@ def test_a_box_in_the_way_stops_the_motion_and_each_tick_is_free(
     step(stepped, int(rng.integers(1, 100)))
     assert motion(stepped, id).phase == RUNNING
     apply(stepped, create(box("box", x=0.5, z=0.9)))
-    while motion(stepped, id).phase not in (SUCCEEDED, CANCELLED):
+    while motion(stepped, id).phase not in (SUCCEEDED, CANCELLED, ABORTED):
         step(stepped)
         assert not touching(stepped)
     told = motion(stepped, id)
-    assert (told.phase, told.cancel_cause) == (CANCELLED, motion_pb2.CANCEL_CAUSE_COLLISION)
-    assert "'arm.lbr_iiwa_link_" in told.cancel_reason and "would touch 'box' in " in told.cancel_reason
+    assert (told.phase, told.end_cause) == (ABORTED, motion_pb2.END_CAUSE_COLLISION)
+    assert "'arm.lbr_iiwa_link_" in told.end_reason and "would touch 'box' in " in told.end_reason
 
 
 def test_nothing_in_the_way_stops_nothing(stepped: Stubs) -> None:
@@ -62,7 +62,7 @@ def test_without_looking_ahead_the_arm_stops_when_it_touches(stepped: Stubs) -> 
     apply(stepped, create(box("box", x=0.5, z=0.9)))
     step(stepped, 1500)
     told = motion(stepped, id)
-    assert told.cancel_cause == motion_pb2.CANCEL_CAUSE_COLLISION and " touches 'box'" in told.cancel_reason
+    assert told.end_cause == motion_pb2.END_CAUSE_COLLISION and " touches 'box'" in told.end_reason
     assert touching(stepped)
 
 
@@ -71,8 +71,8 @@ def test_a_box_in_the_way_stops_the_motion_while_the_clock_runs(stubs: Stubs) ->
     id = lean(stubs, 0.05)
     apply(stubs, create(box("box", x=0.5, z=0.9)))
     told = ended(stubs, id)
-    assert (told.phase, told.cancel_cause) == (CANCELLED, motion_pb2.CANCEL_CAUSE_COLLISION)
-    assert "would touch 'box' in " in told.cancel_reason
+    assert (told.phase, told.end_cause) == (ABORTED, motion_pb2.END_CAUSE_COLLISION)
+    assert "would touch 'box' in " in told.end_reason
     assert not touching(stubs)
 
 

@@ -44,10 +44,24 @@ def test_a_busy_robot_is_refused_or_preempted(stepped: Stubs) -> None:
     second = call.result().motion
     ended = motion(stepped, first.id)
     assert ended.phase == CANCELLED
-    assert ended.cancel_reason == "preempted by client at ipv4:127.0.0.1"  # no port: equal runs are equal
-    assert ended.cancel_cause == motion_pb2.CANCEL_CAUSE_PREEMPTED
+    assert ended.end_reason == "preempted by client at ipv4:127.0.0.1"  # no port: equal runs are equal
+    assert ended.end_cause == motion_pb2.END_CAUSE_PREEMPTED
     assert finished(stepped, second.id).phase == SUCCEEDED
     assert state(stepped, "arm").positions[0] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_preempting_while_time_stands_still_is_refused(stepped: Stubs) -> None:
+    """A program with one thread that would step after the start waited for ever."""
+    load(stepped, IIWA, "arm")
+    first = start(stepped, joints("arm", 0.2, lbr_iiwa_joint_1=2.0))
+    step(stepped, 50)
+    preempt = motion_pb2.BUSY_POLICY_PREEMPT
+    refused = refusal(lambda: start(stepped, joints("arm", lbr_iiwa_joint_1=0.0), busy=preempt))
+    assert (refused.reason, refused.metadata["motion"]) == ("WRONG_STATE", first.id)
+    assert "step the clock until it has ended" in refused.message
+    assert finished(stepped, first.id).phase == CANCELLED
+    second = start(stepped, joints("arm", lbr_iiwa_joint_1=0.0), busy=preempt)
+    assert finished(stepped, second.id).phase == SUCCEEDED
 
 
 def test_other_joints_are_not_busy(stepped: Stubs) -> None:
@@ -126,8 +140,8 @@ def test_a_cancelled_motion_ends_at_rest_on_its_path(stepped: Stubs) -> None:
     step(stepped, 100)
     assert cancel(stepped, ask.id, "the door is open").phase == motion_pb2.MOTION_PHASE_STOPPING
     ended = finished(stepped, ask.id)
-    assert (ended.phase, ended.cancel_reason) == (CANCELLED, "the door is open")
-    assert ended.cancel_cause == motion_pb2.CANCEL_CAUSE_CALL
+    assert (ended.phase, ended.end_reason) == (CANCELLED, "the door is open")
+    assert ended.end_cause == motion_pb2.END_CAUSE_CALL
     now = state(stepped, "arm")
     assert not any(now.velocities)
     assert not now.motion_ids
@@ -153,7 +167,7 @@ def test_a_motion_that_reaches_its_goal_was_not_cancelled(stepped: Stubs) -> Non
     step(stepped, round(ask.planned_duration_seconds / TICK) - 5)
     cancel(stepped, ask.id, "too late")
     ended = finished(stepped, ask.id)
-    assert (ended.phase, ended.cancel_reason, ended.cancel_cause) == (SUCCEEDED, "", 0)
+    assert (ended.phase, ended.end_reason, ended.end_cause) == (SUCCEEDED, "", 0)
 
 
 @pytest.mark.parametrize(("of_all", "of_one"), [(1.0, 1.0), (0.5, 1.0), (1.0, 0.25), (0.5, 0.4)])
@@ -195,7 +209,7 @@ def test_stop_cancels_the_motions_of_some_or_all_robots(stepped: Stubs) -> None:
     step(stepped, 200)
     assert [motion(stepped, one.id).phase for one in (a, b, c)] == [CANCELLED, RUNNING, CANCELLED]
     assert [one.id for one in stepped.motion.Stop(motion_pb2.StopRequest()).motions] == [b.id]
-    assert finished(stepped, b.id).cancel_reason == "stopped by client at ipv4:127.0.0.1"
+    assert finished(stepped, b.id).end_reason == "stopped by client at ipv4:127.0.0.1"
     assert refusal(lambda: stepped.motion.Stop(motion_pb2.StopRequest(robots=["d"]))).reason == "UNKNOWN_NAME"
 
 
@@ -204,6 +218,46 @@ def test_clearing_the_world_ends_its_motions(stepped: Stubs) -> None:
     ask = start(stepped, joints("arm", 0.1, lbr_iiwa_joint_1=1.0))
     stepped.scene.LoadScene(scene_pb2.LoadSceneRequest(text="schema_version: 1\n"))
     *_, last = stepped.motion.WatchMotion(motion_pb2.WatchMotionRequest(id=ask.id), timeout=30)
-    assert (last.motion.phase, last.motion.cancel_reason) == (CANCELLED, "the world was cleared")
-    assert last.motion.cancel_cause == motion_pb2.CANCEL_CAUSE_WORLD_CLEARED
+    assert (last.motion.phase, last.motion.end_reason) == (CANCELLED, "the world was cleared")
+    assert last.motion.end_cause == motion_pb2.END_CAUSE_WORLD_CLEARED
     assert not step(stepped).motions
+
+
+def test_a_start_that_is_repeated_starts_nothing_and_is_answered_the_same(stepped: Stubs) -> None:
+    load(stepped, IIWA, "arm")
+    request = motion_pb2.StartMotionRequest(moves=[joints("arm", 0.1, lbr_iiwa_joint_1=1.0)], request_id="5f0c")
+    request.on_disconnect = motion_pb2.DISCONNECT_POLICY_CONTINUE
+    first = stepped.motion.StartMotion(request)
+    step(stepped, 10)
+    assert stepped.motion.StartMotion(request) == first
+    running = stepped.motion.ListMotions(motion_pb2.ListMotionsRequest(running_only=True)).motions
+    assert [one.id for one in running] == [first.motion.id]
+    request.busy_policy = motion_pb2.BUSY_POLICY_PREEMPT
+    assert "that of another request" in refusal(lambda: stepped.motion.StartMotion(request)).message
+    finished(stepped, stepped.motion.CancelMotion(motion_pb2.CancelMotionRequest(id=first.motion.id)).motion.id)
+    request.request_id = ""
+    assert stepped.motion.StartMotion(request).motion.id != first.motion.id
+
+
+def test_a_refused_start_is_not_remembered(stepped: Stubs) -> None:
+    load(stepped, IIWA, "arm")
+    request = motion_pb2.StartMotionRequest(moves=[joints("arm", 0.1, lbr_iiwa_joint_1=0.1)], request_id="again")
+    request.on_disconnect = motion_pb2.DISCONNECT_POLICY_CONTINUE
+    other = start(stepped, joints("arm", 0.1, lbr_iiwa_joint_1=0.1))
+    assert refusal(lambda: stepped.motion.StartMotion(request)).reason == "ROBOT_BUSY"
+    finished(stepped, other.id)
+    assert stepped.motion.StartMotion(request).motion.id != other.id
+    request.request_id = "x" * 257
+    assert "256 characters" in refusal(lambda: stepped.motion.StartMotion(request)).message
+
+
+def test_answers_say_when_they_were_true(stepped: Stubs) -> None:
+    load(stepped, IIWA, "arm")
+    id = start(stepped, joints("arm", 0.1, lbr_iiwa_joint_1=1.0)).id
+    step(stepped, 7)
+    calls = stepped.motion
+    tick = calls.GetMotion(motion_pb2.GetMotionRequest(id=id)).stamp.tick
+    assert calls.PauseMotion(motion_pb2.PauseMotionRequest(id=id)).stamp.tick == tick
+    assert calls.ResumeMotion(motion_pb2.ResumeMotionRequest(id=id)).stamp.tick == tick
+    assert calls.CancelMotion(motion_pb2.CancelMotionRequest(id=id)).stamp.tick == tick
+    assert calls.Stop(motion_pb2.StopRequest()).stamp.tick == tick

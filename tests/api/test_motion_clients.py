@@ -11,7 +11,7 @@ import pytest
 from virtualrobot.v1 import motion_pb2, scene_pb2
 
 from tests.api.asking import IIWA, ended, joints, load, refusal, start
-from tests.api.moving import CANCELLED, RUNNING, SUCCEEDED, motion
+from tests.api.moving import ABORTED, CANCELLED, RUNNING, SUCCEEDED, motion
 from tests.api.reading import state
 from tests.kernels import KernelProcess, Stubs
 
@@ -64,10 +64,10 @@ def test_a_killed_client_s_motion_stops_and_others_go_on(stubs: Stubs, kernel: K
     orphan, killed = killed_client(kernel, "orphan", STOP, 0.003)
     now = motion(stubs, orphan)
     assert now.phase == RUNNING or time.monotonic() > killed + 1.0, "there is a second of grace"
-    stopped = seen(stubs, orphan, SUCCEEDED, CANCELLED)
-    assert stopped.phase == CANCELLED
-    assert "nobody has watched it for 1 s" in stopped.cancel_reason
-    assert stopped.cancel_cause == motion_pb2.CANCEL_CAUSE_UNWATCHED
+    stopped = seen(stubs, orphan, SUCCEEDED, ABORTED)
+    assert stopped.phase == ABORTED
+    assert "nobody has watched it for 1 s" in stopped.end_reason
+    assert stopped.end_cause == motion_pb2.END_CAUSE_UNWATCHED
     now = state(stubs, "orphan")
     assert not any(now.velocities)
     assert 0.0 < now.positions[0] < 2.0
@@ -85,7 +85,7 @@ def test_a_killed_client_s_motion_goes_on_if_it_said_so(stubs: Stubs, kernel: Ke
 def test_a_motion_that_nobody_ever_watched_stops_too(stubs: Stubs) -> None:
     load(stubs, IIWA, "arm")
     ask = start(stubs, joints("arm", 0.003, lbr_iiwa_joint_1=2.0), leave=motion_pb2.DISCONNECT_POLICY_UNSPECIFIED)
-    assert seen(stubs, ask.id, SUCCEEDED, CANCELLED).phase == CANCELLED, "STOP is the default"
+    assert seen(stubs, ask.id, SUCCEEDED, ABORTED).phase == ABORTED, "STOP is the default"
 
 
 def test_who_comes_back_within_the_grace_keeps_the_motion(stubs: Stubs) -> None:
@@ -126,8 +126,8 @@ def test_another_client_stops_and_steers(stubs: Stubs, kernel: KernelProcess) ->
     assert [one.id for one in other.motion.Stop(motion_pb2.StopRequest(robots=["arm"])).motions] == [ask.id]
     *_, last = watch
     assert last.motion.phase == CANCELLED
-    assert "stopped by" in last.motion.cancel_reason
-    assert last.motion.cancel_cause == motion_pb2.CANCEL_CAUSE_STOP
+    assert "stopped by" in last.motion.end_reason
+    assert last.motion.end_cause == motion_pb2.END_CAUSE_STOP
     other.channel.close()
 
 

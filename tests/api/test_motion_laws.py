@@ -9,13 +9,13 @@ from scipy.spatial.transform import Rotation
 from virtualrobot.v1 import motion_pb2
 
 from tests.api.asking import IIWA, PANDA, joints, load, start
-from tests.api.moving import CANCELLED, SUCCEEDED, TICK, linear, motion
+from tests.api.moving import ABORTED, CANCELLED, SUCCEEDED, TICK, linear, motion
 from tests.api.reading import matrix, state, step
 from tests.api.test_motion import cancel, pause, resume, slowed
 from tests.api.test_robot import drawn, forward, put, robot
 from tests.kernels import Stubs
 
-ENDED = (SUCCEEDED, CANCELLED)
+ENDED = (SUCCEEDED, CANCELLED, ABORTED)
 
 
 class Steering:

@@ -11,7 +11,7 @@ from virtualrobot.signal_values import condition, value_message
 from virtualrobot.v1 import kernel_pb2, motion_pb2, scene_pb2, signal_pb2
 
 from tests.api.asking import IIWA, PANDA, apply, joints, load, refusal, set_signals
-from tests.api.moving import CANCELLED, PAUSED, READY, RUNNING, SUCCEEDED, TICK, finished, linear, motion
+from tests.api.moving import ABORTED, CANCELLED, PAUSED, READY, RUNNING, SUCCEEDED, TICK, finished, linear, motion
 from tests.api.reading import matrix, state, step
 from tests.kernels import Stubs
 
@@ -80,7 +80,7 @@ def test_every_step_has_its_tick(stepped: Stubs) -> None:
     seen: dict[str, int] = {}
     steps: list[int] = []
     count = 0
-    while (now := motion(stepped, ask.id)).phase not in (SUCCEEDED, CANCELLED):
+    while (now := motion(stepped, ask.id)).phase not in (SUCCEEDED, CANCELLED, ABORTED):
         on = stepped.signal.GetSignals(signal_pb2.GetSignalsRequest()).signals
         for signal in on:
             if signal.value.boolean:
@@ -185,8 +185,8 @@ def test_a_wait_that_takes_too_long(stepped: Stubs) -> None:
     signals(stepped, "go", "later")
     ask = run(stepped, move(joints("arm", lbr_iiwa_joint_1=0.1)), wait("go", 0.5), put("later")).motion
     ended = finished(stepped, ask.id)
-    assert (ended.phase, ended.cancel_cause) == (CANCELLED, motion_pb2.CANCEL_CAUSE_SIGNAL_TIMEOUT)
-    assert ended.cancel_reason == "step 1: the signal 'go' was not on within 0.5 s"
+    assert (ended.phase, ended.end_cause) == (ABORTED, motion_pb2.END_CAUSE_SIGNAL_TIMEOUT)
+    assert ended.end_reason == "step 1: the signal 'go' was not on within 0.5 s"
     assert ended.step == 1
     assert not stepped.signal.GetSignals(signal_pb2.GetSignalsRequest(names=["later"])).signals[0].value.boolean
     removed = scene_pb2.Command(remove_signal=scene_pb2.RemoveSignal(name="go"))
@@ -233,7 +233,7 @@ def test_a_waiting_program_makes_way_at_once(stepped: Stubs) -> None:
     )
     ask = stepped.motion.StartMotion(request).motion
     ended = motion(stepped, waiting.id)
-    assert (ended.phase, ended.cancel_cause) == (CANCELLED, motion_pb2.CANCEL_CAUSE_PREEMPTED)
+    assert (ended.phase, ended.end_cause) == (CANCELLED, motion_pb2.END_CAUSE_PREEMPTED)
     assert finished(stepped, ask.id).phase == SUCCEEDED
 
 
@@ -265,9 +265,9 @@ def test_a_client_that_vanishes_leaves_no_waiting_program(stubs: Stubs) -> None:
         assert response.motion.id == ask.motion.id
         break
     last = None
-    while last is None or last.phase not in (SUCCEEDED, CANCELLED):
+    while last is None or last.phase not in (SUCCEEDED, CANCELLED, ABORTED):
         last = motion(stubs, ask.motion.id)
-    assert (last.phase, last.cancel_cause) == (CANCELLED, motion_pb2.CANCEL_CAUSE_UNWATCHED)
+    assert (last.phase, last.end_cause) == (ABORTED, motion_pb2.END_CAUSE_UNWATCHED)
 
 
 @pytest.mark.parametrize(
@@ -326,7 +326,7 @@ def test_clearing_the_world_ends_a_program(stepped: Stubs) -> None:
     assert (refused.reason, refused.metadata["motion"]) == ("WRONG_STATE", ask.id)
     stepped.scene.LoadScene(scene_pb2.LoadSceneRequest(text="schema_version: 1\n"))
     ended = motion(stepped, ask.id)
-    assert (ended.phase, ended.cancel_cause) == (CANCELLED, motion_pb2.CANCEL_CAUSE_WORLD_CLEARED)
+    assert (ended.phase, ended.end_cause) == (CANCELLED, motion_pb2.END_CAUSE_WORLD_CLEARED)
     step(stepped, 5)
 
 

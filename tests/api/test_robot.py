@@ -56,7 +56,7 @@ def test_a_robot_is_told_whole(stepped: Stubs) -> None:
     arm = [f"panda_joint{i}" for i in range(1, 8)]
     assert [joint.name for joint in told.joints] == [*arm, "panda_finger_joint1"], "the second finger mimics"
     assert (told.uid, list(told.chain_joints), told.flange) == (uid, arm, "arm.panda_hand")
-    assert (told.kinematics, list(told.tools), told.postures[0].name) == ("chain", ["hand"], "home")
+    assert (told.kinematics, list(told.tools), told.robot.postures[0].name) == ("chain", ["hand"], "home")
     assert (told.links[0], len(told.links)) == ("arm.panda_link0", len(ElementTree.parse(PANDA).findall("link")))
     fourth, finger = told.joints[3].limits, told.joints[7]
     assert (fourth.lower, fourth.upper, fourth.velocity) == (-3.1416, 0.0, 2.175)

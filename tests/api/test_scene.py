@@ -96,6 +96,26 @@ def test_a_batch_sets_collisions_pairs_kinematics_and_sensors_together(stepped: 
     assert stepped.sensor.ListSensors(sensor_pb2.ListSensorsRequest()).sensors[0].state != running
 
 
+def test_a_repeated_request_is_done_once(stepped: Stubs) -> None:
+    model = scene_pb2.ModelSource(uri=IIWA)
+    asked = scene_pb2.ImportModelRequest(model=model, request_id="a7")
+    both = [stepped.scene.ImportModel.future(asked) for _ in range(2)]
+    first = both[0].result()
+    assert both[1].result() == first and stepped.scene.ImportModel(asked) == first
+    batch = scene_pb2.ApplyRequest(commands=[create(box("box"))], request_id="a9")
+    done = stepped.scene.Apply(batch)
+    with unchanged(stepped):
+        assert stepped.scene.Apply(batch) == done
+        other = scene_pb2.ApplyRequest(commands=[create(box("other"))], request_id="a9")
+        assert "belongs to another request" in refusal(lambda: stepped.scene.Apply(other)).message
+        other.request_id = "x" * 201
+        assert "200 characters" in refusal(lambda: stepped.scene.Apply(other)).message
+    wrong = scene_pb2.ApplyRequest(commands=[remove("ghost")], request_id="a8")
+    assert refusal(lambda: stepped.scene.Apply(wrong)).reason == "UNKNOWN_NAME"
+    apply(stepped, create(box("ghost")))
+    assert stepped.scene.Apply(wrong).stamp.structure_revision, "what was refused may be tried again"
+
+
 def test_a_stale_revision_is_refused_and_says_which_holds(stepped: Stubs) -> None:
     seen = revision(stepped)
     apply(stepped, create(box("a")))
@@ -244,7 +264,7 @@ def test_two_clients_see_each_other_s_nodes(stepped: Stubs, stepped_kernel: Kern
 
 
 def test_models_imported_at_once_get_names_that_differ(stepped: Stubs) -> None:
-    requests = [scene_pb2.ImportModelRequest(uri=IIWA) for _ in range(6)]
+    requests = [scene_pb2.ImportModelRequest(model=scene_pb2.ModelSource(uri=IIWA)) for _ in range(6)]
     calls = [stepped.scene.ImportModel.future(request) for request in requests]
     names = {call.result(60).created[0].name for call in calls}
     assert len(names) == len(calls)

@@ -14,7 +14,7 @@ from virtualrobot.v1 import lease_pb2, motion_pb2, nodes_pb2, robot_pb2, scene_p
 
 from tests.api.asking import IIWA, PANDA, apply, create, ended, joints, load, refusal, start
 from tests.api.leasing import Holder, all_free
-from tests.api.moving import CANCELLED, RUNNING, SUCCEEDED, TICK, finished, motion
+from tests.api.moving import ABORTED, RUNNING, SUCCEEDED, TICK, finished, motion
 from tests.api.reading import state, step
 from tests.api.streaming import FIRST, POSITION, SECOND, VELOCITY, Sender
 from tests.kernels import EMPTY_SCENE, KernelProcess, Stubs
@@ -75,8 +75,8 @@ def test_a_silent_stream_stops_after_its_timeout_of_simulation_time(stepped: Stu
     assert motion(stepped, stream.id).phase == STOPPING
     step(stepped, 100)
     end = stream.rest()
-    assert (end.motion.phase, end.motion.cancel_cause) == (CANCELLED, motion_pb2.CANCEL_CAUSE_SETPOINT_TIMEOUT)
-    assert end.motion.cancel_reason == "no setpoint came for 0.1 s"
+    assert (end.motion.phase, end.motion.end_cause) == (ABORTED, motion_pb2.END_CAUSE_SETPOINT_TIMEOUT)
+    assert end.motion.end_reason == "no setpoint came for 0.1 s"
     assert end.positions[0] > 0.0
     assert list(end.velocities) == [0.0]
 
@@ -102,9 +102,9 @@ def test_a_refused_setpoint_ends_the_stream_and_stops_smoothly(
     assert said in refused.message
     assert (refused.metadata["joint"], float(refused.metadata["value"])) == (FIRST, pytest.approx(value, nan_ok=True))
     stopping = motion(stepped, stream.id)
-    assert (stopping.phase, stopping.cancel_cause) == (STOPPING, motion_pb2.CANCEL_CAUSE_SETPOINT_REFUSED)
-    assert stopping.cancel_reason == refused.message
-    assert finished(stepped, stream.id).phase == CANCELLED
+    assert (stopping.phase, stopping.end_cause) == (STOPPING, motion_pb2.END_CAUSE_SETPOINT_REFUSED)
+    assert stopping.end_reason == refused.message
+    assert finished(stepped, stream.id).phase == ABORTED
     assert not any(state(stepped, "arm").velocities)
 
 
@@ -144,7 +144,7 @@ def test_joints_that_move_are_busy_and_can_be_preempted(stepped: Stubs) -> None:
     finally:
         ticking.set()
         thread.join()
-    assert motion(stepped, planned.id).cancel_cause == motion_pb2.CANCEL_CAUSE_PREEMPTED
+    assert motion(stepped, planned.id).end_cause == motion_pb2.END_CAUSE_PREEMPTED
     assert motion(stepped, stream.id).phase == RUNNING
 
 
@@ -171,7 +171,7 @@ def test_two_arms_and_a_gripper_move_at_the_same_time(stepped: Stubs) -> None:
     assert state(stepped, "right").positions[0] == 0.05
     stepped.motion.Stop(motion_pb2.StopRequest(robots=["left"]))
     step(stepped, 200)
-    assert left.rest().motion.cancel_cause == motion_pb2.CANCEL_CAUSE_STOP
+    assert left.rest().motion.end_cause == motion_pb2.END_CAUSE_STOP
     assert motion(stepped, right.id).phase == RUNNING
 
 
@@ -181,14 +181,14 @@ def test_a_stream_ends_with_its_world(stepped: Stubs) -> None:
     stream.give(0.1)
     step(stepped, 20)
     stepped.scene.LoadScene(scene_pb2.LoadSceneRequest(text=EMPTY_SCENE))
-    assert stream.rest().motion.cancel_cause == motion_pb2.CANCEL_CAUSE_WORLD_CLEARED
+    assert stream.rest().motion.end_cause == motion_pb2.END_CAUSE_WORLD_CLEARED
 
 
 def test_a_stream_can_be_preempted(stubs: Stubs) -> None:
     load(stubs, IIWA, "arm")
     first, second = Sender(stubs, timeout_seconds=LONG), Sender(stubs, joints=(SECOND,), timeout_seconds=LONG)
     third = Sender(stubs, busy_policy=motion_pb2.BUSY_POLICY_PREEMPT, timeout_seconds=LONG)
-    assert first.rest().motion.cancel_cause == motion_pb2.CANCEL_CAUSE_PREEMPTED
+    assert first.rest().motion.end_cause == motion_pb2.END_CAUSE_PREEMPTED
     assert [motion(stubs, one.id).phase for one in (second, third)] == [RUNNING, RUNNING]
 
 
@@ -232,8 +232,8 @@ def test_a_killed_client_s_joints_stop_at_once(stubs: Stubs, kernel: KernelProce
         assert motion(stubs, id).phase == RUNNING
         client.kill()
     stopped = ended(stubs, id)
-    assert (stopped.phase, stopped.cancel_cause) == (CANCELLED, motion_pb2.CANCEL_CAUSE_UNWATCHED)
-    assert stopped.cancel_reason == "the client that sent setpoints is gone"
+    assert (stopped.phase, stopped.end_cause) == (ABORTED, motion_pb2.END_CAUSE_UNWATCHED)
+    assert stopped.end_reason == "the client that sent setpoints is gone"
     assert state(stubs, "arm").positions[0] > 0.0
 
 
@@ -242,7 +242,7 @@ def test_a_client_that_hangs_up_has_cancelled(stubs: Stubs) -> None:
     stream = Sender(stubs, timeout_seconds=LONG)
     stream.give(0.1)
     stream.call.cancel()
-    assert ended(stubs, stream.id).cancel_cause == motion_pb2.CANCEL_CAUSE_UNWATCHED
+    assert ended(stubs, stream.id).end_cause == motion_pb2.END_CAUSE_UNWATCHED
 
 
 def test_a_stream_in_realtime_follows_a_sine(stubs: Stubs) -> None:
@@ -294,7 +294,7 @@ def test_only_the_holder_of_a_lease_streams(kernel: KernelProcess, stubs: Stubs)
     stream.give(0.1)
     all_free(stubs)
     assert refusal(lambda: stream.rest()).reason == "LEASE_ENDED"
-    assert ended(stubs, stream.id).cancel_cause == motion_pb2.CANCEL_CAUSE_LEASE_TAKEN
+    assert ended(stubs, stream.id).end_cause == motion_pb2.END_CAUSE_LEASE_TAKEN
 
 
 def test_a_stream_ends_when_its_lease_expires(kernel: KernelProcess, stubs: Stubs) -> None:
@@ -305,7 +305,7 @@ def test_a_stream_ends_when_its_lease_expires(kernel: KernelProcess, stubs: Stub
     ada.told.cancel()  # nobody keeps it alive
     refused = refusal(lambda: stream.rest())
     assert refused.reason == "LEASE_ENDED"
-    assert ended(stubs, stream.id).cancel_cause == motion_pb2.CANCEL_CAUSE_LEASE_EXPIRED
+    assert ended(stubs, stream.id).end_cause == motion_pb2.END_CAUSE_LEASE_EXPIRED
 
 
 def test_a_stream_without_a_lease_ends_when_somebody_leases_the_robot(kernel: KernelProcess, stubs: Stubs) -> None:
@@ -314,5 +314,5 @@ def test_a_stream_without_a_lease_ends_when_somebody_leases_the_robot(kernel: Ke
     stream.give(0.1)
     ada = stubs.lease.AcquireLease(lease_pb2.AcquireLeaseRequest(robots=["arm"], owner="Ada"))
     assert refusal(lambda: stream.give(0.1)).metadata["owner"] == "Ada"
-    assert ended(stubs, stream.id).cancel_cause == motion_pb2.CANCEL_CAUSE_LEASE_TAKEN
+    assert ended(stubs, stream.id).end_cause == motion_pb2.END_CAUSE_LEASE_TAKEN
     stubs.lease.ReleaseLease(lease_pb2.ReleaseLeaseRequest(token=ada.token))

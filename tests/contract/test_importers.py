@@ -8,9 +8,11 @@ from pathlib import Path
 
 import pybullet_data
 import pytest
+from virtualrobot_sdk.importers import Translation
 from virtualrobot_sdk.registration import ComponentKind
 from virtualrobot_sdk.testing.importers import LAWS, ImporterContract, ImporterFacts
 from virtualrobot_sdk.testing.laws import LawBroken
+from virtualrobot_sdk.testing.native_formats import check_native
 from virtualrobot_sdk.testing.subject import Subject
 from virtualrobot_sdk.testing.trial import Trial, examine
 
@@ -97,6 +99,19 @@ def test_a_wrong_one_is_found(name: str, seed: int) -> None:
     law, said = WRONG[name]
     found = broken(ImporterContract, f"{COMPONENTS}:{name}", law, seed, FACTS)
     assert re.search(said, found), found
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [("sphere: {radius: 0.1}", "radius"), ("sphere: {radius_meters: -1.0}", "radius_meters")],
+    ids=["a field that there isn't", "a value that makes no sense"],
+)
+def test_a_scene_that_the_kernel_refuses_is_found(line: str, said: str) -> None:
+    scene = f"schema_version: 1\nnodes:\n- name: ball\n  object: {{}}\n  figures:\n  - {line}\n"
+    right = Translation(".yaml", scene.replace(line, "sphere: {radius_meters: 0.1}").encode())
+    assert check_native(right, "this one") is right
+    with pytest.raises(LawBroken, match=rf"this one gave a \.yaml .*: the kernel refuses it: .*{said}"):
+        check_native(Translation(".yaml", scene.encode()), "this one")
 
 
 def test_one_that_hangs_is_found(seed: int) -> None:

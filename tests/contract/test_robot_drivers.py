@@ -15,12 +15,17 @@ from tests.contract.breaking import broken
 from tests.contract.components.robot_drivers import JOINTS
 
 COMPONENTS = "tests.contract.components.robot_drivers"
-FACTS = DriverFacts(JOINTS, breaks="cut_cable")
+FACTS = DriverFacts(JOINTS, breaks="cut_cable", stands_at=(0.3, -0.7))
 
 WRONG = {
     "TakesAnyCall": ("life_cycle", r"write is taken in UNCONFIGURED; it must be refused"),
     "RefusesInError": ("refusals", r"after write was refused the state is ERROR; it must be ACTIVE"),
     "OwnOrder": ("order", r"values must have the order of the names"),
+    "WritesInOwnOrder": ("order", r"written \[.*\], it is at \[.*\] 1 s later: 'shoulder' is 1"),
+    "NoVelocities": ("following", r"the velocities that it tells make \[0, 0\]"),
+    "VelocitiesBackwards": ("following", r"velocities that it tells make .*of the way's sign"),
+    "Degrees": ("reading", r"it reads \[17\.\d+, -40\.\d+\], and the robot stands at \[0\.3, -0\.7\] rad or m"),
+    "Milliseconds": ("reading", r"it must be in seconds"),
     "ClockStands": ("reading", r"is always 1\.000000 s"),
     "Deaf": ("following", r"'\w+' is \S+ off; it may be 0\.001"),
     "GoesOn": ("stopping", r"after it was stopped on its way and activated again it moves from"),

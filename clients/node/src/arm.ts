@@ -24,7 +24,7 @@ export type Move = MessageInitShape<typeof MoveSchema>;
 
 /** Loads a model file of the kernel's machine. */
 export async function loadArm(kernel: Kernel, uri: string, name: string): Promise<Arm> {
-  const loaded = await kernel.call(SceneService.method.importModel, { uri, name });
+  const loaded = await kernel.call(SceneService.method.importModel, { model: { uri, name } });
   const root = given(loaded.created[0], "created node");
   const robot = await kernel.call(RobotService.method.getRobot, { name: root.name });
   return { name: root.name, flange: robot.flange, jointNames: robot.joints.map((joint) => joint.name) };
@@ -62,7 +62,7 @@ export async function move(kernel: Kernel, ...moves: readonly Move[]): Promise<M
     motion = given(progress.motion, "motion");
   }
   if (motion.phase !== MotionPhase.SUCCEEDED) {
-    throw new Error(`motion ${motion.id} is ${MotionPhase[motion.phase]}: ${motion.cancelReason}`);
+    throw new Error(`motion ${motion.id} is ${MotionPhase[motion.phase]}: ${motion.endReason}`);
   }
   return motion;
 }

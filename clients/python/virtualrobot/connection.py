@@ -29,7 +29,7 @@ from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot.session import default_address, find_token, split_address, token_path
 from virtualrobot.signals import Signals
 from virtualrobot.transport import Channel, open_channel
-from virtualrobot.v1 import kernel_pb2, motion_pb2, robot_pb2
+from virtualrobot.v1 import kernel_pb2, motion_pb2, robot_pb2, scene_pb2
 from virtualrobot.view import View
 
 API_VERSION = "virtualrobot.v1"
@@ -155,7 +155,9 @@ class Client:
         """
         request = model_request(name, pose, parent, "fixed")
         request.denavit_hartenberg.CopyFrom(table_message(rows, convention, base_t_first, last_t_flange))
-        response = self._services.scene.ImportModel(request, timeout=LONG_TIMEOUT_SECONDS)
+        response = self._services.scene.ImportModel(
+            scene_pb2.ImportModelRequest(model=request), timeout=LONG_TIMEOUT_SECONDS
+        )
         return Robot(self._services, response.created[0].name)
 
     def models(self) -> list[KnownModel]:

@@ -177,9 +177,15 @@ class ClientClosedError(VirtualRobotError):
 
 
 class MotionCancelledError(VirtualRobotError):
-    """A motion ended before its goal, standing still on its path; the message says why."""
+    """A motion that somebody ended before its goal; it stands still on its path, and the message says why."""
 
     default_reason = "MOTION_CANCELLED"
+
+
+class MotionAbortedError(MotionCancelledError):
+    """A motion that the kernel had to end before its goal: a fault, a collision, a watchdog, a lost tracked joint."""
+
+    default_reason = "MOTION_ABORTED"
 
 
 BY_REASON: dict[str, type[VirtualRobotError]] = {

@@ -12,7 +12,13 @@ from typing import TypedDict, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot.errors import CallTimeoutError, InvalidArgumentError, MotionCancelledError, VirtualRobotError
+from virtualrobot.errors import (
+    CallTimeoutError,
+    InvalidArgumentError,
+    MotionAbortedError,
+    MotionCancelledError,
+    VirtualRobotError,
+)
 from virtualrobot.moves import unstarted
 from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot.transport import Stream
@@ -30,11 +36,12 @@ class Phase(Enum):
     SUCCEEDED = motion_pb2.MOTION_PHASE_SUCCEEDED
     CANCELLED = motion_pb2.MOTION_PHASE_CANCELLED
     WAITING = motion_pb2.MOTION_PHASE_WAITING
+    ABORTED = motion_pb2.MOTION_PHASE_ABORTED
 
     @property
     def ended(self) -> bool:
         """Whether the motion is over."""
-        return self in (Phase.SUCCEEDED, Phase.CANCELLED)
+        return self in (Phase.SUCCEEDED, Phase.CANCELLED, Phase.ABORTED)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,6 +55,19 @@ class Search:
     joint_positions: dict[str, float]
     world_t_tcp: NDArray[np.float64]
     time_seconds: float
+
+
+def raise_early_end(motion: motion_pb2.Motion) -> None:
+    """Raise MotionCancelledError, or MotionAbortedError, for a motion that has ended before its goal."""
+    phase = Phase(motion.phase)
+    if phase not in (Phase.CANCELLED, Phase.ABORTED):
+        return
+    error = MotionAbortedError if phase is Phase.ABORTED else MotionCancelledError
+    raise error(
+        f"motion {motion.id} of {', '.join(motion.robots)} was {phase.name.lower()} at {100 * motion.progress:.0f}%: "
+        f"{motion.end_reason or 'no reason given'}",
+        metadata={"motion": motion.id, "end_reason": motion.end_reason},
+    )
 
 
 class Motion:
@@ -143,6 +163,7 @@ class Motion:
 
         Raises:
             MotionCancelledError: when it was cancelled; the message says why.
+            MotionAbortedError: when the kernel had to end it before its goal.
             CallTimeoutError: after `timeout` seconds of the wall clock; the motion goes on.
             KernelGoneError: when the kernel ended.
         """
@@ -161,12 +182,7 @@ class Motion:
             raise
         if self._error is not None:
             raise self._error
-        if Phase(self._message.phase) is Phase.CANCELLED:
-            reason = self._message.cancel_reason or "no reason given"
-            raise MotionCancelledError(
-                f"motion {self._title} was cancelled at {100 * self._message.progress:.0f}%: {reason}",
-                metadata={"motion": self.id, "cancel_reason": self._message.cancel_reason},
-            )
+        raise_early_end(self._message)
         return self
 
     def pause(self) -> None:

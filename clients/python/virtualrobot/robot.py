@@ -63,12 +63,12 @@ class Robot(Solver):
     @property
     def postures(self) -> dict[str, dict[str, float]]:
         """Postures with a name, for `move_to`."""
-        return {posture.name: dict(posture.joint_positions) for posture in self.description.postures}
+        return {posture.name: dict(posture.joint_positions) for posture in self.description.robot.postures}
 
     @property
     def groups(self) -> dict[str, JointGroup]:
         """Groups of joints by name, as an SRDF file or `set_groups` gives them; `group` handles one of them."""
-        return {group.name: JointGroup.of(group) for group in self.description.groups}
+        return {group.name: JointGroup.of(group) for group in self.description.robot.groups}
 
     def group(self, name: str = "", *, base: str = "", tip: str = "") -> Group:
         """Return a handle for a part of the robot that is solved and moved by itself.
@@ -103,12 +103,12 @@ class Robot(Solver):
     @property
     def actuators(self) -> list[Actuator]:
         """What drives the joints, in the order of `RobotState.actuator_positions`; empty where motors are joints."""
-        return [Actuator.of(message) for message in self.description.actuators]
+        return [Actuator.of(message) for message in self.description.robot.actuators]
 
     @property
     def allowed_collisions(self) -> list[LinkPair]:
         """Pairs of links that may touch: adjacent ones, and those that the model says."""
-        return [LinkPair(pair.first, pair.second, pair.reason) for pair in self.description.allowed_collisions]
+        return [LinkPair(pair.first, pair.second, pair.reason) for pair in self.description.robot.allowed_collisions]
 
     @property
     def state(self) -> RobotState:

@@ -57,11 +57,11 @@ class FileWarning:
         return self.text
 
 
-def model_request(name: str, pose: ArrayLike | None, parent: str, base: str) -> scene_pb2.ImportModelRequest:
+def model_request(name: str, pose: ArrayLike | None, parent: str, base: str) -> scene_pb2.ModelSource:
     """Return the request for a model that goes there; the arguments are those of `Scene.load`."""
     if base not in _BASES:
         raise InvalidArgumentError(f"base is {', '.join(_BASES)}, not {base!r}")
-    request = scene_pb2.ImportModelRequest(name=name, parent=parent, base_joint=_BASES[base])
+    request = scene_pb2.ModelSource(name=name, parent=parent, base_joint=_BASES[base])
     if pose is not None:
         request.parent_t_node.CopyFrom(pose_message(pose))
     return request
@@ -70,7 +70,7 @@ def model_request(name: str, pose: ArrayLike | None, parent: str, base: str) -> 
 def load_model(
     services: Services,
     assets: Assets,
-    request: scene_pb2.ImportModelRequest,
+    request: scene_pb2.ModelSource,
     file: str | Path,
     srdf: str | Path | None,
     packages: Mapping[str, str | Path],
@@ -84,7 +84,7 @@ def load_model(
         upload = Upload(upload.uri, beside.files | upload.files, beside.missing | upload.missing)
     request.files.extend(upload.messages())
     try:
-        return services.scene.ImportModel(request, timeout=LONG_TIMEOUT_SECONDS)
+        return services.scene.ImportModel(scene_pb2.ImportModelRequest(model=request), timeout=LONG_TIMEOUT_SECONDS)
     except MissingFileError as error:
         _say_where(error, upload)
 

@@ -14,11 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 from virtualrobot.errors import (
     CallTimeoutError,
     InvalidArgumentError,
-    MotionCancelledError,
     UnknownNameError,
     VirtualRobotError,
 )
-from virtualrobot.motion import Motion, Phase
+from virtualrobot.motion import Motion, Phase, raise_early_end
 from virtualrobot.services import Services
 from virtualrobot.transport import Stream
 from virtualrobot.v1 import motion_pb2
@@ -106,7 +105,8 @@ class SetpointStream:
 
         Raises:
             LimitError, InvalidArgumentError: when an earlier setpoint was refused; the motion has stopped.
-            MotionCancelledError: when the motion was cancelled, also because no setpoint came in time.
+            MotionCancelledError: when the motion was cancelled.
+            MotionAbortedError: when the kernel had to end it, such as because no setpoint came in time.
             LeasedError, LeaseEndedError: when somebody else has the robot now.
             KernelGoneError: when the kernel ended.
         """
@@ -131,7 +131,7 @@ class SetpointStream:
                 self._raise_if_over()
 
     def cancel(self) -> None:
-        """Stop the joints at once, smoothly, and end the stream; the motion is cancelled."""
+        """Stop the joints at once, smoothly, and end the stream; the motion is aborted, as when a client is gone."""
         self._cancelled = True
         self._call.cancel()
         self._end(None)
@@ -182,11 +182,7 @@ class SetpointStream:
             raise self._error
         if self._ended or self._closed:
             told = self._response.motion
-            if Phase(told.phase) is Phase.CANCELLED:
-                raise MotionCancelledError(
-                    f"motion {told.id} of {', '.join(told.robots)} was cancelled: {told.cancel_reason}",
-                    metadata={"motion": told.id, "cancel_reason": told.cancel_reason},
-                )
+            raise_early_end(told)
             raise VirtualRobotError(f"the stream of {self.motion.id} is closed")
 
     def _requests(self, target: motion_pb2.SetpointTarget) -> Iterator[motion_pb2.StreamSetpointsRequest]:

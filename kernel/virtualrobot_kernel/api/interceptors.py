@@ -22,8 +22,8 @@ from virtualrobot_kernel.api.status import trailers
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.affected_robots import named_nodes
 
-OPEN = "/grpc.health.v1.Health/"
-"""Calls of this service need no token."""
+OPEN = "/grpc.health.v1.Health/Check"
+"""The call that needs no token; a watch would, since it stays."""
 
 LEASE_KEY = "virtualrobot-lease"
 """The metadata key of a lease's token; a call may have several."""
@@ -60,7 +60,7 @@ class Token(grpc.aio.ServerInterceptor):
         """Return the call's own handler, or one that refuses."""
         handler = await continuation(handler_call_details)
         details: Any = handler_call_details
-        if handler is None or details.method.startswith(OPEN):
+        if handler is None or details.method == OPEN:
             return handler
         given = dict(details.invocation_metadata or ()).get("authorization")
         if given is not None and hmac.compare_digest(_bytes(given), self._wanted):

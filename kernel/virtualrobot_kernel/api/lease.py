@@ -15,8 +15,8 @@ from virtualrobot_kernel.api.lease_table import Lease, Loss
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.messages.values import stamp
-from virtualrobot_kernel.world.commands import HaltRobots
-from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot
+from virtualrobot_kernel.world.commands import StopRobots
+from virtualrobot_kernel.world.state import Cancellation, EndCause, Snapshot
 
 GRACE_SECONDS = 1.0
 """How long a lease lasts when no stream keeps it alive, in seconds of the wall clock."""
@@ -56,8 +56,8 @@ class LeaseServicer(lease_pb2_grpc.LeaseServiceServicer):
         robots, owner = _robots(world.snapshot, request.robots), _owner(request.owner, context)
         lease, losers = self._rooms.leases.take(robots, owner)
         self._expire_later(lease.token)
-        cancellation = Cancellation(CancelCause.LEASE_TAKEN, f"the robot was taken over by {owner!r}")
-        halt = world.submit([HaltRobots(robots, cancellation)], f"{lease.id} taken by {author(context)}")
+        cancellation = Cancellation(EndCause.LEASE_TAKEN, f"the robot was taken over by {owner!r}")
+        halt = world.submit([StopRobots(robots, cancellation)], f"{lease.id} taken by {author(context)}")
         applied = await asyncio.wrap_future(halt)
         return lease_pb2.TakeLeaseResponse(
             stamp=stamp(applied.snapshot),
@@ -127,8 +127,8 @@ class LeaseServicer(lease_pb2_grpc.LeaseServiceServicer):
             return
         reason = f"nobody has kept it alive for {GRACE_SECONDS:g} s"
         self._rooms.leases.end(lease, Loss.EXPIRED, reason)
-        cancellation = Cancellation(CancelCause.LEASE_EXPIRED, f"the lease of {lease.owner!r} expired: {reason}")
-        self._rooms.world.submit([HaltRobots(tuple(sorted(lease.robots)), cancellation)], "kernel")
+        cancellation = Cancellation(EndCause.LEASE_EXPIRED, f"the lease of {lease.owner!r} expired: {reason}")
+        self._rooms.world.submit([StopRobots(tuple(sorted(lease.robots)), cancellation)], "kernel")
 
 
 def _robots(snapshot: Snapshot, names: Sequence[str]) -> tuple[int, ...]:

@@ -19,12 +19,13 @@ from virtualrobot_kernel.api.motion_plans import checked_motion, planned_motion
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.api.setpoints import stream_setpoints
+from virtualrobot_kernel.api.started_motions import Answer, StartedMotions
 from virtualrobot_kernel.collision.clearance import near_by
 from virtualrobot_kernel.formats import program_file
 from virtualrobot_kernel.messages.values import check_enum, expected_revision, stamp
 from virtualrobot_kernel.planning.plan_motion import plan_motion
 from virtualrobot_kernel.world.commands import CancelMotion, Command, PauseMotion, ResumeMotion, StopMotions
-from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot
+from virtualrobot_kernel.world.state import Cancellation, EndCause, Snapshot
 from virtualrobot_kernel.world.store import Applied, check_revision
 
 GRACE_SECONDS = 1.0
@@ -32,12 +33,13 @@ GRACE_SECONDS = 1.0
 
 
 class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
-    """Serves MotionService; remembers only who watches which motion."""
+    """Serves MotionService; remembers only who watches which motion, and the answers of starts by their request ids."""
 
     def __init__(self, rooms: Rooms) -> None:
         """Serve from these rooms."""
         self._rooms = rooms
         self._watchers: Counter[str] = Counter()
+        self._starts = StartedMotions()
         self._bound: dict[str, asyncio.TimerHandle] = {}
 
     async def StartMotion(
@@ -46,8 +48,15 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         """Plan in a worker thread, then start between two ticks."""
         check_enum(request, "busy_policy")
         check_enum(request, "on_disconnect")
-        world = self._rooms.world
-        check_revision(world.snapshot.structure, expected_revision(request))
+        async with self._starts.turn(request.request_id):
+            answer = self._starts.find(request) or await self._start(request, context)
+        # A caller that vanishes doesn't end it: the answer may be asked for again.
+        return await asyncio.shield(answer)
+
+    async def _start(self, request: motion_pb2.StartMotionRequest, context: object) -> Answer:
+        """Plan a motion, give it to the world, and return its answer to come."""
+        world, expected = self._rooms.world, expected_revision(request)
+        check_revision(world.snapshot.structure, expected)
         spec, joints, robots = await requested(self._rooms, request)
         await make_way(self._rooms, lambda _: joints, request.busy_policy, context)
         near_of = near_by(self._rooms.collisions)
@@ -56,17 +65,20 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
             robots,
             lambda given_up: plan_motion(world.snapshot, spec, self._rooms.solvers.of, given_up, near_of),
         )
-        started = self._rooms.submit([planned.command], context, expected_revision(request))
+        applied = self._rooms.submit([planned.command], context, expected)
         if request.on_disconnect != motion_pb2.DISCONNECT_POLICY_CONTINUE:
-            # Not after the await below: a client that vanishes there would leave a motion that nothing stops.
-            started.add_done_callback(partial(self._started, asyncio.get_running_loop()))
-        applied = await asyncio.wrap_future(started)
-        motion = find_motion(applied.snapshot, str(applied.created[0]))
-        return motion_pb2.StartMotionResponse(
-            stamp=stamp(applied.snapshot),
-            motion=motion_message(applied.snapshot, motion),
-            notes=note_messages(planned.notes),
-        )
+            # Not after an await: a client that vanishes there would leave a motion that nothing stops.
+            applied.add_done_callback(partial(self._started, asyncio.get_running_loop()))
+
+        async def answered() -> motion_pb2.StartMotionResponse:
+            snapshot = (done := await asyncio.wrap_future(applied)).snapshot
+            motion = motion_message(snapshot, find_motion(snapshot, str(done.created[0])))
+            notes = note_messages(planned.notes)
+            return motion_pb2.StartMotionResponse(stamp=stamp(snapshot), motion=motion, notes=notes)
+
+        answer = asyncio.get_running_loop().create_task(answered())
+        self._starts.remember(request, answer)
+        return answer
 
     async def PlanMotion(self, request: motion_pb2.PlanMotionRequest, context: object) -> motion_pb2.PlanMotionResponse:
         """Tell what StartMotion would do."""
@@ -138,22 +150,23 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         self, request: motion_pb2.PauseMotionRequest, context: object
     ) -> motion_pb2.PauseMotionResponse:
         """Slow a motion to standstill."""
-        return motion_pb2.PauseMotionResponse(motion=await self._changed(PauseMotion(request.id), request.id, context))
+        snapshot, motion = await self._changed(PauseMotion(request.id), request.id, context)
+        return motion_pb2.PauseMotionResponse(motion=motion, stamp=stamp(snapshot))
 
     async def ResumeMotion(
         self, request: motion_pb2.ResumeMotionRequest, context: object
     ) -> motion_pb2.ResumeMotionResponse:
         """Let a motion go on."""
-        return motion_pb2.ResumeMotionResponse(
-            motion=await self._changed(ResumeMotion(request.id), request.id, context)
-        )
+        snapshot, motion = await self._changed(ResumeMotion(request.id), request.id, context)
+        return motion_pb2.ResumeMotionResponse(motion=motion, stamp=stamp(snapshot))
 
     async def CancelMotion(
         self, request: motion_pb2.CancelMotionRequest, context: object
     ) -> motion_pb2.CancelMotionResponse:
         """Slow a motion to standstill and end it."""
-        command = CancelMotion(request.id, Cancellation(CancelCause.CALL, request.reason or "cancelled"))
-        return motion_pb2.CancelMotionResponse(motion=await self._changed(command, request.id, context))
+        command = CancelMotion(request.id, Cancellation(EndCause.CALL, request.reason or "cancelled"))
+        snapshot, motion = await self._changed(command, request.id, context)
+        return motion_pb2.CancelMotionResponse(motion=motion, stamp=stamp(snapshot))
 
     async def Stop(self, request: motion_pb2.StopRequest, context: object) -> motion_pb2.StopResponse:
         """Cancel all motions, or all of some robots."""
@@ -162,16 +175,17 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         snapshot = applied.snapshot
         motions = (*snapshot.state.motions, *snapshot.state.ended)
         stopped = [one for one in motions if one.cancellation and one.id in going]
-        return motion_pb2.StopResponse(motions=[motion_message(snapshot, motion) for motion in stopped])
+        told = [motion_message(snapshot, motion) for motion in stopped]
+        return motion_pb2.StopResponse(motions=told, stamp=stamp(snapshot))
 
     async def _progressed(self, seen: Snapshot, id: str, pause: float) -> Snapshot:
         """Return a later snapshot, after `pause` seconds or once the motion has ended."""
         await self._rooms.publications.end_of_motion(id, pause)
         return await self._rooms.publications.newer_than(seen)
 
-    async def _changed(self, command: Command, id: str, context: object) -> motion_pb2.Motion:
-        applied = await self._submit([command], context)
-        return motion_message(applied.snapshot, find_motion(applied.snapshot, id))
+    async def _changed(self, command: Command, id: str, context: object) -> tuple[Snapshot, motion_pb2.Motion]:
+        snapshot = (await self._submit([command], context)).snapshot
+        return snapshot, motion_message(snapshot, find_motion(snapshot, id))
 
     async def _submit(self, commands: Sequence[Command], context: object) -> Applied:
         return await asyncio.wrap_future(self._rooms.submit(commands, context))
@@ -197,4 +211,4 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         del self._bound[id]
         if any(motion.id == id for motion in self._rooms.world.snapshot.state.motions):
             reason = f"nobody has watched it for {GRACE_SECONDS:g} s"
-            self._rooms.world.submit([CancelMotion(id, Cancellation(CancelCause.UNWATCHED, reason))], "kernel")
+            self._rooms.world.submit([CancelMotion(id, Cancellation(EndCause.UNWATCHED, reason))], "kernel")

@@ -16,8 +16,12 @@ from virtualrobot_kernel.planning.together import joints_of, moved_arms, solved_
 from virtualrobot_kernel.planning.tracking import arms_joints
 from virtualrobot_kernel.world.actuators import coupled_joints
 from virtualrobot_kernel.world.change import moving_motion
+from virtualrobot_kernel.world.clock import Mode
 from virtualrobot_kernel.world.commands import CancelMotion
-from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion, Snapshot
+from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, Snapshot
+
+PATIENCE_SECONDS = 5.0
+"""How long a start with PREEMPT waits for the next step of a stepped clock."""
 
 
 def find_motion(snapshot: Snapshot, id: str) -> Motion:
@@ -44,7 +48,7 @@ async def make_way(
                 motion=motion.id,
             )
         if not motion.cancellation:
-            cancellation = Cancellation(CancelCause.PREEMPTED, f"preempted by {person(context)}")
+            cancellation = Cancellation(EndCause.PREEMPTED, f"preempted by {person(context)}")
             try:
                 cancel = rooms.submit([CancelMotion(motion.id, cancellation)], context)
                 snapshot = (await asyncio.wrap_future(cancel)).snapshot
@@ -53,7 +57,21 @@ async def make_way(
                     raise
                 snapshot = world.snapshot  # it has just ended by itself
         else:
-            snapshot = await rooms.publications.newer_than(snapshot)
+            snapshot = await _later(rooms, snapshot, motion)
+
+
+async def _later(rooms: Rooms, seen: Snapshot, braking: Motion) -> Snapshot:
+    """Return the world some time later; raise KernelError when time stands still: who waits here may be who steps."""
+    stepped = rooms.world.clock.mode is Mode.STEPPED
+    try:
+        return await asyncio.wait_for(rooms.publications.newer_than(seen), PATIENCE_SECONDS if stepped else None)
+    except TimeoutError as error:
+        raise KernelError(
+            f"{braking.id!r} brakes to make way, but time has stood still for {PATIENCE_SECONDS:g} s; step the clock "
+            "until it has ended, then start again",
+            reason=Reason.WRONG_STATE,
+            motion=braking.id,
+        ) from error
 
 
 async def requested(

@@ -19,14 +19,7 @@ from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.collision.clearance import near_by
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.messages.nodes import JOINT_TYPE_NUMBERS, limits_message
-from virtualrobot_kernel.messages.robots import (
-    actuator_messages,
-    group_messages,
-    group_selection,
-    pair_messages,
-    posture_messages,
-    settings_message,
-)
+from virtualrobot_kernel.messages.robots import group_selection, robot_message, settings_message
 from virtualrobot_kernel.messages.values import (
     array,
     array_message,
@@ -74,12 +67,13 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
             # The robot has to be tried to tell; that is not for the thread that all calls share.
             find = partial(self._rooms.solvers.name_of, snapshot, arm)
             kinematics = await self._rooms.limiter.run([node.uid], find)
-        groups = group_messages(data)
-        for message in groups:
+        described = robot_message(data, index.joint_names)
+        for message in described.groups:
             message.joint_names[:] = joints_of(structure, node, Group(message.name))
         return robot_pb2.GetRobotResponse(
             stamp=stamp(snapshot),
             uid=node.uid,
+            robot=described,
             joints=[
                 robot_pb2.JointDescription(
                     name=joint.name,
@@ -95,12 +89,8 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
             flange=structure.nodes[arm.tip].name if arm is not None else "",
             kinematics=kinematics,
             chain_joints=arm.joint_names if arm is not None else joints_of(structure, node, group),
-            postures=posture_messages(data),
             kinematics_settings=settings_message(chosen(node, group)[1]),
             kinematics_fault=self._rooms.solvers.fault_of(node, group),
-            groups=groups,
-            allowed_collisions=pair_messages(data),
-            actuators=actuator_messages(data),
         )
 
     async def GetRobotStates(

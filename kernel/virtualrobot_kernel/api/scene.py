@@ -12,6 +12,7 @@ from virtualrobot.v1 import nodes_pb2, scene_pb2, scene_pb2_grpc
 from virtualrobot_kernel.api.convert.commands import world_commands
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.readiness import ready_for_guard
+from virtualrobot_kernel.api.repeats import Repeats
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.export.model import export_model
@@ -42,6 +43,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
     def __init__(self, rooms: Rooms) -> None:
         """Serve from these rooms."""
         self._rooms = rooms
+        self._repeats = Repeats()
 
     async def GetScene(self, request: scene_pb2.GetSceneRequest, context: object) -> scene_pb2.GetSceneResponse:
         """Tell nodes and where they are."""
@@ -72,6 +74,9 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
 
     async def Apply(self, request: scene_pb2.ApplyRequest, context: object) -> scene_pb2.ApplyResponse:
         """Change the world by all commands or by none."""
+        return await self._repeats.once(request, lambda: self._apply(request, context))
+
+    async def _apply(self, request: scene_pb2.ApplyRequest, context: object) -> scene_pb2.ApplyResponse:
         run = asyncio.get_running_loop().run_in_executor
         if (count := len(request.commands)) > MOST_COMMANDS:
             raise KernelError(
@@ -98,12 +103,15 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         self, request: scene_pb2.ImportModelRequest, context: object
     ) -> scene_pb2.ImportModelResponse:
         """Read a model in a worker thread, then add it as one change."""
+        return await self._repeats.once(request, lambda: self._import(request.model, context))
+
+    async def _import(self, source: scene_pb2.ModelSource, context: object) -> scene_pb2.ImportModelResponse:
         run = asyncio.get_running_loop().run_in_executor
         meshes = self._rooms.meshes
-        files = files_of(meshes, request.files)
+        files = files_of(meshes, source.files)
         while True:
             structure = self._rooms.world.snapshot.structure
-            read = partial(read_model, meshes, request, files, structure.uid_by_name)
+            read = partial(read_model, meshes, source, files, structure.uid_by_name)
             model = await run(self._rooms.workers, read)
             try:
                 applied = await self._submit([CreateNodes(model.nodes)], context)
@@ -111,7 +119,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
             except KernelError as error:
                 # Another client took the free name that was found; only a name that was asked for is refused.
                 found = model.nodes[0].name not in structure.uid_by_name
-                if error.reason is not Reason.NAME_TAKEN or request.name or not found:
+                if error.reason is not Reason.NAME_TAKEN or source.name or not found:
                     raise
         return scene_pb2.ImportModelResponse(
             stamp=stamp(applied.snapshot),

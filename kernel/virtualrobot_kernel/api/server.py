@@ -61,6 +61,11 @@ from virtualrobot_kernel.api.view import ViewServicer
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.store import World
 
+try:
+    import resource
+except ImportError:  # Windows limits no descriptors
+    resource = None
+
 log = logging.getLogger(__name__)
 
 SERVICES = (
@@ -91,7 +96,14 @@ OPTIONS = (
     ("grpc.keepalive_timeout_ms", 3000),
     ("grpc.http2.ping_timeout_ms", 3000),
     ("grpc.http2.max_pings_without_data", 0),
+    # Who has connected and says nothing, before or after the handshake, has no token yet: it must not stay for good. A
+    # client that is cut off between two calls connects again with the next one, by itself.
+    ("grpc.server_handshake_timeout_ms", 5_000),
+    ("grpc.max_connection_idle_ms", 60_000),
 )
+
+MOST_CONNECTIONS = 1000
+"""The most connections at a time, 10 KiB each; more are closed at once."""
 
 
 GRACE_SECONDS = 1.0
@@ -149,7 +161,8 @@ class Server:
         rooms = self._rooms(publications)
         services = [service for module, _, _ in SERVICES for service in module.DESCRIPTOR.services_by_name.values()]
         errors, leasing = Errors(publications), Leasing(services, rooms)
-        server = grpc.aio.server(interceptors=[*tokens, errors, leasing], options=OPTIONS)
+        options = (*OPTIONS, ("grpc.max_allowed_incoming_connections", _most_connections()))
+        server = grpc.aio.server(interceptors=[*tokens, errors, leasing], options=options)
         names = [reflection.SERVICE_NAME, health_pb2.DESCRIPTOR.services_by_name["Health"].full_name]
         names += [service.full_name for service in services]
         for _, add, servicer in SERVICES:
@@ -183,3 +196,11 @@ class Server:
                 reason=Reason.WRONG_STATE,
                 address=place,
             ) from error
+
+
+def _most_connections() -> int:
+    """Return how many connections there may be: half of the descriptors are for files, processes and the viewer."""
+    if resource is None:
+        return MOST_CONNECTIONS
+    descriptors, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    return MOST_CONNECTIONS if descriptors == resource.RLIM_INFINITY else min(MOST_CONNECTIONS, descriptors // 2)

@@ -19,7 +19,7 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMotion
 from virtualrobot_kernel.world.clock import Mode
 from virtualrobot_kernel.world.commands import CancelMotion, EndSetpoints, SetSetpoint, StartSetpointMotion
-from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot
+from virtualrobot_kernel.world.state import Cancellation, EndCause, Snapshot
 from virtualrobot_kernel.world.store import Applied, Permit
 from virtualrobot_kernel.world.tick_inputs import TickInput
 
@@ -29,7 +29,7 @@ MAX_RATE_HERTZ = 60.0
 CLOSING_SECONDS = 0.01
 """A lost connection looks like a stream that its client has ended, until a moment later the call is cancelled."""
 
-LEASE_LOST = (CancelCause.LEASE_TAKEN, CancelCause.LEASE_EXPIRED)
+LEASE_LOST = (EndCause.LEASE_TAKEN, EndCause.LEASE_EXPIRED)
 NO_LEASE = (Reason.LEASED, Reason.LEASE_ENDED)
 GONE = (Reason.WRONG_STATE, Reason.UNKNOWN_NAME)
 """Why a setpoint is refused whose motion has ended."""
@@ -71,7 +71,7 @@ async def stream_setpoints(
         for task in working:
             task.cancel()
         if any(motion.id == id and not motion.cancellation for motion in rooms.world.snapshot.state.motions):
-            _cancel(rooms, id, CancelCause.UNWATCHED, "the client that sent setpoints is gone")
+            _cancel(rooms, id, EndCause.UNWATCHED, "the client that sent setpoints is gone")
 
 
 class _Feed:
@@ -172,7 +172,7 @@ async def _or_stop(rooms: Rooms, id: str, work: Coroutine[Any, Any, None]) -> No
     try:
         await work
     except KernelError as error:
-        cause = CancelCause.LEASE_TAKEN if error.reason in NO_LEASE else CancelCause.SETPOINT_REFUSED
+        cause = EndCause.LEASE_TAKEN if error.reason in NO_LEASE else EndCause.SETPOINT_REFUSED
         with suppress(KernelError):  # it has ended
             await asyncio.wrap_future(_cancel(rooms, id, cause, str(error)))
         raise
@@ -183,5 +183,5 @@ def _needed(snapshot: Snapshot, command: StartSetpointMotion) -> set[tuple[int, 
     return {(robot.uid, name) for name in command.joint_names}
 
 
-def _cancel(rooms: Rooms, id: str, cause: CancelCause, reason: str) -> Future[Applied]:
+def _cancel(rooms: Rooms, id: str, cause: EndCause, reason: str) -> Future[Applied]:
     return rooms.world.submit([CancelMotion(id, Cancellation(cause, reason))], "kernel")

@@ -1,1 +1,1 @@
-"""What touches and how far things are apart, by FCL: geometry made once, and pairs of placed elements."""
+"""Contacts and distances, by FCL: geometry made once, and pairs of placed elements."""

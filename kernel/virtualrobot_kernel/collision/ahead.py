@@ -49,7 +49,7 @@ GOES_ON = (Phase.RUNNING, Phase.WAITING)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Foreseen:
-    """What will be by simulation time (s): the way of all joints, and when tools get other states.
+    """Prediction by simulation time (s): the way of all joints, and when tools get other states.
 
     moving: the motions (ids) that move joints, or will. until: as long as it is enough to look ahead by; inf where it
     tells all that is known.
@@ -62,7 +62,7 @@ class Foreseen:
 
 
 class _Proof:
-    """What is known of the time to come, of a world in which certain motions go on as they did.
+    """Knowledge of the time to come, of a world in which certain motions go on as they did.
 
     `left_out` are the pairs that are not asked. Up to `until` (s of simulation time) all is free but for these; a
     `contact` there is the first one.

@@ -1,4 +1,4 @@
-"""Which nodes may touch each other, and why: by rules of how they hang together, by robots' files, by clients."""
+"""Pairs of nodes that may touch, and why: by rules of how they hang together, by robots' files, by clients."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ Pair = tuple[int, int]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AllowedPairs:
-    """What may touch in a structure.
+    """Pairs that may touch in a structure.
 
     Attributes:
         groups: of each node (uid) the robot that it belongs to (uid; 0: none): its links, adapters and tools, and what

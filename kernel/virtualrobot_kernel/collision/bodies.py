@@ -1,4 +1,4 @@
-"""What can collide of a snapshot: the collision figures of its nodes as elements, and which pairs of them are asked."""
+"""Collision bodies of a snapshot: the collision figures of its nodes as elements, and which pairs of them are asked."""
 
 from __future__ import annotations
 

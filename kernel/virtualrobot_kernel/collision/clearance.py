@@ -1,4 +1,4 @@
-"""How far an arm is from everything else, and how that changes with its joints."""
+"""Clearance of an arm from everything else, and how it changes with the joints."""
 
 from __future__ import annotations
 

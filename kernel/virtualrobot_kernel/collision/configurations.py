@@ -1,4 +1,4 @@
-"""Which of many configurations are free: the job that a collision process does for a block of them."""
+"""Check of many configurations: the job that a collision process does for a block of them."""
 
 from __future__ import annotations
 

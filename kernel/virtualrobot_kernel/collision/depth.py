@@ -1,4 +1,4 @@
-"""How deep two elements are in each other.
+"""Penetration depth of two elements.
 
 FCL's own depths are not used: its search (EPA) was off by up to 0.3 m in 4,000 trials with bodies of that size, and its
 depth of two boxes by 5 per cent, since it prefers the axes of faces.
@@ -29,7 +29,7 @@ WORK = 10_000_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Depth:
-    """How deep two are in each other.
+    """Penetration depth of two elements.
 
     Attributes:
         meters: how far the second must be moved until they only touch.

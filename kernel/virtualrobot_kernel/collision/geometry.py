@@ -50,7 +50,7 @@ class Piece:
 
 @dataclass(frozen=True, slots=True)
 class MadeOfMesh:
-    """What became of a mesh.
+    """Result of making a mesh's solids.
 
     Attributes:
         triangles: how many it has.

@@ -30,7 +30,7 @@ MOST_PARTS = 24
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Boxes:
-    """Where k elements are on the s parts of a path.
+    """Boxes of k elements on the s parts of a path.
 
     Attributes:
         elements: (k,).

@@ -26,8 +26,8 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.braking import HARMLESS, RATES, Way, braking, going
 from virtualrobot_kernel.world.collisions import CollisionMode
-from virtualrobot_kernel.world.commands import Command, HaltRobots
-from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot, State, unchanged
+from virtualrobot_kernel.world.commands import Command, StopRobots
+from virtualrobot_kernel.world.state import Cancellation, EndCause, Snapshot, State, unchanged
 from virtualrobot_kernel.world.store import World
 
 LOOKS = 12
@@ -41,7 +41,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class GuardCost:
-    """What the guard has cost: how many ticks it has looked at, the seconds of all of them, and the most of one."""
+    """Cost of the guard: how many ticks it has looked at, the seconds of all of them, and the most of one."""
 
     ticks: int = 0
     seconds: float = 0.0
@@ -54,7 +54,7 @@ class GuardCost:
 
 @dataclass(frozen=True, slots=True)
 class _Threat:
-    """What would touch: the robots (uids) that move one of the two or carry it, and the words for people."""
+    """Contact that would be: the robots (uids) that move one of the two or carry it, and the words for people."""
 
     robots: frozenset[int]
     reason: str
@@ -269,5 +269,5 @@ def _guarded(snapshot: Snapshot) -> frozenset[int]:
     return frozenset(uid for uid in snapshot.structure.robots if mode_of(uid) is CollisionMode.GUARD)
 
 
-def _halt(robots: frozenset[int], threat: _Threat) -> HaltRobots:
-    return HaltRobots(tuple(sorted(robots)), Cancellation(CancelCause.COLLISION, threat.reason))
+def _halt(robots: frozenset[int], threat: _Threat) -> StopRobots:
+    return StopRobots(tuple(sorted(robots)), Cancellation(EndCause.COLLISION, threat.reason))

@@ -1,4 +1,4 @@
-"""Which commands a guarded world refuses: those that put something into touch with a guarded robot."""
+"""Commands that a guarded world refuses: those that put something into touch with a guarded robot."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ LAST_SECONDS = 0.5
 
 
 class Ending(Enum):
-    """What a job came to; what comes with it."""
+    """End of a job, and what comes with it."""
 
     RUNS = "runs"
     """How often it has reported, what it reported last, and for how many seconds nothing has been heard of the job."""

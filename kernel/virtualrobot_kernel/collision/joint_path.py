@@ -202,7 +202,7 @@ def together(paths: Sequence[JointPath]) -> JointPath:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Lengths:
-    """How far the components of a path have gone at the most, until each of its breaks, and their slopes after it."""
+    """Lengths that a path's components have gone at the most until each of its breaks, and their slopes after it."""
 
     breaks: list[float]
     gone: Array

@@ -23,9 +23,9 @@ from virtualrobot_kernel.collision.report import REMEMBERED, Ended, Event, Faile
 from virtualrobot_kernel.collision.scene import Collision, CollisionScene, Detail
 from virtualrobot_kernel.collision.transitions import STOPPING, Halt, Scope, halt_of, transitions, watched
 from virtualrobot_kernel.world.clock import Mode
-from virtualrobot_kernel.world.commands import Command, HaltRobots
+from virtualrobot_kernel.world.commands import Command, StopRobots
 from virtualrobot_kernel.world.listeners import Listeners
-from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion, Snapshot, unchanged
+from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, Snapshot, unchanged
 from virtualrobot_kernel.world.store import World
 
 PERIOD_SECONDS = 0.02
@@ -138,7 +138,7 @@ class Monitor:
             if not own or not any(modes.get(uid) in STOPPING for uid in halt.by):
                 continue
             going = [motion for motion in going if motion not in own]
-            commands.append(HaltRobots(halt.robots, Cancellation(CancelCause.COLLISION, halt.reason)))
+            commands.append(StopRobots(halt.robots, Cancellation(EndCause.COLLISION, halt.reason)))
             stopped.append(_stopped(own, now, halt.reason))
             self._remember(now, {motion.id for motion in own})
         if stopped:
@@ -152,7 +152,7 @@ class Monitor:
         reasons: dict[str, list[Motion]] = {}
         for motion in there:
             why = motion.cancellation
-            if why is not None and why.cause is CancelCause.COLLISION and motion.id not in self._stopped:
+            if why is not None and why.cause is EndCause.COLLISION and motion.id not in self._stopped:
                 reasons.setdefault(why.reason, []).append(motion)
         if reasons:
             self._remember(now, {motion.id for motions in reasons.values() for motion in motions})

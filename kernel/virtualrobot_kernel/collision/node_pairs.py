@@ -1,4 +1,4 @@
-"""What is asked of two nodes: their names, which robots can move them, and whether they move against each other."""
+"""Pairs of nodes: their names, which robots can move them, and whether they move against each other."""
 
 from __future__ import annotations
 

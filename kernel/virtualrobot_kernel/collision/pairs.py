@@ -1,4 +1,4 @@
-"""Which of two sets of placed elements touch or are near: boxes first, then exactly, pair by pair.
+"""Pairs of placed elements that touch or are near: boxes first, then exactly, pair by pair.
 
 Each call of FCL is about two pieces of bounded size, so that none holds the interpreter's lock for long.
 """

@@ -1,4 +1,4 @@
-"""What a guard will need is made before its world thread does: a mesh of a million triangles takes seconds."""
+"""Preparation of what a guard will need, before its world thread does: a mesh of a million triangles takes seconds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the collision monitor tells: what touches now, and what has happened."""
+"""Reports of the collision monitor: what touches now, and what has happened."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ What: TypeAlias = Touch | Ended | Stopped | Failed
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Event:
-    """What happened in which tick; `number` counts them from 1."""
+    """Event of a tick; `number` counts them from 1."""
 
     number: int
     tick: int
@@ -73,7 +73,7 @@ class Event:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Report:
-    """How things are; a new one takes its place after each check.
+    """State of contacts; a new one takes its place after each check.
 
     Attributes:
         snapshot: the world that was checked last.

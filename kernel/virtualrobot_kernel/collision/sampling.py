@@ -1,4 +1,4 @@
-"""Which nodes of a robot touch each other in random configurations, and how often."""
+"""Random configurations: nodes of a robot that touch each other in them, and how often."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FARTHEST = np.pi
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Touched:
-    """How often the pairs of a robot's nodes (uids, the smaller first) that may not touch did, in some samples."""
+    """Counts of samples in which pairs of a robot's nodes (uids, the smaller first) touch that may not."""
 
     samples: int
     counts: dict[Pair, int]

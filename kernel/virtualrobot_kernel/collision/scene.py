@@ -23,7 +23,7 @@ Floats = NDArray[np.float64]
 
 
 class Detail(Enum):
-    """How much is told of what touches."""
+    """Amount of what is told of contacts."""
 
     FIRST = "first"
     PAIRS = "pairs"
@@ -60,7 +60,7 @@ class Nearest:
 
 
 class CollisionScene:
-    """What can collide at its places, for FCL; used by one thread at a time. The geometry is shared by all scenes."""
+    """Collision elements at their places, for FCL; used by one thread at a time. All scenes share the geometry."""
 
     def __init__(self, shapes: CollisionShapes) -> None:
         """Begin with nothing; `place` puts a world in."""

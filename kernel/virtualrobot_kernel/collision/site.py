@@ -1,4 +1,4 @@
-"""Where a job of a collision process works: the world as it was asked about, a scene for it, and who waits for it."""
+"""Site of a job of a collision process: the world as it was asked about, a scene for it, and who waits for it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class GivenUp(Exception):
 
 
 class Site:
-    """What a job is given; one for each process, kept from job to job, so that a scene is made once.
+    """Site of a job; one for each process, kept from job to job, so that a scene is made once.
 
     Attributes:
         snapshot: the world of the job: nodes with the figures that can touch, the state without motions and signals.

@@ -1,4 +1,4 @@
-"""Whether a way of joints is free of collisions, all of it and not only places on it, and where it first is not.
+"""Swept check of joint paths: free of collisions on all of it and not only at places on it, or where it first is not.
 
 By adaptive bisection (F. Schwarzer, M. Saha, J.-C. Latombe, Adaptive dynamic collision checking for single and multiple
 articulated robots in complex environments, IEEE Transactions on Robotics 21, 2005): a pair cannot meet on a stretch

@@ -1,4 +1,4 @@
-"""Where two elements touch: by FCL's solids, and where a mesh is among them, by the triangles that cut each other."""
+"""Contact points of two elements: by FCL's solids, and for meshes by the triangles that cut each other."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ FLAT = 0.3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Contacts:
-    """Where two elements touch: points (k, 3), k at least 1, and the unit normal (3,) from the first to the second."""
+    """Contacts of two elements: points (k, 3), k at least 1, and the unit normal (3,) from the first to the second."""
 
     points: Floats
     normal: Floats

@@ -17,7 +17,7 @@ STOPPING = frozenset({CollisionMode.STOP, CollisionMode.GUARD})
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scope:
-    """Which pairs a check asks.
+    """Pairs that a check asks.
 
     Attributes:
         modes: of each robot (uid) that is watched, what is done about its collisions.
@@ -56,7 +56,7 @@ class Halt:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Transitions:
-    """What is new: pairs that touch, and whether that is tolerated; pairs that don't, and whether they are apart."""
+    """Pairs that touch anew, and whether that is tolerated; pairs that no longer do, and whether they are apart."""
 
     begun: Mapping[Pair, bool]
     ended: Mapping[Pair, bool]

@@ -43,7 +43,7 @@ SAME = 1e-9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """How far a track of a motion's plan is known to be free of what stands and of what its own group carries.
+    """Part of a track of a motion's plan that is known to be free of what stands and of what its own group carries.
 
     Attributes:
         place: which track of the plan it is.
@@ -82,7 +82,7 @@ class _Stage:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Unverified:
-    """What is not known to be free.
+    """Pairs and joints that are not known to be free.
 
     Attributes:
         of: the groups.
@@ -138,7 +138,7 @@ class Unverified:
 
 
 class VerifiedPaths:
-    """What is known of the planned motions that run. Used by one thread."""
+    """Paths of the planned motions that run, as far as they are known to be free. Used by one thread."""
 
     def __init__(self, scene: CollisionScene) -> None:
         """Know nothing yet; others may use the scene, too."""

@@ -1,4 +1,4 @@
-"""Which plugins are installed and what they offer; those that fail are kept with the reason.
+"""Catalogue of installed plugins and what they offer; those that fail are kept with the reason.
 
 A plugin of another package than the kernel's is looked at in a worker process: it can raise, hang or crash there, and
 its code comes into this process only when it offers a component that says so.

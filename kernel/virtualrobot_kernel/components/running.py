@@ -21,7 +21,7 @@ START_SECONDS = 20.0
 
 
 class Instance(Protocol):
-    """What answers the calls of one component."""
+    """Answerer of the calls of one component."""
 
     @property
     def process_id(self) -> int:

@@ -1,4 +1,4 @@
-"""What people see of a snapshot and sensors do not: arrows among solid things; lines, points and words over them."""
+"""Additions that people see and sensors do not: arrows among solid things; lines, points and words over them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What people are shown of collisions: what touches is red, dots tell where, the background is rose."""
+"""Collisions as people are shown them: what touches is red, dots tell where, the background is rose."""
 
 from __future__ import annotations
 

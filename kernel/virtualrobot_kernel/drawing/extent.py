@@ -1,4 +1,4 @@
-"""How far what rays meet reaches: boxes around a node, and around everything."""
+"""Extent of what rays meet: boxes around a node, and around everything."""
 
 from __future__ import annotations
 

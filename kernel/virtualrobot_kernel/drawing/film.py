@@ -1,4 +1,4 @@
-"""Which snapshots a film shows: one at each equal step of simulation time, caught as they come and drawn later."""
+"""Frames of a film: one snapshot at each equal step of simulation time, caught as they come and drawn later."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where to look from so that everything is seen."""
+"""Viewpoint from which everything is seen."""
 
 from __future__ import annotations
 

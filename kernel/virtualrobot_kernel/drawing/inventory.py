@@ -1,4 +1,4 @@
-"""What there is to draw: which shapes the nodes show, grouped so that equal ones become one batch."""
+"""Inventory of what there is to draw: the shapes that nodes show, grouped so that equal ones become one batch."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Piece:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Look:
-    """What a node shows: shapes in batches, and points, lines and labels one by one."""
+    """Look of a node: shapes in batches, and points, lines and labels one by one."""
 
     pieces: tuple[Piece, ...]
     annotations: tuple[Figure, ...]
@@ -59,7 +59,7 @@ class Batch:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Inventory:
-    """What is visible now, and the looks by node, from which the next inventory is made."""
+    """Batches that are visible now, and the looks by node, from which the next inventory is made."""
 
     looks: Mapping[Node, Look]
     visible: Mapping[int, tuple[Piece, ...]]

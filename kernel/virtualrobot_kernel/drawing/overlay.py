@@ -1,4 +1,4 @@
-"""What is drawn over a picture of the world: lines, points and words, hidden where a surface is in front of them."""
+"""Overlay of a picture of the world: lines, points and words, hidden where a surface is in front of them."""
 
 from __future__ import annotations
 

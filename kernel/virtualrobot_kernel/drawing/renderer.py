@@ -51,7 +51,7 @@ Pixels = NDArray[np.uint8]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sight:
-    """What a picture shows: the world, how it is seen, each sensor's latest reading by uid, what touches."""
+    """Subject of a picture: the world, how it is seen, each sensor's latest reading by uid, what touches."""
 
     snapshot: Snapshot
     settings: ViewSettings
@@ -61,7 +61,7 @@ class Sight:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Picked:
-    """What a ray through a pixel meets.
+    """Hit of a ray through a pixel.
 
     Attributes:
         uid: the node.
@@ -80,7 +80,7 @@ class Picked:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Seen:
-    """What is made of a world's elements and holds until they change; `sensed` are those without people's additions."""
+    """Cache of what is made of a world's elements, until they change; `sensed` are those without people's additions."""
 
     key: tuple[int, bool, tuple[int, ...], tuple[Ghost, ...]]
     sensed: Elements

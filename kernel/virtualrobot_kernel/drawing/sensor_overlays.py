@@ -1,4 +1,4 @@
-"""What sensors say, in the browser: rays, points, frusta and pictures. A scan is one node, however many its points."""
+"""Sensor readings in the browser: rays, points, frusta and pictures. A scan is one node, however many its points."""
 
 from __future__ import annotations
 

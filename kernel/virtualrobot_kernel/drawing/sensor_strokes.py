@@ -1,4 +1,4 @@
-"""What sensors say, drawn over pictures: rays, points, frusta and their pictures, as the browser shows them."""
+"""Sensor readings drawn over pictures: rays, points, frusta and their pictures, as the browser shows them."""
 
 from __future__ import annotations
 

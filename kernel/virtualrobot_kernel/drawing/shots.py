@@ -23,7 +23,7 @@ STRIP = 1 << 18
 
 
 class ImageFormat(Enum):
-    """How a picture is packed; the values are the contract's numbers."""
+    """Format of a picture; the values are the contract's numbers."""
 
     PNG = 1
     JPEG = 2
@@ -32,7 +32,7 @@ class ImageFormat(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Shot:
-    """How a picture is taken.
+    """Settings of one picture.
 
     Attributes:
         camera: where it is looked from; None means as the view's camera does.

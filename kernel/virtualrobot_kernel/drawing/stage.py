@@ -1,4 +1,4 @@
-"""What surrounds the scene: light, floor, background, and a page without controls."""
+"""Surroundings of the scene: light, floor, background, and a page without controls."""
 
 from __future__ import annotations
 

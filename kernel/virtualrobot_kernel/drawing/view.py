@@ -1,4 +1,4 @@
-"""How the picture is set up: what clients change and every open viewer shows."""
+"""Settings of the view: what clients change and every open viewer shows."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ DEFAULT_FIELD_OF_VIEW = 0.9
 
 @dataclass(frozen=True, slots=True)
 class Camera:
-    """Where people look from: eye and target in meters in the world's frame, vertical field of view in radians."""
+    """Viewpoint of people: eye and target in meters in the world's frame, vertical field of view in radians."""
 
     position: Vector
     target: Vector
@@ -63,7 +63,7 @@ class Ghost:
 
 @dataclass(frozen=True, slots=True)
 class ViewSettings:
-    """How the picture is set up.
+    """Settings of the view.
 
     `background` is red, green, blue from 0 to 1, as a screen shows them (sRGB). `joint_axes` holds the uids of robots
     whose joint axes are shown, `bounding_boxes` those of nodes whose boxes are shown; a uid that is gone is passed

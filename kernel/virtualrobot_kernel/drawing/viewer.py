@@ -144,7 +144,7 @@ class Viewer:
 
 
 class Picture:
-    """What one viser server shows. Each drawing changes only what differs from the one before."""
+    """Picture that one viser server shows. Each drawing changes only what differs from the one before."""
 
     def __init__(self, server: viser.ViserServer, meshes: Meshes) -> None:
         """Draw on `server`; `meshes` gives the triangles of a mesh."""

@@ -1,4 +1,4 @@
-"""Where points of the world are in a picture: the way forward through a lens, for what is drawn over the picture."""
+"""Projection of points of the world into a picture, through a lens, for what is drawn over the picture."""
 
 from __future__ import annotations
 

@@ -14,11 +14,15 @@ from virtualrobot_sdk.errors import ArgumentError, FilesNeeded
 from virtualrobot_sdk.importers import Translation
 
 from virtualrobot_kernel.errors import KernelError, MalformedFileError, MissingFileError, Reason
+from virtualrobot_kernel.formats.assets import MEBIBYTE
 from virtualrobot_kernel.formats.files import File, Files
 from virtualrobot_kernel.formats.xml import FileWarning, place_in
 
 ROUNDS = 100
 """How often an importer may ask for files: each round may name many."""
+
+MOST_BYTES = {".urdf": 64 * MEBIBYTE, ".yaml": 32 * MEBIBYTE, ".glb": 1024 * MEBIBYTE}
+"""How large a translation may be, by its format: the kernel itself parses it. Readers have bounds of their own."""
 
 Settings = Mapping[str, Any]
 """An importer's settings, plain values as JSON has them."""
@@ -125,7 +129,13 @@ def run(
     known: dict[str, bytes | None] = {}
     for _ in range(ROUNDS):
         try:
-            return importers.translate(data, uri, known, settings)
+            translation = importers.translate(data, uri, known, settings)
+            size, most = len(translation.data), MOST_BYTES[translation.format]
+            if size > most:
+                what = f"its translation to {translation.format} has {size} bytes; at most {most} are read"
+                reason = Reason.TOO_LARGE
+                raise KernelError(f"{place_in(uri, None)}: {what}", reason=reason, size_bytes=size, limit_bytes=most)
+            return translation
         except FilesNeeded as needed:
             new = [name for name in dict.fromkeys(needed.names) if name not in known]
             if not new:

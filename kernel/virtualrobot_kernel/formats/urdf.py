@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.files import File
 from virtualrobot_kernel.formats.urdf_elements import (
     Palette,
@@ -30,6 +30,7 @@ from virtualrobot_kernel.formats.xml import (
     place_in,
     xacro_in,
 )
+from virtualrobot_kernel.world.consistency import MOST_NODES
 from virtualrobot_kernel.world.figures import Figure, Geometry, Material, Mesh, identity
 from virtualrobot_kernel.world.structure import Joint, JointType, Kind, LinkData, NodeSpec, RobotData
 
@@ -130,6 +131,9 @@ def read_urdf(
             taken = f"the name is taken by the link on line {line_of(links[name])}"
             raise malformed(file.key, line_of(element), taken, f"link {name!r}")
         links[name] = element
+    if len(links) >= MOST_NODES:
+        told = f"{place_in(file.key, None)}: the robot has {len(links)} links; a world has at most {MOST_NODES} nodes"
+        raise KernelError(told, reason=Reason.TOO_LARGE, limit=MOST_NODES)
     if not links:
         raise malformed(file.key, line_of(root), "the robot has no link")
     joints = read_joints(file.key, root, warnings)

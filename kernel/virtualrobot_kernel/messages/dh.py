@@ -21,10 +21,10 @@ CONVENTIONS: dict[int, Convention] = {
 NUMBERS = ("a_meters", "alpha_radians", "d_meters", "theta_radians")
 MOVING = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
 FOR_FILES = ("uri", "files", "as_part", "scale", "settings", "srdf_uri")
-"""Fields of ImportModelRequest that have no meaning for a table."""
+"""Fields of ModelSource that have no meaning for a table."""
 
 
-def refuse_file_fields(request: scene_pb2.ImportModelRequest) -> None:
+def refuse_file_fields(request: scene_pb2.ModelSource) -> None:
     """Raise KernelError when a request with a table also says how to read a file."""
     given = [field.name for field, _ in request.ListFields() if field.name in FOR_FILES]
     if given:

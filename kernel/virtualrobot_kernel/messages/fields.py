@@ -1,4 +1,4 @@
-"""What the fields of a protobuf message are, in the words that every supported release of protobuf knows."""
+"""Fields of protobuf messages, in the words that every supported release of protobuf knows."""
 
 from __future__ import annotations
 

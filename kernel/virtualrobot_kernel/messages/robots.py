@@ -1,4 +1,4 @@
-"""What only robots have: messages to frozen data and back, settings of components included."""
+"""Data of robots alone: messages to frozen values and back, settings of components included."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What sensors and lights may be set to: each check says what is wrong and what would be right."""
+"""Limits of the settings of sensors and lights: each check says what is wrong and what would be right."""
 
 from __future__ import annotations
 

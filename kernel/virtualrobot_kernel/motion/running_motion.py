@@ -22,10 +22,11 @@ class Phase(Enum):
     WAITING = "WAITING"
     SUCCEEDED = "SUCCEEDED"
     CANCELLED = "CANCELLED"
+    ABORTED = "ABORTED"
 
 
-ENDED = (Phase.SUCCEEDED, Phase.CANCELLED)
-"""The phases that last."""
+ENDED = (Phase.SUCCEEDED, Phase.CANCELLED, Phase.ABORTED)
+"""The phases that last. Whether a motion that ends before its goal is CANCELLED or ABORTED is told by its cause."""
 
 
 class TickContext(NamedTuple):
@@ -74,7 +75,7 @@ class RunningMotion(Protocol):
 
     @property
     def fault(self) -> tuple[str, str] | None:
-        """Why it stops or has stopped by itself: the name of a `CancelCause`, and words; None where it doesn't."""
+        """Why it stops or has stopped by itself: the name of a `EndCause`, and words; None where it doesn't."""
         ...
 
     @property

@@ -20,7 +20,7 @@ from virtualrobot_kernel.motion.running_motion import ENDED, NOTHING, Phase, Run
 from virtualrobot_kernel.motion.signals import SignalValue
 
 WINDOW_LEFT, TRACKING_LOST = "WINDOW_LEFT", "TRACKING_LOST"
-"""Names of `CancelCause`."""
+"""Names of `EndCause`."""
 
 _ROUNDING = 1e-9
 #: How much more than said the frame's joint may be faster and accelerate more; a ramp may take 0.5% of a limit more.

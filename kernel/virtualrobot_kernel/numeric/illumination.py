@@ -1,4 +1,4 @@
-"""What arrives of lights at a place, and the rays that tell whether something is in the way; compiled."""
+"""Light that arrives at a place, and the rays that tell whether something is in the way; compiled."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How deep two convex bodies are in each other: bounds from directions that are halved until they meet, compiled."""
+"""Penetration depth of two convex bodies: bounds from directions that are halved until they meet, compiled."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where each pixel of a camera looks, compiled: the inverse of OpenCV's camera models.
+"""Viewing ray of each pixel of a camera, compiled: the inverse of OpenCV's camera models.
 
 Source: OpenCV, calib3d module: "Camera Calibration and 3D Reconstruction" (pinhole, distortion by Brown and Conrady,
 with the rational factor) and "Fisheye camera model" (Kannala and Brandt).

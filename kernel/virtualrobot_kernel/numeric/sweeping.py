@@ -1,4 +1,4 @@
-"""Which pairs of elements may meet while joints go a way: bounds of travels against bounds of distances, compiled.
+"""Pairs of elements that may meet while joints go a way: bounds of travels against bounds of distances, compiled.
 
 F. Schwarzer, M. Saha, J.-C. Latombe, Adaptive dynamic collision checking for single and multiple articulated robots in
 complex environments, IEEE Transactions on Robotics 21, 2005: on a stretch of a way two bodies do not meet when their

@@ -43,7 +43,7 @@ SEARCHING = 0.6
 
 
 class Site(Protocol):
-    """What a job is given (`collision/site.py`): the world with the robot at the start, and a scene of it."""
+    """Site of a job (`collision/site.py`): the world with the robot at the start, and a scene of it."""
 
     snapshot: Snapshot
     scene: CollisionScene

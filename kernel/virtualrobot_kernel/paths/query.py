@@ -1,4 +1,4 @@
-"""What a path is asked for: joints, where they start, and all configurations that would do as its end."""
+"""Path query: joints, where they start, and all configurations that would do as its end."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class PathQuery:
 
 @dataclass(frozen=True, slots=True)
 class PathOptions:
-    """How a path is looked for: see `PathQuery`."""
+    """Options of a path search: see `PathQuery`."""
 
     planner: str
     seed: int

@@ -24,7 +24,7 @@ from virtualrobot_kernel.world.structure import WORLD_NAME, Kind, NodeSpec, Part
 
 
 def read_model(
-    meshes: MeshLibrary, request: scene_pb2.ImportModelRequest, files: Files, taken: Iterable[str], referrer: str = ""
+    meshes: MeshLibrary, request: scene_pb2.ModelSource, files: Files, taken: Iterable[str], referrer: str = ""
 ) -> ImportedModel:
     """Return the nodes of a model; names in `taken` are not used, and `referrer` is the file that asks for it."""
     base_joint = JOINT_TYPES.get(request.base_joint)
@@ -82,7 +82,7 @@ def spec_of(message: nodes_pb2.Node, place: str) -> NodeSpec:
 def _scene_as_model(
     meshes: MeshLibrary,
     model: TranslatedScene,
-    request: scene_pb2.ImportModelRequest,
+    request: scene_pb2.ModelSource,
     files: Files,
     taken: frozenset[str],
 ) -> ImportedModel:

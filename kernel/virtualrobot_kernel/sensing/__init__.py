@@ -1,1 +1,1 @@
-"""What sensors see of the world: its elements as shapes for rays, range sensors, cameras, and how things move."""
+"""Sensors: elements of the world as shapes for rays, range sensors, cameras, contacts, and how things move."""

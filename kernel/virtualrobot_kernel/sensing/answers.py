@@ -1,4 +1,4 @@
-"""What components answer to a scan, looked at and turned into what comes next, in one pass each."""
+"""Answers of components to a scan, looked at and turned into what comes next, in one pass each."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Integers = NDArray[np.int32]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Seen:
-    """What n rays hit: distance (m), element, incidence angle (rad) and reflectance, each (n,); as in `TrueHits`."""
+    """Hits of n rays: distance (m), element, incidence angle (rad) and reflectance, each (n,); as in `TrueHits`."""
 
     distance: Floats
     element: Integers
@@ -28,7 +28,7 @@ class Seen:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Told:
-    """What n beams read: distances (m), intensities, valid (1 or 0) and nodes (-1: none), each (n,)."""
+    """Readings of n beams: distances (m), intensities, valid (1 or 0) and nodes (-1: none), each (n,)."""
 
     distances: NDArray[np.float32]
     intensities: NDArray[np.float32]

@@ -96,7 +96,7 @@ class Surfaces:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Appearances:
-    """What e elements look like.
+    """Appearance of e elements.
 
     Attributes:
         colors: (e, 4) linear light and opacity: of a figure that says its colour, or has none at all.

@@ -28,7 +28,7 @@ DEADLINE_SECONDS = 60.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CameraContent:
-    """What a camera saw.
+    """Pictures of a camera.
 
     Attributes:
         lens: how its rays meet its pictures.

@@ -30,7 +30,7 @@ GoOn = Callable[[int], bool]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cast:
-    """What n rays hit (`triangle` is not told), and the time in seconds that the component took."""
+    """Hits of n rays (`triangle` is not told), and the time in seconds that the component took."""
 
     hits: Hits
     seconds: float

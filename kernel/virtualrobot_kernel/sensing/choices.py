@@ -1,4 +1,4 @@
-"""What range sensors name must be there: devices and components, with settings that these take."""
+"""Check of what range sensors name: devices and components must be there, with settings that these take."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How well ray casters agree on a scene, and what they cost: the same random rays for each of them."""
+"""Comparison of ray casters on a scene, and what they cost: the same random rays for each of them."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Told = Callable[[float], bool]
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """How a ray caster did, beside the first one that answered; `fault` says why it could not answer.
+    """Result of a ray caster, beside the first one that answered; `fault` says why it could not answer.
 
     Attributes:
         ray_caster: the component.

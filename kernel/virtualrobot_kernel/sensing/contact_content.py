@@ -1,4 +1,4 @@
-"""What contact sensors say."""
+"""Readings of contact sensors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What rays can meet: the visible figures of a snapshot as shapes at their places. What only people see is left out."""
+"""Elements that rays can meet: the visible figures of a snapshot at their places. What only people see is left out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What motion sensors say."""
+"""Readings of motion sensors."""
 
 from __future__ import annotations
 

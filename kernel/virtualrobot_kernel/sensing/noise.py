@@ -1,4 +1,4 @@
-"""What spoils measured numbers: white noise, a bias, a bias that walks, steps and a range.
+"""Noise of measured numbers: white noise, a bias, a bias that walks, steps and a range.
 
 IEEE Std 952-1997 (annex B) has the same terms for gyroscopes: white noise, bias, and rate random walk, whose standard
 deviation grows with the square root of time.

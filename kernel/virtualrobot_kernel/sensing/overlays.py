@@ -1,4 +1,4 @@
-"""What is shown of sensors at work, as points, lines and pictures: pure, for whatever draws them.
+"""Overlays of sensors at work, as points, lines and pictures: pure, for whatever draws them.
 
 Colours of distances and intensities are Turbo (A. Mikhailov, Turbo, An Improved Rainbow Colormap for Visualization,
 2019), by the polynomials of R. Du that are published with it: within 32 of 255 of the table.
@@ -48,7 +48,7 @@ Bytes = NDArray[np.uint8]
 
 
 class PointColor(Enum):
-    """What points are coloured by; the values are the contract's numbers."""
+    """Quantity that colours points; the values are the contract's numbers."""
 
     DISTANCE = 1
     INTENSITY = 2
@@ -56,7 +56,7 @@ class PointColor(Enum):
 
 @dataclass(frozen=True, slots=True)
 class SensorOverlay:
-    """What is shown of the sensor `uid`; a field that says nothing about its kind is passed over."""
+    """Overlay of the sensor `uid`; a field that says nothing about its kind is passed over."""
 
     uid: int
     rays: bool = False
@@ -67,7 +67,7 @@ class SensorOverlay:
 
 
 class Beams(Protocol):
-    """Where the n beams of a scan begin, (n, 3) or (1, 3), and go, (n, 3), in the sensor's frame."""
+    """Origins, (n, 3) or (1, 3), and directions, (n, 3), of the n beams of a scan, in the sensor's frame."""
 
     @property
     def origins(self) -> Floats:
@@ -81,7 +81,7 @@ class Beams(Protocol):
 
 
 class Scan(Protocol):
-    """What a range sensor said, in any shape of n beams."""
+    """Readings of a range sensor, in any shape of n beams."""
 
     @property
     def distances(self) -> Singles:
@@ -105,7 +105,7 @@ class Scan(Protocol):
 
 
 class Pictures(Protocol):
-    """What a camera said: a picture for each eye, with a field for each kind, such as `color`."""
+    """Pictures of a camera: one for each eye, with a field for each kind, such as `color`."""
 
     @property
     def kinds(self) -> Sequence[ImageKind]:

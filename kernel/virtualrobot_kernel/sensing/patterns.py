@@ -1,4 +1,4 @@
-"""Where the beams of range sensors go: from a pattern to arrays, in the sensor's frame (x ahead, y left, z up)."""
+"""Beams of range sensors: from a pattern to arrays, in the sensor's frame (x ahead, y left, z up)."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ LAYERS = 24
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Subject:
-    """What is seen of e elements.
+    """Elements (e) as they are seen.
 
     Attributes:
         world_t_element: (e, 4, 4) where they are, as the scene has them.
@@ -52,7 +52,7 @@ class Subject:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Picture:
-    """What was asked for of a picture of h x w pixels; None is what was not.
+    """Images of h x w pixels; None is what was not asked for.
 
     Attributes:
         color: (h, w, 3) sRGB.
@@ -120,7 +120,7 @@ def render(
 
 
 class _Rays(NamedTuple):
-    """Where n rays begin and go, in the world; their pixels and slants as the lens has them."""
+    """Origins and directions of n rays, in the world; their pixels and slants as the lens has them."""
 
     origins: NDArray[np.float32]
     along: NDArray[np.float32]

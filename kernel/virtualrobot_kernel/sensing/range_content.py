@@ -1,4 +1,4 @@
-"""What a range sensor said."""
+"""Readings of range sensors."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from virtualrobot_kernel.sensing.patterns import Beams
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RangeContent:
-    """What a range sensor said; (r, c) is its pattern's shape.
+    """Reading of a range sensor; (r, c) is its pattern's shape.
 
     Attributes:
         distances: (r, c) meters; where `valid` is 0, what the sensor says then.

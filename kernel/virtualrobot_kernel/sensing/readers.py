@@ -1,4 +1,4 @@
-"""Which reader each kind of sensor has, and what readers are made of."""
+"""Readers of each kind of sensor, and what they are made of."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from virtualrobot_kernel.world.structure import Kind, Node
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SensingRoom:
-    """What readers are made of.
+    """Parts that readers are made of.
 
     Attributes:
         catalog: the components that are installed.

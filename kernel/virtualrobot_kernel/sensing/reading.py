@@ -1,4 +1,4 @@
-"""What sensors say, and what makes it: one reader for each sensor at work, whatever its kind."""
+"""Readings of sensors, and their readers: one for each sensor at work, whatever its kind."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Content = Any
 
 
 class SensorState(Enum):
-    """How a sensor is; the values are the contract's numbers."""
+    """State of a sensor; the values are the contract's numbers."""
 
     STOPPED = 1
     RUNNING = 2
@@ -25,7 +25,7 @@ class SensorState(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Moment:
-    """What a reader is given for one reading.
+    """Instant and world that a reader is given for one reading.
 
     Attributes:
         snapshot: the world as it is at the reading.
@@ -76,7 +76,7 @@ class Reader(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reading:
-    """What a sensor said, or why it says nothing.
+    """Reading of a sensor, or why it says nothing.
 
     Attributes:
         snapshot: the world as the sensor saw it.

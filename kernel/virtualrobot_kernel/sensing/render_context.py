@@ -22,7 +22,7 @@ from virtualrobot_kernel.world.state import Snapshot
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Seen:
-    """What is made of a world's elements, and holds until they change."""
+    """Cache of what is made of a world's elements, until they change."""
 
     elements: Elements
     looks: Appearances

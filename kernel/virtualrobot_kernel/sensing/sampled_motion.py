@@ -1,4 +1,4 @@
-"""How things move, from where they were at three ticks: differences that are exact for constant acceleration.
+"""Motion of nodes from their places at three ticks: differences that are exact for constant acceleration.
 
 Central differences tell of the middle one of three ticks; so what they tell is one tick old, and its error is of second
 order in the tick (R. Hamming, Numerical methods for scientists and engineers, 2nd edition 1973, chapter 35).
@@ -23,7 +23,7 @@ Ticks = tuple[Snapshot, Snapshot, Snapshot]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SampledMotion:
-    """How n frames move at the middle one of three ticks.
+    """Motion of n frames at the middle one of three ticks.
 
     Attributes:
         pose: (n, 4, 4) in the world.

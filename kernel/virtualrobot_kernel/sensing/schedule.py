@@ -1,4 +1,4 @@
-"""Which readings of a sensor are due, and what each is given of the world."""
+"""Schedule of a sensor's readings: which are due, and what each is given of the world."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from virtualrobot_kernel.world.state import Snapshot
 
 @dataclass(slots=True)
 class Schedule:
-    """Which readings are due: number k at the first tick at or after k periods from the start, so without drift.
+    """Schedule of readings: number k at the first tick at or after k periods from the start, so without drift.
 
     Attributes:
         start: the tick at which the sensor was started.

@@ -1,4 +1,4 @@
-"""How the sensors of a world are, and which components work for them."""
+"""Status of the sensors of a world, and the components that work for them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from virtualrobot_kernel.world.structure import Node, Structure
 
 @dataclass(frozen=True, slots=True)
 class Status:
-    """How a sensor is; fields as in the contract's `SensorStatus`."""
+    """Status of a sensor; fields as in the contract's `SensorStatus`."""
 
     node: Node
     state: SensorState

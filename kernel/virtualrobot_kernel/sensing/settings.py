@@ -1,4 +1,4 @@
-"""What sensors are set to in full: what a node does not say is the preset's, or else the contract's."""
+"""Settings of sensors in full: what a node does not say is the preset's, or else the contract's."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is made of figures and kept: triangles for rays, solids for collisions, files for the browser."""
+"""Library of what is made of figures: triangles for rays, solids for collisions, files for the browser."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Made = TypeVar("Made")
 
 
 class FigureLibrary(ABC, Generic[Key, Made]):
-    """What is made of figures, each once, when first asked for; any thread may ask.
+    """Library of what is made of figures, each once, when first asked for; any thread may ask.
 
     Nothing is made under the lock: two threads that ask for the same new one at once both make it, and keep one.
     """

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from virtualrobot_kernel.world import commands
-from virtualrobot_kernel.world.state import CancelCause, SignalDirection, Snapshot
+from virtualrobot_kernel.world.state import EndCause, SignalDirection, Snapshot
 from virtualrobot_kernel.world.structure import Kind, Structure
 
 SET_BY_OWNER = (SignalDirection.OUTPUT, SignalDirection.INTERNAL)
@@ -133,7 +133,7 @@ def _motion(snapshot: Snapshot, command: Any) -> Iterable[int]:  # noqa: ANN401 
 
 def _cancelled(snapshot: Snapshot, command: commands.CancelMotion) -> Iterable[int]:
     # Whoever preempts means to move the robot: a start that is refused in the end must not have stopped its owner.
-    return _motion(snapshot, command) if command.cancellation.cause is CancelCause.PREEMPTED else ()
+    return _motion(snapshot, command) if command.cancellation.cause is EndCause.PREEMPTED else ()
 
 
 def _owner(structure: Structure, kind: Kind, uid: int) -> Iterable[int]:
@@ -178,6 +178,6 @@ AFFECTED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.ResumeMotion: _motion,
     commands.CancelMotion: _cancelled,
     commands.StopMotions: _nothing,
-    commands.HaltRobots: _nothing,
+    commands.StopRobots: _nothing,
 }
 """The robots (uids) of each command: whoever adds a command says here whom it affects."""

@@ -52,7 +52,7 @@ HANDLERS: dict[type, Callable[[Change, Any, Forward], Change]] = {
     commands.ResumeMotion: apply_motions.resume_motion,
     commands.CancelMotion: apply_motions.cancel_motion,
     commands.StopMotions: apply_motions.stop_motions,
-    commands.HaltRobots: apply_motions.halt_robots,
+    commands.StopRobots: apply_motions.stop_robots,
 }
 
 

@@ -24,14 +24,14 @@ from virtualrobot_kernel.world.change import (
 )
 from virtualrobot_kernel.world.commands import (
     CancelMotion,
-    HaltRobots,
     PauseMotion,
     ResumeMotion,
     StartMotion,
     StopMotions,
+    StopRobots,
 )
 from virtualrobot_kernel.world.measured import commanded
-from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion, State
+from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, State
 
 START_TOLERANCE = 1e-6
 """How far a joint may be from where the plan starts, in radians or meters."""
@@ -126,11 +126,11 @@ def cancel_motion(change: Change, command: CancelMotion, forward: Forward) -> Ch
 def stop_motions(change: Change, command: StopMotions, forward: Forward) -> Change:
     """Cancel all motions of some robots, or of all."""
     robots = {change.structure.robot(name)[0].uid for name in command.robots}
-    cancellation = Cancellation(CancelCause.STOP, command.reason)
+    cancellation = Cancellation(EndCause.STOP, command.reason)
     return _all_cancelled(change, robots or None, cancellation)
 
 
-def halt_robots(change: Change, command: HaltRobots, forward: Forward) -> Change:
+def stop_robots(change: Change, command: StopRobots, forward: Forward) -> Change:
     """Cancel all motions of some robots, given by uid."""
     return _all_cancelled(change, set(command.robots), command.cancellation)
 

@@ -27,7 +27,7 @@ from virtualrobot_kernel.world.consistency import (
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.renaming import with_joint_renamed, with_nodes_renamed
 from virtualrobot_kernel.world.sensing import CameraSensor, ContactSensor, Light, MotionSensor, RangeSensor
-from virtualrobot_kernel.world.state import CancelCause, Cancellation, Selection, State
+from virtualrobot_kernel.world.state import Cancellation, EndCause, Selection, State
 from virtualrobot_kernel.world.structure import (
     WORLD_UID,
     Kind,
@@ -207,7 +207,7 @@ def clear_world(change: Change, command: ClearWorld, forward: Forward) -> Change
         replace(
             motion,
             running=motion.running.abort(),
-            cancellation=Cancellation(CancelCause.WORLD_CLEARED, "the world was cleared"),
+            cancellation=Cancellation(EndCause.WORLD_CLEARED, "the world was cleared"),
             end_tick=change.state.tick,
         )
         for motion in change.state.motions

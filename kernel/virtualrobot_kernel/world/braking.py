@@ -18,7 +18,7 @@ from virtualrobot_kernel.world import commands
 from virtualrobot_kernel.world.apply import apply
 from virtualrobot_kernel.world.apply_motions import override
 from virtualrobot_kernel.world.change import Forward
-from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion, State
+from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, State
 from virtualrobot_kernel.world.structure import Structure
 from virtualrobot_kernel.world.tick import advance
 
@@ -29,7 +29,7 @@ HARMLESS: frozenset[type] = frozenset(
     {
         *(commands.StartMotion, commands.StartSetpointMotion, commands.SetSetpoint, commands.EndSetpoints),
         commands.SetMeasuredJoints,
-        *(commands.CancelMotion, commands.StopMotions, commands.HaltRobots),
+        *(commands.CancelMotion, commands.StopMotions, commands.StopRobots),
         *(commands.CreateSignal, commands.RemoveSignal, commands.SetSignal),
         *(commands.RunSensors, commands.SetRangeComponents, commands.SetKinematics, commands.SelectTool),
         commands.SetGroups,
@@ -91,7 +91,7 @@ def braking(structure: Structure, state: State, tick_seconds: float, forward: Fo
         reached = {id: places for id, places in ends if places is not None}
         return Way(state.tick, positions, tuple(tools), count <= LONGEST_BRAKE_TICKS, reached)
     robots = tuple({uid for motion in state.motions for uid in motion.robots})
-    halt = commands.HaltRobots(robots, Cancellation(CancelCause.COLLISION, ""))
+    halt = commands.StopRobots(robots, Cancellation(EndCause.COLLISION, ""))
     now = apply(structure, state, [halt], forward).state
     rows, tools = [now.q], [(0, now.tool_states)]
     while now.motions and len(rows) <= LONGEST_BRAKE_TICKS:

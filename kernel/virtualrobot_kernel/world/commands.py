@@ -19,7 +19,7 @@ from virtualrobot_kernel.motion.signals import SignalValue
 from virtualrobot_kernel.world.collisions import CollisionMode
 from virtualrobot_kernel.world.figures import Figure, Pose
 from virtualrobot_kernel.world.preconditions import Preconditions
-from virtualrobot_kernel.world.state import CancelCause, Cancellation, Signal
+from virtualrobot_kernel.world.state import Cancellation, EndCause, Signal
 from virtualrobot_kernel.world.structure import JointGroup, NodeData, NodeSpec
 
 
@@ -276,7 +276,7 @@ class ResumeMotion:
     id: str
 
 
-CALLED = Cancellation(CancelCause.CALL, "cancelled")
+CALLED = Cancellation(EndCause.CALL, "cancelled")
 
 
 @dataclass(frozen=True, slots=True)
@@ -296,8 +296,11 @@ class StopMotions:
 
 
 @dataclass(frozen=True, slots=True)
-class HaltRobots:
-    """Cancels all motions of these robots, given by uid: their lease has ended. Robots that are gone are left out."""
+class StopRobots:
+    """Cancels or aborts, by its cause, all motions of robots given by uid. Robots that are gone are left out.
+
+    The kernel's own way to stop: guard, monitor and leases use it.
+    """
 
     robots: tuple[int, ...]
     cancellation: Cancellation
@@ -333,5 +336,5 @@ Command = (
     | ResumeMotion
     | CancelMotion
     | StopMotions
-    | HaltRobots
+    | StopRobots
 )

@@ -9,7 +9,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot_kernel.motion.running_motion import RunningMotion
+from virtualrobot_kernel.motion.running_motion import Phase, RunningMotion
 from virtualrobot_kernel.motion.signals import SignalValue
 from virtualrobot_kernel.world.collisions import NOTHING_SET, CollisionSettings
 from virtualrobot_kernel.world.structure import Structure
@@ -43,8 +43,8 @@ class Selection:
     tool_center_point: str = ""
 
 
-class CancelCause(Enum):
-    """Who or what cancelled a motion; the names equal those of `CancelCause` in the contract."""
+class EndCause(Enum):
+    """Causes of a motion's end before its goal; the names equal those of `EndCause` in the contract."""
 
     CALL = "call"
     STOP = "stop"
@@ -61,12 +61,21 @@ class CancelCause(Enum):
     FAILED = "failed"
     COLLISION = "collision"
 
+    @property
+    def aborts(self) -> bool:
+        """Whether the kernel had to end the motion; else somebody wanted that."""
+        return self not in WANTED_ENDS
+
+
+WANTED_ENDS = (EndCause.CALL, EndCause.STOP, EndCause.PREEMPTED, EndCause.WORLD_CLEARED, EndCause.LEASE_TAKEN)
+"""Causes that somebody wanted: motions that end by them are CANCELLED, others ABORTED."""
+
 
 @dataclass(frozen=True, slots=True)
 class Cancellation:
-    """Why a motion was cancelled: for programs, and in words."""
+    """Reason of a motion's end before its goal: for programs, and in words."""
 
-    cause: CancelCause
+    cause: EndCause
     reason: str
 
 
@@ -110,6 +119,14 @@ class Motion:
     tracked_at: tuple[int, int] | None = None
     cancellation: Cancellation | None = None
     end_tick: int = 0
+
+    @property
+    def phase(self) -> Phase:
+        """What it is doing; ABORTED where the kernel had to end it."""
+        phase = self.running.phase
+        if phase is Phase.CANCELLED and self.cancellation and self.cancellation.cause.aborts:
+            return Phase.ABORTED
+        return phase
 
 
 @dataclass(frozen=True, slots=True, eq=False)

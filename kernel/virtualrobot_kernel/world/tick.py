@@ -12,7 +12,7 @@ from virtualrobot_kernel.motion.running_motion import Phase, TickContext
 from virtualrobot_kernel.world import measured
 from virtualrobot_kernel.world.apply_motions import override
 from virtualrobot_kernel.world.change import Forward, frozen
-from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion, Search, Signal, State
+from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, Search, Signal, State
 from virtualrobot_kernel.world.structure import Structure
 from virtualrobot_kernel.world.tcp import world_t_tcp
 
@@ -48,7 +48,7 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
             if (signal := signals.get(name) or state.signals[name]).value != value:
                 signals[name] = replace(signal, value=value)
         if now.fault and not motion.cancellation:
-            motion = replace(motion, cancellation=Cancellation(CancelCause[now.fault[0]], now.fault[1]))
+            motion = replace(motion, cancellation=Cancellation(EndCause[now.fault[0]], now.fault[1]))
         q[motion.q_index] = position
         v[motion.v_index] = velocity
         for step, tool, name in motion.tool_states:
@@ -56,7 +56,7 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
                 tool_states[tool] = name
         if now.ended:
             v[motion.v_index] = 0.0
-            if motion.cancellation and motion.cancellation.cause is CancelCause.COLLISION:
+            if motion.cancellation and motion.cancellation.cause is EndCause.COLLISION:
                 # Its goal may have been no farther than its brake took: it has not succeeded for that.
                 now = now.abort()
                 motion = replace(motion, running=now)
@@ -96,7 +96,7 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
 
 def _failed(motion: Motion, why: str) -> Motion:
     """Return a motion ended by a fault of the kernel."""
-    cancellation = Cancellation(CancelCause.FAILED, f"it failed inside the kernel: {why}")
+    cancellation = Cancellation(EndCause.FAILED, f"it failed inside the kernel: {why}")
     return replace(motion, running=motion.running.abort(), cancellation=motion.cancellation or cancellation)
 
 

@@ -6,6 +6,7 @@ import json
 import re
 import struct
 import xml.etree.ElementTree as ElementTree
+from importlib.metadata import entry_points
 from typing import Any
 
 import numpy as np
@@ -37,6 +38,8 @@ def check_native(translation: object, said: str, *, is_whole: bool = True) -> Tr
         opened(translation.data)
         if is_whole and translation.format == ".urdf":
             _check_links(translation.data)
+        if is_whole and translation.format == ".yaml":
+            _check_by_kernel(translation.data)
     except (ValueError, LookupError, TypeError, AttributeError, struct.error, ElementTree.ParseError) as error:
         raise LawBroken(f"{said} gave a {translation.format} that cannot be opened: {error}") from error
     return translation
@@ -115,6 +118,19 @@ def _check_links(data: bytes) -> None:
             one = joint.find(end)
             if one is None or one.get("link") not in links:
                 raise ValueError(f"joint {joint.get('name')!r} has no {end} among its links")
+
+
+def _check_by_kernel(data: bytes) -> None:
+    """Have the kernel look at a scene, where its packages are installed."""
+    for point in entry_points(group="virtualrobot.kernel", name="check_scene"):
+        try:
+            check = point.load()
+        except ImportError:
+            return
+        try:
+            check(data)
+        except Exception as error:
+            raise ValueError(f"the kernel refuses it: {error}") from error
 
 
 def _open_scene(data: bytes) -> None:

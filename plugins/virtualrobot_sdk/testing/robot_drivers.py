@@ -13,6 +13,7 @@ from typing import ClassVar
 import numpy as np
 
 from virtualrobot_sdk.drivers import TRANSITIONS, DriverState
+from virtualrobot_sdk.drivers import Measured as Reading
 from virtualrobot_sdk.errors import ArgumentError
 from virtualrobot_sdk.registration import ComponentKind
 from virtualrobot_sdk.testing.component_contract import ComponentContract
@@ -36,6 +37,8 @@ from virtualrobot_sdk.testing.robot_handling import (
 )
 from virtualrobot_sdk.testing.trial import Law, NotTried, must_refuse, numbers
 
+CLOCKS = 5.0
+"""By which factor the readings' time may run faster or slower than the wall clock."""
 CALLS = ("configure", "activate", "read", "write", "stop", "deactivate", "cleanup")
 """Every call of a driver."""
 
@@ -78,10 +81,18 @@ def refusals(trial: DriverTrial, rng: np.random.Generator) -> Measured:
 
 
 def reading(trial: DriverTrial, rng: np.random.Generator) -> Measured:
-    """Readings are finite, have a value for each joint, and their time never falls and grows."""
+    """Readings are finite, are where the robot stands, and their time grows by seconds."""
     bring_to(trial, DriverState.INACTIVE)
-    first = read(trial)
-    last = first
+    began = time.monotonic()
+    first = last = read(trial)
+    if trial.facts.stands_at is not None:
+        off = np.abs(first.positions - trial.facts.stands_at)
+        if off.max() > trial.facts.tolerance:
+            stands = numbers(np.array(trial.facts.stands_at))
+            raise LawBroken(
+                f"it reads {numbers(first.positions)}, and the robot stands at {stands} rad or m (`stands_at` of "
+                "DriverFacts)"
+            )
     for _ in range(READINGS):
         time.sleep(trial.facts.period_seconds)
         now = read(trial)
@@ -91,11 +102,14 @@ def reading(trial: DriverTrial, rng: np.random.Generator) -> Measured:
     if not last.seconds > first.seconds:
         waited = READINGS * trial.facts.period_seconds
         raise LawBroken(f"the time of {READINGS} readings within {waited:.3g} s is always {first.seconds:.6f} s")
+    took, told = time.monotonic() - began, last.seconds - first.seconds
+    if not took / CLOCKS <= told <= CLOCKS * took:
+        raise LawBroken(f"the time of readings grew by {told:.3g} within {took:.3g} s; it must be in seconds")
     return Measured(READINGS)
 
 
 def order(trial: DriverTrial, rng: np.random.Generator) -> Measured:
-    """Arrays are in the order of the names that `configure` was given."""
+    """Arrays that are read and written are in the order of the names that `configure` was given."""
     names = trial.facts.joint_names
     if len(names) < 2:
         raise NotTried("it has one joint")
@@ -120,6 +134,10 @@ def order(trial: DriverTrial, rng: np.random.Generator) -> Measured:
             f"configured for {', '.join(names)} it reads {numbers(before)}, and for "
             f"{', '.join(names[i] for i in turned)} {numbers(found)}; values must have the order of the names"
         )
+    if not trial.facts.is_real:
+        # What is written in that order goes where it is read in it.
+        trial.call("activate")
+        send(trial, found, found + trial.facts.way * np.linspace(-1.0, 1.0, len(names)))
     return Measured(1, {"rad, m": float(off.max())})
 
 
@@ -136,11 +154,22 @@ def holding(trial: DriverTrial, rng: np.random.Generator) -> Measured:
 
 
 def following(trial: DriverTrial, rng: np.random.Generator) -> Measured:
-    """An active robot goes where it is told, joint by joint, and back."""
+    """An active robot goes where it is told, joint by joint, and back, at the velocities that it tells."""
     must_be_free_to_move(trial)
     held = bring_to(trial, DriverState.ACTIVE)
     target = held + trial.facts.way * rng.choice([-1.0, 1.0], len(held)) * rng.uniform(0.3, 1.0, len(held))
-    worst = max(send(trial, held, target), send(trial, target, held))
+    told: list[Reading] = []
+    worst = max(send(trial, held, target, told=told), send(trial, target, held))
+    # The sum of velocities over the readings' own times is the way, whatever the law of motion.
+    places, rates, times = (np.array([getattr(one, n) for one in told]) for n in ("positions", "velocities", "seconds"))
+    way = places[-1] - places[0]
+    summed = (rates[1:] * np.diff(times)[:, None]).sum(axis=0)
+    far = np.abs(way) > 4.0 * trial.facts.tolerance
+    if (far & ~((summed / np.where(far, way, 1.0) > 0.3) & (summed / np.where(far, way, 1.0) < 3.0))).any():
+        raise LawBroken(
+            f"it goes by {numbers(way)}, and the velocities that it tells make {numbers(summed)} in the readings' own "
+            "times; they must be in rad/s and m/s, of the way's sign"
+        )
     return Measured(2, {"rad, m": worst})
 
 

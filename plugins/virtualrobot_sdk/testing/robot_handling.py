@@ -33,6 +33,8 @@ class DriverFacts:
         settle_seconds: how long it may take to get there after the last write, and to come to rest after a stop.
         breaks: a method of the driver's, without arguments, that breaks the connection as a pulled cable does, for this
             suite only; empty when there is none.
+        stands_at: where the robot stands when the suite begins (rad, m), as its panel says it, in the order of
+            `joint_names`; None: nobody knows, and a driver that has its units wrong both ways is not found.
     """
 
     joint_names: tuple[str, ...]
@@ -42,6 +44,7 @@ class DriverFacts:
     tolerance: float = 1e-3
     settle_seconds: float = 1.0
     breaks: str = ""
+    stands_at: tuple[float, ...] | None = None
 
 
 DriverTrial = Trial[DriverFacts]
@@ -112,10 +115,12 @@ def read(trial: DriverTrial) -> Measured:
     return found
 
 
-def send(trial: DriverTrial, start: Floats, target: Floats, part: float = 1.0) -> float:
+def send(
+    trial: DriverTrial, start: Floats, target: Floats, part: float = 1.0, told: list[Measured] | None = None
+) -> float:
     """Send the robot on a way, or only on a part of it; return how far it stays from a target that it goes to.
 
-    The way is 3 s^2 - 2 s^3 of the time, so that it begins and ends at rest.
+    The way is 3 s^2 - 2 s^3 of the time, so that it begins and ends at rest. Readings on it are added to `told`.
     """
     steps = max(2, round(_WAY_SECONDS / trial.facts.period_seconds))
     for i in range(1, round(part * steps) + 1):
@@ -123,12 +128,17 @@ def send(trial: DriverTrial, start: Floats, target: Floats, part: float = 1.0) -
         rate = 6.0 * s * (1.0 - s) / _WAY_SECONDS
         trial.call("write", start + (target - start) * s * s * (3.0 - 2.0 * s), (target - start) * rate)
         time.sleep(trial.facts.period_seconds)
+        if told is not None:
+            told.append(read(trial))
     if part < 1.0:
         return 0.0
 
     def arrived() -> bool:
         trial.call("write", target, np.zeros_like(target))
-        return bool((np.abs(read(trial).positions - target) <= trial.facts.tolerance).all())
+        now = read(trial)
+        if told is not None:
+            told.append(now)
+        return bool((np.abs(now.positions - target) <= trial.facts.tolerance).all())
 
     until(trial, arrived)
     found = read(trial).positions

@@ -35,6 +35,9 @@ _BOOT = (
 )
 _PIPE_BYTES = 1 << 20
 _LINES_KEPT = 60
+LOG_BYTES = 1 << 18
+"""How much of what a process prints is logged at once, and _LOG_BYTES_A_SECOND more: no log grows without bound."""
+_LOG_BYTES_A_SECOND = 1 << 12
 _LAST_WORDS_SECONDS = 1.0
 """How long a process that hangs has to say where."""
 _REST_OF_IT_SECONDS = 0.05
@@ -67,6 +70,9 @@ class Process:
         self._gone = False
         self._last_lines: deque[str] = deque(maxlen=_LINES_KEPT)
         self._lines = 0
+        self._log_room = float(LOG_BYTES)
+        self._log_filled = time.monotonic()
+        self._left_out = 0
         self._reader = threading.Thread(target=self._read_errors, name=f"worker-errors-{name}", daemon=True)
         self._reader.start()
 
@@ -134,13 +140,34 @@ class Process:
             rest = last if len(last) < _PIPE_BYTES else b""
             self._log(lines + newline + (b"" if rest else last))
         self._log(rest)
+        if self._left_out:
+            log.warning("%s: %s", self.name, self._said_left_out())
 
     def _log(self, text: bytes) -> None:
         lines = text.decode("utf-8", errors="backslashreplace").splitlines()
-        if lines:
-            self._last_lines.extend(lines)
-            self._lines += len(lines)
-            log.warning("%s", "\n".join(f"{self.name}: {line}" for line in lines))
+        if not lines:
+            return
+        self._last_lines.extend(lines)
+        self._lines += len(lines)
+        now = time.monotonic()
+        self._log_room = min(LOG_BYTES, self._log_room + (now - self._log_filled) * _LOG_BYTES_A_SECOND)
+        self._log_filled = now
+        logged = []
+        for line in lines:
+            if len(line) < self._log_room:
+                if self._left_out:
+                    logged.append(self._said_left_out())
+                logged.append(line)
+                self._log_room -= len(line) + 1
+            else:
+                self._log_room = 0.0
+                self._left_out += 1
+        if logged:
+            log.warning("%s", "\n".join(f"{self.name}: {line}" for line in logged))
+
+    def _said_left_out(self) -> str:
+        said, self._left_out = f"({self._left_out:,} lines that it printed are left out)", 0
+        return said
 
 
 def _raw(pipe: object) -> io.FileIO:

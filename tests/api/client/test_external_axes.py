@@ -14,7 +14,7 @@ def traced(client: Client, robot: Robot, motion: Motion, reference: str) -> np.n
     """Step through a motion; return reference_t_tcp (n, 4, 4) of the robot at each tick."""
     node = client.scene.node(reference)
     poses = [np.linalg.inv(node.pose) @ robot.tcp]
-    while phase(client, motion) not in ("SUCCEEDED", "CANCELLED"):
+    while phase(client, motion) not in ("SUCCEEDED", "CANCELLED", "ABORTED"):
         client.clock.step()
         poses.append(np.linalg.inv(client.scene.node(reference).pose) @ robot.tcp)
     return np.array(poses)

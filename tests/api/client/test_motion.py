@@ -112,7 +112,7 @@ def test_a_motion_is_paused_resumed_and_cancelled(client: Client, iiwa: Robot) -
     motion.cancel("enough")
     with pytest.raises(virtualrobot.MotionCancelledError, match="enough") as cancelled:
         motion.wait()
-    assert cancelled.value.metadata == {"motion": motion.id, "cancel_reason": "enough"}
+    assert cancelled.value.metadata == {"motion": motion.id, "end_reason": "enough"}
     assert motion.phase is Phase.CANCELLED
     assert iiwa.positions[0] >= standing[0]
     assert client.motions() == []
@@ -188,7 +188,7 @@ def test_a_motion_nobody_waits_for_goes_on_while_its_client_lives(iiwa: Robot) -
     motion.cancel()
 
 
-@pytest.mark.parametrize(("on_disconnect", "last"), [("stop", Phase.CANCELLED), ("continue", Phase.SUCCEEDED)])
+@pytest.mark.parametrize(("on_disconnect", "last"), [("stop", Phase.ABORTED), ("continue", Phase.SUCCEEDED)])
 def test_a_client_that_vanishes(
     client: Client, iiwa: Robot, kernel: KernelProcess, on_disconnect: str, last: Phase
 ) -> None:

@@ -172,6 +172,6 @@ def test_ctrl_c_cancels_a_program(client: Client, environment: None, arm: Robot,
             process.send_signal(signal.SIGINT)
             assert process.wait(30) == 130
         # By the command, or, if it was interrupted before it knew the motion, by its watch that ended.
-        while (ended := next(one for one in client.motions(False) if one.id == id)).phase is not Phase.CANCELLED:
+        while not (ended := next(one for one in client.motions(False) if one.id == id)).phase.ended:
             pass
-        assert ended.message.cancel_cause in (motion_pb2.CANCEL_CAUSE_CALL, motion_pb2.CANCEL_CAUSE_UNWATCHED)
+        assert ended.message.end_cause in (motion_pb2.END_CAUSE_CALL, motion_pb2.END_CAUSE_UNWATCHED)

@@ -176,6 +176,54 @@ class OwnOrder(Simulated):
         self.order = np.arange(2)
 
 
+class WritesInOwnOrder(Simulated):
+    """Wrong: it reads in the order that was asked for, and writes in the robot's."""
+
+    def write(self, positions: Floats, velocities: Floats, /) -> None:
+        """Go."""
+        super().write(positions[np.argsort(self.order)] if positions.shape == (2,) else positions, velocities)
+
+
+class NoVelocities(Simulated):
+    """Wrong: it knows no velocities and says 0."""
+
+    def read(self) -> Measured:
+        """Look."""
+        said = super().read()
+        return Measured(said.positions, np.zeros(2), said.seconds)
+
+
+class VelocitiesBackwards(Simulated):
+    """Wrong: its velocities have the other sign."""
+
+    def read(self) -> Measured:
+        """Look."""
+        said = super().read()
+        return Measured(said.positions, -said.velocities, said.seconds)
+
+
+class Degrees(Simulated):
+    """Wrong: it reads and takes degrees."""
+
+    def read(self) -> Measured:
+        """Look."""
+        said = super().read()
+        return Measured(np.degrees(said.positions), np.degrees(said.velocities), said.seconds)
+
+    def write(self, positions: Floats, velocities: Floats, /) -> None:
+        """Go."""
+        super().write(np.radians(positions), np.radians(velocities))
+
+
+class Milliseconds(Simulated):
+    """Wrong: the time of its readings is in milliseconds."""
+
+    def read(self) -> Measured:
+        """Look."""
+        said = super().read()
+        return Measured(said.positions, said.velocities, 1e3 * said.seconds)
+
+
 class ClockStands(Simulated):
     """Wrong: the time of its readings is always the same."""
 

@@ -21,17 +21,17 @@ from virtualrobot_kernel.world.commands import (
     Command,
     CreateNodes,
     EndSetpoints,
-    HaltRobots,
     SetCollisionSettings,
     SetJointPositions,
     SetSetpoint,
     StartMotion,
     StartSetpointMotion,
+    StopRobots,
     UpdateNode,
 )
 from virtualrobot_kernel.world.figures import Box, Figure
 from virtualrobot_kernel.world.journal import MemoryJournal
-from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot, State
+from virtualrobot_kernel.world.state import Cancellation, EndCause, Snapshot, State
 from virtualrobot_kernel.world.store import World
 from virtualrobot_kernel.world.structure import Kind, NodeSpec, Structure
 from virtualrobot_kernel.world.tick import advance
@@ -243,7 +243,7 @@ def nearest_later(before: Snapshot, pair: Sequence[int], seconds: float) -> floa
     robots = tuple({uid for motion in state.motions for uid in motion.robots})
     halted = World(world_poses, MemoryJournal(), Clock(Mode.STEPPED, 1.0, round(TICK * 1e9)), structure, state)
     halted.start()
-    now = halted.submit([HaltRobots(robots, Cancellation(CancelCause.CALL, ""))]).result(WAIT).snapshot
+    now = halted.submit([StopRobots(robots, Cancellation(EndCause.CALL, ""))]).result(WAIT).snapshot
     scene, least = CollisionScene(SHAPES), np.inf
     try:
         last = before.state.tick + int(seconds / TICK) + 2

@@ -41,7 +41,7 @@ from virtualrobot_kernel.world.commands import (
 )
 from virtualrobot_kernel.world.figures import Box, Sphere
 from virtualrobot_kernel.world.journal import MemoryJournal
-from virtualrobot_kernel.world.state import CancelCause, Cancellation, Signal, Snapshot
+from virtualrobot_kernel.world.state import Cancellation, EndCause, Signal, Snapshot
 from virtualrobot_kernel.world.store import World
 
 from tests.unit.collision.carts import WAIT, replayed
@@ -166,7 +166,7 @@ def test_a_motion_stops_in_the_first_tick_from_which_the_contact_can_be_seen(cel
     place = float(cell.ended().state.q[0])
     assert place < 2.0 - BALL - RESOLUTION and not cell.touched
     told = cell.cancellation(id)
-    assert told is not None and told.cause is CancelCause.COLLISION
+    assert told is not None and told.cause is EndCause.COLLISION
     assert told.reason.startswith("'slider.ball' would touch 'wall' in ")
     assert float(told.reason.split(" in ")[1].split(" ")[0]) == pytest.approx(contact - tick * TICK, abs=1e-2)
     assert cell.stopped == [told.reason]
@@ -190,7 +190,7 @@ def test_what_is_put_in_the_way_stops_the_motion_before_it_is_touched(cell: Cell
     here = float(cell.world.snapshot.state.q[0])
     cell.do(wall(here + BALL + 0.6))
     motion = cell.world.snapshot.state.motions[0]
-    assert motion.cancellation is not None and motion.cancellation.cause is CancelCause.COLLISION
+    assert motion.cancellation is not None and motion.cancellation.cause is EndCause.COLLISION
     scene = CollisionScene(SHAPES)
     while cell.world.snapshot.state.motions:
         scene.place(cell.step())
@@ -225,7 +225,7 @@ def test_two_that_pass_each_other_in_time_are_let_pass(cell: Cell) -> None:
     while cell.world.snapshot.state.motions[-1].id == ids[1]:
         cell.step()
     told = cell.cancellation(ids[1])
-    assert told is not None and told.cause is CancelCause.COLLISION
+    assert told is not None and told.cause is EndCause.COLLISION
     (first,) = cell.world.snapshot.state.motions
     assert first.id == ids[0] and first.cancellation is None
     cell.do(ResumeMotion(ids[0]))
@@ -248,7 +248,7 @@ def test_two_that_meet_in_time_both_stop(cell: Cell) -> None:
     ids = cell.start(slide(2.0, "along")), cell.start(slide(2.9, "across"))
     cell.ended()
     causes = [cell.cancellation(id) for id in ids]
-    assert all(one is not None and one.cause is CancelCause.COLLISION for one in causes)
+    assert all(one is not None and one.cause is EndCause.COLLISION for one in causes)
     assert not cell.touched
 
 
@@ -331,7 +331,7 @@ def test_braking_robots_are_looked_at_too(cell: Cell) -> None:
     crossing(cell)
     first = cell.start(slide(2.0, "along"))
     cell.step(130)
-    cell.do(CancelMotion(first, Cancellation(CancelCause.CALL, "")))
+    cell.do(CancelMotion(first, Cancellation(EndCause.CALL, "")))
     state = cell.world.snapshot.state
     told = foreseen(cell.world.snapshot, AHEAD)
     assert told is not None and len(state.motions) == 1

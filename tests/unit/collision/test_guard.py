@@ -33,7 +33,7 @@ from virtualrobot_kernel.world.commands import (
 )
 from virtualrobot_kernel.world.figures import Box, Figure
 from virtualrobot_kernel.world.journal import MemoryJournal
-from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot
+from virtualrobot_kernel.world.state import Cancellation, EndCause, Snapshot
 from virtualrobot_kernel.world.store import World
 from virtualrobot_kernel.world.structure import Kind, NodeSpec, ToolData
 
@@ -91,7 +91,7 @@ def test_a_cart_stops_before_a_block_in_the_last_tick_in_which_it_can(world: Wor
     farthest = max(place(step(world)) for _ in range(700))
     gap = 0.8 - farthest  # the box begins at 0.9, the ball has a radius of 0.1
     assert 0.0 < gap < 0.005
-    assert last(world).cause is CancelCause.COLLISION
+    assert last(world).cause is EndCause.COLLISION
     assert last(world).reason.startswith("'cart.ball' would touch 'block' in 0.")
     assert world.snapshot.state.v[0] == 0.0
     assert guard.cost.ticks > 100 and guard.cost.worst_seconds >= guard.cost.seconds / guard.cost.ticks
@@ -122,7 +122,7 @@ def test_whoever_would_run_into_a_guarded_robot_brakes_too(world: World, guard: 
     do(world, drive(0.0, 1.9))
     gap = 1.0 - 2.0 * RADIUS - place(step(world, 700))
     assert 0.0 < gap < 0.005
-    assert last(world).cause is CancelCause.COLLISION
+    assert last(world).cause is EndCause.COLLISION
 
 
 def test_two_carts_that_meet_both_brake_and_a_third_goes_on(world: World, guard: CollisionGuard) -> None:
@@ -140,7 +140,7 @@ def test_at_what_it_stands_it_does_not_start(world: World, guard: CollisionGuard
     do(world, cart("cart"), block("block", 0.2 + 0.0003), mode("guard"))
     do(world, drive(0.0, 1.0))
     assert abs(place(step(world, 50))) < 2e-4
-    assert last(world).cause is CancelCause.COLLISION
+    assert last(world).cause is EndCause.COLLISION
 
 
 @pytest.mark.parametrize("following", [False, True])
@@ -166,7 +166,7 @@ def test_with_long_ticks_what_stands_near_may_go_away_and_no_nearer(gap: float, 
     try:
         do(world, cart("cart"), block("block", 0.2 + gap), mode("guard"))
         assert abs(went(1.0)) < gap
-        assert last(world).cause is CancelCause.COLLISION
+        assert last(world).cause is EndCause.COLLISION
         assert went(-1.0) < -0.9
     finally:
         world.close()
@@ -184,7 +184,7 @@ def test_setpoints_lead_no_farther_than_to_what_is_in_the_way(
         do(world, SetSetpoint(str(id), (speed,)))
         assert place(step(world)) < 0.8
     assert place(world.snapshot) > 0.795
-    assert last(world).cause is CancelCause.COLLISION
+    assert last(world).cause is EndCause.COLLISION
 
 
 def test_what_is_put_into_touch_is_refused(world: World, guard: CollisionGuard) -> None:

@@ -11,9 +11,9 @@ import re
 import numpy as np
 import pytest
 from virtualrobot_kernel.planning.robots import world_poses
-from virtualrobot_kernel.world.commands import HaltRobots
+from virtualrobot_kernel.world.commands import StopRobots
 from virtualrobot_kernel.world.journal import replay
-from virtualrobot_kernel.world.state import CancelCause
+from virtualrobot_kernel.world.state import EndCause
 
 from tests.unit.collision.guarded import Cell, belt_cell, cell_of, nearest_later, run, started, stream, touching
 from tests.unit.collision.worlds import ROBOTS, robot_nodes
@@ -42,7 +42,7 @@ def look(cell: Cell) -> int:
         if (before := cell.befores.get(entry.tick)) is None:
             continue  # something else braked already: this picture does not tell where it would have gone
         (halt,) = entry.commands
-        assert isinstance(halt, HaltRobots)
+        assert isinstance(halt, StopRobots)
         why = halt.cancellation.reason
         said = re.match(r"'(.*)' would touch '(.*)' in (.*) s if", why)
         assert said, why
@@ -119,7 +119,7 @@ def test_free_motions_go_on_as_without_a_guard(kind: str, rng: np.random.Generat
             run(cell)
         for motion in cell.world.snapshot.state.ended:
             if motion.cancellation is not None:  # the arm's own links, as coal says too
-                assert motion.cancellation.cause is CancelCause.COLLISION
+                assert motion.cancellation.cause is EndCause.COLLISION
         look(cell)
         replayed_alike(cell)
     finally:

@@ -20,15 +20,15 @@ from virtualrobot_kernel.world.commands import (
     ClearWorld,
     Command,
     CreateNodes,
-    HaltRobots,
     RemoveNode,
     SetAllowedPairs,
     SetJointPositions,
+    StopRobots,
     UpdateNode,
 )
 from virtualrobot_kernel.world.figures import Box
 from virtualrobot_kernel.world.journal import MemoryJournal
-from virtualrobot_kernel.world.state import CancelCause, Cancellation, Snapshot
+from virtualrobot_kernel.world.state import Cancellation, EndCause, Snapshot
 from virtualrobot_kernel.world.store import World
 from virtualrobot_kernel.world.structure import Kind
 
@@ -102,7 +102,7 @@ def test_a_touch_is_told_in_its_tick_and_stops_in_it(cell: Cell, rng: np.random.
     cell.step(1000)
     assert cell.told == [(tick, "cart.ball/box begun"), (tick, "stopped cart: 'cart.ball' touches 'box'")]
     ended = cell.world.snapshot.state.ended[-1]
-    assert ended.cancellation == Cancellation(CancelCause.COLLISION, "'cart.ball' touches 'box'")
+    assert ended.cancellation == Cancellation(EndCause.COLLISION, "'cart.ball' touches 'box'")
     assert cell.world.journal.entries()[-1].tick == tick
     assert cell.world.journal.entries()[-1].author == "collision monitor"
     # Braking from at most 1 m/s takes v^2 / 2a = 0.125 m, and v a / 2j more until the jerk has let it begin.
@@ -267,8 +267,8 @@ def test_stops_by_others_are_told_too(cell: Cell) -> None:
     cell.do(drive(0.0, 1.5), drive(0.0, 1.5, "other"))
     cell.step(100)
     node = cell.world.snapshot.structure.node
-    cell.do(HaltRobots((node("cart").uid,), Cancellation(CancelCause.COLLISION, "it would touch")))
-    cell.do(HaltRobots((node("other").uid,), Cancellation(CancelCause.STOP, "enough")))
+    cell.do(StopRobots((node("cart").uid,), Cancellation(EndCause.COLLISION, "it would touch")))
+    cell.do(StopRobots((node("other").uid,), Cancellation(EndCause.STOP, "enough")))
     cell.step(500)
     assert cell.told == [(100, "stopped cart: it would touch")]
 

@@ -221,9 +221,9 @@ def test_a_picture_that_nobody_waits_for_is_given_up_and_a_large_lens_is_not_kep
         return len(packed(picture, ImageFormat.PNG, painter.check)), painter._lens is not None
 
     with pytest.raises(KernelError) as given_up:
-        renderers.submit(paint, is_gone).result(100)
+        renderers.submit(paint, is_gone).result()
     assert given_up.value.reason is Reason.SHUTTING_DOWN
     assert len(asked) == 5
-    length, kept = renderers.submit(paint).result(100)
+    length, kept = renderers.submit(paint).result()
     assert length > 0 and kept == (size[0] * size[1] <= LARGEST_KEPT)
     renderers.close()

@@ -276,7 +276,7 @@ def test_a_known_model_may_be_a_scene_file_with_a_table(monkeypatch: pytest.Monk
     known = KnownModel("paper", "six axes", "package://virtualrobot_kernel/models/ar_manipulator.yaml")
     monkeypatch.setattr(model_table, "list_models", lambda: (known,))
     files = disk()
-    request = scene_pb2.ImportModelRequest(
+    request = scene_pb2.ModelSource(
         uri="model://paper", name=name, parent="table", base_joint=nodes_pb2.JOINT_TYPE_PLANAR
     )
     request.parent_t_node.position.x = 2.0

@@ -144,7 +144,7 @@ def test_meshes_links_and_joints_are_those_of_the_file(file: Path) -> None:
 def test_a_refusal_is_for_a_file_that_is_in_neither_package(name: str) -> None:
     file = next(folder / name for folder in (RTB, DATA) if (folder / name).is_file())
     with pytest.raises(MissingFileError) as refused:
-        read_model(LIBRARY, scene_pb2.ImportModelRequest(uri=str(file)), disk(STORE), ())
+        read_model(LIBRARY, scene_pb2.ModelSource(uri=str(file)), disk(STORE), ())
     assert MISSING[name].rpartition("/")[2] in str(refused.value) and "tried" in str(refused.value)
     everywhere = [*RTB.parent.rglob(Path(MISSING[name]).name), *DATA.rglob(Path(MISSING[name]).name)]
     assert not [path for path in everywhere if path.as_posix().endswith(f"/{MISSING[name]}")]
@@ -156,7 +156,7 @@ def test_a_refusal_is_for_a_file_that_is_in_neither_package(name: str) -> None:
     ids=label,
 )
 def test_sdf_models_have_the_meshes_of_their_files(file: Path) -> None:
-    model = read_model(LIBRARY, scene_pb2.ImportModelRequest(uri=str(file)), disk(STORE), ())
+    model = read_model(LIBRARY, scene_pb2.ModelSource(uri=str(file)), disk(STORE), ())
     root = etree.fromstring(file.read_bytes().lstrip())
     assert model.mesh_count == len(list(root.iter("mesh"))) > 0
     assert sum(node.kind is Kind.LINK for node in model.nodes) >= len(list(root.iter("joint")))

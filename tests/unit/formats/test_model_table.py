@@ -29,7 +29,7 @@ LIBRARY = MeshLibrary(STORE, XacroAndSdf())
 
 @pytest.mark.parametrize("model", [model for model in list_models() if model.installed], ids=lambda model: model.name)
 def test_every_installed_model_is_imported_by_its_name(model: KnownModel) -> None:
-    request = scene_pb2.ImportModelRequest(uri=f"model://{model.name}")
+    request = scene_pb2.ModelSource(uri=f"model://{model.name}")
     found = read_model(LIBRARY, request, Files(STORE, {}, Resolver()), ())
     robot, *others = found.nodes
     links = [node for node in others if node.kind is Kind.LINK]

@@ -8,12 +8,13 @@ from typing import Any
 import pytest
 import trimesh
 from virtualrobot_kernel.errors import KernelError, MalformedFileError, MissingFileError, Reason
+from virtualrobot_kernel.formats import urdf
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.models import TranslatedScene, import_model
 from virtualrobot_kernel.formats.references import list_references
-from virtualrobot_kernel.formats.translate import ROUNDS, translate
+from virtualrobot_kernel.formats.translate import MOST_BYTES, ROUNDS, translate
 from virtualrobot_kernel.world.figures import Mesh
 from virtualrobot_kernel.world.structure import JointType, Kind, LinkData, PartData, RobotData
 from virtualrobot_sdk.errors import ArgumentError, FilesNeeded
@@ -271,3 +272,29 @@ def test_a_foreign_mesh_without_its_bytes_is_refused() -> None:
     with pytest.raises(KernelError) as refused:
         MeshLibrary(AssetStore(), Odd()).load(Mesh("m.odd", "0" * 64))
     assert refused.value.reason is Reason.UNKNOWN_ASSET
+
+
+@pytest.mark.parametrize(("kind", "most"), MOST_BYTES.items())
+def test_a_translation_that_is_too_large_is_not_parsed(kind: str, most: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 10 bytes in place of millions, which the test would have to make."""
+    monkeypatch.setitem(MOST_BYTES, kind, 10)
+    for size, reason in ((10, Reason.MALFORMED_FILE), (11, Reason.TOO_LARGE)):
+        odd = Odd(lambda data, uri, files, size=size: Translation(kind, b"[" * size))
+        with pytest.raises(KernelError) as caught:
+            list_references(b"", "a.odd", odd)
+        assert caught.value.reason is reason
+
+
+def test_a_robot_of_too_many_links_is_not_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(urdf, "MOST_NODES", 3)
+    for count in (2, 3):
+        links = "".join(f'<link name="{i}"/>' for i in range(count))
+        joints = "".join(
+            f'<joint name="j{i}" type="fixed"><parent link="0"/><child link="{i}"/></joint>' for i in range(1, count)
+        )
+        data = f'<robot name="r">{links}{joints}</robot>'.encode()
+        if count < 3:
+            assert len(imported("r.urdf", uploaded({"r.urdf": data}), MeshLibrary(AssetStore())).nodes) == 3
+        else:
+            with pytest.raises(KernelError, match=r"r\.urdf: the robot has 3 links; a world has at most 3 nodes"):
+                import_model("r.urdf", uploaded({"r.urdf": data}), MeshLibrary(AssetStore()))

@@ -25,7 +25,7 @@ from virtualrobot_kernel.planning.program import (
 from virtualrobot_kernel.world.affected_robots import affected_robots
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import CreateSignal, RemoveSignal, StartMotion
-from virtualrobot_kernel.world.state import CancelCause, Signal
+from virtualrobot_kernel.world.state import EndCause, Signal
 from virtualrobot_sdk.poses import inverse
 
 from tests.unit.planning.cell import READY, cell, chain, pictured, tcp
@@ -265,7 +265,7 @@ def test_a_wait_that_fails_cancels_the_motion_with_its_cause() -> None:
     end = to_end(after(change, planned(change, WaitSignalStep(Condition("part"), 0.2), step(belt(0.1)))))
     (motion,) = end.state.ended
     assert motion.cancellation is not None
-    assert (motion.cancellation.cause, motion.end_tick) == (CancelCause.SIGNAL_TIMEOUT, 50)
+    assert (motion.cancellation.cause, motion.end_tick) == (EndCause.SIGNAL_TIMEOUT, 50)
     assert motion.cancellation.reason == "step 0: the signal 'part' was not on within 0.2 s"
 
 

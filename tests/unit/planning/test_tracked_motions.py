@@ -15,7 +15,7 @@ from virtualrobot_kernel.world.commands import (
     SetJointPositions,
     SetSpeedFactor,
 )
-from virtualrobot_kernel.world.state import CancelCause
+from virtualrobot_kernel.world.state import EndCause
 
 from tests.unit.planning.cell import TICK
 from tests.unit.planning.tracking_cell import BELT, FINE, Cell, random_cell
@@ -103,7 +103,7 @@ def test_whatever_the_belt_does_and_whoever_asks(arm: str, kind: str, rng: np.ra
         check(cell, before, TICK)
     assert cell.motion.running.ended
     # The belt's motions keep its own limits, and the arm was planned for their speed.
-    allowed = (None, CancelCause.CALL, CancelCause.WINDOW_LEFT)
+    allowed = (None, EndCause.CALL, EndCause.WINDOW_LEFT)
     assert getattr(cell.motion.cancellation, "cause", None) in allowed, cell.motion.cancellation
     q = cell.joints[0]
     for _ in range(20):
@@ -149,7 +149,7 @@ def test_the_arm_leaves_before_its_window_ends(rng: np.random.Generator) -> None
         cell.tick()
         check(cell, before, TICK)
     assert cell.motion.cancellation is not None
-    assert cell.motion.cancellation.cause is CancelCause.WINDOW_LEFT
+    assert cell.motion.cancellation.cause is EndCause.WINDOW_LEFT
     assert "its window is 0 to 0.12" in cell.motion.cancellation.reason
     assert 0.11 < cell.tracked.place <= 0.12, "as late as it can"
 
@@ -174,7 +174,7 @@ def test_a_belt_that_cannot_be_followed(trouble: str, rng: np.random.Generator) 
         cell.tick()
         check(cell, before, TICK)
     assert cell.motion.cancellation is not None
-    assert cell.motion.cancellation.cause is CancelCause.TRACKING_LOST
+    assert cell.motion.cancellation.cause is EndCause.TRACKING_LOST
     assert {"jumped": "has jumped by 0.003"}.get(trouble, "per second") in cell.motion.cancellation.reason
 
 
@@ -187,7 +187,7 @@ def test_a_belt_that_is_taken_away(rng: np.random.Generator) -> None:
     while not cell.motion.running.ended:
         cell.tick()
     assert cell.motion.cancellation is not None
-    assert cell.motion.cancellation.cause is CancelCause.TRACKING_LOST
+    assert cell.motion.cancellation.cause is EndCause.TRACKING_LOST
     assert np.all(cell.joints[1] == 0.0)
 
 

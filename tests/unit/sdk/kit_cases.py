@@ -48,7 +48,7 @@ class Right:
             found = found[:1]
         inside = (self.chain.lower - 1e-9 <= found) & (found <= self.chain.upper + 1e-9)
         taken = inside.all(axis=1) if options.respect_limits else inside[:, 2]
-        taken &= [options.configuration in ("", name) for name in NAMES[: len(found)]]
+        taken = taken & np.array([options.configuration in ("", name) for name in NAMES[: len(found)]])
         names = np.array(NAMES[: len(found)])[taken]
         found = np.clip(found, self.chain.lower, self.chain.upper)[taken] if options.respect_limits else found[taken]
         order = np.argsort(np.linalg.norm(found - seed, axis=1))

@@ -28,7 +28,7 @@ from virtualrobot_kernel.world.commands import (
     UpdateNode,
 )
 from virtualrobot_kernel.world.journal import Entry, replay
-from virtualrobot_kernel.world.state import CancelCause, Cancellation, Motion
+from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion
 from virtualrobot_kernel.world.structure import Actuator, RobotData
 from virtualrobot_kernel.world.tick import advance
 
@@ -128,7 +128,7 @@ def test_a_silent_stream_is_cancelled_with_its_cause(cell: Change) -> None:
     change = ticked(after(cell, StartSetpointMotion("arm", ("a",), POSITION, 0.1)), 26)
     cancellation = last(change).cancellation
     assert cancellation is not None
-    assert (cancellation.cause, cancellation.reason) == (CancelCause.SETPOINT_TIMEOUT, "no setpoint came for 0.1 s")
+    assert (cancellation.cause, cancellation.reason) == (EndCause.SETPOINT_TIMEOUT, "no setpoint came for 0.1 s")
     with pytest.raises(KernelError, match="has ended") as refused:
         after(change, SetSetpoint("motion-1", (0.0,)))
     assert refused.value.reason is Reason.WRONG_STATE
@@ -225,9 +225,7 @@ def test_a_motion_that_fails_in_the_tick_ends_alone(
     change = ticked(both, 2)
     assert [motion.id for motion in change.state.motions] == ["motion-2"]
     assert last(change).end_tick == both.state.tick + 1
-    assert last(change).cancellation == Cancellation(
-        CancelCause.FAILED, "it failed inside the kernel: ZeroDivisionError"
-    )
+    assert last(change).cancellation == Cancellation(EndCause.FAILED, "it failed inside the kernel: ZeroDivisionError")
     assert "the motion 'motion-1' failed inside the kernel" in caplog.text
 
 
@@ -239,9 +237,7 @@ def test_a_motion_that_leads_nowhere_ends_where_it_is(
     monkeypatch.setattr(SetpointMotion, "sample", lambda self: (nowhere, nowhere, nowhere))
     change = ticked(going, 2)
     assert not change.state.motions
-    assert last(change).cancellation == Cancellation(
-        CancelCause.FAILED, "it failed inside the kernel: no finite numbers"
-    )
+    assert last(change).cancellation == Cancellation(EndCause.FAILED, "it failed inside the kernel: no finite numbers")
     assert change.state.q.tobytes() == going.state.q.tobytes()
     assert not change.state.v.any()
     assert "leads to [nan]" in caplog.text

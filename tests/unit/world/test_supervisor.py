@@ -11,9 +11,9 @@ import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.clock import Clock, Mode
-from virtualrobot_kernel.world.commands import Command, CreateSignal, HaltRobots, SetSignal
+from virtualrobot_kernel.world.commands import Command, CreateSignal, SetSignal, StopRobots
 from virtualrobot_kernel.world.journal import MemoryJournal, replay
-from virtualrobot_kernel.world.state import CancelCause, Cancellation, Signal, Snapshot
+from virtualrobot_kernel.world.state import Cancellation, EndCause, Signal, Snapshot
 from virtualrobot_kernel.world.store import MOST_INTERVENTIONS, World
 
 from tests.unit.world.builders import arm
@@ -55,8 +55,8 @@ def world() -> Iterator[World]:
     made.close()
 
 
-def halt(now: Snapshot) -> HaltRobots:
-    return HaltRobots((now.structure.node("arm").uid,), Cancellation(CancelCause.COLLISION, "tests"))
+def halt(now: Snapshot) -> StopRobots:
+    return StopRobots((now.structure.node("arm").uid,), Cancellation(EndCause.COLLISION, "tests"))
 
 
 def test_each_tick_and_each_batch_is_asked_about(world: World) -> None:
@@ -115,7 +115,7 @@ def test_a_tick_is_made_again_after_a_halt(world: World) -> None:
     supervisor = Told(before=keep)
     world.supervise(supervisor)
     end = world.step(1000).result(GUARD)
-    assert end.state.ended[-1].cancellation == Cancellation(CancelCause.COLLISION, "tests")
+    assert end.state.ended[-1].cancellation == Cancellation(EndCause.COLLISION, "tests")
     halted = world.journal.entries()[-1].tick
     assert supervisor.asked.count(("before", halted)) == 2, "the tick in question is asked about again"
     assert bound < end.state.q[0] < 1.0

@@ -63,24 +63,25 @@ class MotionPhase(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     MOTION_PHASE_SUCCEEDED: _ClassVar[MotionPhase]
     MOTION_PHASE_CANCELLED: _ClassVar[MotionPhase]
     MOTION_PHASE_WAITING: _ClassVar[MotionPhase]
+    MOTION_PHASE_ABORTED: _ClassVar[MotionPhase]
 
-class CancelCause(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+class EndCause(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
-    CANCEL_CAUSE_UNSPECIFIED: _ClassVar[CancelCause]
-    CANCEL_CAUSE_CALL: _ClassVar[CancelCause]
-    CANCEL_CAUSE_STOP: _ClassVar[CancelCause]
-    CANCEL_CAUSE_PREEMPTED: _ClassVar[CancelCause]
-    CANCEL_CAUSE_UNWATCHED: _ClassVar[CancelCause]
-    CANCEL_CAUSE_WORLD_CLEARED: _ClassVar[CancelCause]
-    CANCEL_CAUSE_LEASE_EXPIRED: _ClassVar[CancelCause]
-    CANCEL_CAUSE_LEASE_TAKEN: _ClassVar[CancelCause]
-    CANCEL_CAUSE_SIGNAL_TIMEOUT: _ClassVar[CancelCause]
-    CANCEL_CAUSE_SETPOINT_TIMEOUT: _ClassVar[CancelCause]
-    CANCEL_CAUSE_SETPOINT_REFUSED: _ClassVar[CancelCause]
-    CANCEL_CAUSE_WINDOW_LEFT: _ClassVar[CancelCause]
-    CANCEL_CAUSE_TRACKING_LOST: _ClassVar[CancelCause]
-    CANCEL_CAUSE_FAILED: _ClassVar[CancelCause]
-    CANCEL_CAUSE_COLLISION: _ClassVar[CancelCause]
+    END_CAUSE_UNSPECIFIED: _ClassVar[EndCause]
+    END_CAUSE_CALL: _ClassVar[EndCause]
+    END_CAUSE_STOP: _ClassVar[EndCause]
+    END_CAUSE_PREEMPTED: _ClassVar[EndCause]
+    END_CAUSE_UNWATCHED: _ClassVar[EndCause]
+    END_CAUSE_WORLD_CLEARED: _ClassVar[EndCause]
+    END_CAUSE_LEASE_EXPIRED: _ClassVar[EndCause]
+    END_CAUSE_LEASE_TAKEN: _ClassVar[EndCause]
+    END_CAUSE_SIGNAL_TIMEOUT: _ClassVar[EndCause]
+    END_CAUSE_SETPOINT_TIMEOUT: _ClassVar[EndCause]
+    END_CAUSE_SETPOINT_REFUSED: _ClassVar[EndCause]
+    END_CAUSE_WINDOW_LEFT: _ClassVar[EndCause]
+    END_CAUSE_TRACKING_LOST: _ClassVar[EndCause]
+    END_CAUSE_FAILED: _ClassVar[EndCause]
+    END_CAUSE_COLLISION: _ClassVar[EndCause]
 
 class PlanNoteKind(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
@@ -137,21 +138,22 @@ MOTION_PHASE_STOPPING: MotionPhase
 MOTION_PHASE_SUCCEEDED: MotionPhase
 MOTION_PHASE_CANCELLED: MotionPhase
 MOTION_PHASE_WAITING: MotionPhase
-CANCEL_CAUSE_UNSPECIFIED: CancelCause
-CANCEL_CAUSE_CALL: CancelCause
-CANCEL_CAUSE_STOP: CancelCause
-CANCEL_CAUSE_PREEMPTED: CancelCause
-CANCEL_CAUSE_UNWATCHED: CancelCause
-CANCEL_CAUSE_WORLD_CLEARED: CancelCause
-CANCEL_CAUSE_LEASE_EXPIRED: CancelCause
-CANCEL_CAUSE_LEASE_TAKEN: CancelCause
-CANCEL_CAUSE_SIGNAL_TIMEOUT: CancelCause
-CANCEL_CAUSE_SETPOINT_TIMEOUT: CancelCause
-CANCEL_CAUSE_SETPOINT_REFUSED: CancelCause
-CANCEL_CAUSE_WINDOW_LEFT: CancelCause
-CANCEL_CAUSE_TRACKING_LOST: CancelCause
-CANCEL_CAUSE_FAILED: CancelCause
-CANCEL_CAUSE_COLLISION: CancelCause
+MOTION_PHASE_ABORTED: MotionPhase
+END_CAUSE_UNSPECIFIED: EndCause
+END_CAUSE_CALL: EndCause
+END_CAUSE_STOP: EndCause
+END_CAUSE_PREEMPTED: EndCause
+END_CAUSE_UNWATCHED: EndCause
+END_CAUSE_WORLD_CLEARED: EndCause
+END_CAUSE_LEASE_EXPIRED: EndCause
+END_CAUSE_LEASE_TAKEN: EndCause
+END_CAUSE_SIGNAL_TIMEOUT: EndCause
+END_CAUSE_SETPOINT_TIMEOUT: EndCause
+END_CAUSE_SETPOINT_REFUSED: EndCause
+END_CAUSE_WINDOW_LEFT: EndCause
+END_CAUSE_TRACKING_LOST: EndCause
+END_CAUSE_FAILED: EndCause
+END_CAUSE_COLLISION: EndCause
 PLAN_NOTE_KIND_UNSPECIFIED: PlanNoteKind
 PLAN_NOTE_KIND_ZONE_SHRUNK: PlanNoteKind
 PLAN_NOTE_KIND_ZONE_DROPPED: PlanNoteKind
@@ -170,20 +172,22 @@ SETPOINT_MODE_POSITION: SetpointMode
 SETPOINT_MODE_VELOCITY: SetpointMode
 
 class StartMotionRequest(_message.Message):
-    __slots__ = ("moves", "busy_policy", "on_disconnect", "steps", "expected_structure_revision", "tracking")
+    __slots__ = ("moves", "busy_policy", "on_disconnect", "steps", "expected_structure_revision", "tracking", "request_id")
     MOVES_FIELD_NUMBER: _ClassVar[int]
     BUSY_POLICY_FIELD_NUMBER: _ClassVar[int]
     ON_DISCONNECT_FIELD_NUMBER: _ClassVar[int]
     STEPS_FIELD_NUMBER: _ClassVar[int]
     EXPECTED_STRUCTURE_REVISION_FIELD_NUMBER: _ClassVar[int]
     TRACKING_FIELD_NUMBER: _ClassVar[int]
+    REQUEST_ID_FIELD_NUMBER: _ClassVar[int]
     moves: _containers.RepeatedCompositeFieldContainer[Move]
     busy_policy: BusyPolicy
     on_disconnect: DisconnectPolicy
     steps: _containers.RepeatedCompositeFieldContainer[ProgramStep]
     expected_structure_revision: int
     tracking: Tracking
-    def __init__(self, moves: _Optional[_Iterable[_Union[Move, _Mapping]]] = ..., busy_policy: _Optional[_Union[BusyPolicy, str]] = ..., on_disconnect: _Optional[_Union[DisconnectPolicy, str]] = ..., steps: _Optional[_Iterable[_Union[ProgramStep, _Mapping]]] = ..., expected_structure_revision: _Optional[int] = ..., tracking: _Optional[_Union[Tracking, _Mapping]] = ...) -> None: ...
+    request_id: str
+    def __init__(self, moves: _Optional[_Iterable[_Union[Move, _Mapping]]] = ..., busy_policy: _Optional[_Union[BusyPolicy, str]] = ..., on_disconnect: _Optional[_Union[DisconnectPolicy, str]] = ..., steps: _Optional[_Iterable[_Union[ProgramStep, _Mapping]]] = ..., expected_structure_revision: _Optional[int] = ..., tracking: _Optional[_Union[Tracking, _Mapping]] = ..., request_id: _Optional[str] = ...) -> None: ...
 
 class ProgramStep(_message.Message):
     __slots__ = ("move", "set_signal", "wait_signal", "dwell")
@@ -424,15 +428,15 @@ class ToolStateMove(_message.Message):
     def __init__(self, tool: _Optional[str] = ..., state: _Optional[str] = ...) -> None: ...
 
 class Motion(_message.Message):
-    __slots__ = ("id", "robots", "phase", "progress", "planned_duration_seconds", "start_time_seconds", "cancel_reason", "cancel_cause", "step", "step_count", "search")
+    __slots__ = ("id", "robots", "phase", "progress", "planned_duration_seconds", "start_time_seconds", "end_reason", "end_cause", "step", "step_count", "search")
     ID_FIELD_NUMBER: _ClassVar[int]
     ROBOTS_FIELD_NUMBER: _ClassVar[int]
     PHASE_FIELD_NUMBER: _ClassVar[int]
     PROGRESS_FIELD_NUMBER: _ClassVar[int]
     PLANNED_DURATION_SECONDS_FIELD_NUMBER: _ClassVar[int]
     START_TIME_SECONDS_FIELD_NUMBER: _ClassVar[int]
-    CANCEL_REASON_FIELD_NUMBER: _ClassVar[int]
-    CANCEL_CAUSE_FIELD_NUMBER: _ClassVar[int]
+    END_REASON_FIELD_NUMBER: _ClassVar[int]
+    END_CAUSE_FIELD_NUMBER: _ClassVar[int]
     STEP_FIELD_NUMBER: _ClassVar[int]
     STEP_COUNT_FIELD_NUMBER: _ClassVar[int]
     SEARCH_FIELD_NUMBER: _ClassVar[int]
@@ -442,12 +446,12 @@ class Motion(_message.Message):
     progress: float
     planned_duration_seconds: float
     start_time_seconds: float
-    cancel_reason: str
-    cancel_cause: CancelCause
+    end_reason: str
+    end_cause: EndCause
     step: int
     step_count: int
     search: SearchResult
-    def __init__(self, id: _Optional[str] = ..., robots: _Optional[_Iterable[str]] = ..., phase: _Optional[_Union[MotionPhase, str]] = ..., progress: _Optional[float] = ..., planned_duration_seconds: _Optional[float] = ..., start_time_seconds: _Optional[float] = ..., cancel_reason: _Optional[str] = ..., cancel_cause: _Optional[_Union[CancelCause, str]] = ..., step: _Optional[int] = ..., step_count: _Optional[int] = ..., search: _Optional[_Union[SearchResult, _Mapping]] = ...) -> None: ...
+    def __init__(self, id: _Optional[str] = ..., robots: _Optional[_Iterable[str]] = ..., phase: _Optional[_Union[MotionPhase, str]] = ..., progress: _Optional[float] = ..., planned_duration_seconds: _Optional[float] = ..., start_time_seconds: _Optional[float] = ..., end_reason: _Optional[str] = ..., end_cause: _Optional[_Union[EndCause, str]] = ..., step: _Optional[int] = ..., step_count: _Optional[int] = ..., search: _Optional[_Union[SearchResult, _Mapping]] = ...) -> None: ...
 
 class SearchResult(_message.Message):
     __slots__ = ("found", "joint_positions", "world_t_tcp", "time_seconds")
@@ -711,10 +715,12 @@ class PauseMotionRequest(_message.Message):
     def __init__(self, id: _Optional[str] = ...) -> None: ...
 
 class PauseMotionResponse(_message.Message):
-    __slots__ = ("motion",)
+    __slots__ = ("motion", "stamp")
     MOTION_FIELD_NUMBER: _ClassVar[int]
+    STAMP_FIELD_NUMBER: _ClassVar[int]
     motion: Motion
-    def __init__(self, motion: _Optional[_Union[Motion, _Mapping]] = ...) -> None: ...
+    stamp: _geometry_pb2.Stamp
+    def __init__(self, motion: _Optional[_Union[Motion, _Mapping]] = ..., stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ...) -> None: ...
 
 class ResumeMotionRequest(_message.Message):
     __slots__ = ("id",)
@@ -723,10 +729,12 @@ class ResumeMotionRequest(_message.Message):
     def __init__(self, id: _Optional[str] = ...) -> None: ...
 
 class ResumeMotionResponse(_message.Message):
-    __slots__ = ("motion",)
+    __slots__ = ("motion", "stamp")
     MOTION_FIELD_NUMBER: _ClassVar[int]
+    STAMP_FIELD_NUMBER: _ClassVar[int]
     motion: Motion
-    def __init__(self, motion: _Optional[_Union[Motion, _Mapping]] = ...) -> None: ...
+    stamp: _geometry_pb2.Stamp
+    def __init__(self, motion: _Optional[_Union[Motion, _Mapping]] = ..., stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ...) -> None: ...
 
 class CancelMotionRequest(_message.Message):
     __slots__ = ("id", "reason")
@@ -737,10 +745,12 @@ class CancelMotionRequest(_message.Message):
     def __init__(self, id: _Optional[str] = ..., reason: _Optional[str] = ...) -> None: ...
 
 class CancelMotionResponse(_message.Message):
-    __slots__ = ("motion",)
+    __slots__ = ("motion", "stamp")
     MOTION_FIELD_NUMBER: _ClassVar[int]
+    STAMP_FIELD_NUMBER: _ClassVar[int]
     motion: Motion
-    def __init__(self, motion: _Optional[_Union[Motion, _Mapping]] = ...) -> None: ...
+    stamp: _geometry_pb2.Stamp
+    def __init__(self, motion: _Optional[_Union[Motion, _Mapping]] = ..., stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ...) -> None: ...
 
 class StopRequest(_message.Message):
     __slots__ = ("robots",)
@@ -749,7 +759,9 @@ class StopRequest(_message.Message):
     def __init__(self, robots: _Optional[_Iterable[str]] = ...) -> None: ...
 
 class StopResponse(_message.Message):
-    __slots__ = ("motions",)
+    __slots__ = ("motions", "stamp")
     MOTIONS_FIELD_NUMBER: _ClassVar[int]
+    STAMP_FIELD_NUMBER: _ClassVar[int]
     motions: _containers.RepeatedCompositeFieldContainer[Motion]
-    def __init__(self, motions: _Optional[_Iterable[_Union[Motion, _Mapping]]] = ...) -> None: ...
+    stamp: _geometry_pb2.Stamp
+    def __init__(self, motions: _Optional[_Iterable[_Union[Motion, _Mapping]]] = ..., stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ...) -> None: ...

@@ -45,36 +45,30 @@ class GetRobotRequest(_message.Message):
     def __init__(self, name: _Optional[str] = ..., group: _Optional[_Union[_nodes_pb2.GroupSelection, _Mapping]] = ...) -> None: ...
 
 class GetRobotResponse(_message.Message):
-    __slots__ = ("stamp", "uid", "joints", "links", "tools", "flange", "kinematics", "chain_joints", "postures", "kinematics_settings", "kinematics_fault", "groups", "allowed_collisions", "actuators")
+    __slots__ = ("stamp", "uid", "robot", "joints", "links", "tools", "flange", "kinematics", "chain_joints", "kinematics_settings", "kinematics_fault")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     UID_FIELD_NUMBER: _ClassVar[int]
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
     JOINTS_FIELD_NUMBER: _ClassVar[int]
     LINKS_FIELD_NUMBER: _ClassVar[int]
     TOOLS_FIELD_NUMBER: _ClassVar[int]
     FLANGE_FIELD_NUMBER: _ClassVar[int]
     KINEMATICS_FIELD_NUMBER: _ClassVar[int]
     CHAIN_JOINTS_FIELD_NUMBER: _ClassVar[int]
-    POSTURES_FIELD_NUMBER: _ClassVar[int]
     KINEMATICS_SETTINGS_FIELD_NUMBER: _ClassVar[int]
     KINEMATICS_FAULT_FIELD_NUMBER: _ClassVar[int]
-    GROUPS_FIELD_NUMBER: _ClassVar[int]
-    ALLOWED_COLLISIONS_FIELD_NUMBER: _ClassVar[int]
-    ACTUATORS_FIELD_NUMBER: _ClassVar[int]
     stamp: _geometry_pb2.Stamp
     uid: int
+    robot: _nodes_pb2.Robot
     joints: _containers.RepeatedCompositeFieldContainer[JointDescription]
     links: _containers.RepeatedScalarFieldContainer[str]
     tools: _containers.RepeatedScalarFieldContainer[str]
     flange: str
     kinematics: str
     chain_joints: _containers.RepeatedScalarFieldContainer[str]
-    postures: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.NamedPosture]
     kinematics_settings: _struct_pb2.Struct
     kinematics_fault: str
-    groups: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.JointGroup]
-    allowed_collisions: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.LinkPair]
-    actuators: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.Actuator]
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., uid: _Optional[int] = ..., joints: _Optional[_Iterable[_Union[JointDescription, _Mapping]]] = ..., links: _Optional[_Iterable[str]] = ..., tools: _Optional[_Iterable[str]] = ..., flange: _Optional[str] = ..., kinematics: _Optional[str] = ..., chain_joints: _Optional[_Iterable[str]] = ..., postures: _Optional[_Iterable[_Union[_nodes_pb2.NamedPosture, _Mapping]]] = ..., kinematics_settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., kinematics_fault: _Optional[str] = ..., groups: _Optional[_Iterable[_Union[_nodes_pb2.JointGroup, _Mapping]]] = ..., allowed_collisions: _Optional[_Iterable[_Union[_nodes_pb2.LinkPair, _Mapping]]] = ..., actuators: _Optional[_Iterable[_Union[_nodes_pb2.Actuator, _Mapping]]] = ...) -> None: ...
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., uid: _Optional[int] = ..., robot: _Optional[_Union[_nodes_pb2.Robot, _Mapping]] = ..., joints: _Optional[_Iterable[_Union[JointDescription, _Mapping]]] = ..., links: _Optional[_Iterable[str]] = ..., tools: _Optional[_Iterable[str]] = ..., flange: _Optional[str] = ..., kinematics: _Optional[str] = ..., chain_joints: _Optional[_Iterable[str]] = ..., kinematics_settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., kinematics_fault: _Optional[str] = ...) -> None: ...
 
 class JointDescription(_message.Message):
     __slots__ = ("name", "type", "limits", "coordinate_count", "velocity_count")

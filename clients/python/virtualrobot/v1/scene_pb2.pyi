@@ -68,12 +68,14 @@ class WatchSceneResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., nodes: _Optional[_Iterable[_Union[_nodes_pb2.Node, _Mapping]]] = ..., removed_uids: _Optional[_Iterable[int]] = ..., moved_uids: _Optional[_Iterable[int]] = ..., world_t_node: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
 
 class ApplyRequest(_message.Message):
-    __slots__ = ("commands", "expected_structure_revision")
+    __slots__ = ("commands", "expected_structure_revision", "request_id")
     COMMANDS_FIELD_NUMBER: _ClassVar[int]
     EXPECTED_STRUCTURE_REVISION_FIELD_NUMBER: _ClassVar[int]
+    REQUEST_ID_FIELD_NUMBER: _ClassVar[int]
     commands: _containers.RepeatedCompositeFieldContainer[Command]
     expected_structure_revision: int
-    def __init__(self, commands: _Optional[_Iterable[_Union[Command, _Mapping]]] = ..., expected_structure_revision: _Optional[int] = ...) -> None: ...
+    request_id: str
+    def __init__(self, commands: _Optional[_Iterable[_Union[Command, _Mapping]]] = ..., expected_structure_revision: _Optional[int] = ..., request_id: _Optional[str] = ...) -> None: ...
 
 class ApplyResponse(_message.Message):
     __slots__ = ("stamp", "created", "picked_parts")
@@ -258,7 +260,7 @@ class SetSpeedFactor(_message.Message):
     factor: float
     def __init__(self, robot: _Optional[str] = ..., factor: _Optional[float] = ...) -> None: ...
 
-class ImportModelRequest(_message.Message):
+class ModelSource(_message.Message):
     __slots__ = ("uri", "files", "name", "parent", "parent_t_node", "base_joint", "as_part", "scale", "settings", "srdf_uri", "denavit_hartenberg", "strict")
     URI_FIELD_NUMBER: _ClassVar[int]
     FILES_FIELD_NUMBER: _ClassVar[int]
@@ -285,6 +287,14 @@ class ImportModelRequest(_message.Message):
     denavit_hartenberg: DenavitHartenberg
     strict: bool
     def __init__(self, uri: _Optional[str] = ..., files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ..., name: _Optional[str] = ..., parent: _Optional[str] = ..., parent_t_node: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., base_joint: _Optional[_Union[_nodes_pb2.JointType, str]] = ..., as_part: bool = ..., scale: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., srdf_uri: _Optional[str] = ..., denavit_hartenberg: _Optional[_Union[DenavitHartenberg, _Mapping]] = ..., strict: bool = ...) -> None: ...
+
+class ImportModelRequest(_message.Message):
+    __slots__ = ("model", "request_id")
+    MODEL_FIELD_NUMBER: _ClassVar[int]
+    REQUEST_ID_FIELD_NUMBER: _ClassVar[int]
+    model: ModelSource
+    request_id: str
+    def __init__(self, model: _Optional[_Union[ModelSource, _Mapping]] = ..., request_id: _Optional[str] = ...) -> None: ...
 
 class DenavitHartenberg(_message.Message):
     __slots__ = ("convention", "rows", "base_t_first", "last_t_flange")
@@ -437,7 +447,7 @@ class SceneFile(_message.Message):
     signals: _containers.RepeatedCompositeFieldContainer[_signal_pb2.Signal]
     robot_states: _containers.RepeatedCompositeFieldContainer[_robot_pb2.RobotState]
     speed_factor: float
-    models: _containers.RepeatedCompositeFieldContainer[ImportModelRequest]
+    models: _containers.RepeatedCompositeFieldContainer[ModelSource]
     allowed_pairs: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.NodePair]
     collision_settings: _collision_pb2.CollisionSettings
-    def __init__(self, schema_version: _Optional[int] = ..., nodes: _Optional[_Iterable[_Union[_nodes_pb2.Node, _Mapping]]] = ..., signals: _Optional[_Iterable[_Union[_signal_pb2.Signal, _Mapping]]] = ..., robot_states: _Optional[_Iterable[_Union[_robot_pb2.RobotState, _Mapping]]] = ..., speed_factor: _Optional[float] = ..., models: _Optional[_Iterable[_Union[ImportModelRequest, _Mapping]]] = ..., allowed_pairs: _Optional[_Iterable[_Union[_nodes_pb2.NodePair, _Mapping]]] = ..., collision_settings: _Optional[_Union[_collision_pb2.CollisionSettings, _Mapping]] = ...) -> None: ...
+    def __init__(self, schema_version: _Optional[int] = ..., nodes: _Optional[_Iterable[_Union[_nodes_pb2.Node, _Mapping]]] = ..., signals: _Optional[_Iterable[_Union[_signal_pb2.Signal, _Mapping]]] = ..., robot_states: _Optional[_Iterable[_Union[_robot_pb2.RobotState, _Mapping]]] = ..., speed_factor: _Optional[float] = ..., models: _Optional[_Iterable[_Union[ModelSource, _Mapping]]] = ..., allowed_pairs: _Optional[_Iterable[_Union[_nodes_pb2.NodePair, _Mapping]]] = ..., collision_settings: _Optional[_Union[_collision_pb2.CollisionSettings, _Mapping]] = ...) -> None: ...

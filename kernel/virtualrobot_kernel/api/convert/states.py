@@ -12,10 +12,10 @@ from virtualrobot_kernel.motion.running_motion import Phase
 from virtualrobot_kernel.planning.robots import tcp_frame
 from virtualrobot_kernel.world.actuators import actuator_positions
 from virtualrobot_kernel.world.clock import Clock, Mode
-from virtualrobot_kernel.world.state import CancelCause, Motion, Search, Selection, Snapshot
+from virtualrobot_kernel.world.state import EndCause, Motion, Search, Selection, Snapshot
 from virtualrobot_kernel.world.structure import Kind, Node
 
-CAUSES = {cause: getattr(motion_pb2, f"CANCEL_CAUSE_{cause.name}") for cause in CancelCause}
+CAUSES = {cause: getattr(motion_pb2, f"END_CAUSE_{cause.name}") for cause in EndCause}
 PHASES = {phase: getattr(motion_pb2, f"MOTION_PHASE_{phase.name}") for phase in Phase}
 MODES = {mode: getattr(kernel_pb2, f"CLOCK_MODE_{mode.name}") for mode in Mode}
 MODE_BY_NUMBER = {number: mode for mode, number in MODES.items()}
@@ -64,12 +64,12 @@ def motion_message(snapshot: Snapshot, motion: Motion) -> motion_pb2.Motion:
     return motion_pb2.Motion(
         id=motion.id,
         robots=[nodes[uid].name for uid in motion.robots if uid in nodes],
-        phase=PHASES[motion.running.phase],
+        phase=PHASES[motion.phase],
         progress=motion.running.progress,
         planned_duration_seconds=motion.running.duration,
         start_time_seconds=motion.start_tick * snapshot.tick_seconds,
-        cancel_reason=motion.cancellation.reason if motion.cancellation else "",
-        cancel_cause=CAUSES[motion.cancellation.cause] if motion.cancellation else None,
+        end_reason=motion.cancellation.reason if motion.cancellation else "",
+        end_cause=CAUSES[motion.cancellation.cause] if motion.cancellation else None,
         # After the last step it is still at that one.
         step=min(motion.running.steps_done, max(0, motion.step_count - 1)),
         step_count=motion.step_count,
