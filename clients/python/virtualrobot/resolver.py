@@ -96,6 +96,7 @@ class Resolver:
         # The textures of a mesh may lie beside the robot that names the mesh, so what was found keeps the folders of
         # the file that named it.
         self._own: dict[Path, tuple[Path, ...]] = {}
+        self._namers: dict[Path, _Namer] = {}
 
     def resolve(self, uri: str, referrer: str | Path | None = None, sha256: str = "") -> Path:
         """Return the absolute path of the existing file that `uri` means when the file `referrer` names it.
@@ -123,8 +124,10 @@ class Resolver:
         if referrer is None:
             return self._resolve(uri, _Namer(None, None), sha256)
         source = Path(referrer).absolute()
-        own = self._own.get(source) or tuple(dict.fromkeys((own_folder(source), own_folder(source.resolve()))))
-        return self._resolve(uri, _Namer(source, own), sha256)
+        if source not in self._namers:
+            own = self._own.get(source) or tuple(dict.fromkeys((own_folder(source), own_folder(source.resolve()))))
+            self._namers[source] = _Namer(source, own)
+        return self._resolve(uri, self._namers[source], sha256)
 
     def resolve_known(self, uri: str) -> Path:
         """Return the file of a known package that a file on another machine names; errors as of `resolve`."""

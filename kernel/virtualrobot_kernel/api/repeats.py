@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections import OrderedDict
 from collections.abc import Callable, Coroutine
+from hashlib import sha256
 from typing import Any, TypeVar
 
 from virtualrobot_kernel.errors import KernelError
@@ -21,7 +22,7 @@ class Repeats:
 
     def __init__(self) -> None:
         """Remember nothing yet."""
-        self._calls: OrderedDict[str, tuple[Any, asyncio.Task[Any]]] = OrderedDict()
+        self._calls: OrderedDict[str, tuple[bytes, asyncio.Task[Any]]] = OrderedDict()
 
     async def once(self, request: Any, work: Callable[[], Coroutine[Any, Any, Answer]]) -> Answer:  # noqa: ANN401 any message with a request_id
         """Return what `work` does, or what it did for an equal request of the same `request_id`.
@@ -36,11 +37,13 @@ class Repeats:
             raise KernelError(
                 f"request_id may have {LONGEST_ID} characters, not {len(id)}", field="request_id", limit=LONGEST_ID
             )
+        # A request may have megabytes; its digest is enough to tell it from another.
+        digest = sha256(request.SerializeToString(deterministic=True)).digest()
         if id not in self._calls:
-            self._calls[id] = request, asyncio.ensure_future(work())
+            self._calls[id] = digest, asyncio.ensure_future(work())
             self._calls[id][1].add_done_callback(lambda task: self._forget(id, task))
         first, task = self._calls[id]
-        if first != request:
+        if first != digest:
             raise KernelError(
                 f"request_id {id!r} belongs to another request; give each its own", field="request_id", value=id
             )

@@ -86,9 +86,9 @@ def without_unreadable_materials(data: bytes, root: Element) -> bytes:
     return etree.tostring(root) if unreadable else data
 
 
-def material_warnings(data: bytes, uri: str) -> list[FileWarning]:
+def material_warnings(root: Element, uri: str) -> list[FileWarning]:
     """Return what is told of the materials of a document that cannot be read, each once."""
     told: dict[str, int] = {}
-    for use, why in unreadable_materials(parse_collada(data, uri)):
+    for use, why in unreadable_materials(root):
         told.setdefault(why, line_of(use))
     return [FileWarning.of(malformed(uri, line, f"{why}; drawn without it")) for why, line in told.items()]

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from virtualrobot.resolver import join_uri
 
 from virtualrobot_kernel.errors import MissingFileError
-from virtualrobot_kernel.formats.collada import material_warnings
+from virtualrobot_kernel.formats.collada import image_names, material_warnings, parse_collada
 from virtualrobot_kernel.formats.files import File, Files
 from virtualrobot_kernel.formats.references import counted_from, ending, list_references
 from virtualrobot_kernel.formats.xml import FileWarning, place_in
@@ -23,14 +25,12 @@ def find_dependents(files: Files, main: File) -> tuple[dict[str, str], list[File
     found: dict[str, str] = {}
     warnings: list[FileWarning] = []
     _gather(files, main, main, found, warnings)
-    if ending(main.key) == ".dae":
-        warnings.extend(material_warnings(main.data, main.key))
     return found, warnings
 
 
 def _gather(files: Files, main: File, file: File, found: dict[str, str], warnings: list[FileWarning]) -> None:
     """Read what `file` names, by name as counted from the main file, and what those files name."""
-    for name in list_references(file.data, file.key):
+    for name in _named(file, warnings):
         known_as = name if file is main else counted_from(main.key, join_uri(file.key, name))
         if known_as in found:
             continue
@@ -43,6 +43,15 @@ def _gather(files: Files, main: File, file: File, found: dict[str, str], warning
             continue
         found[known_as] = dependent.sha256
         _gather(files, main, dependent, found, warnings)
+
+
+def _named(file: File, warnings: list[FileWarning]) -> Iterable[str]:
+    """Return what a file names; a COLLADA document is parsed once for that and for its warnings."""
+    if ending(file.key) != ".dae":
+        return list_references(file.data, file.key)
+    root = parse_collada(file.data, file.key)
+    warnings.extend(material_warnings(root, file.key))
+    return [name for name in dict.fromkeys(image_names(root)) if name]
 
 
 def _read(files: Files, name: str, referrer: str) -> File:

@@ -18,7 +18,7 @@ from virtualrobot_sdk.worker.kept import Kept
 
 ORPHAN_SECONDS = 2.0
 """How long after the end of its parent the process may go on with what it does, before it is ended."""
-FUSE_SECONDS = 10.0
+FUSE_SECONDS = 60.0
 """How long after the deadline of a call the process ends itself; the parent kills it long before, if there is one."""
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from pathlib import Path
 
 import psutil
 
@@ -26,6 +27,7 @@ class Guard:
         self._doing = ""
         self._seconds = 0.0
         self._due: float | None = None
+        self._waited: float | None = None
         self._memory_before = 0
         self._memory_limit: int | None = None
         self._awake = threading.Event()
@@ -37,6 +39,7 @@ class Guard:
         """Kill the process unless `end` is called within `seconds`."""
         with self._lock:
             self._doing, self._seconds, self._due = doing, seconds, time.monotonic() + seconds
+            self._waited = None  # looked at by the thread: most calls are over before
         if not self._awake.is_set():
             self._awake.set()
 
@@ -94,10 +97,13 @@ class Guard:
     def _check(self, late: float) -> ComponentFault | None:
         """Return what is wrong and make it the fault; `late` is how long this process kept the thread from running."""
         memory = self._memory()
+        waited = _waited_for_a_core(self._process.pid)
         with self._lock:
             if self._due is not None:
-                # A stall of the parent is not the component's: its answer may be waiting in the pipe.
-                self._due += late
+                # A stall of the parent is not the component's: its answer may be waiting in the pipe. Nor is the time
+                # for which others had the cores.
+                self._due += max(late, waited - (waited if self._waited is None else self._waited))
+                self._waited = waited
                 if time.monotonic() >= self._due:
                     self._fault = ComponentFault(
                         FaultKind.HUNG, f"{self._doing} gave no answer within {self._seconds:g} s"
@@ -124,3 +130,11 @@ class Guard:
             return psutil.Process(self._process.pid).memory_info().rss
         except psutil.Error:
             return None
+
+
+def _waited_for_a_core(pid: int) -> float:
+    """Return for how long a process has been ready to run and has not run (s); 0 where the system doesn't tell."""
+    try:
+        return int(Path(f"/proc/{pid}/schedstat").read_text().split()[1]) / 1e9
+    except (OSError, ValueError, IndexError):
+        return 0.0

@@ -6,6 +6,7 @@ import io
 import os
 import pickle
 import signal
+import subprocess
 import sys
 import threading
 import time
@@ -167,6 +168,21 @@ class TestFaultsThatLeaveTheProcessWell:
 
 
 class TestFaultsThatEndTheProcess:
+    @pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells how long a process waits for a core")
+    def test_who_waits_for_a_core_does_not_hang(self, worker: Worker) -> None:
+        """Eight others have the same core: 0.3 s of work take 2.7."""
+        assert worker.pid
+        core = min(os.sched_getaffinity(0))
+        os.sched_setaffinity(worker.pid, {core})
+        spinning = f"import os\nos.sched_setaffinity(0, {{{core}}})\nwhile True: pass"
+        others = [subprocess.Popen([sys.executable, "-c", spinning]) for _ in range(8)]
+        try:
+            worker.call("work", 0.3, deadline_seconds=1.0)
+        finally:
+            for other in others:
+                other.kill()
+                other.wait()
+
     @pytest.mark.parametrize("method", ["hang", "hang_in_native_code"])
     def test_what_hangs_is_killed_and_says_where_it_was(self, worker: Worker, method: str) -> None:
         pid = worker.pid

@@ -111,6 +111,12 @@ class Cases:
     def leave(self) -> None:
         sys.exit("licence missing")
 
+    def work(self, core_seconds: float) -> None:
+        """Compute for so long of a core's time."""
+        ends = time.process_time() + core_seconds
+        while time.process_time() < ends:
+            pass
+
     def hang(self) -> None:
         time.sleep(1000)
 
