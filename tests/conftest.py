@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 import signal
 import zlib
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+
+from tests.tiers import Draws
 
 # A shell that starts the tests in the background makes them ignore Ctrl-C, and they would hand that on to the processes
 # that some tests send Ctrl-C to.
@@ -62,7 +63,7 @@ def rng(seed: int) -> np.random.Generator:
 
 
 @pytest.fixture
-def draws(request: pytest.FixtureRequest) -> Callable[[int], int]:
+def draws(request: pytest.FixtureRequest) -> Draws:
     """Return a function that says how many of so many draws are made: a fifth, unless long tests are wanted too."""
     few = "not long" in request.config.option.markexpr
     return lambda count: -(-count // 5) if few else count

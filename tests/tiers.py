@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import pytest
+
+Draws = Callable[[int], int]
+"""The fixture `draws`: how many of so many draws are made."""
 
 
 def every_fifth(values: Iterable[object]) -> list[object]:

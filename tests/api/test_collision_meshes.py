@@ -103,6 +103,7 @@ def test_a_mesh_that_is_not_manifold_is_its_triangles(cell: Stubs) -> None:
     assert len(cell.collision.CheckCollision(Check()).pairs) == 1
 
 
+@pytest.mark.long
 def test_a_mesh_of_a_million_triangles_keeps_no_others_waiting(cell: Stubs) -> None:
     """Its first check takes seconds, in a thread of its own: other calls are answered meanwhile."""
     triangles = ball(1.0, 708)

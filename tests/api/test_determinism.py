@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 
+import pytest
 from virtualrobot.v1 import kernel_pb2, motion_pb2, scene_pb2
 
 from tests.api.programs import Program, timeless
@@ -31,6 +32,7 @@ def ran(kernel: KernelProcess, seed: int) -> list[bytes]:
     return [*program.answers, *map(timeless, last)]
 
 
+@pytest.mark.long
 def test_two_kernels_in_two_processes_agree_to_the_last_bit(start_kernel: StartKernel, seed: int) -> None:
     kernels = [start_kernel("--stepped"), start_kernel("--stepped")]
     with ThreadPoolExecutor(2) as pool:

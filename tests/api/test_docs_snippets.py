@@ -27,6 +27,7 @@ from pathlib import Path
 from textwrap import dedent
 
 import pytest
+from _pytest.mark import ParameterSet
 from virtualrobot.v1 import kernel_pb2
 
 from tests.kernels import emptied
@@ -41,6 +42,7 @@ FENCE = re.compile(
 LIKE = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 OWN_KERNEL = re.compile(r"pip install|motion-1\b")
 """In pages that install something or that count motions; others share a kernel."""
+LONG = {"tutorial-plugin.md", "tutorial-teacher.md", "rays.md", "sensor-models.md"}
 COMMAND_SECONDS = 300
 SPEED = 5.0
 """How much faster than the wall clock the kernels run, so that nobody waits for motions."""
@@ -73,7 +75,12 @@ def blocks(text: str) -> Iterator[Block]:
 RUNNABLE = [page for page in PAGES if any(blocks(page.read_text("utf-8")))]
 
 
-@pytest.mark.parametrize("page", RUNNABLE, ids=lambda page: page.relative_to(ROOT).as_posix())
+def tiered(page: Path) -> ParameterSet:
+    """Return a page as the parameter of a test, long for tutorials whose programs take their time."""
+    return pytest.param(page, id=page.relative_to(ROOT).as_posix(), marks=[pytest.mark.long] * (page.name in LONG))
+
+
+@pytest.mark.parametrize("page", [tiered(page) for page in RUNNABLE])
 def test_blocks_run(
     page: Path, request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -27,6 +27,7 @@ def test_the_page_tells_of_each_move_of_the_contract() -> None:
     assert set(moves) <= set(plot_motions.PROFILES)
 
 
+@pytest.mark.long
 def test_each_picture_is_on_the_page_and_drawn_by_the_kernel(tmp_path: Path) -> None:
     shown = re.findall(r"\(pictures/motion-(\w+)\.svg\)", PAGE)
     assert sorted(shown) == sorted(plot_motions.PROFILES)

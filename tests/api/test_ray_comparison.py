@@ -60,6 +60,7 @@ def test_differences_are_measured(stubs: Stubs, seed: int) -> None:
     assert rows["bullet"].agreement == pytest.approx(facets.agreement, abs=2e-3)
 
 
+@pytest.mark.long
 def test_equal_seeds_cast_equal_rays(stubs: Stubs, seed: int) -> None:
     apply(stubs, create(ball("a", 1.0)), create(box("b", 2.0)))
     one, same, other = (found(stubs, "embree", "reference", seed=s)["reference"] for s in (seed, seed, seed + 1))
@@ -67,6 +68,7 @@ def test_equal_seeds_cast_equal_rays(stubs: Stubs, seed: int) -> None:
     assert one.largest_difference_meters != other.largest_difference_meters
 
 
+@pytest.mark.long
 def test_those_that_fail_are_rows_with_their_reason(stubs: Stubs) -> None:
     """The first that answers is what the others are compared with."""
     apply(stubs, create(box("a")))

@@ -53,6 +53,7 @@ def swing(stubs: Stubs, sign: float = 1.0) -> None:
         move(stubs, joints(robot, 0.3, **goals))
 
 
+@pytest.mark.long
 def test_ten_sensors_on_moving_robots_lose_nothing_and_do_not_drift(stepped: Stubs) -> None:
     names = cell(stepped)
     swing(stepped)

@@ -34,6 +34,7 @@ def client(kernel: KernelProcess) -> Iterator[virtualrobot.Client]:
         yield client
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["iiwa", "panda"])
 def test_links_keep_away_while_the_tool_stays(client: virtualrobot.Client, name: str) -> None:
     """By the subtask alone, which acts in the null space: the tool is off only by how joints lag when they start."""
@@ -50,6 +51,7 @@ def test_links_keep_away_while_the_tool_stays(client: virtualrobot.Client, name:
     assert by_law.least[-1] == pytest.approx(near[0].distance, abs=1e-9)
 
 
+@pytest.mark.long
 def test_a_tool_gives_way_and_comes_back(client: virtualrobot.Client) -> None:
     """The ball comes by the tool: by the repulsive velocity it stays farther off, and is where it was at the end."""
     cell = replace(avoidance.CELLS["iiwa"], ball=((0.8, -0.4, 0.5), (0.6, -0.18, 0.5), (0.8, -0.4, 0.5)))
@@ -63,6 +65,7 @@ def test_a_tool_gives_way_and_comes_back(client: virtualrobot.Client) -> None:
     assert np.linalg.norm(soft.errors[-1]) < 2e-3
 
 
+@pytest.mark.long
 def test_the_same_start_gives_the_same_joints(client: virtualrobot.Client) -> None:
     cell = avoidance.CELLS["iiwa"]
     avoidance.build(client, cell)
@@ -89,6 +92,7 @@ def test_the_command_refuses_other_pictures(tmp_path: Path) -> None:
         assert done.exit_code == 2 and said in done.output
 
 
+@pytest.mark.long
 def test_real_time_works_as_well() -> None:
     """As often as states come; the arm rests at the end. Slowly: the stream may be silent for 0.2 s of its time."""
     with KernelProcess(headless=True) as process, virtualrobot.connect(process.address) as client:

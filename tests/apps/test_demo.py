@@ -13,6 +13,8 @@ from virtualrobot.apps import demo
 from tests.apps.boxes import penetration
 from tests.apps.demo_run import Record, watched_run
 
+pytestmark = pytest.mark.long
+
 LAYERS = 3
 COUNT = 6 * LAYERS
 SIZES = {"iiwa": (0.155, 0.10, 0.11), "panda": (0.105, 0.06, 0.07)}

@@ -37,7 +37,7 @@ def node_version() -> int:
 needs_node = pytest.mark.skipif(
     node_version() < OLDEST_NODE, reason=f"the TypeScript client needs node {OLDEST_NODE} or later, and npm"
 )
-pytestmark = pytest.mark.timeout(300)  # npm may have to fetch 150 MB, once
+pytestmark = pytest.mark.long  # installs from the network
 
 
 def npm(*arguments: str) -> None:

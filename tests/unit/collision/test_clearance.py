@@ -22,6 +22,7 @@ from virtualrobot_kernel.world.figures import Figure, Sphere
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind, NodeSpec
 
+from tests.tiers import Draws
 from tests.unit.collision.worlds import SHAPES, after, coal_distances, scene_of, with_robots
 
 STARTS = {"iiwa": [0.0, 0.5, 0.0, -1.5, 0.0, 1.1416, 0.0], "panda": [0.0, 0.2, 0.0, -1.9, 0.0, 2.1, 0.785]}
@@ -48,10 +49,10 @@ def beside(kind: str, start: np.ndarray | list[float], ball: tuple[float, float,
 
 
 @pytest.mark.parametrize("kind", ["iiwa", "panda"])
-def test_gradients_are_those_of_the_distances(kind: str, rng: np.random.Generator) -> None:
+def test_gradients_are_those_of_the_distances(kind: str, rng: np.random.Generator, draws: Draws) -> None:
     """By differences over 2e-6 rad; a nearest point that jumps just there would spoil one, so the middle one counts."""
     off: list[float] = []
-    for _ in range(15):
+    for _ in range(draws(15)):
         snapshot = beside(kind, np.array(STARTS[kind]) + rng.uniform(-0.2, 0.2, 7), BALLS[kind])
         arm = arm_of(snapshot, snapshot.structure.node(kind))
         near, q = NEAR_OF(snapshot, arm), snapshot.state.q[arm.q_index]

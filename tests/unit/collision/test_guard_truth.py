@@ -82,6 +82,7 @@ def test_setpoints_of_an_arm_among_thin_walls(kind: str, rng: np.random.Generato
         cell.world.close()
 
 
+@pytest.mark.long
 def test_two_arms_that_reach_into_each_other(rng: np.random.Generator) -> None:
     cell = cell_of("iiwa", rng, arms=2, walls=4)
     try:
@@ -94,6 +95,7 @@ def test_two_arms_that_reach_into_each_other(rng: np.random.Generator) -> None:
         cell.world.close()
 
 
+@pytest.mark.long
 def test_an_arm_that_goes_along_with_a_belt_leaves_it_before_a_wall(
     rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
 ) -> None:

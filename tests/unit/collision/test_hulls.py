@@ -13,6 +13,7 @@ from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.world.commands import CreateNodes, SetCollisionSettings
 from virtualrobot_kernel.world.figures import Box, Cylinder, Mesh, Sphere
 
+from tests.tiers import Draws
 from tests.unit.collision.solids import coal, in_coal, near, torus
 from tests.unit.collision.test_scene import body, mover
 from tests.unit.collision.worlds import after, world
@@ -52,7 +53,9 @@ def hull(uri: str, vertices: int) -> Mesh:
 
 @pytest.mark.parametrize("vertices", [8, 64, 256])
 @pytest.mark.parametrize("other", [Box((0.3, 0.2, 0.5)), Sphere(0.2), Cylinder(0.1, 0.4)])
-def test_a_hull_is_touched_where_coal_says(rng: np.random.Generator, vertices: int, other: Box | Sphere) -> None:
+def test_a_hull_is_touched_where_coal_says(
+    rng: np.random.Generator, draws: Draws, vertices: int, other: Box | Sphere
+) -> None:
     """And its distances are those of coal's hull of the same corners."""
     made = solid(hull("ring.stl", vertices))
     points = coal.StdVec_Vec3s()
@@ -64,7 +67,7 @@ def test_a_hull_is_touched_where_coal_says(rng: np.random.Generator, vertices: i
     request = coal.DistanceRequest()
     request.gjk_tolerance, request.gjk_max_iterations = 1e-9, 1000
     touched = 0
-    for _ in range(60):
+    for _ in range(draws(60)):
         poses = near(rng, 0.3), near(rng, 0.4)
         at = [coal.Transform3s(pose[:3, :3], pose[:3, 3]) for pose in poses]
         gap = coal.distance(theirs, at[0], against, at[1], request, coal.DistanceResult())

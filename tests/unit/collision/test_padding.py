@@ -15,6 +15,7 @@ from virtualrobot_kernel.world.commands import CreateNodes, SetCollisionSettings
 from virtualrobot_kernel.world.figures import Box, Sphere
 from virtualrobot_kernel.world.state import Snapshot
 
+from tests.tiers import Draws
 from tests.unit.collision.solids import GEOMETRIES, distance_by_coal, near, placed
 from tests.unit.collision.test_scene import body, mover
 from tests.unit.collision.test_scene_truth import obstacles
@@ -38,10 +39,10 @@ def two_balls(gap: float, **paddings: float) -> Snapshot:
 
 
 @pytest.mark.parametrize(("one", "other"), tuple(combinations_with_replacement(GEOMETRIES, 2)))
-def test_distances_are_without_the_paddings(rng: np.random.Generator, one: str, other: str) -> None:
+def test_distances_are_without_the_paddings(rng: np.random.Generator, draws: Draws, one: str, other: str) -> None:
     """Of random pairs: what is nearer than both paddings touches, what isn't is so much nearer; points stay."""
     touched = 0
-    for _ in range(20):
+    for _ in range(draws(20)):
         poses = near(rng, 0.3), near(rng, 0.3)
         bare = [placed((GEOMETRIES[name], pose)) for name, pose in zip((one, other), poses, strict=True)]
         (true,) = near_pairs(bare[0], bare[1], FAR)

@@ -27,6 +27,7 @@ from virtualrobot_kernel.world.state import Signal
 from virtualrobot_kernel.world.structure import Actuator, Kind, LinkData, NodeSpec, RobotData, ToolData
 from virtualrobot_sdk.poses import inverse
 
+from tests.tiers import Draws
 from tests.unit.planning.cell import cell, chain, pictured, tcp
 from tests.unit.planning.starts import start_of
 from tests.unit.world.builders import after, shifted, ticked, world_t
@@ -186,12 +187,12 @@ def test_what_carries_arm_and_goal_may_be_moved_with_both() -> None:
     assert after(change, UpdateNode("stand", parent_t_node=shifted(x=1.0)), command).state.motions
 
 
-def test_random_changes_never_start_a_plan_that_would_be_another_one(rng: np.random.Generator) -> None:
+def test_random_changes_never_start_a_plan_that_would_be_another_one(rng: np.random.Generator, draws: Draws) -> None:
     """What the same wish gives in the changed world is the judge: a plan that starts is that one, to the last bit."""
     change = cell()
     pool = [*HARMLESS.values(), *HARMLESS.values(), *(one for _, one in (ARM | REFERENCE).values())]
     started = 0
-    for _ in range(40):
+    for _ in range(draws(40)):
         reference = str(rng.choice(["world", "fixture", "belt.tray", "box"]))
         moves: list[Move] = [line(change, reference)]
         command = start_of(pictured(change), moves, chain)

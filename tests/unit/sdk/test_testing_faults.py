@@ -119,6 +119,7 @@ def test_one_with_wrong_settings_is_told_so(seed: int) -> None:
     assert (made.law, made.state, made.said) == ("made", State.FAILED, {"every chain": said})
 
 
+@pytest.mark.long
 def test_one_whose_process_ends_again_and_again_is_not_tried_for_ever(seed: int) -> None:
     report = grade("crashes/crashes", chains=CHAINS, seed=seed)
     states = {row.law: row.state for row in report.rows}
@@ -138,6 +139,7 @@ def test_a_suite_of_nobody_fails_once(site: Path) -> None:
     assert "all chains are declined:\nscara: it is made for 3 joints; this robot has 4" in done.stdout
 
 
+@pytest.mark.long
 def test_plugins_that_cannot_be_imported_are_named() -> None:
     with pytest.raises(PluginError, match=r"RuntimeError: the licence of this plugin has expired \(__init__\.py:3\)"):
         find("raises_on_import/raises_on_import")
