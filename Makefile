@@ -42,7 +42,9 @@ test-all: test
 # By file, in order: the long files come first.
 PYTEST := $(BIN)/python -m pytest -q -n 2 --dist loadfile --no-loadscope-reorder
 
+# Deadlines of components are no time to compile in.
 pytest: $(VENV)/installed-dev
+	@$(BIN)/python tools/compile_code.py
 	@echo "testing ..."
 	@$(PYTEST) --junitxml=$(VENV)/tests.xml $(ARGS)
 

@@ -34,7 +34,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "world": ("motion",),
     "inputs": ("world",),
     "shapes": ("world",),
-    "messages": ("world",),
+    "messages": ("motion", "world"),
     "planning": ("components", "motion", "numeric", "world"),
     "formats": ("messages", "shapes", "world"),
     "scenes": ("formats", "messages", "world"),

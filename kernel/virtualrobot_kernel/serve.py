@@ -75,7 +75,7 @@ def _parser() -> argparse.ArgumentParser:
 def _serve(options: argparse.Namespace) -> int:
     _check(options)
     catalog = _catalog(options)
-    _compile()
+    compile_all_code()
     from virtualrobot_kernel.api.server import Address
     from virtualrobot_kernel.kernel import Kernel, Settings
     from virtualrobot_kernel.world.clock import Mode
@@ -154,7 +154,7 @@ def _catalog(options: argparse.Namespace) -> Catalog:
     return catalog
 
 
-def _compile() -> None:
+def compile_all_code() -> None:
     """Load compiled code; on the first start say that it is compiled, and how far it is."""
     from virtualrobot_sdk.compiled.cache import compile_all
 

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import grpc
-import pybullet_data
 from google.rpc import error_details_pb2
 from grpc_status import rpc_status
+from virtualrobot.signal_values import SignalValue, set_command
 from virtualrobot.v1 import geometry_pb2, motion_pb2, nodes_pb2, scene_pb2
 
 from tests.kernels import Stubs
+from tests.pybullet_models import pybullet_data
 
 MODELS = Path(pybullet_data.getDataPath())
 IIWA = str(MODELS / "kuka_iiwa/model.urdf")
@@ -53,6 +54,11 @@ def load(stubs: Stubs, uri: str, name: str = "", **fields: object) -> scene_pb2.
 def apply(stubs: Stubs, *commands: scene_pb2.Command) -> scene_pb2.ApplyResponse:
     """Apply commands as one batch."""
     return stubs.scene.Apply(scene_pb2.ApplyRequest(commands=commands))
+
+
+def set_signals(stubs: Stubs, values: Mapping[str, SignalValue]) -> scene_pb2.ApplyResponse:
+    """Set signals as one batch."""
+    return apply(stubs, *(set_command(name, value) for name, value in values.items()))
 
 
 def create(node: nodes_pb2.Node) -> scene_pb2.Command:

@@ -7,9 +7,9 @@ from typing import Any
 
 import grpc
 import numpy as np
-import pybullet_data
 from google.protobuf.field_mask_pb2 import FieldMask
 from google.protobuf.message import Message
+from virtualrobot.signal_values import set_command, value_message
 from virtualrobot.v1 import (
     geometry_pb2,
     kernel_pb2,
@@ -19,6 +19,8 @@ from virtualrobot.v1 import (
     scene_pb2,
     signal_pb2,
 )
+
+from tests.pybullet_models import pybullet_data
 
 MODELS = {"iiwa": "kuka_iiwa/model.urdf", "panda": "franka_panda/panda.urdf", "r2d2": "r2d2.urdf"}
 
@@ -180,13 +182,12 @@ class Program:
         name = f"signal{self.rng.integers(6)}"
         kind = self.rng.integers(4)
         if kind == 0:
-            signal = signal_pb2.Signal(name=name, value=bool(self.rng.integers(2)))
+            signal = signal_pb2.Signal(name=name, value=value_message(bool(self.rng.integers(2))))
             self.apply(scene_pb2.Command(create_signal=scene_pb2.CreateSignal(signal=signal)))
         elif kind == 1:
             self.apply(scene_pb2.Command(remove_signal=scene_pb2.RemoveSignal(name=name)))
         else:
-            request = signal_pb2.SetSignalsRequest(values={name: bool(self.rng.integers(2))})
-            self.ask(self.stubs.signal.SetSignals, request)
+            self.apply(set_command(name, bool(self.rng.integers(2))))
 
     def speed(self) -> None:
         """Slow one robot or all."""
@@ -273,9 +274,13 @@ class Program:
                 percent = float(self.rng.uniform(5, 50)) if self.rng.random() < 0.5 else None
                 steps.append(motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=[move], blend_percent=percent)))
             elif kind == 2:
-                steps.append(motion_pb2.ProgramStep(set_signal=motion_pb2.SetSignalStep(signal=signal, value=value)))
+                steps.append(
+                    motion_pb2.ProgramStep(
+                        set_signal=motion_pb2.SetSignalStep(signal=signal, value=value_message(value))
+                    )
+                )
             elif kind == 3:
-                condition = motion_pb2.SignalCondition(signal=signal, value=value)
+                condition = motion_pb2.SignalCondition(signal=signal, value=value_message(value))
                 wait = motion_pb2.WaitSignalStep(condition=condition, timeout_seconds=float(self.rng.uniform(0.1, 1)))
                 steps.append(motion_pb2.ProgramStep(wait_signal=wait))
             else:

@@ -20,7 +20,7 @@ from virtualrobot.v1 import (
     view_pb2,
 )
 
-from tests.api.asking import IIWA, apply, box, create, joints, load, refusal, start
+from tests.api.asking import IIWA, apply, box, create, joints, load, refusal, set_signals, start
 from tests.api.leasing import Holder, all_free, leases, two_arms, update
 from tests.api.reading import state
 from tests.kernels import KernelProcess, Stubs
@@ -95,7 +95,7 @@ def test_what_is_not_the_robot_stays_free(cell: Stubs, kernel: KernelProcess) ->
         scene_pb2.Command(create_signal=scene_pb2.CreateSignal(signal=signal_pb2.Signal(name="lamp"))),
         scene_pb2.Command(set_speed_factor=scene_pb2.SetSpeedFactor(robot="right", factor=0.5)),
     )
-    stubs.signal.SetSignals(signal_pb2.SetSignalsRequest(values={"lamp": True}))
+    set_signals(stubs, {"lamp": True})
     stubs.robot.SolveForward(robot_pb2.SolveForwardRequest(robot="left"))
 
 

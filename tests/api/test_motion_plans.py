@@ -7,6 +7,7 @@ import time
 import grpc
 import numpy as np
 import pytest
+from virtualrobot.signal_values import condition
 from virtualrobot.v1 import motion_pb2, scene_pb2, signal_pb2
 
 from tests.api.asking import IIWA, PANDA, apply, joints, load, refusal, start
@@ -87,9 +88,7 @@ def test_a_program_is_planned_step_by_step(stepped: Stubs) -> None:
     steps = [
         motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=[joints("arm", lbr_iiwa_joint_1=0.5)])),
         motion_pb2.ProgramStep(dwell=motion_pb2.DwellStep(seconds=0.25)),
-        motion_pb2.ProgramStep(
-            wait_signal=motion_pb2.WaitSignalStep(condition=motion_pb2.SignalCondition(signal="go", value=True))
-        ),
+        motion_pb2.ProgramStep(wait_signal=motion_pb2.WaitSignalStep(condition=condition("go", True))),
         motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=[joints("arm", lbr_iiwa_joint_2=0.3)])),
     ]
     told = plan(stepped, *steps)

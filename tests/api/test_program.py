@@ -7,9 +7,10 @@ from itertools import pairwise
 import grpc
 import numpy as np
 import pytest
+from virtualrobot.signal_values import condition, value_message
 from virtualrobot.v1 import kernel_pb2, motion_pb2, scene_pb2, signal_pb2
 
-from tests.api.asking import IIWA, PANDA, apply, joints, load, refusal
+from tests.api.asking import IIWA, PANDA, apply, joints, load, refusal, set_signals
 from tests.api.moving import ABORTED, CANCELLED, PAUSED, READY, RUNNING, SUCCEEDED, TICK, finished, linear, motion
 from tests.api.reading import matrix, state, step
 from tests.kernels import Stubs
@@ -24,7 +25,7 @@ def signals(stubs: Stubs, *names: str) -> None:
 
 
 def turn_on(stubs: Stubs, name: str, value: bool = True) -> None:
-    stubs.signal.SetSignals(signal_pb2.SetSignalsRequest(values={name: value}))
+    set_signals(stubs, {name: value})
 
 
 def move(*moves: motion_pb2.Move, **zone: float) -> motion_pb2.ProgramStep:
@@ -32,12 +33,12 @@ def move(*moves: motion_pb2.Move, **zone: float) -> motion_pb2.ProgramStep:
 
 
 def put(signal: str, value: bool = True) -> motion_pb2.ProgramStep:
-    return motion_pb2.ProgramStep(set_signal=motion_pb2.SetSignalStep(signal=signal, value=value))
+    return motion_pb2.ProgramStep(set_signal=motion_pb2.SetSignalStep(signal=signal, value=value_message(value)))
 
 
 def wait(signal: str, timeout: float = 0.0) -> motion_pb2.ProgramStep:
-    condition = motion_pb2.SignalCondition(signal=signal, value=True)
-    return motion_pb2.ProgramStep(wait_signal=motion_pb2.WaitSignalStep(condition=condition, timeout_seconds=timeout))
+    step = motion_pb2.WaitSignalStep(condition=condition(signal, True), timeout_seconds=timeout)
+    return motion_pb2.ProgramStep(wait_signal=step)
 
 
 def dwell(seconds: float) -> motion_pb2.ProgramStep:
@@ -82,7 +83,7 @@ def test_every_step_has_its_tick(stepped: Stubs) -> None:
     while (now := motion(stepped, ask.id)).phase not in (SUCCEEDED, CANCELLED, ABORTED):
         on = stepped.signal.GetSignals(signal_pb2.GetSignalsRequest()).signals
         for signal in on:
-            if signal.value:
+            if signal.value.boolean:
                 seen.setdefault(signal.name, count)
         steps.append(now.step)
         assert now.phase == (WAITING if 0 < count < 25 else RUNNING)
@@ -90,7 +91,7 @@ def test_every_step_has_its_tick(stepped: Stubs) -> None:
         count += 1
     assert now.phase == SUCCEEDED
     assert seen == {"a": 1, "b": 25}
-    assert stepped.signal.GetSignals(signal_pb2.GetSignalsRequest(names=["c"])).signals[0].value
+    assert stepped.signal.GetSignals(signal_pb2.GetSignalsRequest(names=["c"])).signals[0].value.boolean
     assert count == int(np.ceil(ask.planned_duration_seconds / TICK - 1e-6))
     assert steps == sorted(steps) and set(steps) == {0, 1, 3}
     assert (now.step, now.progress) == (4, 1.0)
@@ -129,7 +130,7 @@ def test_every_change_within_a_step_is_told(stepped: Stubs) -> None:
     told: list[tuple[int, str, bool]] = []
     while len(told) < 80:
         response = next(watch)
-        told += [(response.stamp.tick - first, signal.name, signal.value) for signal in response.signals]
+        told += [(response.stamp.tick - first, signal.name, signal.value.boolean) for signal in response.signals]
     watch.cancel()
     changes = [("a", True), ("b", True), ("a", False), ("b", False)]
     assert all(before[0] <= after[0] for before, after in pairwise(told))
@@ -187,7 +188,7 @@ def test_a_wait_that_takes_too_long(stepped: Stubs) -> None:
     assert (ended.phase, ended.end_cause) == (ABORTED, motion_pb2.END_CAUSE_SIGNAL_TIMEOUT)
     assert ended.end_reason == "step 1: the signal 'go' was not on within 0.5 s"
     assert ended.step == 1
-    assert not stepped.signal.GetSignals(signal_pb2.GetSignalsRequest(names=["later"])).signals[0].value
+    assert not stepped.signal.GetSignals(signal_pb2.GetSignalsRequest(names=["later"])).signals[0].value.boolean
     removed = scene_pb2.Command(remove_signal=scene_pb2.RemoveSignal(name="go"))
     apply(stepped, removed)
 
@@ -196,7 +197,7 @@ def test_a_search_finds_and_does_not_find(stepped: Stubs) -> None:
     at = ready(stepped)
     signals(stepped, "touch")
     down = linear("arm", shifted(at, z=-0.1))
-    down.linear.until.signal, down.linear.until.value = "touch", True
+    down.linear.until.CopyFrom(condition("touch", True))
     request = motion_pb2.StartMotionRequest(moves=[down], on_disconnect=motion_pb2.DISCONNECT_POLICY_CONTINUE)
     ask = stepped.motion.StartMotion(request).motion
     assert not ask.HasField("search")
@@ -250,7 +251,7 @@ def test_low_speed_factors_change_moves_and_not_dwells(stepped: Stubs) -> None:
     step(stepped, 5000)
     assert motion(stepped, ask.id).phase == SUCCEEDED
     change = next(watch)
-    assert [(one.name, one.value) for one in change.signals] == [("a", True)]
+    assert [(one.name, one.value.boolean) for one in change.signals] == [("a", True)]
     assert change.stamp.tick - begin == int(np.ceil(10 * moving / TICK - 1e-6))
     watch.cancel()
 
@@ -302,7 +303,7 @@ def test_nothing_moves_when_a_step_cannot_be_planned(stepped: Stubs) -> None:
     assert (refused.reason, refused.metadata["step"]) == ("UNKNOWN_NAME", "1")
     step(stepped, 10)
     assert not state(stepped, "arm").motion_ids
-    assert not stepped.signal.GetSignals(signal_pb2.GetSignalsRequest(names=["a"])).signals[0].value
+    assert not stepped.signal.GetSignals(signal_pb2.GetSignalsRequest(names=["a"])).signals[0].value.boolean
 
 
 def test_a_program_file_is_read(stepped: Stubs) -> None:

@@ -8,6 +8,7 @@ import grpc
 import numpy as np
 import pytest
 from google.protobuf.field_mask_pb2 import FieldMask
+from virtualrobot.signal_values import value_message
 from virtualrobot.v1 import (
     collision_pb2,
     geometry_pb2,
@@ -48,7 +49,9 @@ def revision(stubs: Stubs) -> int:
 
 def test_a_batch_is_applied_as_one_change(stepped: Stubs) -> None:
     before = revision(stepped)
-    signal = scene_pb2.Command(create_signal=scene_pb2.CreateSignal(signal=signal_pb2.Signal(name="s", value=True)))
+    signal = scene_pb2.Command(
+        create_signal=scene_pb2.CreateSignal(signal=signal_pb2.Signal(name="s", value=value_message(True)))
+    )
     answer = apply(stepped, create(box("a")), create(box("b", parent="a")), signal, attach("b"))
     assert [created.name for created in answer.created] == ["a", "b"]
     assert answer.stamp.structure_revision == before + 1

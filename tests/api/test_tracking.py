@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from virtualrobot.v1 import geometry_pb2, motion_pb2, nodes_pb2, scene_pb2, signal_pb2
 
-from tests.api.asking import IIWA, apply, box, create, joints, load, refusal, start
+from tests.api.asking import IIWA, apply, box, create, joints, load, refusal, set_signals, start
 from tests.api.moving import ABORTED, CANCELLED, RUNNING, SUCCEEDED, TICK, finished, linear, motion
 from tests.api.reading import matrix, pose, scene, state, step, unchanged
 from tests.api.test_robot import put
@@ -97,7 +97,7 @@ def test_a_part_is_picked_from_the_running_belt(cell: Stubs) -> None:
             if not lift:
                 assert np.abs(seen(cell) - grip).max() < 1e-5
                 apply(cell, pick("arm", "part"))
-                cell.signal.SetSignals(signal_pb2.SetSignalsRequest(values={"held": True}))
+                set_signals(cell, {"held": True})
             lift.append(len(places))
     told = motion(cell, id)
     assert told.phase == SUCCEEDED, told.end_reason

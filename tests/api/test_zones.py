@@ -26,7 +26,7 @@ def test_a_corner_is_rounded_without_a_stop_and_its_signal_set_in_the_middle(ste
     while motion(stepped, started.motion.id).phase != SUCCEEDED:
         step(stepped)
         positions.append(matrix(state(stepped, "arm").world_t_tcp)[:3, 3])
-        on = stepped.signal.GetSignals(signal_pb2.GetSignalsRequest(names=["a"])).signals[0].value
+        on = stepped.signal.GetSignals(signal_pb2.GetSignalsRequest(names=["a"])).signals[0].value.boolean
         set_at = set_at or (on and len(positions) - 1)
     way = np.array(positions)
     steps = np.linalg.norm(np.diff(way, axis=0), axis=1)

@@ -69,7 +69,7 @@ def _watch_robots(watcher: virtualrobot.Client, record: Record) -> None:
 
 def _watch_signals(watcher: virtualrobot.Client, record: Record) -> None:
     for response in watcher.services.signal.WatchSignals(signal_pb2.WatchSignalsRequest()):
-        record.signals.append((response.stamp.tick, {signal.name: signal.value for signal in response.signals}))
+        record.signals.append((response.stamp.tick, {signal.name: signal.value.boolean for signal in response.signals}))
 
 
 def _watch_scene(watcher: virtualrobot.Client, record: Record) -> None:

@@ -6,7 +6,6 @@ import dataclasses
 import re
 from pathlib import Path
 
-import pybullet_data
 import pytest
 from virtualrobot_sdk.importers import Translation
 from virtualrobot_sdk.registration import ComponentKind
@@ -17,6 +16,7 @@ from virtualrobot_sdk.testing.subject import Subject
 from virtualrobot_sdk.testing.trial import Trial, examine
 
 from tests.contract.breaking import broken
+from tests.pybullet_models import pybullet_data
 
 COMPONENTS = "tests.contract.components.importers"
 BUNDLED = "virtualrobot_plugins.importers"

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 
 import numpy as np
-import pybullet
 import pytest
 from scipy.spatial.transform import Rotation
 from virtualrobot_sdk.rays import NO_ELEMENT, Hits, RayScene, Round, Shape
@@ -23,6 +22,7 @@ from virtualrobot_sdk.testing.ray_truth import (
 )
 
 from tests.contract.breaking import broken
+from tests.pybullet_models import pybullet
 
 COMPONENTS = "tests.contract.components.ray_casters"
 LONGEST = 10.0

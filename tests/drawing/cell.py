@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pybullet_data
 from virtualrobot.resolver import Resolver
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.files import Files
@@ -19,6 +18,8 @@ from virtualrobot_kernel.world.commands import Command, CreateNodes
 from virtualrobot_kernel.world.figures import Figure, Mesh, Pose
 from virtualrobot_kernel.world.state import Snapshot, State
 from virtualrobot_kernel.world.structure import Kind, NodeData, NodeSpec, RobotData, Structure
+
+from tests.pybullet_models import pybullet_data
 
 TICK_SECONDS = 0.004
 

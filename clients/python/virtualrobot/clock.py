@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from virtualrobot.robot_values import RobotState
 from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
+from virtualrobot.signal_values import SignalValue, value_of
 from virtualrobot.v1 import kernel_pb2, motion_pb2
 from virtualrobot.wire import Stamp, stamp_of
 
@@ -40,7 +41,7 @@ class Observation:
 
     stamp: Stamp
     robots: dict[str, RobotState]
-    signals: dict[str, bool]
+    signals: dict[str, SignalValue]
     motions: tuple[motion_pb2.Motion, ...]
 
 
@@ -111,7 +112,7 @@ class Clock:
         return Observation(
             stamp_of(response.stamp),
             {robot.name: RobotState.of(robot, response.stamp) for robot in response.robots},
-            {signal.name: signal.value for signal in response.signals},
+            {signal.name: value_of(signal.value) for signal in response.signals},
             tuple(response.motions),
         )
 

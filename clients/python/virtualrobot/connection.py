@@ -40,7 +40,7 @@ class Client:
 
     Attributes:
         scene: the tree of nodes: `client.scene.add_part(...)`, `client.scene.load(...)`, `print(client.scene.tree())`.
-        signals: digital signals, like a dictionary.
+        signals: signals, like a dictionary.
         clock: how time runs.
         view: the picture in the browser.
         assets: files to and from the kernel.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Generic, TypeVar
 
 from google.protobuf.field_mask_pb2 import FieldMask
@@ -11,11 +11,19 @@ from numpy.typing import ArrayLike
 
 from virtualrobot.allowed_pairs import pairs_command
 from virtualrobot.collision_settings import collision_command
+from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.figures import Figures, figure_list
 from virtualrobot.robot_values import JointGroup
 from virtualrobot.services import Services
+from virtualrobot.signal_values import SignalValue, set_command, value_message
 from virtualrobot.v1 import nodes_pb2, robot_pb2, scene_pb2, sensing_pb2, sensor_pb2, signal_pb2
 from virtualrobot.wire import array_message, joint_map, pose_message, settings_message
+
+_DIRECTIONS = {
+    "input": signal_pb2.SIGNAL_DIRECTION_INPUT,
+    "output": signal_pb2.SIGNAL_DIRECTION_OUTPUT,
+    "internal": signal_pb2.SIGNAL_DIRECTION_INTERNAL,
+}
 
 Created = TypeVar("Created")
 
@@ -247,18 +255,36 @@ class Editor(ABC, Generic[Created]):
         """Put a tool into a state at once, without a motion."""
         self._submit(scene_pb2.Command(set_tool_state=scene_pb2.SetToolState(tool=tool, state=state)))
 
-    def create_signal(self, name: str, value: bool = False, description: str = "") -> None:
-        """Add a digital signal."""
-        signal = signal_pb2.Signal(name=name, value=value, description=description)
+    def create_signal(
+        self,
+        name: str,
+        value: SignalValue | Sequence[bool] = False,
+        description: str = "",
+        *,
+        unit: str = "",
+        direction: str = "internal",
+        owner: str = "",
+    ) -> None:
+        """Add a signal, whose type is that of `value`; `direction` is "input", "output" or "internal"."""
+        if direction not in _DIRECTIONS:
+            raise InvalidArgumentError(f"a signal's direction is one of {', '.join(_DIRECTIONS)}, not {direction!r}")
+        signal = signal_pb2.Signal(
+            name=name,
+            value=value_message(value),
+            description=description,
+            unit=unit,
+            direction=_DIRECTIONS[direction],
+            owner=owner,
+        )
         self._submit(scene_pb2.Command(create_signal=scene_pb2.CreateSignal(signal=signal)))
 
     def remove_signal(self, name: str) -> None:
         """Take a signal out of the world."""
         self._submit(scene_pb2.Command(remove_signal=scene_pb2.RemoveSignal(name=name)))
 
-    def set_signal(self, name: str, value: bool) -> None:
-        """Set a signal."""
-        self._submit(scene_pb2.Command(set_signal=scene_pb2.SetSignal(name=name, value=value)))
+    def set_signal(self, name: str, value: SignalValue | Sequence[bool]) -> None:
+        """Set a signal to a value of its type."""
+        self._submit(set_command(name, value))
 
     def set_speed_factor(self, factor: float, robot: str = "") -> None:
         """Slow the motions of one robot, or with no name of all: above 0, up to 1; running ones change smoothly."""

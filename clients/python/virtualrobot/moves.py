@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from virtualrobot.errors import InvalidArgumentError
+from virtualrobot.signal_values import SignalValue, condition
 from virtualrobot.v1 import motion_pb2
 from virtualrobot.wire import array_message, joint_map, pose_message, vector_message
 
@@ -26,14 +27,18 @@ _JOG_FRAMES = {
     "world": motion_pb2.JOG_FRAME_NODE,
 }
 
-Until: TypeAlias = str | tuple[str, bool]
-"""A signal that is on, or a signal and the value that it has."""
+Until: TypeAlias = str | tuple[str, SignalValue] | tuple[str, str, SignalValue]
+"""A signal that is on, a signal and the value that it has, or a signal, a comparison such as ">=" and a value."""
 
 
-def condition(until: Until) -> motion_pb2.SignalCondition:
-    """Return a value of a signal as a message."""
-    signal, value = (until, True) if isinstance(until, str) else until
-    return motion_pb2.SignalCondition(signal=signal, value=value)
+def until_condition(until: Until) -> motion_pb2.SignalCondition:
+    """Return the condition of a search as a message."""
+    if isinstance(until, str):
+        return condition(until, True)
+    if len(until) == 2:
+        return condition(*until)
+    signal, comparison, value = until
+    return condition(signal, value, comparison)
 
 
 def pose_goal(
@@ -120,13 +125,13 @@ def linear(
 ) -> motion_pb2.Move:
     """Return a move along a straight line; velocity in m/s, acceleration in m/s^2, 0 for the kernel's usual ones.
 
-    `until` makes it a search: the signal at which it ends early, or signal and value.
+    `until` makes it a search: the signal at which it ends early, or signal and value, or signal, comparison and value.
     """
     line = motion_pb2.Linear(
         goal=pose_goal(reference_t_tcp, reference, moving=moving),
         max_velocity_meters_per_second=velocity,
         max_acceleration_meters_per_second_squared=acceleration,
-        until=None if until is None else condition(until),
+        until=None if until is None else until_condition(until),
     )
     law = time_law_number(time_law)
     return motion_pb2.Move(robot=robot, speed_factor=speed_factor, time_law=law, linear=line)

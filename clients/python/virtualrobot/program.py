@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Unpack
 
 from virtualrobot import motion, plans
 from virtualrobot.errors import InvalidArgumentError
-from virtualrobot.moves import condition, unstarted
+from virtualrobot.moves import unstarted
 from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
+from virtualrobot.signal_values import SignalValue, condition, value_message
 from virtualrobot.v1 import motion_pb2
 
 
@@ -53,17 +54,17 @@ class Program:
             step.blend_percent = zone_percent
         return self
 
-    def set(self, signal: str, value: bool = True) -> Program:
+    def set(self, signal: str, value: SignalValue | Sequence[bool] = True) -> Program:
         """Add a step that sets a signal; between moves with a zone it is set in the zone's middle."""
-        self.request.steps.add(set_signal=motion_pb2.SetSignalStep(signal=signal, value=value))
+        self.request.steps.add(set_signal=motion_pb2.SetSignalStep(signal=signal, value=value_message(value)))
         return self
 
-    def wait(self, signal: str, value: bool = True, timeout: float = 0.0) -> Program:
-        """Add a step that stands still until a signal has a value.
+    def wait(self, signal: str, value: SignalValue = True, timeout: float = 0.0, comparison: str = "==") -> Program:
+        """Add a step that stands still until a signal compares so with a value (`==`, `!=`, `<`, `<=`, `>`, `>=`).
 
         After `timeout` seconds of simulation time (0: never) the motion is cancelled as SIGNAL_TIMEOUT.
         """
-        wait = motion_pb2.WaitSignalStep(condition=condition((signal, value)), timeout_seconds=timeout)
+        wait = motion_pb2.WaitSignalStep(condition=condition(signal, value, comparison), timeout_seconds=timeout)
         self.request.steps.add(wait_signal=wait)
         return self
 

@@ -1,70 +1,138 @@
-"""Digital signals by name: set, get, watch, wait for."""
+"""Signals by name: set, get, watch, wait for."""
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterator, Mapping, MutableMapping, Sequence
+from dataclasses import dataclass
 
 from virtualrobot.editor import Direct
-from virtualrobot.errors import CallTimeoutError
+from virtualrobot.errors import CallTimeoutError, InvalidArgumentError
 from virtualrobot.services import Services
-from virtualrobot.v1 import signal_pb2
+from virtualrobot.signal_values import SignalValue, set_command, value_of
+from virtualrobot.v1 import scene_pb2, signal_pb2
+
+_COMPARED = {
+    "==": operator.eq,
+    "!=": operator.ne,
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+}
 
 
-class Signals(MutableMapping[str, bool]):
-    """The digital signals of one kernel, like a dictionary of names to values.
+@dataclass(frozen=True, slots=True)
+class Signal:
+    """A signal at one instant.
+
+    Attributes:
+        name: its name.
+        value: a bool, an int, a float, a str, or a tuple of bools for a group.
+        description: what it is for.
+        unit: of a number.
+        direction: "input", "output" or "internal", seen from its owner.
+        owner: the node that it belongs to; empty means nobody.
+    """
+
+    name: str
+    value: SignalValue
+    description: str
+    unit: str
+    direction: str
+    owner: str
+
+    @staticmethod
+    def of(message: signal_pb2.Signal) -> Signal:
+        """Return the signal that a message tells."""
+        direction = signal_pb2.SignalDirection.Name(message.direction).removeprefix("SIGNAL_DIRECTION_").lower()
+        value = value_of(message.value)
+        return Signal(message.name, value, message.description, message.unit, direction, message.owner)
+
+
+class Signals(MutableMapping[str, SignalValue]):
+    """The signals of one kernel, like a dictionary of names to values.
 
     Example:
         >>> client.signals.create("gripper closed")
         >>> client.signals["gripper closed"] = True
-        >>> client.signals.wait_for("box arrived", timeout=10.0)
+        >>> client.signals.create("pressure", 0.0, unit="bar")
+        >>> client.signals.wait_for("pressure", 5.5, comparison=">=", timeout=10.0)
     """
 
     def __init__(self, services: Services) -> None:
         """Handle the signals of one kernel."""
         self._services = services
 
-    def create(self, name: str, value: bool = False, description: str = "") -> None:
-        """Add a signal; raises NameTakenError when there is one of this name."""
-        Direct(self._services).create_signal(name, value, description)
+    def create(
+        self,
+        name: str,
+        value: SignalValue | Sequence[bool] = False,
+        description: str = "",
+        *,
+        unit: str = "",
+        direction: str = "internal",
+        owner: str = "",
+    ) -> None:
+        """Add a signal, whose type is that of `value`; see `Signal` for the rest.
 
-    def read(self, names: Sequence[str] = ()) -> list[signal_pb2.Signal]:
-        """Return all signals, or these, with their descriptions."""
-        return list(self._services.signal.GetSignals(signal_pb2.GetSignalsRequest(names=names)).signals)
+        Raises:
+            NameTakenError: when there is one of this name.
+            UnknownNameError: when there is no such owner.
+        """
+        Direct(self._services).create_signal(name, value, description, unit=unit, direction=direction, owner=owner)
 
-    def set(self, values: Mapping[str, bool]) -> None:
-        """Set several signals at the same instant."""
-        self._services.signal.SetSignals(signal_pb2.SetSignalsRequest(values=values))
+    def read(self, names: Sequence[str] = ()) -> list[Signal]:
+        """Return all signals, or these."""
+        response = self._services.signal.GetSignals(signal_pb2.GetSignalsRequest(names=names))
+        return [Signal.of(message) for message in response.signals]
 
-    def watch(self, names: Sequence[str] = ()) -> Iterator[dict[str, bool]]:
+    def set(self, values: Mapping[str, SignalValue | Sequence[bool]]) -> None:
+        """Set several signals at the same instant; all or none when one is unknown or takes no such value."""
+        commands = [set_command(name, value) for name, value in values.items()]
+        self._services.scene.Apply(scene_pb2.ApplyRequest(commands=commands))
+
+    def watch(self, names: Sequence[str] = ()) -> Iterator[dict[str, SignalValue]]:
         """Yield the values of all signals, or of these, and then those that are new or changed; no change is lost."""
         with self._services.signal.WatchSignals(signal_pb2.WatchSignalsRequest(names=names)) as stream:
             for response in stream:
-                yield {signal.name: signal.value for signal in response.signals}
+                yield {signal.name: value_of(signal.value) for signal in response.signals}
 
-    def wait_for(self, name: str, value: bool = True, timeout: float | None = None) -> None:
-        """Wait until a signal has this value; return at once when it has it already.
+    def wait_for(
+        self, name: str, value: SignalValue = True, timeout: float | None = None, comparison: str = "=="
+    ) -> None:
+        """Wait until a signal compares so with this value; return at once when it does already.
+
+        `comparison` is one of `==`, `!=`, `<`, `<=`, `>`, `>=`; the last four are for integers and numbers.
 
         Raises:
-            CallTimeoutError: when it does not have it within `timeout` seconds of the wall clock.
+            CallTimeoutError: when it does not within `timeout` seconds of the wall clock.
             UnknownNameError: when there is no such signal.
+            InvalidArgumentError: when the signal's type can't be compared so.
         """
+        if comparison not in _COMPARED:
+            raise InvalidArgumentError(f"a comparison is one of {', '.join(_COMPARED)}, not {comparison!r}")
         request = signal_pb2.WatchSignalsRequest(names=[name])
         try:
             with self._services.signal.WatchSignals(request, timeout=timeout) as stream:
                 for response in stream:
-                    if any(signal.name == name and signal.value == value for signal in response.signals):
+                    if any(
+                        _holds(one.name, value_of(one.value), comparison, value)
+                        for one in response.signals
+                        if one.name == name
+                    ):
                         return
         except CallTimeoutError as error:
-            wanted = "on" if value else "off"
+            wanted = {True: "on", False: "off"}[value] if isinstance(value, bool) else f"{comparison} {value!r}"
             raise CallTimeoutError(f"the signal {name!r} was not {wanted} within {timeout} s") from error
 
-    def __getitem__(self, name: str) -> bool:
+    def __getitem__(self, name: str) -> SignalValue:
         """Return the value of a signal."""
         return self.read([name])[0].value
 
-    def __setitem__(self, name: str, value: bool) -> None:
+    def __setitem__(self, name: str, value: SignalValue | Sequence[bool]) -> None:
         """Set a signal that exists; see `create`."""
-        self.set({name: bool(value)})
+        self.set({name: value})
 
     def __delitem__(self, name: str) -> None:
         """Take a signal out of the world."""
@@ -81,3 +149,13 @@ class Signals(MutableMapping[str, bool]):
     def __repr__(self) -> str:
         """Return names and values."""
         return f"<Signals { ({signal.name: signal.value for signal in self.read()}) }>"
+
+
+def _holds(name: str, value: SignalValue, comparison: str, other: SignalValue) -> bool:
+    ordered = not isinstance(value, bool | str | tuple) and not isinstance(other, bool | str | tuple)
+    alike = ordered or type(value) is type(other)
+    if not alike or (comparison not in ("==", "!=") and not ordered):
+        raise InvalidArgumentError(
+            f"the signal {name!r} is {value!r}, which {comparison!r} cannot compare with {other!r}"
+        )
+    return bool(_COMPARED[comparison](value, other))

@@ -98,7 +98,7 @@ class KernelServicer(kernel_pb2_grpc.KernelServiceServicer):
         return kernel_pb2.StepClockResponse(
             stamp=stamp(snapshot),
             robots=robot_states(snapshot, robots_named(snapshot, ())),
-            signals=[signal_message(signal) for signal in state.signals.values()],
+            signals=[signal_message(snapshot.structure, signal) for signal in state.signals.values()],
             motions=[motion_message(snapshot, motion) for motion in (*ended, *state.motions)],
         )
 

@@ -1,8 +1,7 @@
-"""SignalService: digital signals."""
+"""SignalService: signals."""
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import AsyncIterator, Iterable, Mapping
 
 from virtualrobot.v1 import signal_pb2, signal_pb2_grpc
@@ -11,8 +10,7 @@ from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import UnknownNameError
 from virtualrobot_kernel.messages.signals import signal_message
 from virtualrobot_kernel.messages.values import stamp
-from virtualrobot_kernel.world.commands import SetSignal
-from virtualrobot_kernel.world.state import Signal
+from virtualrobot_kernel.world.state import Signal, Snapshot
 
 
 class SignalServicer(signal_pb2_grpc.SignalServiceServicer):
@@ -26,13 +24,7 @@ class SignalServicer(signal_pb2_grpc.SignalServiceServicer):
         """Tell signals as they are."""
         snapshot = self._rooms.world.snapshot
         chosen = _chosen(snapshot.state.signals, request.names)
-        return signal_pb2.GetSignalsResponse(stamp=stamp(snapshot), signals=[signal_message(one) for one in chosen])
-
-    async def SetSignals(self, request: signal_pb2.SetSignalsRequest, context: object) -> signal_pb2.SetSignalsResponse:
-        """Set signals as one change."""
-        batch = [SetSignal(name, value) for name, value in sorted(request.values.items())]
-        applied = await asyncio.wrap_future(self._rooms.submit(batch, context))
-        return signal_pb2.SetSignalsResponse(stamp=stamp(applied.snapshot))
+        return signal_pb2.GetSignalsResponse(stamp=stamp(snapshot), signals=_messages(snapshot, chosen))
 
     async def WatchSignals(
         self, request: signal_pb2.WatchSignalsRequest, context: object
@@ -49,9 +41,13 @@ class SignalServicer(signal_pb2_grpc.SignalServiceServicer):
             removed = [name for name in before if name not in now]
             if changed or removed or told is None:
                 yield signal_pb2.WatchSignalsResponse(
-                    stamp=stamp(snapshot), signals=[signal_message(one) for one in changed], removed_names=removed
+                    stamp=stamp(snapshot), signals=_messages(snapshot, changed), removed_names=removed
                 )
             told = now
+
+
+def _messages(snapshot: Snapshot, signals: Iterable[Signal]) -> list[signal_pb2.Signal]:
+    return [signal_message(snapshot.structure, signal) for signal in signals]
 
 
 def _chosen(signals: Mapping[str, Signal], names: Iterable[str]) -> list[Signal]:

@@ -2,16 +2,77 @@
 
 from __future__ import annotations
 
-from virtualrobot.v1 import signal_pb2
+from virtualrobot.v1 import motion_pb2, signal_pb2
 
-from virtualrobot_kernel.world.state import Signal
+from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.values import check_enum
+from virtualrobot_kernel.motion.signals import Comparison, Condition, SignalValue
+from virtualrobot_kernel.world.commands import CreateSignal
+from virtualrobot_kernel.world.state import Signal, SignalDirection
+from virtualrobot_kernel.world.structure import Structure
+
+DIRECTIONS = {
+    signal_pb2.SIGNAL_DIRECTION_UNSPECIFIED: SignalDirection.INTERNAL,
+    **{getattr(signal_pb2, f"SIGNAL_DIRECTION_{one.name}"): one for one in SignalDirection},
+}
+COMPARISONS = {
+    motion_pb2.COMPARISON_UNSPECIFIED: Comparison.EQUAL,
+    **{getattr(motion_pb2, f"COMPARISON_{one.name}"): one for one in Comparison},
+}
+NUMBERS = {direction: number for number, direction in DIRECTIONS.items()}
 
 
-def signal_value(message: signal_pb2.Signal) -> Signal:
-    """Return the signal that a message describes."""
-    return Signal(message.name, message.value, message.description)
+def created_signal(message: signal_pb2.Signal) -> CreateSignal:
+    """Return the command that adds the signal that a message describes."""
+    check_enum(message, "direction")
+    value = value_of(message.value, "value") if message.HasField("value") else False
+    signal = Signal(message.name, value, message.description, message.unit, DIRECTIONS[message.direction])
+    return CreateSignal(signal, message.owner)
 
 
-def signal_message(signal: Signal) -> signal_pb2.Signal:
+def value_of(message: signal_pb2.SignalValue, what: str) -> SignalValue:
+    """Return a signal's value; raise KernelError, which names the field `what`, when it is absent."""
+    kind = message.WhichOneof("kind")
+    if kind is None:
+        kinds = ", ".join(field.name for field in message.DESCRIPTOR.fields)
+        raise KernelError(f"{what} is absent; give a value, one of {kinds}", field=what)
+    if kind == "group":
+        return tuple(message.group.values)
+    return getattr(message, kind)
+
+
+def condition_of(message: motion_pb2.SignalCondition, what: str) -> Condition:
+    """Return the condition that a message tells; raise KernelError, which names the field, for what is absent."""
+    check_enum(message, "comparison")
+    signal = named_signal(message.signal, what)
+    return Condition(signal, value_of(message.value, f"{what}.value"), COMPARISONS[message.comparison])
+
+
+def named_signal(signal: str, what: str) -> str:
+    """Return the name of a signal; raise KernelError, which names the field, when it is empty."""
+    if not signal:
+        raise KernelError(f"{what}.signal is empty: which signal?", field=f"{what}.signal")
+    return signal
+
+
+def value_message(value: SignalValue) -> signal_pb2.SignalValue:
+    """Return a signal's value as a message."""
+    if isinstance(value, tuple):
+        return signal_pb2.SignalValue(group=signal_pb2.BooleanGroup(values=value))
+    if isinstance(value, bool):
+        return signal_pb2.SignalValue(boolean=value)
+    if isinstance(value, int):
+        return signal_pb2.SignalValue(integer=value)
+    return signal_pb2.SignalValue(number=value) if isinstance(value, float) else signal_pb2.SignalValue(text=value)
+
+
+def signal_message(structure: Structure, signal: Signal) -> signal_pb2.Signal:
     """Return a signal as a message."""
-    return signal_pb2.Signal(name=signal.name, value=signal.value, description=signal.description)
+    return signal_pb2.Signal(
+        name=signal.name,
+        value=value_message(signal.value),
+        description=signal.description,
+        unit=signal.unit,
+        direction=NUMBERS[signal.direction],
+        owner=structure.nodes[signal.owner].name if signal.owner else "",
+    )

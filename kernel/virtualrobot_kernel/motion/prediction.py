@@ -15,6 +15,7 @@ from virtualrobot_kernel.motion.plan_execution import PlanExecution
 from virtualrobot_kernel.motion.program import Program, Stage
 from virtualrobot_kernel.motion.program_run import ProgramRun
 from virtualrobot_kernel.motion.running_motion import ENDED, Phase
+from virtualrobot_kernel.motion.signals import SignalValue
 
 _TOLERANCE = 1e-9
 
@@ -67,7 +68,7 @@ class Prediction:
         return high
 
 
-def predict(run: ProgramRun, override: float, signals: Mapping[str, bool], seconds: float) -> Prediction | None:
+def predict(run: ProgramRun, override: float, signals: Mapping[str, SignalValue], seconds: float) -> Prediction | None:
     """Return what a program will do in the next `seconds` at the least; None where it stands.
 
     It goes on as it does now, from the end of its present stage on with the speed `override`. Pauses of given length
@@ -120,12 +121,12 @@ def _rest(run: ProgramRun, last: int) -> Program:
     return Program(run.program.stages[run.at : last], run.held, run.program.step_count)
 
 
-def _lasts(stage: Stage, gone: float, override: float, signals: Mapping[str, bool]) -> float | None:
+def _lasts(stage: Stage, gone: float, override: float, signals: Mapping[str, SignalValue]) -> float | None:
     """Return how long a stage takes from now on, s; None for a wait whose signal has not its value."""
     if stage.plan is not None:
         return stage.plan.duration / override
     if stage.wait is None:
         return 0.0
-    if stage.wait.signal:
-        return 0.0 if signals.get(stage.wait.signal) == stage.wait.value else None
+    if condition := stage.wait.condition:
+        return 0.0 if condition.holds(signals.get(condition.signal)) else None
     return max(0.0, stage.wait.seconds - gone)

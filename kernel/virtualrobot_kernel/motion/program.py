@@ -9,23 +9,23 @@ from numpy.typing import NDArray
 
 from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.motion.polynomial import Array
+from virtualrobot_kernel.motion.signals import Condition, SignalValue
 
 
 @dataclass(frozen=True, slots=True)
 class Wait:
-    """Stands still until the signal has the value, at most `seconds` (0: however long); or, without a signal, so long.
+    """Stands still until a signal meets the condition, at most `seconds` (0: however long); or, without one, so long.
 
     seconds: simulation time, whatever the speed override is.
     """
 
     seconds: float
-    signal: str = ""
-    value: bool = True
+    condition: Condition | None = None
 
     @property
     def duration(self) -> float:
         """The seconds that are planned for it: none for a signal."""
-        return 0.0 if self.signal else self.seconds
+        return 0.0 if self.condition else self.seconds
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,15 +35,15 @@ class Stage:
     plan: what moves; without one all joints stand still. columns (k,): which of the program's joints the plan's are.
     steps: nominal times (s) at which steps of the program begin, with their indexes. marks: nominal times at which
     signals are set on the way; without a plan they are set at once. wait: what a stage without a plan waits for, after
-    its marks. until: the signal and the value that end the plan early (a search).
+    its marks. until: what ends the plan early (a search).
     """
 
     plan: Plan | None
     columns: tuple[int, ...]
     steps: tuple[tuple[float, int], ...]
-    marks: tuple[tuple[float, str, bool], ...] = ()
+    marks: tuple[tuple[float, str, SignalValue], ...] = ()
     wait: Wait | None = None
-    until: tuple[str, bool] | None = None
+    until: Condition | None = None
 
     @property
     def duration(self) -> float:
@@ -85,8 +85,8 @@ class Program:
         every = tuple(range(len(start)))
         places = (None if stage.columns == every else np.array(stage.columns, np.int64) for stage in self.stages)
         named = {name for stage in self.stages for _, name, _ in stage.marks}
-        named |= {stage.wait.signal for stage in self.stages if stage.wait and stage.wait.signal}
-        named |= {stage.until[0] for stage in self.stages if stage.until}
+        named |= {stage.wait.condition.signal for stage in self.stages if stage.wait and stage.wait.condition}
+        named |= {stage.until.signal for stage in self.stages if stage.until}
         object.__setattr__(self, "signals", frozenset(named))
         object.__setattr__(self, "begins", tuple(begins))
         object.__setattr__(self, "places", tuple(places))
@@ -110,6 +110,6 @@ class Program:
         return min(later, default=self.duration)
 
 
-def of_plan(plan: Plan, until: tuple[str, bool] | None = None) -> Program:
+def of_plan(plan: Plan, until: Condition | None = None) -> Program:
     """Return the program that does nothing but follow one plan, as a search where `until` says by what."""
     return Program((Stage(plan, tuple(range(plan.q_count)), ((0.0, 0),), until=until),), plan.start)

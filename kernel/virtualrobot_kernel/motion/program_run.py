@@ -20,12 +20,13 @@ from virtualrobot_kernel.motion.plan_execution import PlanExecution
 from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.program import Program, Stage, Wait
 from virtualrobot_kernel.motion.running_motion import ENDED, NOTHING, Phase, TickContext
+from virtualrobot_kernel.motion.signals import SignalValue
 
 MOST_STAGES = 64
 """How many stages a tick may end at the most: a tick must stay short, whatever a program says."""
 
 _TOLERANCE = 1e-9
-_NO_SIGNALS: Mapping[str, bool] = {}
+_NO_SIGNALS: Mapping[str, SignalValue] = {}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,8 +45,8 @@ class ProgramRun:
     waited: float
     held: Array
     marked: int
-    due: tuple[tuple[str, bool], ...]
-    signals: Mapping[str, bool]
+    due: tuple[tuple[str, SignalValue], ...]
+    signals: Mapping[str, SignalValue]
     found: bool | None = None
     fault: tuple[str, str] | None = None
 
@@ -166,7 +167,7 @@ def _searched(run: ProgramRun, context: TickContext) -> ProgramRun:
     if run.found is not None or run.running is None or run.phase not in (Phase.RUNNING, Phase.PAUSING):
         return run
     until = run.program.stages[run.at].until
-    if until is None or context.signals.get(until[0]) != until[1]:
+    if until is None or not until.holds(context.signals.get(until.signal)):
         return run
     return replace(run, running=run.running.cancel(), phase=Phase.STOPPING, found=True)
 
@@ -187,7 +188,7 @@ def _on_its_way(run: ProgramRun, dt: float, override: float) -> ProgramRun | Non
 def _advanced(run: ProgramRun, dt: float, override: float, context: TickContext) -> ProgramRun:
     program, stages = run.program, run.program.stages
     phase, at, moving, waited, held, marked = run.phase, run.at, run.running, run.waited, run.held, run.marked
-    due, told = list(run.due), dict[str, bool]()
+    due, told = list(run.due), dict[str, SignalValue]()
     found, fault = run.found, None
     left = dt
     for _ in range(MOST_STAGES):
@@ -214,7 +215,9 @@ def _advanced(run: ProgramRun, dt: float, override: float, context: TickContext)
                         phase = Phase.CANCELLED
         if over:
             if (until := stages[at].until) is not None and found is None:
-                found = context.signals.get(until[0]) == until[1]  # only if it began with this tick: see `_searched`
+                found = until.holds(
+                    context.signals.get(until.signal)
+                )  # only if it began with this tick: see `_searched`
             held = _arrived(program, at, held)
             at, moving, waited, marked = at + 1, None, 0.0, 0
             if phase is Phase.WAITING:
@@ -232,7 +235,7 @@ def _advanced(run: ProgramRun, dt: float, override: float, context: TickContext)
     return ProgramRun(program, phase, at, moving, waited, held, marked, tuple(due), told, found, fault)
 
 
-def _mark(stage: Stage, tau: float, marked: int, due: list[tuple[str, bool]]) -> int:
+def _mark(stage: Stage, tau: float, marked: int, due: list[tuple[str, SignalValue]]) -> int:
     """Put the marks up to nominal time `tau` on the list of what is due; return how many have been passed."""
     while marked < len(stage.marks) and stage.marks[marked][0] <= tau + _TOLERANCE:
         due.append(stage.marks[marked][1:])
@@ -240,7 +243,7 @@ def _mark(stage: Stage, tau: float, marked: int, due: list[tuple[str, bool]]) ->
     return marked
 
 
-def _tell(due: list[tuple[str, bool]], told: dict[str, bool]) -> None:
+def _tell(due: list[tuple[str, SignalValue]], told: dict[str, SignalValue]) -> None:
     """Move from `due` to `told` what this tick can tell: one value of each signal, in order."""
     while due and told.get(due[0][0], due[0][1]) == due[0][1]:
         name, value = due.pop(0)
@@ -248,18 +251,19 @@ def _tell(due: list[tuple[str, bool]], told: dict[str, bool]) -> None:
 
 
 def _waited(
-    stage: Stage, wait: Wait, waited: float, left: float, told: Mapping[str, bool], context: TickContext
+    stage: Stage, wait: Wait, waited: float, left: float, told: Mapping[str, SignalValue], context: TickContext
 ) -> tuple[bool, float, float, tuple[str, str] | None]:
     """Return whether a wait is over, how long it has taken, what is left of the tick, and the fault when it failed."""
-    if wait.signal and told.get(wait.signal, context.signals.get(wait.signal)) == wait.value:
+    condition = wait.condition
+    if condition and condition.holds(told.get(condition.signal, context.signals.get(condition.signal))):
         return True, waited, left, None
     waited += left
     if wait.seconds == 0.0 or waited < wait.seconds - _TOLERANCE:
         return False, waited, 0.0, None
-    if not wait.signal:
+    if condition is None:
         return True, waited, max(0.0, waited - wait.seconds), None
-    step, wanted = stage.steps[0][1], "on" if wait.value else "off"
-    words = f"step {step}: the signal {wait.signal!r} was not {wanted} within {wait.seconds:g} s"
+    step = stage.steps[0][1]
+    words = f"step {step}: the signal {condition.signal!r} was not {condition} within {wait.seconds:g} s"
     return False, waited, 0.0, ("SIGNAL_TIMEOUT", words)
 
 

@@ -9,6 +9,7 @@ from typing import NamedTuple, Protocol, Self
 import numpy as np
 
 from virtualrobot_kernel.motion.polynomial import Array
+from virtualrobot_kernel.motion.signals import SignalValue
 
 
 class Phase(Enum):
@@ -33,7 +34,7 @@ class TickContext(NamedTuple):
 
     q: Array
     """All coordinates of the world; those of motions that are older have made this tick already."""
-    signals: Mapping[str, bool]
+    signals: Mapping[str, SignalValue]
     """Every signal's value before this tick."""
     tracked: tuple[float, float] | None = None
     """Position and velocity by the end of this tick of the joint that the motion goes along with; None where none is.
@@ -68,7 +69,7 @@ class RunningMotion(Protocol):
         ...
 
     @property
-    def signals(self) -> Mapping[str, bool]:
+    def signals(self) -> Mapping[str, SignalValue]:
         """The signals that it sets with this tick."""
         ...
 

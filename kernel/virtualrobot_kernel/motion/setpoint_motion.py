@@ -20,6 +20,7 @@ from virtualrobot_kernel.motion.limits import TOLERANCE, JointLimits, checked_jo
 from virtualrobot_kernel.motion.online import Bounds, Coupling, JointState, StoppableTrajectory
 from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.running_motion import ENDED, NOTHING, Phase, TickContext
+from virtualrobot_kernel.motion.signals import SignalValue
 
 AHEAD_SECONDS = 0.05
 """How much sooner than its joint at greatest speed a setpoint may be where it is: clients and networks are not even."""
@@ -87,7 +88,7 @@ class SetpointMotion:
         return 0.0
 
     @property
-    def signals(self) -> Mapping[str, bool]:
+    def signals(self) -> Mapping[str, SignalValue]:
         """No signals."""
         return {}
 

@@ -17,6 +17,7 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.conveyor_tracking import CatchUp, ConveyorTracking, Leave, catch_up, leave
 from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.running_motion import ENDED, NOTHING, Phase, RunningMotion, TickContext
+from virtualrobot_kernel.motion.signals import SignalValue
 
 WINDOW_LEFT, TRACKING_LOST = "WINDOW_LEFT", "TRACKING_LOST"
 """Names of `EndCause`."""
@@ -47,7 +48,7 @@ class TrackingMotion:
     q: Array
     v: Array
     a: Array
-    signals: Mapping[str, bool]
+    signals: Mapping[str, SignalValue]
     place: float = 0.0
     speed: float = 0.0
     slope: float = 0.0

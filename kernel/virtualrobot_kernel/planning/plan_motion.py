@@ -13,9 +13,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from virtualrobot_kernel.errors import KernelError, UnknownNameError
+from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.motion.program import Program, Stage, Wait, of_plan
+from virtualrobot_kernel.motion.signals import SignalValue
 from virtualrobot_kernel.planning.blending import PlannedRun, alone_run, join_steps
 from virtualrobot_kernel.planning.moves import Move
 from virtualrobot_kernel.planning.notes import Note, NoteKind
@@ -33,6 +34,7 @@ from virtualrobot_kernel.planning.robots import SolverOf, world_poses
 from virtualrobot_kernel.planning.steps import Column, plan_step, plan_steps
 from virtualrobot_kernel.planning.together import moved_arms, preconditions_by, search_of
 from virtualrobot_kernel.planning.tracking import tracked
+from virtualrobot_kernel.world.apply_signals import check_condition, checked, named
 from virtualrobot_kernel.world.change import single_joint
 from virtualrobot_kernel.world.commands import StartMotion
 from virtualrobot_kernel.world.measured import as_commanded
@@ -42,7 +44,7 @@ from virtualrobot_kernel.world.structure import Kind
 GivenUp = Callable[[], bool]
 """Whether nobody waits for the plan any more; asked before each step is planned."""
 
-Marks = tuple[tuple[float, str, bool], ...]
+Marks = tuple[tuple[float, str, SignalValue], ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -142,11 +144,12 @@ def _check(snapshot: Snapshot, steps: Sequence[Step]) -> None:
     """Raise KernelError, which names the step, for what needs no planning to be seen as wrong."""
     if len(steps) > MAX_STEPS:
         raise KernelError(f"a program has at most {MAX_STEPS} steps, not {len(steps)}", steps=len(steps))
-    signals = snapshot.state.signals
     for place, step in enumerate(steps):
         with _at(place):
-            if isinstance(step, SetSignalStep | WaitSignalStep) and step.signal not in signals:
-                raise UnknownNameError("signal", step.signal, signals)
+            if isinstance(step, SetSignalStep):
+                checked(named(snapshot.state, step.signal), step.value)
+            if isinstance(step, WaitSignalStep):
+                check_condition(snapshot.state, step.condition)
             if isinstance(step, MoveStep):
                 if step.searches and place < len(steps) - 1:
                     raise KernelError(f"a program may search in its last step only, which is step {len(steps) - 1}")
@@ -185,7 +188,7 @@ def _move_step(steps: Sequence[Step], place: int) -> MoveStep:
 
 def _part(run: PlannedRun, steps: Sequence[Step], members: Sequence[int]) -> _Part:
     """Return a run with the signals that are set where one of its steps begins: in the zone's middle, or at rest."""
-    marks: list[tuple[float, str, bool]] = []
+    marks: list[tuple[float, str, SignalValue]] = []
     for time, number in run.steps:
         place = bisect_left(members, number)
         before = members[place - 1] if place else number
@@ -201,7 +204,7 @@ def _standing(step: Step, place: int) -> _Part:
     if isinstance(step, SetSignalStep):
         return _Part(here, marks=((0.0, step.signal, step.value),))
     if isinstance(step, WaitSignalStep):
-        return _Part(here, wait=Wait(step.timeout, step.signal, step.value))
+        return _Part(here, wait=Wait(step.timeout, step.condition))
     assert isinstance(step, DwellStep)
     return _Part(here, wait=Wait(step.seconds))
 

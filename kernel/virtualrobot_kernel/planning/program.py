@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from virtualrobot_kernel.motion.signals import Condition, SignalValue
 from virtualrobot_kernel.planning.moves import Move
 
 MAX_STEPS = 10_000
@@ -40,15 +41,14 @@ class SetSignalStep:
     """Sets a signal."""
 
     signal: str
-    value: bool
+    value: SignalValue
 
 
 @dataclass(frozen=True, slots=True)
 class WaitSignalStep:
-    """Stands still until a signal has a value; after `timeout` seconds (0: never) the program is cancelled."""
+    """Stands still until a signal meets the condition; after `timeout` seconds (0: never) the program is cancelled."""
 
-    signal: str
-    value: bool
+    condition: Condition
     timeout: float = 0.0
 
 

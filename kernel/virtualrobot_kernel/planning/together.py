@@ -13,6 +13,7 @@ from virtualrobot_kernel.planning.planned_move import PlannedMove
 from virtualrobot_kernel.planning.redundancy import NearOf
 from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_of, arms_of
 from virtualrobot_kernel.world import groups
+from virtualrobot_kernel.world.apply_signals import check_condition
 from virtualrobot_kernel.world.groups import WHOLE
 from virtualrobot_kernel.world.preconditions import Preconditions, TcpPath, preconditions_of
 from virtualrobot_kernel.world.state import Snapshot
@@ -29,8 +30,7 @@ def search_of(snapshot: Snapshot, moves: Sequence[Move]) -> Move | None:
         )
     for move in searches:
         assert move.search
-        if move.search[0] not in snapshot.state.signals:
-            raise UnknownNameError("signal", move.search[0], snapshot.state.signals)
+        check_condition(snapshot.state, move.search)
     return searches[0] if searches else None
 
 

@@ -14,7 +14,7 @@ from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.xml import FileWarning
 from virtualrobot_kernel.formats.yaml_text import Check
 from virtualrobot_kernel.messages.collision_settings import settings_command
-from virtualrobot_kernel.messages.signals import signal_value
+from virtualrobot_kernel.messages.signals import created_signal
 from virtualrobot_kernel.messages.values import finite
 from virtualrobot_kernel.scenes.assets import with_assets
 from virtualrobot_kernel.scenes.models import read_model, spec_of
@@ -22,7 +22,6 @@ from virtualrobot_kernel.world.commands import (
     ClearWorld,
     Command,
     CreateNodes,
-    CreateSignal,
     SelectTool,
     SetAllowedPairs,
     SetJointPositions,
@@ -78,7 +77,7 @@ def read_scene(
         if spec.parent not in names:
             raise UnknownNameError(f"parent for {spec.name!r}", spec.parent, names).at(f"{uri}: nodes[{place}]")
     commands.extend(with_assets(meshes, [CreateNodes(tuple(mounted))], files, referrer, warnings) if mounted else [])
-    commands.extend(CreateSignal(signal_value(signal)) for signal in scene.signals)
+    commands.extend(created_signal(signal) for signal in scene.signals)
     for robot in scene.robot_states:
         commands.extend(_state_commands(robot))
     if scene.allowed_pairs:

@@ -37,7 +37,7 @@ def write_scene(snapshot: Snapshot, bundled: bool) -> tuple[str, list[tuple[str,
             message.robot.ClearField("joint_names")
         if message.parent == WORLD_NAME:
             message.ClearField("parent")
-    scene.signals.extend(signal_message(signal) for signal in snapshot.state.signals.values())
+    scene.signals.extend(signal_message(snapshot.structure, signal) for signal in snapshot.state.signals.values())
     scene.robot_states.extend(_robot_state(snapshot, structure.nodes[uid]) for uid in structure.robots)
     if snapshot.state.speed_factor != 1.0:
         scene.speed_factor = snapshot.state.speed_factor

@@ -11,8 +11,11 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from virtualrobot_kernel.world import commands
-from virtualrobot_kernel.world.state import EndCause, Snapshot
+from virtualrobot_kernel.world.state import EndCause, SignalDirection, Snapshot
 from virtualrobot_kernel.world.structure import Kind, Structure
+
+SET_BY_OWNER = (SignalDirection.OUTPUT, SignalDirection.INTERNAL)
+"""Directions of signals that only their owner sets; inputs are for others to set."""
 
 
 def affected_robots(snapshot: Snapshot, batch: Sequence[commands.Command]) -> set[int]:
@@ -83,6 +86,8 @@ def _started(snapshot: Snapshot, command: commands.StartMotion) -> Iterable[int]
     yield from named_nodes(structure, (robot for robot, _ in command.joints))
     for tool in named_nodes(structure, (tool for _, tool, _ in command.tool_states)):
         yield from _owner(structure, Kind.TOOL, tool)
+    marks = {name for stage in command.program.stages for _, name, _ in stage.marks}
+    yield from _signal_owners(snapshot, marks, SET_BY_OWNER)
 
 
 def _pairs(snapshot: Snapshot, command: commands.SetAllowedPairs) -> Iterable[int]:
@@ -99,6 +104,27 @@ def _collision_settings(snapshot: Snapshot, command: commands.SetCollisionSettin
     yield from named_nodes(snapshot.structure, (robot for robot, _ in command.modes))
     for uid in named_nodes(snapshot.structure, (node for node, _ in command.paddings)):
         yield from _owner(snapshot.structure, snapshot.structure.nodes[uid].kind, uid)
+
+
+def _signal_created(snapshot: Snapshot, command: commands.CreateSignal) -> Iterable[int]:
+    for uid in named_nodes(snapshot.structure, [command.owner]):
+        yield from _owner(snapshot.structure, snapshot.structure.nodes[uid].kind, uid)
+
+
+def _signal_removed(snapshot: Snapshot, command: commands.RemoveSignal) -> Iterable[int]:
+    return _signal_owners(snapshot, [command.name], SignalDirection)
+
+
+def _signal_set(snapshot: Snapshot, command: commands.SetSignal) -> Iterable[int]:
+    return _signal_owners(snapshot, [command.name], SET_BY_OWNER)
+
+
+def _signal_owners(snapshot: Snapshot, names: Iterable[str], directions: Iterable[SignalDirection]) -> Iterable[int]:
+    """Yield the robots that own these signals, of those that go in one of the directions."""
+    for name in names:
+        signal = snapshot.state.signals.get(name)
+        if signal and signal.owner and signal.direction in directions:
+            yield from _owner(snapshot.structure, snapshot.structure.nodes[signal.owner].kind, signal.owner)
 
 
 def _motion(snapshot: Snapshot, command: Any) -> Iterable[int]:  # noqa: ANN401 any command that names a motion
@@ -139,9 +165,9 @@ AFFECTED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.SetGroups: _robot,
     commands.SelectTool: _robot,
     commands.SetToolState: _tool,
-    commands.CreateSignal: _nothing,
-    commands.RemoveSignal: _nothing,
-    commands.SetSignal: _nothing,
+    commands.CreateSignal: _signal_created,
+    commands.RemoveSignal: _signal_removed,
+    commands.SetSignal: _signal_set,
     commands.SetSpeedFactor: _speed,
     commands.StartMotion: _started,
     commands.StartSetpointMotion: _robot,

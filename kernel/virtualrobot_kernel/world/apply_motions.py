@@ -12,6 +12,7 @@ from virtualrobot_kernel.motion.running_motion import Phase
 from virtualrobot_kernel.world import preconditions
 from virtualrobot_kernel.world.actuators import coupled_joints
 from virtualrobot_kernel.world.apply_robots import tool_state
+from virtualrobot_kernel.world.apply_signals import check_program
 from virtualrobot_kernel.world.change import (
     Change,
     Forward,
@@ -49,9 +50,7 @@ def start_motion(change: Change, command: StartMotion, forward: Forward) -> Chan
         joint = single_joint(structure, structure.robot(robot)[0], name)[0]
         for end in ends:
             check_joint_value(robot, joint, end)
-    for name in program.signals:
-        if name not in state.signals:
-            raise UnknownNameError("signal", name, state.signals)
+    check_program(state, program)
     needed = coupled_joints(structure, joints)
     for uid in dict.fromkeys(uid for uid, _ in joints):
         refuse_while_moving(change, structure.nodes[uid], {joint for joint in needed if joint[0] == uid})

@@ -1,4 +1,4 @@
-"""Commands about robots: parts, joints, tools, speed; and about signals."""
+"""Commands about robots: parts, joints, tools, speed."""
 
 from __future__ import annotations
 
@@ -20,15 +20,12 @@ from virtualrobot_kernel.world.change import (
     single_joint,
 )
 from virtualrobot_kernel.world.commands import (
-    CreateSignal,
     PickPart,
     PlacePart,
-    RemoveSignal,
     SelectTool,
     SetGroups,
     SetJointPositions,
     SetKinematics,
-    SetSignal,
     SetSpeedFactor,
     SetToolState,
 )
@@ -201,43 +198,6 @@ def tool_state(structure: Structure, tool: str, state: str) -> tuple[Node, dict[
     if state not in node.data.states:
         raise UnknownNameError(f"state of the tool {tool!r}", state, node.data.states)
     return node, dict(node.data.states[state])
-
-
-def create_signal(change: Change, command: CreateSignal, forward: Forward) -> Change:
-    """Add a signal."""
-    name = command.signal.name
-    if not name:
-        raise KernelError("a signal's name may not be empty", name=name)
-    if name in change.state.signals:
-        raise KernelError(
-            f"the name {name!r} is taken by another signal; choose another one", reason=Reason.NAME_TAKEN, name=name
-        )
-    return replace(change, state=replace(change.state, signals={**change.state.signals, name: command.signal}))
-
-
-def remove_signal(change: Change, command: RemoveSignal, forward: Forward) -> Change:
-    """Take a signal away; refused while a program runs that names it."""
-    if command.name not in change.state.signals:
-        raise UnknownNameError("signal", command.name, change.state.signals)
-    for motion in change.state.motions:
-        if command.name in motion.signals:
-            raise KernelError(
-                f"the program {motion.id!r} names the signal {command.name!r}; wait for its end or cancel it",
-                reason=Reason.WRONG_STATE,
-                signal=command.name,
-                motion=motion.id,
-            )
-    signals = {name: signal for name, signal in change.state.signals.items() if name != command.name}
-    return replace(change, state=replace(change.state, signals=signals))
-
-
-def set_signal(change: Change, command: SetSignal, forward: Forward) -> Change:
-    """Set a signal."""
-    signal = change.state.signals.get(command.name)
-    if signal is None:
-        raise UnknownNameError("signal", command.name, change.state.signals)
-    signals = {**change.state.signals, command.name: replace(signal, value=command.value)}
-    return replace(change, state=replace(change.state, signals=signals))
 
 
 def set_speed_factor(change: Change, command: SetSpeedFactor, forward: Forward) -> Change:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +12,7 @@ from virtualrobot_kernel.errors import KernelError, LimitError, Reason, UnknownN
 from virtualrobot_kernel.motion.limits import TOLERANCE
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.figures import Pose
-from virtualrobot_kernel.world.state import JointValues, Motion, State
+from virtualrobot_kernel.world.state import JointValues, Motion, Signal, State
 from virtualrobot_kernel.world.structure import Joint, JointType, Node, Structure
 
 Forward = Callable[[Structure, State], NDArray[np.float64]]
@@ -82,6 +82,7 @@ def rebuilt(change: Change, nodes: Mapping[int, Node], next_uid: int, poses: Map
             q=q,
             v=v,
             parent_t_node=parent_t_node,
+            signals=_owned(state.signals, alive),
             commanded=_kept(old, new, state.commanded),
             readings=_kept(old, new, state.readings),
             motions=motions,
@@ -93,6 +94,13 @@ def rebuilt(change: Change, nodes: Mapping[int, Node], next_uid: int, poses: Map
             running_sensors={uid: start for uid, start in state.running_sensors.items() if uid in alive},
         ),
     )
+
+
+def _owned(signals: Mapping[str, Signal], alive: Collection[int]) -> Mapping[str, Signal]:
+    """Return signals, those whose owner is gone without one; the same object where that is none of them."""
+    if all(not signal.owner or signal.owner in alive for signal in signals.values()):
+        return signals
+    return {name: signal if signal.owner in alive else replace(signal, owner=0) for name, signal in signals.items()}
 
 
 def _kept(old: Structure, new: Structure, values: Mapping[int, JointValues]) -> Mapping[int, JointValues]:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from virtualrobot_kernel.motion.conveyor_tracking import ConveyorTracking
 from virtualrobot_kernel.motion.program import Program
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMode
+from virtualrobot_kernel.motion.signals import SignalValue
 from virtualrobot_kernel.world.collisions import CollisionMode
 from virtualrobot_kernel.world.figures import Figure, Pose
 from virtualrobot_kernel.world.preconditions import Preconditions
@@ -165,9 +166,10 @@ class SetToolState:
 
 @dataclass(frozen=True, slots=True)
 class CreateSignal:
-    """Adds a digital signal."""
+    """Adds a signal; `owner` names the node that it belongs to (empty: nobody), whatever `signal.owner` says."""
 
     signal: Signal
+    owner: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,10 +181,10 @@ class RemoveSignal:
 
 @dataclass(frozen=True, slots=True)
 class SetSignal:
-    """Sets a signal."""
+    """Sets a signal to a value of its type."""
 
     name: str
-    value: bool
+    value: SignalValue
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,17 +10,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.motion.running_motion import Phase, RunningMotion
+from virtualrobot_kernel.motion.signals import SignalValue
 from virtualrobot_kernel.world.collisions import NOTHING_SET, CollisionSettings
 from virtualrobot_kernel.world.structure import Structure
 
 
+class SignalDirection(Enum):
+    """Direction of a signal seen from its owner; the names equal those of `SignalDirection` in the contract."""
+
+    INPUT = "input"
+    OUTPUT = "output"
+    INTERNAL = "internal"
+
+
 @dataclass(frozen=True, slots=True)
 class Signal:
-    """A digital signal."""
+    """A signal; its type is that of its value and never changes. `owner` is a node (a uid; 0: nobody)."""
 
     name: str
-    value: bool
+    value: SignalValue
     description: str = ""
+    unit: str = ""
+    direction: SignalDirection = SignalDirection.INTERNAL
+    owner: int = 0
 
 
 @dataclass(frozen=True, slots=True)

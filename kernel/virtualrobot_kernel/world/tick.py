@@ -45,7 +45,7 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
             motion = _failed(motion, type(error).__name__)
             now, position, velocity = motion.running, q[motion.q_index], 0.0
         for name, value in now.signals.items():
-            if (signal := signals.get(name) or state.signals[name]).value is not value:
+            if (signal := signals.get(name) or state.signals[name]).value != value:
                 signals[name] = replace(signal, value=value)
         if now.fault and not motion.cancellation:
             motion = replace(motion, cancellation=Cancellation(EndCause[now.fault[0]], now.fault[1]))

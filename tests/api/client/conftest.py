@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from pathlib import Path
 
-import pybullet_data
 import pytest
 import virtualrobot
 from virtualrobot import cli
 
 from tests.kernels import KernelProcess, Stubs
+from tests.pybullet_models import MODELS as MODELS
 
 IIWA = "package://pybullet_data/kuka_iiwa/model.urdf"
 PANDA = "package://pybullet_data/franka_panda/panda.urdf"
-MODELS = Path(pybullet_data.getDataPath())
+
 Run = Callable[..., str]
 
 

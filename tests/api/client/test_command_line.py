@@ -128,6 +128,15 @@ def test_signals(run: Run, client: Client) -> None:
     assert "was not off within 0.1 s" in run("signal", "box arrived", "off", "--wait", "--timeout", "0.1", code=1)
     assert "did you mean 'box arrived'" in run("signal", "box arived", code=1)
     assert "signal box arrived: on" in run("state")
+    run("signal", "pressure", "5.5", "--create", "--type", "number", "--unit", "bar")
+    run("signal", "pressure", "6")
+    assert run("signal", "pressure") == "6.0 bar\n"
+    run("signal", "pressure", "5", "--wait", "--is", ">=")
+    assert "is a number, not 'x'" in run("signal", "pressure", "x", code=2, warns=4)
+    run("signal", "bus", "0110", "--create", "--type", "group", "--direction", "input")
+    assert client.signals["bus"] == (False, True, True, False)
+    for name in ("pressure", "bus"):
+        run("signal", name, "--remove")
     run("signal", "box arrived", "--remove")
     assert dict(client.signals) == {}
 

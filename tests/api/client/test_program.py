@@ -24,7 +24,7 @@ schema_version: 1
 steps:
   - move:
       moves: [{robot: iiwa, point_to_point: {joints: {joint_positions: {lbr_iiwa_joint_1: 0.3}}}}]
-  - set_signal: {signal: there, value: true}
+  - set_signal: {signal: there, value: {boolean: true}}
 """
 
 
@@ -133,9 +133,9 @@ def test_a_file_is_run(run: Run, client: Client, arm: Robot, tmp_path: Path) -> 
     assert client.signals["there"]
     assert arm.positions[0] == pytest.approx(0.3, abs=1e-12)
     assert len(client.read_program(file)) == 2
-    file.write_text(FILE.replace("value: true", "value: on"))
+    file.write_text(FILE.replace("boolean: true", "boolean: on"))
     refused = run("program", str(file), code=1)
-    assert "cell.yaml:5: steps[1].set_signal.value: expected true or false, got 'on'" in refused
+    assert "cell.yaml:5: steps[1].set_signal.value.boolean: expected true or false, got 'on'" in refused
     with pytest.raises(virtualrobot.InvalidArgumentError, match="is no program file"):
         client.read_program(tmp_path / "other.yaml")
 
@@ -145,13 +145,14 @@ def test_a_file_that_searches_and_one_that_goes_on(run: Run, client: Client, arm
     turned = virtualrobot.quaternion_of(arm.tcp[:3, :3])
     a, b, c, d = turned
     goal = f"{{position: {{x: {x}, y: {y}, z: {z}}}, orientation: {{x: {a}, y: {b}, z: {c}, w: {d}}}}}"
-    line = f"linear: {{goal: {{reference_t_tcp: {goal}}}, until: {{signal: touch, value: true}}}}"
+    until = "{signal: touch, value: {boolean: true}}"
+    line = f"linear: {{goal: {{reference_t_tcp: {goal}}}, until: {until}}}"
     file = tmp_path / "touch.yaml"
     file.write_text(f"schema_version: 1\nmoves:\n  - robot: iiwa\n    {line}\n")
     assert run("program", str(file)).endswith("found nothing\n")
     client.signals["touch"] = True
     assert "found at" in run("program", str(file))
-    file.write_text("schema_version: 1\nsteps:\n  - wait_signal: {condition: {signal: part, value: true}}\n")
+    file.write_text("schema_version: 1\nsteps:\n  - wait_signal: {condition: {signal: part, value: {boolean: true}}}\n")
     assert "started" in run("program", str(file), "--no-wait")
     assert re.search(r"motion motion-\d+: (waiting|running), \d+%, step 0 of 1", run("state"))
     client.stop()
@@ -160,7 +161,7 @@ def test_a_file_that_searches_and_one_that_goes_on(run: Run, client: Client, arm
 @pytest.mark.skipif(os.name == "nt", reason="a process cannot be sent Ctrl-C alone on Windows")
 def test_ctrl_c_cancels_a_program(client: Client, environment: None, arm: Robot, tmp_path: Path) -> None:
     file = tmp_path / "waits.yaml"
-    file.write_text("schema_version: 1\nsteps:\n  - wait_signal: {condition: {signal: part, value: true}}\n")
+    file.write_text("schema_version: 1\nsteps:\n  - wait_signal: {condition: {signal: part, value: {boolean: true}}}\n")
     command = [sys.executable, "-m", "virtualrobot", "program", str(file)]
     for _ in range(5):  # at whatever place inside the start of its calls it is struck
         with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:

@@ -16,6 +16,7 @@ from virtualrobot_kernel.collision.monitor import Monitor
 from virtualrobot_kernel.collision.report import Stopped, Touch
 from virtualrobot_kernel.collision.scene import CollisionScene, Detail
 from virtualrobot_kernel.collision.swept import RESOLUTION
+from virtualrobot_kernel.motion.signals import Condition
 from virtualrobot_kernel.planning.moves import Move, PointToPoint, ToolStateMove
 from virtualrobot_kernel.planning.plan_motion import plan_motion
 from virtualrobot_kernel.planning.program import DwellStep, MotionSpec, MoveStep, SetSignalStep, WaitSignalStep
@@ -263,7 +264,7 @@ def test_a_slower_robot_is_looked_at_as_slow_as_it_is(cell: Cell) -> None:
 
 def test_what_comes_after_a_wait_is_looked_at_when_the_wait_is_over(cell: Cell) -> None:
     cell.do(CreateNodes(slider()), wall(1.0), CreateSignal(Signal("go", False)))
-    id = cell.start(steps=(MoveStep((slide(0.1),)), WaitSignalStep("go", True), MoveStep((slide(2.0),))))
+    id = cell.start(steps=(MoveStep((slide(0.1),)), WaitSignalStep(Condition("go")), MoveStep((slide(2.0),))))
     cell.step(1000)
     assert not cell.stopped
     cell.do(SetSignal("go", True))

@@ -21,6 +21,7 @@ from virtualrobot_kernel.world.commands import (
 )
 from virtualrobot_kernel.world.structure import Kind
 
+from tests.pybullet_models import pybullet_data as pybullet_data  # skips where there is none
 from tests.unit.collision.carts import block, mode
 from tests.unit.collision.test_monitor import Cell
 from tests.unit.collision.worlds import ROBOTS, SHAPES, robot_nodes

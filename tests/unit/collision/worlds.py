@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pybullet_data
 from virtualrobot.resolver import Resolver
 from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.scene import CollisionScene
@@ -24,6 +23,7 @@ from virtualrobot_kernel.world.figures import Geometry, Mesh
 from virtualrobot_kernel.world.state import Snapshot, State
 from virtualrobot_kernel.world.structure import NodeSpec, Structure
 
+from tests.pybullet_models import pybullet_data
 from tests.unit.collision.solids import coal, in_coal, model_in_coal
 from tests.unit.world.builders import empty
 

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pybullet_data
 from virtualrobot.resolver import Resolver
 from virtualrobot_kernel.errors import MalformedFileError
 from virtualrobot_kernel.formats.assets import AssetStore
@@ -23,6 +22,8 @@ from virtualrobot_kernel.world.structure import WORLD_NAME, WORLD_UID, JointType
 from virtualrobot_plugins.importers.sdf.importer import SdfImporter
 from virtualrobot_plugins.importers.xacro import Xacro, XacroSettings
 from virtualrobot_sdk.importers import Translation
+
+from tests.pybullet_models import pybullet_data
 
 DATA = Path(pybullet_data.getDataPath())
 

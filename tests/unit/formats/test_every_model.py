@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin  # pyright: ignore[reportMissingImports]  its wheel has a folder of its own
-import pybullet
 import pytest
 import rtbdata
 import xacro
@@ -27,6 +26,7 @@ from virtualrobot_kernel.world.figures import Mesh
 from virtualrobot_kernel.world.structure import JointType, Kind, LinkData
 from xacro import substitution_args
 
+from tests.pybullet_models import pybullet
 from tests.unit.formats.models import DATA, XacroAndSdf, disk, forward, imported, structure_of
 from tests.unit.formats.test_robots import joint_values
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from virtualrobot.signal_values import value_message
 from virtualrobot.v1 import motion_pb2
 from virtualrobot_kernel.errors import MalformedFileError
 from virtualrobot_kernel.formats.program_file import parse
@@ -15,8 +16,8 @@ steps:
       moves:
         - {robot: arm, point_to_point: {posture: home}}
       blend_distance_meters: 0.02
-  - set_signal: {signal: on, value: true}
-  - wait_signal: {condition: {signal: "5", value: false}, timeout_seconds: 2}
+  - set_signal: {signal: on, value: {boolean: true}}
+  - wait_signal: {condition: {signal: "5", value: {boolean: false}}, timeout_seconds: 2}
   - dwell:
       seconds: 0.1
 """
@@ -24,12 +25,12 @@ steps:
 
 def test_a_program_is_the_message_of_the_contract() -> None:
     move = motion_pb2.Move(robot="arm", point_to_point=motion_pb2.PointToPoint(posture="home"))
-    condition = motion_pb2.SignalCondition(signal="5", value=False)
+    condition = motion_pb2.SignalCondition(signal="5", value=value_message(False))
     assert parse(PROGRAM) == motion_pb2.StartMotionRequest(
         on_disconnect=motion_pb2.DISCONNECT_POLICY_CONTINUE,
         steps=[
             motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=[move], blend_distance_meters=0.02)),
-            motion_pb2.ProgramStep(set_signal=motion_pb2.SetSignalStep(signal="on", value=True)),
+            motion_pb2.ProgramStep(set_signal=motion_pb2.SetSignalStep(signal="on", value=value_message(True))),
             motion_pb2.ProgramStep(wait_signal=motion_pb2.WaitSignalStep(condition=condition, timeout_seconds=2)),
             motion_pb2.ProgramStep(dwell=motion_pb2.DwellStep(seconds=0.1)),
         ],
@@ -41,7 +42,10 @@ def test_a_program_is_the_message_of_the_contract() -> None:
     ("change", "words"),
     [
         (("seconds: 0.1", "secnds: 0.1"), "cell.yaml:11: steps[3].dwell: there is no field 'secnds'; did you mean"),
-        (("value: true", "value: yes"), "cell.yaml:8: steps[1].set_signal.value: expected true or false, got 'yes'"),
+        (
+            ("boolean: true", "boolean: yes"),
+            "cell.yaml:8: steps[1].set_signal.value.boolean: expected true or false, got 'yes'",
+        ),
         (("- dwell:", "- set_signal: {}\n    dwell:"), "only one step may be given; there is 'set_signal' too"),
         (("steps:", "stps:"), "cell.yaml:3: the program: there is no field 'stps'; did you mean 'steps'"),
         (("schema_version: 1", ""), "a program file begins with `schema_version: 1`"),

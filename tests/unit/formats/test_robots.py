@@ -5,13 +5,13 @@ from pathlib import PurePosixPath
 
 import numpy as np
 import pinocchio as pin  # pyright: ignore[reportMissingImports]  its wheel has a folder of its own
-import pybullet
 import pytest
 from scipy.spatial.transform import Rotation
 from virtualrobot_kernel.formats.references import ending
 from virtualrobot_kernel.world.figures import Mesh
 from virtualrobot_kernel.world.structure import JointType, Kind, LinkData, NodeSpec
 
+from tests.pybullet_models import pybullet
 from tests.unit.formats.models import (
     DATA,
     ROBOTS,

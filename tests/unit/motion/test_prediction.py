@@ -10,6 +10,7 @@ from virtualrobot_kernel.motion.prediction import predict
 from virtualrobot_kernel.motion.program import Program, Stage, Wait
 from virtualrobot_kernel.motion.program_run import ProgramRun, start
 from virtualrobot_kernel.motion.running_motion import TickContext
+from virtualrobot_kernel.motion.signals import Condition
 
 TICK = 0.004
 LIMITS = JointLimits(
@@ -96,7 +97,7 @@ def test_brakes_are_told_as_long_as_they_last(rng: np.random.Generator) -> None:
 
 def test_nothing_is_told_beyond_a_wait_for_a_signal() -> None:
     """Unless the signal has its value already."""
-    wish = program((1.0, 0.0), Wait(0.0, "go"), (0.0, 0.0))
+    wish = program((1.0, 0.0), Wait(0.0, Condition("go")), (0.0, 0.0))
     run = start(wish, 1.0)
     told = predict(run, 1.0, {"go": False}, 60.0)
     assert told is not None and not told.goes_on

@@ -13,6 +13,7 @@ from virtualrobot_kernel.motion.plan import Plan, plan_ptp
 from virtualrobot_kernel.motion.program import Program, Stage, Wait
 from virtualrobot_kernel.motion.program_run import ProgramRun
 from virtualrobot_kernel.motion.running_motion import Phase, TickContext
+from virtualrobot_kernel.motion.signals import Condition, SignalValue
 
 from .motions import TICK, random_limits
 
@@ -38,7 +39,7 @@ def chained(rng: np.random.Generator, *stages: str) -> Program:
             half = (0.5 * plan.duration, f"half{step}", True)
             made.append(Stage(plan, tuple(columns), ((0.0, step),), (half,)))
         elif kind == "wait":
-            made.append(Stage(None, (), ((0.0, step),), wait=Wait(0.1, name or "go")))
+            made.append(Stage(None, (), ((0.0, step),), wait=Wait(0.1, Condition(name or "go"))))
         elif kind == "dwell":
             made.append(Stage(None, (), ((0.0, step),), wait=Wait(float(rng.uniform(0.01, 0.1)))))
         else:
@@ -51,9 +52,9 @@ def run(
     signals: Mapping[str, bool] | None = None,
     override: Callable[[int], float] = lambda tick: 1.0,
     act: Callable[[int, ProgramRun], ProgramRun] = lambda tick, now: now,
-) -> tuple[list[ProgramRun], list[tuple[int, str, bool]]]:
+) -> tuple[list[ProgramRun], list[tuple[int, str, SignalValue]]]:
     """Return the program at every tick until it has ended, and the signals that it has set with their ticks."""
-    known = dict(signals or {})
+    known: dict[str, SignalValue] = dict(signals or {})
     now = program_run.start(program, override(0))
     seen, told = [now], []
     while not now.ended:
@@ -250,7 +251,7 @@ def test_a_pause_that_meets_a_corner_stops_there(rng: np.random.Generator) -> No
 def searching(rng: np.random.Generator) -> Program:
     """Return a search of two joints by the signal `touch`."""
     plan = ptp(rng, np.zeros(2))
-    return Program((Stage(plan, (0, 1), ((0.0, 0),), until=("touch", True)),), np.zeros(2), 1)
+    return Program((Stage(plan, (0, 1), ((0.0, 0),), until=Condition("touch")),), np.zeros(2), 1)
 
 
 def test_a_program_that_begins_where_it_stands_can_be_paused_before_its_first_tick(rng: np.random.Generator) -> None:
@@ -313,7 +314,7 @@ def test_a_search_whose_signal_is_there_does_not_move(rng: np.random.Generator) 
 def test_a_search_without_length_looks_once(rng: np.random.Generator, touch: bool) -> None:
     """It stands at its goal already: what it comes to is told with its first tick."""
     limits = random_limits(rng, 1)
-    still = Stage(plan_ptp(np.zeros(1), np.zeros(1), limits), (0,), ((0.0, 0),), until=("touch", True))
+    still = Stage(plan_ptp(np.zeros(1), np.zeros(1), limits), (0,), ((0.0, 0),), until=Condition("touch"))
     seen, _ = run(Program((still,), np.zeros(1), 1), {"touch": touch})
     assert [now.phase for now in seen] == [Phase.RUNNING, Phase.SUCCEEDED]
     assert seen[-1].found is touch

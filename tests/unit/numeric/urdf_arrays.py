@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import pybullet_data
+
+from tests.pybullet_models import pybullet_data
 
 DATA = Path(pybullet_data.getDataPath())
 MODELS = Path(__file__).parents[3] / "kernel" / "virtualrobot_kernel" / "models"

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.motion.signals import Condition
 from virtualrobot_kernel.planning.moves import Linear, PointToPoint, ToolStateMove
 from virtualrobot_kernel.planning.notes import NoteKind
 from virtualrobot_kernel.planning.plan_motion import plan_motion
@@ -41,7 +42,7 @@ def planned(change: Change, *steps: Step) -> StartMotion:
     return plan_motion(pictured(change), MotionSpec(steps=steps), chain).command
 
 
-def line(change: Change, x: float = 0.0, z: float = 0.0, until: tuple[str, bool] | None = None) -> Linear:
+def line(change: Change, x: float = 0.0, z: float = 0.0, until: Condition | None = None) -> Linear:
     """Return a line of the arm's tip from where it is at the start, by x and z in the world."""
     goal = tcp(change)
     goal[:3, 3] += x, 0.0, z
@@ -121,7 +122,7 @@ def test_signals_between_rounded_moves_are_set_in_the_zone() -> None:
     [
         ((), "no moves follow"),
         ((DwellStep(0.1),), "step 1 waits"),
-        ((SetSignalStep("grip", True), WaitSignalStep("part", True)), "step 2 waits"),
+        ((SetSignalStep("grip", True), WaitSignalStep(Condition("part"))), "step 2 waits"),
     ],
 )
 def test_a_zone_before_nothing_to_go_over_into_is_dropped(following: Sequence[Step], why: str) -> None:
@@ -135,9 +136,9 @@ def test_a_zone_before_nothing_to_go_over_into_is_dropped(following: Sequence[St
 def test_a_search_is_reached_at_rest() -> None:
     change = world()
     first = step(line(change, x=0.1), zone=Zone(meters=0.03))
-    wish = MotionSpec(steps=(first, step(line(change, x=0.1, z=-0.1, until=("touch", True)))))
+    wish = MotionSpec(steps=(first, step(line(change, x=0.1, z=-0.1, until=Condition("touch")))))
     result = plan_motion(pictured(change), wish, chain)
-    assert [stage.until for stage in result.command.program.stages] == [None, ("touch", True)]
+    assert [stage.until for stage in result.command.program.stages] == [None, Condition("touch")]
     assert (result.command.searcher, result.notes[0].kind) == ("arm", NoteKind.ZONE_DROPPED)
 
 
@@ -150,12 +151,16 @@ def far(change: Change) -> Linear:
     [
         (lambda c: (DwellStep(0.1), step(far(c))), Reason.UNREACHABLE, "step 1: "),
         (lambda c: (SetSignalStep("grip", True), SetSignalStep("gripp", True)), Reason.UNKNOWN_NAME, "'gripp'"),
-        (lambda c: (SetSignalStep("grip", True), WaitSignalStep("hello", True)), Reason.UNKNOWN_NAME, "'hello'"),
-        (lambda c: (DwellStep(0.1), step(line(c, x=0.1, until=("nothing", True)))), Reason.UNKNOWN_NAME, "'nothing'"),
+        (lambda c: (DwellStep(0.1), WaitSignalStep(Condition("hello"))), Reason.UNKNOWN_NAME, "'hello'"),
+        (
+            lambda c: (DwellStep(0.1), step(line(c, x=0.1, until=Condition("nothing")))),
+            Reason.UNKNOWN_NAME,
+            "'nothing'",
+        ),
         (lambda c: (DwellStep(0.1), step(belt(3.0))), Reason.LIMIT_EXCEEDED, "step 1: "),
         (lambda c: (DwellStep(0.1), step(belt(0.1), belt(0.2))), Reason.INVALID_ARGUMENT, "step 1: two moves"),
         (
-            lambda c: (DwellStep(0.1), step(line(c, z=-0.1, until=("touch", True))), DwellStep(0.1)),
+            lambda c: (DwellStep(0.1), step(line(c, z=-0.1, until=Condition("touch"))), DwellStep(0.1)),
             Reason.INVALID_ARGUMENT,
             "step 1: a program may search in its last step only, which is step 2",
         ),
@@ -229,7 +234,7 @@ def test_tool_states_are_there_when_their_step_is_done() -> None:
 def test_a_search_tells_where_it_found_its_signal(rng: np.random.Generator) -> None:
     """The tip as it was at the tick in which the signal was seen, though it brakes for a while."""
     change = world()
-    command = planned(change, step(belt(0.05)), step(line(change, z=-0.2, until=("touch", True))))
+    command = planned(change, step(belt(0.05)), step(line(change, z=-0.2, until=Condition("touch"))))
     going = after(change, command)
     while going.state.motions[0].running.steps_done < 1:
         going = ticked(going)
@@ -248,7 +253,7 @@ def test_a_search_tells_where_it_found_its_signal(rng: np.random.Generator) -> N
 
 def test_a_search_that_finds_nothing_tells_its_goal() -> None:
     change = world()
-    end = to_end(after(change, planned(change, step(line(change, z=-0.1, until=("touch", True))))))
+    end = to_end(after(change, planned(change, step(line(change, z=-0.1, until=Condition("touch"))))))
     search = end.state.ended[0].search
     assert search is not None
     assert (search.found, search.tick) == (False, end.state.tick)
@@ -257,7 +262,7 @@ def test_a_search_that_finds_nothing_tells_its_goal() -> None:
 
 def test_a_wait_that_fails_cancels_the_motion_with_its_cause() -> None:
     change = world()
-    end = to_end(after(change, planned(change, WaitSignalStep("part", True, 0.2), step(belt(0.1)))))
+    end = to_end(after(change, planned(change, WaitSignalStep(Condition("part"), 0.2), step(belt(0.1)))))
     (motion,) = end.state.ended
     assert motion.cancellation is not None
     assert (motion.cancellation.cause, motion.end_tick) == (EndCause.SIGNAL_TIMEOUT, 50)
@@ -266,7 +271,7 @@ def test_a_wait_that_fails_cancels_the_motion_with_its_cause() -> None:
 
 def test_a_signal_that_a_program_names_stays() -> None:
     change = world()
-    command = planned(change, WaitSignalStep("part", True), step(belt(0.1)))
+    command = planned(change, WaitSignalStep(Condition("part")), step(belt(0.1)))
     going = ticked(after(change, command), 3)
     with pytest.raises(KernelError) as refused:
         after(going, RemoveSignal("part"))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from virtualrobot_kernel.motion.running_motion import Phase
+from virtualrobot_kernel.motion.signals import Condition
 from virtualrobot_kernel.motion.tracking_motion import TrackingMotion
 from virtualrobot_kernel.planning.moves import Linear, PointToPoint
 from virtualrobot_kernel.planning.plan_motion import plan_motion
@@ -86,7 +87,7 @@ def test_a_program_is_done_on_the_belt(zone: Zone | None) -> None:
     steps = (
         MoveStep((line("left", goals[0]),), zone),
         MoveStep((line("left", goals[1]),)),
-        WaitSignalStep("held", True),
+        WaitSignalStep(Condition("held")),
         DwellStep(0.1),
         MoveStep((line("left", goals[0]),)),
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pinocchio  # pyright: ignore[reportMissingImports] PyPI calls it pin
 import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.limits import JointLimits
@@ -20,8 +21,9 @@ from virtualrobot_kernel.world.commands import (
 )
 from virtualrobot_kernel.world.measured import as_commanded, commanded
 from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import Joint, JointType, Kind, NodeSpec, RobotData
 
-from tests.unit.world.builders import TICK, after, arm, empty, part, shifted, ticked, world_t
+from tests.unit.world.builders import LIMITS, TICK, Z, after, arm, empty, link, part, shifted, ticked, world_t
 
 OFF = np.array([0.01, -0.02, -0.001])
 """How far a real arm is behind its commands."""
@@ -133,3 +135,25 @@ def test_readings_find_their_joints_again_when_the_world_changes(cell: Change) -
     assert not gone.state.commanded
     with pytest.raises(KernelError, match="no robot has the uid"):
         after(gone, SetMeasuredJoints(uid(now), OFF))
+
+
+def test_a_floating_base_moves_by_readings_with_what_hangs_on_it() -> None:
+    """The base goes on by constant twists in its own frame, integrated by pinocchio; the arm on it is rigid with it."""
+    base = link("craft.hull", "craft", Joint("free", JointType.FLOATING))
+    mast = link("craft.mast", "craft.hull", Joint("m", JointType.REVOLUTE, Z, LIMITS), shifted(x=0.3, z=0.5))
+    now = after(empty(), CreateNodes((NodeSpec("craft", Kind.ROBOT, data=RobotData()), base, mast)))
+    now = after(now, CreateNodes((part("load", shifted(x=0.2), "craft.mast"),)))
+    model = pinocchio.Model()
+    model.addJoint(0, pinocchio.JointModelFreeFlyer(), pinocchio.SE3.Identity(), "free")
+    craft, pose = now.structure.node("craft").uid, pinocchio.neutral(model)
+    twist = np.array([0.4, -0.1, 0.2, 0.3, -0.5, 0.9])
+    for _ in range(500):
+        pose = pinocchio.integrate(model, pose, twist * TICK)
+        now = ticked(after(now, SetMeasuredJoints(craft, np.append(pose, 0.25), np.append(twist, 0.0))))
+    hull = pinocchio.exp6(twist * TICK * 500).homogeneous
+    np.testing.assert_allclose(world_t(now, "craft.hull"), hull, atol=1e-12)
+    turn = np.eye(4)
+    turn[:2, :2] = [[np.cos(0.25), -np.sin(0.25)], [np.sin(0.25), np.cos(0.25)]]
+    np.testing.assert_allclose(world_t(now, "load"), hull @ shifted(x=0.3, z=0.5) @ turn @ shifted(x=0.2), atol=1e-12)
+    with pytest.raises(KernelError, match="'free' of 'craft' is zero"):
+        after(now, SetMeasuredJoints(craft, np.zeros(8)))

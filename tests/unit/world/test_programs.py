@@ -10,6 +10,7 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.plan import plan_ptp
 from virtualrobot_kernel.motion.program import Program, Stage, Wait
+from virtualrobot_kernel.motion.signals import Condition, SignalValue
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.commands import (
@@ -59,7 +60,7 @@ def program(rng: np.random.Generator, state: State, joint: str, column: int) -> 
         elif kind == 2:
             stages.append(Stage(None, (), here, ((0.0, name, value),)))
         else:
-            wait = Wait(float(rng.uniform(0.01, 0.2)), name if kind == 3 else "", value)
+            wait = Wait(float(rng.uniform(0.01, 0.2)), Condition(name, value) if kind == 3 else None)
             stages.append(Stage(None, (), here, wait=wait))
     return StartMotion((("arm", joint),), Program(tuple(stages), np.array([start]), len(stages)))
 
@@ -85,7 +86,7 @@ def test_a_run_is_replayed_bit_for_bit(world: World, rng: np.random.Generator) -
     world.submit([arm(), *(CreateSignal(Signal(name, False)) for name in NAMES)]).result(GUARD)
     seen: list[State] = []
     world.listen(lambda: seen.append(world.snapshot.state))
-    in_vain = Stage(None, (), ((0.0, 0),), wait=Wait(0.1, "a", True))
+    in_vain = Stage(None, (), ((0.0, 0),), wait=Wait(0.1, Condition("a")))
     world.submit([StartMotion((("arm", "a"),), Program((in_vain,), np.zeros(1), 1))]).result(GUARD)
     world.step(50).result(GUARD)
     for _ in range(200):
@@ -126,7 +127,7 @@ def ends(state: State) -> list[tuple[object, ...]]:
     return [(one.id, one.running.phase, one.end_tick, one.cancellation) for one in (*state.ended, *state.motions)]
 
 
-def changes(values: list[dict[str, Signal]]) -> list[dict[str, bool]]:
+def changes(values: list[dict[str, Signal]]) -> list[dict[str, SignalValue]]:
     """Return the values of the signals without those that are the same as before."""
     plain = [{name: signal.value for name, signal in one.items()} for one in values if len(one) == len(NAMES)]
     return [now for place, now in enumerate(plain) if place == 0 or now != plain[place - 1]]

@@ -1,6 +1,6 @@
 """A cell that palletizes: a conveyor brings boxes, an iiwa and a Panda build two pallets. `virtualrobot demo` runs it.
 
-Three programs run at the same time and talk by digital signals, as in a real cell: the conveyor says `box_at_iiwa` and
+Three programs run at the same time and talk by signals, as in a real cell: the conveyor says `box_at_iiwa` and
 waits until the arm has taken the box away, the arm says `pallet_full_iiwa` at its end; likewise for the Panda.
 """
 

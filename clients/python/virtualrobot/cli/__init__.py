@@ -29,7 +29,7 @@ _COMMANDS = {
     "program": ("virtualrobot.cli.program", "Run a program from a file."),
     "stop": ("virtualrobot.cli.move", "Stop all robots, or some."),
     "leases": ("virtualrobot.cli.state", "Show who has leased which robots."),
-    "signal": ("virtualrobot.cli.signals", "Show, set, create or wait for digital signals."),
+    "signal": ("virtualrobot.cli.signals", "Show, set, create or wait for signals."),
     "step": ("virtualrobot.cli.state", "Let time go on by some ticks."),
     "plugins": ("virtualrobot.cli.plugins", "Show plugins and their components."),
     "kinematics": ("virtualrobot.cli.plugins", "Show or swap what solves a robot's kinematics."),

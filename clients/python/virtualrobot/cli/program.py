@@ -17,7 +17,7 @@ Example of a FILE; names are those of StartMotionRequest in the contract:
         moves:
           - robot: arm
             point_to_point: {joints: {joint_positions: {joint_1: 0.5}}}
-    - wait_signal: {condition: {signal: part, value: true}, timeout_seconds: 5}
+    - wait_signal: {condition: {signal: part, value: {boolean: true}}, timeout_seconds: 5}
 """
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from virtualrobot.cli.options import GO_ON, Target, degrees_option, target_options
+from virtualrobot.cli.signals import signal_text
 
 if TYPE_CHECKING:
     from virtualrobot.connection import Client
@@ -85,7 +86,7 @@ def describe(client: Client, robots: Sequence[str], degrees: bool) -> str:
         lines += [f"  {line}" for line in aligned(joint_rows(robot.description, now, degrees))]
     if not robots:
         lines += [""] * bool(client.signals)
-        lines += [f"signal {signal.name}: {'on' if signal.value else 'off'}" for signal in client.signals.read()]
+        lines += [f"signal {signal.name}: {signal_text(signal)}" for signal in client.signals.read()]
     motions = [motion for motion in client.motions() if not robots or set(motion.robots) & set(robots)]
     lines += [""] * bool(motions)
     lines += [_motion(motion) for motion in motions]

@@ -2,6 +2,7 @@ from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
 from virtualrobot.v1 import lease_pb2 as _lease_pb2
 from virtualrobot.v1 import nodes_pb2 as _nodes_pb2
 from virtualrobot.v1 import robot_pb2 as _robot_pb2
+from virtualrobot.v1 import signal_pb2 as _signal_pb2
 from google.protobuf.internal import containers as _containers
 from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
 from google.protobuf import descriptor as _descriptor
@@ -22,6 +23,16 @@ class DisconnectPolicy(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     DISCONNECT_POLICY_UNSPECIFIED: _ClassVar[DisconnectPolicy]
     DISCONNECT_POLICY_STOP: _ClassVar[DisconnectPolicy]
     DISCONNECT_POLICY_CONTINUE: _ClassVar[DisconnectPolicy]
+
+class Comparison(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    COMPARISON_UNSPECIFIED: _ClassVar[Comparison]
+    COMPARISON_EQUAL: _ClassVar[Comparison]
+    COMPARISON_NOT_EQUAL: _ClassVar[Comparison]
+    COMPARISON_LESS: _ClassVar[Comparison]
+    COMPARISON_AT_MOST: _ClassVar[Comparison]
+    COMPARISON_GREATER: _ClassVar[Comparison]
+    COMPARISON_AT_LEAST: _ClassVar[Comparison]
 
 class TimeLaw(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
@@ -102,6 +113,13 @@ BUSY_POLICY_PREEMPT: BusyPolicy
 DISCONNECT_POLICY_UNSPECIFIED: DisconnectPolicy
 DISCONNECT_POLICY_STOP: DisconnectPolicy
 DISCONNECT_POLICY_CONTINUE: DisconnectPolicy
+COMPARISON_UNSPECIFIED: Comparison
+COMPARISON_EQUAL: Comparison
+COMPARISON_NOT_EQUAL: Comparison
+COMPARISON_LESS: Comparison
+COMPARISON_AT_MOST: Comparison
+COMPARISON_GREATER: Comparison
+COMPARISON_AT_LEAST: Comparison
 TIME_LAW_UNSPECIFIED: TimeLaw
 TIME_LAW_JERK_LIMITED: TimeLaw
 TIME_LAW_TIME_OPTIMAL: TimeLaw
@@ -198,16 +216,18 @@ class SetSignalStep(_message.Message):
     SIGNAL_FIELD_NUMBER: _ClassVar[int]
     VALUE_FIELD_NUMBER: _ClassVar[int]
     signal: str
-    value: bool
-    def __init__(self, signal: _Optional[str] = ..., value: bool = ...) -> None: ...
+    value: _signal_pb2.SignalValue
+    def __init__(self, signal: _Optional[str] = ..., value: _Optional[_Union[_signal_pb2.SignalValue, _Mapping]] = ...) -> None: ...
 
 class SignalCondition(_message.Message):
-    __slots__ = ("signal", "value")
+    __slots__ = ("signal", "value", "comparison")
     SIGNAL_FIELD_NUMBER: _ClassVar[int]
     VALUE_FIELD_NUMBER: _ClassVar[int]
+    COMPARISON_FIELD_NUMBER: _ClassVar[int]
     signal: str
-    value: bool
-    def __init__(self, signal: _Optional[str] = ..., value: bool = ...) -> None: ...
+    value: _signal_pb2.SignalValue
+    comparison: Comparison
+    def __init__(self, signal: _Optional[str] = ..., value: _Optional[_Union[_signal_pb2.SignalValue, _Mapping]] = ..., comparison: _Optional[_Union[Comparison, str]] = ...) -> None: ...
 
 class WaitSignalStep(_message.Message):
     __slots__ = ("condition", "timeout_seconds")

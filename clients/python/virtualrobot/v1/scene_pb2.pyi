@@ -249,8 +249,8 @@ class SetSignal(_message.Message):
     NAME_FIELD_NUMBER: _ClassVar[int]
     VALUE_FIELD_NUMBER: _ClassVar[int]
     name: str
-    value: bool
-    def __init__(self, name: _Optional[str] = ..., value: bool = ...) -> None: ...
+    value: _signal_pb2.SignalValue
+    def __init__(self, name: _Optional[str] = ..., value: _Optional[_Union[_signal_pb2.SignalValue, _Mapping]] = ...) -> None: ...
 
 class SetSpeedFactor(_message.Message):
     __slots__ = ("robot", "factor")

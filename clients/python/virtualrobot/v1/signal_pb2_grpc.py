@@ -26,7 +26,7 @@ if _version_not_supported:
 
 
 class SignalServiceStub(object):
-    """Digital signals by name. They are created and removed by SceneService.Apply.
+    """Signals by name. They are created, set and removed by SceneService.Apply, alone or in one batch with other changes.
     """
 
     def __init__(self, channel):
@@ -40,11 +40,6 @@ class SignalServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_signal__pb2.GetSignalsRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_signal__pb2.GetSignalsResponse.FromString,
                 _registered_method=True)
-        self.SetSignals = channel.unary_unary(
-                '/virtualrobot.v1.SignalService/SetSignals',
-                request_serializer=virtualrobot_dot_v1_dot_signal__pb2.SetSignalsRequest.SerializeToString,
-                response_deserializer=virtualrobot_dot_v1_dot_signal__pb2.SetSignalsResponse.FromString,
-                _registered_method=True)
         self.WatchSignals = channel.unary_stream(
                 '/virtualrobot.v1.SignalService/WatchSignals',
                 request_serializer=virtualrobot_dot_v1_dot_signal__pb2.WatchSignalsRequest.SerializeToString,
@@ -53,18 +48,11 @@ class SignalServiceStub(object):
 
 
 class SignalServiceServicer(object):
-    """Digital signals by name. They are created and removed by SceneService.Apply.
+    """Signals by name. They are created, set and removed by SceneService.Apply, alone or in one batch with other changes.
     """
 
     def GetSignals(self, request, context):
         """The signals as they are now.
-        """
-        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
-        context.set_details('Method not implemented!')
-        raise NotImplementedError('Method not implemented!')
-
-    def SetSignals(self, request, context):
-        """Sets signals, all between the same two ticks.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
@@ -85,11 +73,6 @@ def add_SignalServiceServicer_to_server(servicer, server):
                     request_deserializer=virtualrobot_dot_v1_dot_signal__pb2.GetSignalsRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_signal__pb2.GetSignalsResponse.SerializeToString,
             ),
-            'SetSignals': grpc.unary_unary_rpc_method_handler(
-                    servicer.SetSignals,
-                    request_deserializer=virtualrobot_dot_v1_dot_signal__pb2.SetSignalsRequest.FromString,
-                    response_serializer=virtualrobot_dot_v1_dot_signal__pb2.SetSignalsResponse.SerializeToString,
-            ),
             'WatchSignals': grpc.unary_stream_rpc_method_handler(
                     servicer.WatchSignals,
                     request_deserializer=virtualrobot_dot_v1_dot_signal__pb2.WatchSignalsRequest.FromString,
@@ -104,7 +87,7 @@ def add_SignalServiceServicer_to_server(servicer, server):
 
  # This class is part of an EXPERIMENTAL API.
 class SignalService(object):
-    """Digital signals by name. They are created and removed by SceneService.Apply.
+    """Signals by name. They are created, set and removed by SceneService.Apply, alone or in one batch with other changes.
     """
 
     @staticmethod
@@ -124,33 +107,6 @@ class SignalService(object):
             '/virtualrobot.v1.SignalService/GetSignals',
             virtualrobot_dot_v1_dot_signal__pb2.GetSignalsRequest.SerializeToString,
             virtualrobot_dot_v1_dot_signal__pb2.GetSignalsResponse.FromString,
-            options,
-            channel_credentials,
-            insecure,
-            call_credentials,
-            compression,
-            wait_for_ready,
-            timeout,
-            metadata,
-            _registered_method=True)
-
-    @staticmethod
-    def SetSignals(request,
-            target,
-            options=(),
-            channel_credentials=None,
-            call_credentials=None,
-            insecure=False,
-            compression=None,
-            wait_for_ready=None,
-            timeout=None,
-            metadata=None):
-        return grpc.experimental.unary_unary(
-            request,
-            target,
-            '/virtualrobot.v1.SignalService/SetSignals',
-            virtualrobot_dot_v1_dot_signal__pb2.SetSignalsRequest.SerializeToString,
-            virtualrobot_dot_v1_dot_signal__pb2.SetSignalsResponse.FromString,
             options,
             channel_credentials,
             insecure,

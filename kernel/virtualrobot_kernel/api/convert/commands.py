@@ -12,7 +12,7 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.messages.collision_settings import pairs_command, settings_command
 from virtualrobot_kernel.messages.nodes import SENSING, figures, node_data, node_spec, runs
 from virtualrobot_kernel.messages.robots import joint_groups, settings
-from virtualrobot_kernel.messages.signals import signal_value
+from virtualrobot_kernel.messages.signals import created_signal, value_of
 from virtualrobot_kernel.messages.values import array, by_name, finite, mask_fields, not_negative, pose
 from virtualrobot_kernel.world import commands
 from virtualrobot_kernel.world.structure import NodeSpec
@@ -106,9 +106,9 @@ COMMANDS: dict[str, Callable[[Any], commands.Command]] = {
     "set_groups": lambda message: commands.SetGroups(message.robot, joint_groups(message.groups, message.robot)),
     "select_tool": lambda message: commands.SelectTool(message.robot, message.tool, message.tool_center_point),
     "set_tool_state": lambda message: commands.SetToolState(message.tool, message.state),
-    "create_signal": lambda message: commands.CreateSignal(signal_value(message.signal)),
+    "create_signal": lambda message: created_signal(message.signal),
     "remove_signal": lambda message: commands.RemoveSignal(message.name),
-    "set_signal": lambda message: commands.SetSignal(message.name, message.value),
+    "set_signal": lambda message: commands.SetSignal(message.name, value_of(message.value, "set_signal.value")),
     "set_collision_settings": settings_command,
     "set_allowed_pairs": pairs_command,
     "set_kinematics": kinematics_command,

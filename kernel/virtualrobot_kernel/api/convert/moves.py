@@ -13,6 +13,7 @@ from virtualrobot_kernel.api.convert.jogs import cartesian_jog, joint_jog
 from virtualrobot_kernel.api.convert.redundancy import requested_redundancy
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.messages.robots import group_selection
+from virtualrobot_kernel.messages.signals import condition_of
 from virtualrobot_kernel.messages.values import array, by_name, check_enum, finite, pose, vector
 from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.circle import Center, Via
@@ -80,9 +81,7 @@ def _linear(robot: str, linear: motion_pb2.Linear, factor: float, what: str) -> 
     goal = _path_goal(linear.goal, f"{what}.goal")
     until = None
     if linear.HasField("until"):
-        if not linear.until.signal:
-            raise KernelError(f"{what}.until.signal is empty: which signal?", field=f"{what}.until")
-        until = linear.until.signal, linear.until.value
+        until = condition_of(linear.until, f"{what}.until")
     return Linear(robot, goal, factor, *_rates(linear, what), until=until)
 
 

@@ -8,6 +8,7 @@ from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.api.convert.moves import requested_move
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.signals import condition_of, named_signal, value_of
 from virtualrobot_kernel.messages.values import finite
 from virtualrobot_kernel.planning.notes import Note, NoteKind
 from virtualrobot_kernel.planning.program import (
@@ -58,16 +59,17 @@ def _step(message: motion_pb2.ProgramStep, what: str) -> Step:
     if kind == "move":
         return _move_step(message.move, f"{what}.move")
     if kind == "set_signal":
-        return SetSignalStep(_named(message.set_signal.signal, f"{what}.set_signal"), message.set_signal.value)
+        step, what = message.set_signal, f"{what}.set_signal"
+        return SetSignalStep(named_signal(step.signal, what), value_of(step.value, f"{what}.value"))
     if kind == "wait_signal":
         wait = message.wait_signal
-        signal = _named(wait.condition.signal, f"{what}.wait_signal.condition")
+        condition = condition_of(wait.condition, f"{what}.wait_signal.condition")
         timeout = finite(wait.timeout_seconds, f"{what}.wait_signal.timeout_seconds")
         if timeout < 0.0:
             raise KernelError(
                 f"{what}.wait_signal.timeout_seconds must be 0 (never) or above, not {timeout:g}", timeout=timeout
             )
-        return WaitSignalStep(signal, wait.condition.value, timeout)
+        return WaitSignalStep(condition, timeout)
     if kind == "dwell":
         seconds = finite(message.dwell.seconds, f"{what}.dwell.seconds")
         if seconds <= 0.0:
@@ -117,9 +119,3 @@ def _tracking(message: motion_pb2.Tracking) -> TrackingSpec:
             field="tracking.max_velocity",
         )
     return TrackingSpec(message.node, window, velocity)
-
-
-def _named(signal: str, what: str) -> str:
-    if not signal:
-        raise KernelError(f"{what}.signal is empty: which signal?", field=f"{what}.signal")
-    return signal

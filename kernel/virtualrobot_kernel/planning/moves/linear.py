@@ -10,6 +10,7 @@ from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.course import Course
 from virtualrobot_kernel.motion.line import line_between
 from virtualrobot_kernel.motion.plan import Plan, plan_lin
+from virtualrobot_kernel.motion.signals import Condition
 from virtualrobot_kernel.planning.moves.path_move import PathMove
 from virtualrobot_kernel.planning.planned_move import PoseGoal, world_t_goal
 from virtualrobot_kernel.planning.redundancy import FREE, Redundancy
@@ -21,7 +22,7 @@ from virtualrobot_kernel.world.state import Snapshot
 class Linear(PathMove):
     """A straight line of the tool centre point; 0 stands for the default speed (m/s) and acceleration (m/s^2).
 
-    until: the signal and the value with which it ends before its goal, a search.
+    until: the condition with which it ends before its goal, a search.
     """
 
     goal: PoseGoal
@@ -29,7 +30,7 @@ class Linear(PathMove):
     max_velocity: float = 0.0
     max_acceleration: float = 0.0
     redundancy: Redundancy = FREE
-    until: tuple[str, bool] | None = None
+    until: Condition | None = None
     time_law: TimeLaw = TimeLaw.JERK_LIMITED
 
     @property
@@ -43,7 +44,7 @@ class Linear(PathMove):
         return self.goal.reference if self.goal.moving else None
 
     @property
-    def search(self) -> tuple[str, bool] | None:
+    def search(self) -> Condition | None:
         """The signal and the value that end it."""
         return self.until
 

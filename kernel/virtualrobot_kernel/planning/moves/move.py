@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.motion.signals import Condition
 from virtualrobot_kernel.planning.moving_base import MovingBase
 from virtualrobot_kernel.planning.planned_move import PlannedMove
 from virtualrobot_kernel.planning.redundancy import NearOf
@@ -65,8 +66,8 @@ class Move(ABC):
         return ""
 
     @property
-    def search(self) -> tuple[str, bool] | None:
-        """The signal and the value with which it ends before its goal; None where it doesn't search."""
+    def search(self) -> Condition | None:
+        """The condition with which it ends before its goal; None where it doesn't search."""
         return None
 
     def tool_states(self, snapshot: Snapshot) -> tuple[tuple[str, str], ...]:

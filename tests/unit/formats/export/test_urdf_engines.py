@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio  # pyright: ignore[reportMissingImports]  a path file makes it importable
-import pybullet
 import pytest
 from scipy.spatial.transform import Rotation
 from virtualrobot_kernel.formats.assets import AssetStore
@@ -24,6 +23,7 @@ from virtualrobot_kernel.world.structure import (
     Structure,
 )
 
+from tests.pybullet_models import pybullet
 from tests.unit.formats.export.worlds import drawn, snapshot_of, written
 from tests.unit.formats.models import ROBOTS, forward, load, structure_of
 

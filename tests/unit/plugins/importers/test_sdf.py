@@ -6,7 +6,6 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
-import pybullet
 import pytest
 from scipy.spatial.transform import Rotation
 from virtualrobot.v1 import nodes_pb2
@@ -15,6 +14,7 @@ from virtualrobot_kernel.world.figures import Box
 from virtualrobot_kernel.world.structure import JointType, LinkData, NodeSpec
 from virtualrobot_plugins.importers.sdf.importer import SdfImporter
 
+from tests.pybullet_models import pybullet
 from tests.unit.formats.models import DATA, forward, structure_of
 from tests.unit.plugins.importers.reading import refusal, scene
 

@@ -6,7 +6,6 @@ import sys
 
 import numpy as np
 import psutil
-import pybullet
 import pytest
 from scipy.spatial.transform import Rotation
 from virtualrobot_plugins.ray_casters import bullet
@@ -15,6 +14,8 @@ from virtualrobot_plugins.ray_casters.reference import ReferenceCaster
 from virtualrobot_sdk.errors import PluginError
 from virtualrobot_sdk.rays import RayScene, make_shape
 from virtualrobot_sdk.testing.ray_truth import random_pose, random_rays, random_scene, sphere
+
+from tests.pybullet_models import pybullet
 
 
 def test_more_rays_and_triangles_than_it_takes_at_once(rng: np.random.Generator) -> None:
