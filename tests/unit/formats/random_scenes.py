@@ -22,6 +22,13 @@ WORDS = [
 
 NUMBERS = [0.1, 1 / 3, -0.0, 5e-324, 1.7976931348623157e308, 1e16, 1e-7, -1.0, 123456789.125, math.pi, 1e5, 1e22]
 
+INTEGERS = {
+    FieldDescriptor.CPPTYPE_INT32: (32, True),
+    FieldDescriptor.CPPTYPE_UINT32: (32, False),
+    FieldDescriptor.CPPTYPE_INT64: (64, True),
+    FieldDescriptor.CPPTYPE_UINT64: (64, False),
+}
+
 
 def random_scene(rng: np.random.Generator) -> scene_pb2.SceneFile:
     """Return a scene whose fields are filled at random; not one that a world would take."""
@@ -90,5 +97,7 @@ def _scalar(field: Field, rng: np.random.Generator) -> object:
         return int(rng.choice([value.number for value in field.enum_type.values]))
     if field.cpp_type == FieldDescriptor.CPPTYPE_DOUBLE:
         return float(rng.choice(NUMBERS)) if rng.random() < 0.5 else float(rng.normal() * 10.0 ** rng.integers(-9, 9))
-    bits = 32 if field.cpp_type == FieldDescriptor.CPPTYPE_UINT32 else 64
-    return int(rng.integers(2**bits, dtype=np.uint64)) if rng.random() < 0.5 else int(rng.integers(10))
+    bits, signed = INTEGERS[field.cpp_type]
+    if rng.random() < 0.5:
+        return int(rng.integers(10))
+    return int(rng.integers(2**bits, dtype=np.uint64)) - signed * 2 ** (bits - 1)
