@@ -112,7 +112,7 @@ GRACE_SECONDS = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Address:
-    """Address and credentials of a server: an empty `token` means none is wanted; certificate and key (PEM) mean TLS."""
+    """Address and credentials of a server: an empty `token` means none is wanted; certificate and key (PEM): TLS."""
 
     host: str
     port: int
