@@ -13,14 +13,14 @@ from enum import Enum
 from typing import Self
 
 NEIGHBOURS = 200
-"""How many names before and after a bad one are looked at for a similar one."""
+"""Number of names before and after a bad one that are searched for a similar one."""
 
 LONGEST_NAME = 100
-"""How many characters of a bad name are compared."""
+"""Number of a bad name's characters that are compared."""
 
 
 class Reason(Enum):
-    """Why a call was refused; the names equal those of `ErrorReason` in the contract."""
+    """Reason for a call's refusal; the names equal those of `ErrorReason` in the contract."""
 
     INVALID_ARGUMENT = "INVALID_ARGUMENT"
     UNKNOWN_NAME = "UNKNOWN_NAME"

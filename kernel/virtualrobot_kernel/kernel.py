@@ -58,7 +58,7 @@ WORKERS = 8
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """How a kernel is started: where it listens, how its time runs, and which port its viewer takes (0: a free one)."""
+    """Settings of a kernel: its address, how its time runs, and the port of its viewer (0: a free one)."""
 
     address: Address
     mode: Mode = Mode.REALTIME

@@ -32,12 +32,12 @@ from virtualrobot_kernel.messages.values import not_negative, stamp
 from virtualrobot_kernel.world.structure import Kind
 
 TURN = "collision"
-"""What calls wait for: a few at a time have a thread."""
+"""Key of the calls in the limiter: a few at a time have a thread."""
 
 SAMPLES = 1000
 MOST_SAMPLES = 100_000
 BLOCK_ROWS = 256
-"""How many configurations a process checks in one go: a few hundredths of a second."""
+"""Number of configurations that a process checks in one go: a few hundredths of a second."""
 
 FEW_EVENTS = 8
 """So many events are told by the API's thread itself; the contacts of two nodes take up to a third of a millisecond."""

@@ -89,7 +89,7 @@ class KernelServicer(kernel_pb2_grpc.KernelServiceServicer):
             yield kernel_pb2.WatchClockResponse(stamp=stamp(snapshot), clock=clock_message(world.clock))
 
     async def StepClock(self, request: kernel_pb2.StepClockRequest, context: object) -> kernel_pb2.StepClockResponse:
-        """Let time go on by some ticks."""
+        """Advance time by a number of ticks."""
         world = self._rooms.world
         first = world.snapshot.state.tick
         snapshot = await asyncio.wrap_future(world.step(request.ticks))

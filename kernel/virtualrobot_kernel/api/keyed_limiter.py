@@ -11,7 +11,7 @@ from typing import TypeVar
 from weakref import WeakValueDictionary
 
 AT_ONCE = 4
-"""How many calls for one robot or ray caster have a thread; the others wait without one."""
+"""Number of calls for one robot or ray caster that have a thread; the others wait without one."""
 
 THREADS = 64
 """Most of them wait for a component in another process, which may take as long as its deadline."""

@@ -1,4 +1,4 @@
-"""Who has leased which robot. The API's thread alone changes the table; the world thread reads it by one reference.
+"""Leases of robots by clients. The API's thread alone changes the table; the world thread reads it by one reference.
 
 Leases are not in the world: they say whose commands are let in, not what is. What their end does to the world (it stops
 the robots) is a command like any other, so that a journal replays without them.
@@ -22,14 +22,14 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import Permit
 
 REMEMBERED = 100
-"""How many leases that have ended are remembered, so that their owners are told why."""
+"""Number of ended leases remembered, so that their owners are told why."""
 
 CARRIED: ContextVar[tuple[str, ...]] = ContextVar("CARRIED", default=())
 """The tokens of the leases that the call being served carries; set by the interceptor, for methods that need leases."""
 
 
 class Loss(Enum):
-    """Why a lease lost robots; the names equal those of `LeaseLoss` in the contract, but for EXPIRED."""
+    """Reason for a lease's loss of robots; the names equal those of `LeaseLoss` in the contract, but for EXPIRED."""
 
     RELEASED = "released"
     TAKEN = "taken"

@@ -15,10 +15,10 @@ from virtualrobot_kernel.world.state import Motion, Snapshot
 from virtualrobot_kernel.world.store import World
 
 BACKLOG = 10_000
-"""How many signal changes a reader may be late."""
+"""Greatest number of signal changes that a reader may be late."""
 
 PROGRESS_SECONDS = 0.25
-"""How often a call tells how far long work is."""
+"""Period (s) at which a call tells how far long work is."""
 
 SHORTEST_PAUSE_SECONDS = 0.001
 """Event loops do not wait for less than a millisecond: whose pause is shorter is told every snapshot that comes."""
@@ -220,6 +220,6 @@ def ending() -> KernelError:
 
 
 def resolve(future: asyncio.Future[None]) -> None:
-    """Let whoever waits for the future go on."""
+    """Wake whoever waits for the future."""
     if not future.done():
         future.set_result(None)

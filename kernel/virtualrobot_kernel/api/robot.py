@@ -42,7 +42,7 @@ from virtualrobot_kernel.world.store import Applied
 from virtualrobot_kernel.world.structure import Kind, Node, RobotData
 
 MOST_POINTS = 10_000
-"""How many points one call of SolveJacobian takes."""
+"""Greatest number of points in one call of SolveJacobian."""
 
 
 class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
@@ -262,7 +262,7 @@ def _check_message(check: SelfCheck) -> robot_pb2.KinematicsCheck:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Told:
-    """What a watch has told up to a snapshot: the states by uid, and its last message (None: there was no news)."""
+    """State of a watch up to a snapshot: the states told by uid, and its last message (None: there was no news)."""
 
     snapshot: Snapshot
     states: Mapping[int, robot_pb2.RobotState]

@@ -107,12 +107,12 @@ MOST_CONNECTIONS = 1000
 
 
 GRACE_SECONDS = 1.0
-"""How long an ending kernel waits for calls: half of it for their work, then for them to say that it ends."""
+"""Time (s) that an ending kernel leaves calls: half of it for their work, then for them to say that it ends."""
 
 
 @dataclass(frozen=True, slots=True)
 class Address:
-    """Where to listen, and how: `token` empty means that none is wanted; certificate and key (PEM) mean TLS."""
+    """Address and credentials of a server: an empty `token` means none is wanted; certificate and key (PEM): TLS."""
 
     host: str
     port: int

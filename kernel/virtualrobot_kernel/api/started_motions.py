@@ -13,7 +13,7 @@ from virtualrobot.v1 import motion_pb2
 from virtualrobot_kernel.errors import KernelError
 
 REMEMBERED = 1000
-"""How many request ids are remembered."""
+"""Number of request ids remembered."""
 
 LONGEST = 256
 """The most characters of a request id."""

@@ -27,7 +27,7 @@ OWN_PACKAGE = "virtualrobot"
 """The package whose plugins are trusted: the kernel's own."""
 
 LOOK_SECONDS = 20.0
-"""How long a plugin may take to be imported and to register."""
+"""Deadline (s) for importing a plugin and its registration."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -19,7 +19,7 @@ from virtualrobot_kernel.components.running import Running, start
 from virtualrobot_kernel.errors import KernelError, Reason
 
 KEPT_WITH_SETTINGS = 4
-"""How many importers with settings of their own are kept; those without are all kept."""
+"""Number of importers with settings of their own that are kept; those without are all kept."""
 
 
 class Importers:

@@ -17,7 +17,7 @@ from virtualrobot_kernel.components.catalog import Offer
 from virtualrobot_kernel.errors import KernelError, Reason
 
 START_SECONDS = 20.0
-"""How long a component in a process of its own may take to be imported and made."""
+"""Deadline (s) for importing and making a component in a process of its own."""
 
 
 class Instance(Protocol):
@@ -37,7 +37,7 @@ class Instance(Protocol):
 
     @property
     def has_ended(self) -> bool:
-        """Whether a fault has ended its process."""
+        """True once a fault has ended its process."""
         ...
 
     def close(self) -> None:
@@ -56,7 +56,7 @@ class Running:
         """Take an instance of what a plugin offers; `user` is whom it works for, in words for errors."""
         self.offer = offer
         self.fault: ComponentFault | None = None
-        """What ended its process."""
+        """Fault that ended its process; None while it runs."""
         self.latest: ComponentFault | None = None
         """Its latest fault of any kind."""
         self.calls = 0

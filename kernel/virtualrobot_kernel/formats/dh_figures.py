@@ -1,4 +1,4 @@
-"""What a robot made of a Denavit-Hartenberg table looks like: joints are cylinders, lengths boxes, offsets rods.
+"""Figures of a robot made of a Denavit-Hartenberg table: joints are cylinders, lengths boxes, offsets rods.
 
 A table says where axes are and nothing of the bodies between them. So the sizes are a choice: all follow from the
 lengths of the arm together, the wrist half as thick as the shoulder.

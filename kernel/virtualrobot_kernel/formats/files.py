@@ -1,4 +1,4 @@
-"""Where a model's files come from: what the client has uploaded first, then the kernel's disk."""
+"""Sources of a model's files: what the client has uploaded first, then the kernel's disk."""
 
 from __future__ import annotations
 

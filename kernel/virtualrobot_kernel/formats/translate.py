@@ -19,10 +19,10 @@ from virtualrobot_kernel.formats.files import File, Files
 from virtualrobot_kernel.formats.xml import FileWarning, place_in
 
 ROUNDS = 100
-"""How often an importer may ask for files: each round may name many."""
+"""Greatest number of times that an importer may ask for files: each round may name many."""
 
 MOST_BYTES = {".urdf": 64 * MEBIBYTE, ".yaml": 32 * MEBIBYTE, ".glb": 1024 * MEBIBYTE}
-"""How large a translation may be, by its format: the kernel itself parses it. Readers have bounds of their own."""
+"""Greatest size of a translation (bytes), by its ending: the kernel parses it itself. Readers have their own bounds."""
 
 Settings = Mapping[str, Any]
 """An importer's settings, plain values as JSON has them."""

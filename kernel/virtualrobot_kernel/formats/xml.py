@@ -71,7 +71,7 @@ def malformed(uri: str, line: int | None, message: str, path: str = "") -> Malfo
 
 
 class FileWarning(str):
-    """What is odd about a file but does no harm to the motion of what it describes, as a text for people.
+    """Oddity of a file that does no harm to the motion of what it describes, as a text for people.
 
     Attributes:
         file: the whole name of the file.

@@ -1,4 +1,4 @@
-"""What a time law has to keep on parts of a path, beside the joints' own limits, and which kind of law it is."""
+"""Bounds of a time law on parts of a path, beside the joints' own limits, and the kinds of time laws."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from virtualrobot_kernel.motion.polynomial import Array
 
 
 class TimeLaw(Enum):
-    """How the time is laid along a path; the names equal those of the contract."""
+    """Kind of time law along a path; the names equal those of the contract."""
 
     #: Keeps the limits of speed, acceleration and jerk.
     JERK_LIMITED = "JERK_LIMITED"
@@ -29,7 +29,7 @@ class JointBound:
 
 
 class TcpJacobian(Protocol):
-    """How joints move a tool centre point."""
+    """Geometric Jacobian of a tool centre point by k joints."""
 
     def jacobian(self, q: Array) -> Array:
         """Return the geometric Jacobian (6, k) of the TCP at q (k,), linear rows first."""

@@ -36,7 +36,7 @@ STILL = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """What limits s', s'' and s''' on N cells of a path between N + 1 `nodes`: at 3 points of each, for R quantities.
+    """Limits of s', s'' and s''' on N cells of a path between N + 1 `nodes`: at 3 points of each, for R quantities.
 
     In units of the limits, (N, 3, R): speed |f| / V; square, product, bend: |f|², f·f', |f'|² by A²; jerk: |f|, 3 |f'|
     and |f''| by J.

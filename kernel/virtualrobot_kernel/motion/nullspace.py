@@ -1,4 +1,4 @@
-"""What an arm does with the joints that its tool centre point leaves free: wishes, and the motion that follows them.
+"""Null-space motion of an arm's redundant joints: wishes, and the motion that follows them.
 
 A wish is a function from joints to a cost, the less the better, and its gradient. Where the tool centre point stands or
 goes, joints move by (I - J^+ J) z with z against the gradient (A. Liegeois, Automatic supervisory control of the
@@ -29,7 +29,7 @@ _LIMITS_SHARE = 0.02
 GAIN = 1.0
 """The greatest motion in the null space on a path, in parts of the motion that the path itself needs."""
 _NEAREST = 0.999
-"""How far from the middle (0) to a limit (1) the cost of limits grows; beyond, its gradient stays as it is."""
+"""Share of the way from the middle (0) to a limit (1) on which the cost of limits grows; beyond, its gradient stays."""
 _DIFFERENCE = 1e-5
 _STEPS = 200
 _LONGEST_STEP = 0.2

@@ -31,7 +31,7 @@ _SLOWING = (Phase.PAUSING, Phase.STOPPING)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlanExecution:
-    """Where a motion is on its plan.
+    """State of a motion on its plan.
 
     tau: nominal time gone by (s); rate: dtau/dt; rate_slope: d2tau/dt2 (1/s). override: the rate that is wanted while
     it runs, in (0, 1]. ramp, ramp_tau, elapsed: the rate's law, tau at its start and the time since (s). waiting: for
@@ -56,12 +56,12 @@ class PlanExecution:
 
     @property
     def ended(self) -> bool:
-        """Whether the motion has succeeded or been cancelled."""
+        """True once the motion has succeeded or been cancelled."""
         return self.phase in ENDED
 
     @property
     def duration(self) -> float:
-        """How long the motion takes at full rate, in s."""
+        """Duration of the motion at full rate, in s."""
         return self.plan.duration
 
     @property
@@ -76,7 +76,7 @@ class PlanExecution:
 
     @property
     def fault(self) -> tuple[str, str] | None:
-        """Nothing: it stops by itself only at its goal."""
+        """Cause of an end by itself; always None: it stops by itself only at its goal."""
         return None
 
     @property
@@ -86,7 +86,7 @@ class PlanExecution:
 
     @property
     def found(self) -> bool | None:
-        """Nothing is searched."""
+        """Result of a search; always None."""
         return None
 
     @property

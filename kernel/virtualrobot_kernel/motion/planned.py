@@ -109,7 +109,7 @@ class Plan:
 
     @property
     def braking(self) -> Braking:
-        """What choosing a change of the rate needs; made only for a motion that is asked for one."""
+        """Data for choosing a change of the rate; made only for a motion that is asked for one."""
         return _braking(self)
 
     def derivatives(self, tau: Array) -> Array:

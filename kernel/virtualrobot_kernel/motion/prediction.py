@@ -39,7 +39,7 @@ class Prediction:
 
     @property
     def brakes(self) -> bool:
-        """Whether it brakes by laws of its own: then no nominal time tells where it is."""
+        """True while it brakes by laws of its own: then no nominal time tells where it is."""
         return self.running is not None and bool(self.running.brakes)
 
     def nominal(self, time: float) -> float:

@@ -47,7 +47,7 @@ class Stage:
 
     @property
     def duration(self) -> float:
-        """How long it takes at full rate, in s; waiting for a signal takes no time."""
+        """Duration at full rate, in s; waiting for a signal takes no time."""
         if self.plan is not None:
             return self.plan.duration
         return self.wait.duration if self.wait else 0.0
@@ -96,7 +96,7 @@ class Program:
 
     @property
     def duration(self) -> float:
-        """How long all stages take at full rate, in s; waiting for signals takes no time."""
+        """Duration of all stages at full rate, in s; waiting for signals takes no time."""
         return self.begins[-1]
 
     def done_at(self, step: int) -> float:

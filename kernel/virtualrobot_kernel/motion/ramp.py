@@ -1,4 +1,4 @@
-"""How the rate of a running motion changes: quintic ramps, chosen so that the joints keep their limits."""
+"""Quintic ramps of the rate of a running motion, chosen so that the joints keep their limits."""
 
 from __future__ import annotations
 
@@ -156,7 +156,7 @@ def _excess(
 
 
 def _stays_in_range(ramp: RateRamp) -> bool:
-    """Whether the rate stays within [0, 1], also between samples: a ramp that turns another one back may overshoot."""
+    """Return True if the rate stays in [0, 1], also between samples: a ramp that reverses another one may overshoot."""
     if ramp.coefficients[1] == 0.0 and ramp.coefficients[2] == 0.0:
         return True  # from a constant rate it is monotone
     polynomial = np.polynomial.Polynomial(ramp.coefficients)

@@ -50,12 +50,12 @@ class RunningMotion(Protocol):
 
     @property
     def phase(self) -> Phase:
-        """What it is doing."""
+        """Phase of the motion."""
         ...
 
     @property
     def ended(self) -> bool:
-        """Whether it has succeeded or been cancelled."""
+        """True once it has succeeded or been cancelled."""
         ...
 
     @property
@@ -65,7 +65,7 @@ class RunningMotion(Protocol):
 
     @property
     def duration(self) -> float:
-        """How long it takes at full rate, in s; 0 where nobody can know."""
+        """Duration at full rate, in s; 0 where it is unknown."""
         ...
 
     @property
@@ -75,17 +75,17 @@ class RunningMotion(Protocol):
 
     @property
     def fault(self) -> tuple[str, str] | None:
-        """Why it stops or has stopped by itself: the name of a `EndCause`, and words; None where it doesn't."""
+        """Cause of an end by itself: the name of an `EndCause` and a text; None without one."""
         ...
 
     @property
     def steps_done(self) -> int:
-        """How many steps are done: of a program; else 1 when it has succeeded."""
+        """Number of steps done, of a program; otherwise 1 once it has succeeded."""
         ...
 
     @property
     def found(self) -> bool | None:
-        """Whether a search has found its signal; None before it is over, and where nothing is searched."""
+        """Result of a search: True if it has met its signal; None before its end, and without a search."""
         ...
 
     def sample(self) -> tuple[Array, Array, Array]:

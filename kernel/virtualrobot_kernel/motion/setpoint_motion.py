@@ -23,7 +23,7 @@ from virtualrobot_kernel.motion.running_motion import ENDED, NOTHING, Phase, Tic
 from virtualrobot_kernel.motion.signals import SignalValue
 
 AHEAD_SECONDS = 0.05
-"""How much sooner than its joint at greatest speed a setpoint may be where it is: clients and networks are not even."""
+"""Allowance (s) for jitter of clients and networks: a setpoint may be ahead by so much time at its greatest speed."""
 
 SMOOTHING_SECONDS = 0.02
 """The time constant of the filter that makes a steady goal of position setpoints: they come at uneven times."""
@@ -74,7 +74,7 @@ class SetpointMotion:
 
     @property
     def ended(self) -> bool:
-        """Whether it has succeeded or been cancelled."""
+        """True once it has succeeded or been cancelled."""
         return self.phase in ENDED
 
     @property
@@ -99,7 +99,7 @@ class SetpointMotion:
 
     @property
     def found(self) -> bool | None:
-        """Nothing is searched."""
+        """Result of a search; always None."""
         return None
 
     def sample(self) -> tuple[Array, Array, Array]:

@@ -75,7 +75,7 @@ class Spline(Course):
 
     @property
     def knots(self) -> tuple[float, ...]:
-        """Where poses are passed on the way."""
+        """Fractions u of the course, in (0, 1), at which the poses between start and goal are passed."""
         return tuple(self.u[1:-1].tolist())
 
     def travelled(self, u: float) -> tuple[float, float]:

@@ -149,7 +149,7 @@ def _toppra(nodes: Array, top: Array, slope: Array, bend: Array) -> Array | None
 
 
 class _Line:
-    """What toppra asks of a path whose constraints are known: only its range."""
+    """Path as toppra asks for it where the constraints are known already: only its range."""
 
     dof = 1
 

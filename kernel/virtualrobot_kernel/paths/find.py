@@ -26,14 +26,14 @@ from virtualrobot_kernel.world.state import Snapshot
 Floats = NDArray[np.float64]
 
 STEPS = ((0.1, False), (0.025, False), (0.1, True))
-"""How far apart places on lines are looked at while a path is searched, in rad or m, and whether lines are proven then.
+"""Spacing of the checked places on lines while a path is searched, in rad or m, and whether lines are proven then.
 Looking is much quicker: where what it found turns out not to be free, it is searched again by the next ones."""
 
 LOOKS = 0.05
-"""How far apart places on shortcuts are looked at, in rad or m."""
+"""Spacing of the checked places on shortcuts, in rad or m."""
 
 SEARCHES = 3
-"""How often a planner that ends with the first path searches; the shortest path counts."""
+"""Number of searches of a planner that ends with the first path; the shortest path counts."""
 
 GOOD = 1.3
 """A path that is at most so much longer than the straight way to the nearest goal is good enough."""

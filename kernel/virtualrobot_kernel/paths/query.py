@@ -24,19 +24,19 @@ Goal = Mapping[str, float] | PoseGoal | str | ActuatorGoal
 """Joint values, a pose, the name of a posture, or actuator positions: what a point-to-point move goes to."""
 
 MOST_GOALS = 24
-"""How many configurations a path may end in; those nearest to its start are taken."""
+"""Greatest number of configurations that a path may end in; those nearest to its start are taken."""
 
 TRIED_SEEDS = 8
-"""From how many random configurations a pose is solved, besides that at the start: each may lead to another branch."""
+"""Number of random seeds of a pose's solutions, besides the start: each may lead to another branch."""
 
 SAME = 1e-3
 """Solutions that differ by no more than this, in rad or m, are one."""
 
 ROUND = 2.0 * np.pi
-"""How far beyond start and goals, in rad, a joint without limits may turn."""
+"""Range of a turning joint without limits beyond start and goals, in rad."""
 
 BESIDE = 1.0
-"""How far beyond start and goals, in m, a joint may slide that has no limits."""
+"""Range of a sliding joint without limits beyond start and goals, in m."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -34,7 +34,7 @@ memory of a search."""
 PLANNERS = (*FIRST, *BETTER)
 
 TOLD_SECONDS = 0.2
-"""How often the size of the tree is told."""
+"""Period (s) at which the size of the tree is told."""
 
 
 def library() -> tuple[Any, Any, Any]:

@@ -1,4 +1,4 @@
-"""Whether plans keep the limits of a robot's actuators, where those are not the joints'."""
+"""Check of plans against the limits of a robot's actuators, where those are not the joints'."""
 
 from __future__ import annotations
 

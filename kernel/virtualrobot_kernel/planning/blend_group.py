@@ -43,7 +43,7 @@ class BlendGroup:
         self.limits = self._limits()
 
     def keeps_actuators(self, path: PiecewisePolynomial) -> bool:
-        """Whether a path of all columns keeps the limits of actuators, where those are not the joints'."""
+        """Return True if a path of all columns keeps the limits of actuators, where those are not the joints'."""
         snapshot = self.steps[0].snapshot
         for name in dict.fromkeys(robot for robot, _ in self.columns):
             own = [place for place, (robot, _) in enumerate(self.columns) if robot == name]

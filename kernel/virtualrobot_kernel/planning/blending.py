@@ -39,7 +39,7 @@ _ROUNDING = 1e-6
 _UNFIT = "no way through the zone was found that goes together with those beside it"
 
 _POWERS = np.array([1.0, 1.0 / 2.0, 1.0 / 3.0])
-"""Which power of a stretch in time divides velocity, acceleration and jerk, inverted."""
+"""Exponents by which ratios of velocity, acceleration and jerk to their limits become the stretch in time they need."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -261,7 +261,7 @@ def _corner(
 
 
 def _stays(group: BlendGroup, piece: PiecewisePolynomial, room: Room) -> bool:
-    """Whether joints, actuators and tool centre points stay within limits and zone on a corner's piece."""
+    """Return True if joints, actuators and tool centre points keep limits and zone on a corner's piece."""
     if piece.first_excursion(group.limits.lower, group.limits.upper, TOLERANCE) is not None:
         return False
     if not group.keeps_actuators(piece):

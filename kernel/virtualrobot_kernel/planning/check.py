@@ -1,4 +1,4 @@
-"""Whether a motion keeps all limits and touches nothing: planned as it would be started, and never started."""
+"""Check of a motion's limits and contacts: planned as it would be started, and never started."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ FirstContact = Callable[[Snapshot, StartMotion, float], Contact | None]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Checked:
-    """What a check found: the first violation (None: none), and what the motion is if it can be planned.
+    """Result of a check: the first violation (None: none), and the motion's measures if it can be planned.
 
     duration: s, 0 where it can't be planned. min_singular_value: of those arms that move, None where none does.
     """

@@ -37,7 +37,7 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Node
 
 IMPROVED = 8
-"""How many solutions of a component are improved: those nearest to the seed."""
+"""Number of solutions of a component that are improved: those nearest to the seed."""
 IMPROVED_ROUGHLY = 3
 """The same where a wish takes long to ask."""
 NEEDED = 6

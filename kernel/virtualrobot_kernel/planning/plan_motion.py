@@ -42,7 +42,7 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind
 
 GivenUp = Callable[[], bool]
-"""Whether nobody waits for the plan any more; asked before each step is planned."""
+"""True once nobody waits for the plan any more; asked before each step is planned."""
 
 Marks = tuple[tuple[float, str, SignalValue], ...]
 

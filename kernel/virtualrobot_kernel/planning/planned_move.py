@@ -1,4 +1,4 @@
-"""What the planners of all kinds of moves share: goals, limits, and the plan of one move."""
+"""Goals, limits and the plan of one move, shared by the planners of all kinds of moves."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ JERK_RATIO = 10.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PoseGoal:
-    """Where the chosen tool centre point shall be: `reference_t_tcp` (4, 4) in the frame of the node `reference`.
+    """Goal pose of the chosen tool centre point: `reference_t_tcp` (4, 4) in the frame of the node `reference`.
 
     With `configuration` only the posture of that name will do. `moving`: where the reference moves with other moves of
     the same step, the goal goes along; otherwise it counts where the reference is at the start.

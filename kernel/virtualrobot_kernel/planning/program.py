@@ -32,7 +32,7 @@ class MoveStep:
 
     @property
     def searches(self) -> bool:
-        """Whether one of its moves is a search."""
+        """True if one of its moves is a search."""
         return any(move.search for move in self.moves)
 
 
@@ -73,7 +73,7 @@ class TrackingSpec:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MotionSpec:
-    """What a motion shall do: either moves that go together, or the steps of a program; and what it goes along with."""
+    """Motion that is asked for: moves that go together, or the steps of a program; and the frame it goes along with."""
 
     moves: tuple[Move, ...] = ()
     steps: tuple[Step, ...] = ()

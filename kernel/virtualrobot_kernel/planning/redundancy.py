@@ -1,4 +1,4 @@
-"""What an arm is wished to do with the joints that it has beyond those that its goal needs."""
+"""Redundancy resolution: use of the joints that an arm has beyond those that its goal needs."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NearOf = Callable[[Snapshot, "Arm"], Near]
 
 
 class Preference(Enum):
-    """What free joints are used for; the names equal those of `RedundancyPreference` in the contract."""
+    """Preference for the use of free joints; the names equal those of `RedundancyPreference` in the contract."""
 
     UNSPECIFIED = "UNSPECIFIED"
     JOINT_LIMITS = "JOINT_LIMITS"

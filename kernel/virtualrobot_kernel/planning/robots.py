@@ -24,7 +24,7 @@ from virtualrobot_kernel.world.structure import JointType, LinkData, Node, Robot
 from virtualrobot_kernel.world.tcp import world_t_tcp
 
 REMEMBERED = 256
-"""How many arms are kept ready."""
+"""Number of arms kept ready."""
 
 
 SolverOf = Callable[[Snapshot, "Arm"], Kinematics]

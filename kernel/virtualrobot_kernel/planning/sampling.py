@@ -21,7 +21,7 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind, Node
 
 MOST_NUMBERS = 500_000
-"""How many numbers one answer holds: as many as gRPC's clients take without being told to take more, 4 MiB."""
+"""Greatest number of numbers in one answer: as many as gRPC clients take by default, 4 MiB."""
 
 CHUNK = 1000
 """Samples that are worked on at a time: between two of these a caller who has given up is heard."""

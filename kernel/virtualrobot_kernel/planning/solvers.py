@@ -30,15 +30,15 @@ from virtualrobot_kernel.world.store import Applied
 from virtualrobot_kernel.world.structure import JointGroup, Node, NodeSpec, RobotData, Structure
 
 AUTOMATIC = ("closed_form", "arm_angle", "chain")
-"""What a robot gets that names no component: the first that takes it; only the last one's refusal counts."""
+"""Components tried in order for a robot that names none: the first that takes it; the last one's refusal is told."""
 MOST_ENDS = 3
 """After so many ends of its process a component is not made anew."""
 FORGIVEN_CALLS = 100
 """After so many calls the ends before them do not count."""
 PASSING_ARMS = 32
-"""How many components are kept ready of arms with locked joints and of chains that are chosen by links."""
+"""Number of components kept ready for arms with locked joints and for chains that are chosen by links."""
 CHECK_SEED = 20061
-"""What the postures of a self-check are drawn by: the same component on the same robot is always judged alike."""
+"""Seed of a self-check's random postures: the same component on the same robot is always judged alike."""
 
 log = logging.getLogger(__name__)
 
@@ -110,7 +110,7 @@ class Tried:
     solver: Solver
     check: SelfCheck
     ends: int = 0
-    """How often its process has ended before this one."""
+    """Number of times that a process of it has ended before this one."""
     before: str = ""
     """The latest fault of the process before this one."""
 

@@ -1,4 +1,4 @@
-"""Whether arms can go along with a frame: every posture of the motion for every place of the frame, checked."""
+"""Limit check of arms that go along with a frame: every posture of the motion for every place of the frame."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ Place = Callable[[int, float, float, Array], tuple[str, dict[str, object]]]
 
 @dataclass(frozen=True, eq=False)
 class Rates:
-    """How fast an arm's joints go in one stage, at c places of the frame and m moments: arrays (c, m, k).
+    """Joint rates of an arm in one stage, at c places of the frame and m moments: arrays (c, m, k).
 
     times (m,): nominal, in s. by_time, by_time2: derivatives by nominal time; by_place, by_place2: by the joint's
     displacement; mixed: by both. nominal (m, k): the velocity where the frame was when it was planned.
@@ -58,7 +58,7 @@ class Rates:
 
 @dataclass(frozen=True)
 class Budget:
-    """What keeping up with the frame's joint takes and leaves, in units of the joint: per s, s², s² and s³."""
+    """Rates of the frame's joint that arms keep up with, and those left for catching up: unit per s, s², s², s³."""
 
     velocity: float
     acceleration: float

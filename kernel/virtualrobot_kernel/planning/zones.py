@@ -1,4 +1,4 @@
-"""How large a zone about a corner can be: what the moves have room for, by the ways of the tool centre points."""
+"""Size of a zone about a corner: the room that the moves leave for it, by the ways of the tool centre points."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _STILL = 1e-6
 """A tool centre point that moves by less, in meters, does not move."""
 
 _WIDE = 1.1
-"""How much farther from its corner than on the programmed way a zone in percent may lead a tool centre point."""
+"""Factor by which a zone in percent may lead a tool centre point farther from its corner than the programmed way."""
 
 Floats = NDArray[np.float64]
 Position = Callable[[Floats], Floats]
@@ -30,7 +30,7 @@ Position = Callable[[Floats], Floats]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Room:
-    """What two moves have room for about the corner between them.
+    """Room of two moves for a zone about the corner between them.
 
     kept: the zone's size in the unit that was asked for, 0 where there is none; `why` it is smaller than wanted.
     shares: how much of the first path before the corner and of the second one behind it the zone takes. corners, radii:
@@ -45,7 +45,7 @@ class Room:
     radii: tuple[float, ...]
 
     def holds(self, joints: Floats) -> bool:
-        """Whether every tool centre point is in its part of the zone, with joints (m, n)."""
+        """Return True if every tool centre point is in its part of the zone, with joints (m, n)."""
         return all(
             max(float(np.linalg.norm(position(q) - corner)) for q in joints) <= radius * (1.0 + 1e-9)
             for position, corner, radius in zip(self.positions, self.corners, self.radii, strict=True)

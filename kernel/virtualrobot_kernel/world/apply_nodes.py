@@ -54,7 +54,7 @@ DATA = {
 
 
 PLACE = "place"
-"""Where an error's metadata says which of the nodes to create is refused, until `apply` makes an index of it."""
+"""Metadata key of an error for the place of the refused one among the nodes to create; `apply` makes an index of it."""
 
 
 def create_nodes(change: Change, command: CreateNodes, forward: Forward) -> Change:

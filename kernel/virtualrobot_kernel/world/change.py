@@ -1,4 +1,4 @@
-"""What a command works on and gives back: the world as one value, with the helpers that every command needs."""
+"""World under change as one value, which commands take and return, with the helpers that every command needs."""
 
 from __future__ import annotations
 

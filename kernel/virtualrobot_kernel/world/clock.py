@@ -1,4 +1,4 @@
-"""When the next tick is due. Time is a count of ticks of one fixed length; only this file looks at the wall clock."""
+"""Clock of the world: due times of ticks. Time is a count of equal ticks; only this file looks at the wall clock."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ FACTOR_WINDOW_SECONDS = 0.5
 
 
 class Mode(Enum):
-    """How time runs."""
+    """Mode of the clock: ticks follow the wall clock, or come only when they are asked for."""
 
     REALTIME = "realtime"
     STEPPED = "stepped"
@@ -21,7 +21,7 @@ class Mode(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Clock:
-    """How time runs and how well it keeps up; `tick_nanoseconds` is the length of a tick in simulation time."""
+    """Mode, speed and measured punctuality of time; `tick_nanoseconds` is the length of a tick in simulation time."""
 
     mode: Mode
     speed_factor: float

@@ -30,7 +30,7 @@ class Group:
 
     @property
     def is_ad_hoc(self) -> bool:
-        """Whether links choose it, and no name."""
+        """True if it is chosen by links instead of by a name."""
         return bool(self.base or self.tip)
 
 

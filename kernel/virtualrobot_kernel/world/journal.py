@@ -36,7 +36,7 @@ class Entry:
 
 
 class Journal(Protocol):
-    """Where applied batches are written. The world thread calls `append`; anyone may read the rest."""
+    """Log of applied batches. The world thread calls `append`; anyone may read the rest."""
 
     def append(self, entry: Entry, structure: Structure, state: State) -> None:
         """Write one entry at the end; structure and state are the world before it."""

@@ -22,7 +22,7 @@ from virtualrobot_kernel.world.structure import JointType, LinkData, Node, Robot
 from virtualrobot_kernel.world.tcp import chosen_tcp
 
 TOLERANCE = 1e-6
-"""How far a joint that carries an arm or a goal may have moved meanwhile, in radians or meters."""
+"""Greatest change of a joint that carries an arm or a goal since the plan was made, in radians or meters."""
 
 
 Key = str | Group
@@ -210,4 +210,4 @@ READERS: dict[Aspect, Callable[[Structure, State, Node, Key], object]] = {
     Aspect.POSTURE: _posture,
     Aspect.STATE: _state,
 }
-"""How each aspect of a node is read: equal values mean that it is as it was."""
+"""Reader of each aspect of a node: equal values mean that it is as it was."""

@@ -18,7 +18,7 @@ Vector = tuple[float, float, float]
 
 
 class Projection(Enum):
-    """How a camera's picture comes about; the values are the contract's numbers, as in all enums here."""
+    """Projection of a camera; the values are the contract's numbers, as in all enums here."""
 
     PINHOLE = 1
     FISHEYE = 2
@@ -26,7 +26,7 @@ class Projection(Enum):
 
 
 class ImageKind(Enum):
-    """What a picture tells of each pixel."""
+    """Quantity of a picture's pixels."""
 
     COLOR = 1
     DEPTH = 2
@@ -35,7 +35,7 @@ class ImageKind(Enum):
 
 
 class LightKind(Enum):
-    """How a light shines."""
+    """Kind of light source."""
 
     POINT = 1
     SPOT = 2
@@ -155,7 +155,7 @@ class ContactSensor:
 
 @dataclass(frozen=True, slots=True)
 class NoiseModel:
-    """What spoils a measured number, in its unit; a bias walks by `bias_walk` per square root of a second."""
+    """Noise of a measured number, in its unit; a bias walks by `bias_walk` per square root of a second."""
 
     standard_deviation: float = 0.0
     bias_standard_deviation: float = 0.0
@@ -184,7 +184,7 @@ class Encoders:
 
 @dataclass(frozen=True, slots=True)
 class PoseSensor:
-    """Where the node is in the world; the orientation's noise is a rotation vector."""
+    """Pose of the node in the world's frame; the orientation's noise is a rotation vector."""
 
     position: NoiseModel = NoiseModel()
     orientation: NoiseModel = NoiseModel()

@@ -1,4 +1,4 @@
-"""What changes every tick: joints, poses, motions, tool states, signals, the clock; and the snapshot of it all."""
+"""State of the world at a tick: joints, poses, motions, tool states, signals, the clock; and the snapshot of it all."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class EndCause(Enum):
 
     @property
     def aborts(self) -> bool:
-        """Whether the kernel had to end the motion; else somebody wanted that."""
+        """True for causes by which the kernel had to end the motion, False for those that somebody wanted."""
         return self not in WANTED_ENDS
 
 
@@ -81,7 +81,7 @@ class Cancellation:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Search:
-    """What a search came to: at which tick it was over, and where the robot was then.
+    """Result of a search: the tick at which it was over, and where the robot was then.
 
     joint_positions: by name, rad or m; world_t_tcp (4, 4): the chosen tool centre point.
     """
@@ -122,7 +122,7 @@ class Motion:
 
     @property
     def phase(self) -> Phase:
-        """What it is doing; ABORTED where the kernel had to end it."""
+        """Phase of the motion; ABORTED where the kernel had to end it."""
         phase = self.running.phase
         if phase is Phase.CANCELLED and self.cancellation and self.cancellation.cause.aborts:
             return Phase.ABORTED

@@ -34,14 +34,14 @@ MAX_STEPS = 10_000
 """The most ticks in one Step: nothing else is served meanwhile."""
 
 MOST_INTERVENTIONS = 100
-"""How often supervisors may change the world before one tick."""
+"""Greatest number of times that supervisors may change the world before one tick."""
 
 log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Applied:
-    """What a batch did: the world after it, the uids and motion ids that it created, the parts that it picked."""
+    """Result of a batch: the world after it, the uids and motion ids that it created, the parts that it picked."""
 
     snapshot: Snapshot
     created: tuple[int | str, ...]

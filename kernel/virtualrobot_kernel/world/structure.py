@@ -25,7 +25,7 @@ AUTOMATIC_KINEMATICS = ""
 
 
 class Kind(Enum):
-    """What sort of element a node is."""
+    """Kind of a node; the value is its word in error messages."""
 
     WORLD = "world"
     OBJECT = "object"
@@ -43,7 +43,7 @@ class Kind(Enum):
 
 
 class JointType(Enum):
-    """How a joint moves, as in URDF; the value is (code of the compiled pass, coordinates, velocities)."""
+    """Type of a joint, as in URDF; the value is (name, code of the compiled pass, coordinates, velocities)."""
 
     FIXED = ("fixed", 0, 0, 0)
     REVOLUTE = ("revolute", 1, 1, 1)
@@ -70,7 +70,7 @@ class JointType(Enum):
 
 @dataclass(frozen=True, slots=True)
 class JointLimits:
-    """How far and how fast a joint moves: radians or meters, per second, s^2, s^3; effort in N m or N.
+    """Limits of a joint: radians or meters, per second, s^2, s^3; effort in N m or N.
 
     Infinite positions mean no limit; an effort of 0 means unknown. Speed, acceleration and jerk are always positive.
     """
@@ -119,7 +119,7 @@ class Inertial:
 
 @dataclass(frozen=True, slots=True)
 class PartData:
-    """What only parts have; a mass of 0 kg means unknown, and `inertial` (of the same mass) how it is spread."""
+    """Data of a part; a mass of 0 kg means unknown, and `inertial` (of the same mass) is its distribution."""
 
     mass: float = 0.0
     inertial: Inertial | None = None
@@ -165,7 +165,7 @@ class Actuator:
 
 @dataclass(frozen=True, slots=True)
 class RobotData:
-    """What only robots have; an empty flange means the last link before the robot branches into moving parts.
+    """Data of a robot; an empty flange means the last link before the robot branches into moving parts.
 
     `kinematics_settings` are plain values as JSON has them; the component `kinematics` says what they may be.
     """
@@ -182,7 +182,7 @@ class RobotData:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LinkData:
-    """What only links have."""
+    """Data of a link."""
 
     joint: Joint
     inertial: Inertial | None = None
@@ -190,7 +190,7 @@ class LinkData:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ToolData:
-    """What only tools have: poses `tool_t_tcp` by name and joint positions by state; the first ones are the default.
+    """Data of a tool: poses `tool_t_tcp` by name and joint positions by state; the first ones are the default.
 
     Without `inertial` the mass is unknown.
     """
@@ -243,7 +243,7 @@ class Node:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RobotIndex:
-    """Where a robot's joints are in the arrays; joints in the order of creation, mimic and fixed ones left out.
+    """Places of a robot's joints in the arrays; joints in the order of creation, mimic and fixed ones left out.
 
     `flange` is the uid of the node that tools are mounted on; `links` are uids.
     """

@@ -16,7 +16,7 @@ class Supervisor(Protocol):
     """
 
     author: str
-    """Who the journal says it was."""
+    """Author of its commands in the journal."""
 
     def admit(self, before: Snapshot, after: Snapshot, batch: Sequence[Command]) -> None:
         """Raise KernelError when commands of others must not make `before` what is `after`; nothing changes then."""

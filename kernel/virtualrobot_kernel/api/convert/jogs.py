@@ -14,7 +14,7 @@ SMALLEST_DIRECTION = 1e-9
 """The smallest length of a direction."""
 
 GREATEST_WAY, GREATEST_TURN = 100.0, 10.0 * tau
-"""How far a tool centre point can be jogged at once, in m and rad."""
+"""Greatest distance and angle of one jog of a tool centre point, in m and rad."""
 
 FRAMES = {
     motion_pb2.JOG_FRAME_UNSPECIFIED: JogFrame.BASE,

@@ -14,7 +14,7 @@ from virtualrobot_kernel.paths.query import PathOptions, PathQuery
 from virtualrobot_kernel.world.groups import WHOLE
 
 SECONDS, MOST_SECONDS = 10.0, 600.0
-"""How long a path is looked for where nothing is said, and at the most."""
+"""Default and greatest time of a path search, in s."""
 
 PLANNERS = {
     path_pb2.PATH_PLANNER_UNSPECIFIED: "RRTConnect",

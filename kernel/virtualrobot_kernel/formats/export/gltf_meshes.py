@@ -21,7 +21,7 @@ POINTS, LINES = 0, 1
 """Modes of a glTF primitive; without one it is triangles."""
 
 GREY: Rgba = (0.72, 0.74, 0.77, 1.0)
-"""What has no colour of its own."""
+"""Colour of surfaces that have none of their own."""
 
 INK: Rgba = (0.125, 0.29, 0.588, 1.0)
 """Points and lines without a colour of their own."""

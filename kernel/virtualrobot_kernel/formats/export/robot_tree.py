@@ -26,7 +26,7 @@ MOUNTED = (Kind.ADAPTER, Kind.TOOL)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mount:
-    """How a link hangs on another one; `parent_t_joint` is where the joint's frame is, which is the link's at zero."""
+    """Mount of a link on another one; `parent_t_joint` is the joint's frame, which is the link's at zero."""
 
     parent: str
     joint: Joint

@@ -31,14 +31,14 @@ from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_on_path, tcp_
 from virtualrobot_kernel.world.state import Snapshot
 
 VELOCITY, ROTATION_VELOCITY = 0.1, 0.25
-"""How fast a tool centre point is jogged where nothing is said, in m/s and rad/s."""
+"""Default speeds of a tool centre point that is jogged, in m/s and rad/s."""
 
 FARTHEST, FARTHEST_TURN = 2.0, tau
-"""How far a tool centre point is jogged at most where nothing is said, in m and rad."""
+"""Default longest distance and angle of a Cartesian jog, in m and rad."""
 
 
 class JogFrame(Enum):
-    """In whose axes a direction is given."""
+    """Frame in whose axes a direction is given."""
 
     BASE = "BASE"
     TOOL = "TOOL"

@@ -42,7 +42,7 @@ class PointToPoint(Move):
 
     @property
     def solved(self) -> bool:
-        """Whether the goal is a pose."""
+        """True if the goal is a pose."""
         return isinstance(self.goal, PoseGoal)
 
     @property
