@@ -1,4 +1,4 @@
-"""Groups of joints: from which link to which the chain of a robot leads that is solved and moved. Pure."""
+"""Groups of joints: the links between which the chain of a robot leads that is solved and moved. Pure."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Group:
 _FREE = (JointType.FLOATING, JointType.PLANAR)
 
 WHOLE = Group()
-"""A robot's own chain, from its base to its flange."""
+"""Group of a robot's own chain, from its base to its flange."""
 
 
 def chain_links(structure: Structure, robot: Node, group: Group) -> tuple[int, list[int]]:
