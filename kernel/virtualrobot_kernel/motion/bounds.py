@@ -21,7 +21,7 @@ class TimeLaw(Enum):
 
 @dataclass(frozen=True, eq=False)
 class JointBound:
-    """On the parameters [begin, end] of a path the joints keep `share` (k,), in (0, 1], of their velocity limits."""
+    """Bound of the joints on the parameters [begin, end] of a path: `share` (k,) in (0, 1] of their velocity limits."""
 
     begin: float
     end: float
@@ -38,7 +38,7 @@ class TcpJacobian(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class TcpBound:
-    """On the parameters [begin, end] of a path the TCP that the joints `columns` of it move keeps Cartesian limits.
+    """Cartesian bound on the parameters [begin, end] of a path, for the TCP that the joints `columns` of it move.
 
     The limits are those of the vectors' lengths, for position and rotation each: velocity, acceleration (centripetal
     part included) and jerk.

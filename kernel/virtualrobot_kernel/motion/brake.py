@@ -32,7 +32,7 @@ PathState = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class BrakeChoice:
-    """One brake u(t), t >= 0, for each track, or None.
+    """Choice of brakes: for each track one law u(t), t >= 0, or None.
 
     sooner: whether a brake can stop every track before the motion stands still anyway; if so and `brakes` is None,
     none of them keeps the limits of the joints.

@@ -31,7 +31,7 @@ _FIRST = np.array([np.polynomial.Polynomial.basis(i).deriv()(_SHARES) for i in r
 
 @dataclass(frozen=True, eq=False)
 class TrackingArm:
-    """An arm of k joints that goes along, and how the frame moves seen from its base.
+    """Arm of k joints that tracks a frame, and the frame's motion seen from its base.
 
     columns (k,): where its joints are among the motion's. chain: with the tool centre point as its tip; weight (1/m)
     makes linear errors comparable with angular ones. The frame turns (frame_type REVOLUTE) about frame_axis (3,), a

@@ -19,7 +19,7 @@ from virtualrobot_kernel.motion.polynomial import Array
 STEP = (0.02, 0.08)
 """Longest step along the course: m of its length, rad of its turn."""
 GAIN = 2.0
-"""The greatest motion in the null space, in parts of the motion that the course itself needs."""
+"""Greatest motion in the null space, as a multiple of the motion that the course itself needs."""
 _FEWEST, _MOST = 8, 200
 _ROUNDS = 4
 """Number of times that each motion is averaged with those beside it."""

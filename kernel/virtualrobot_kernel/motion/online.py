@@ -96,7 +96,7 @@ class Coupling(NamedTuple):
 
     name: str
     terms: tuple[tuple[int, float], ...]
-    """(Column, ratio)."""
+    """Terms of the sum: pairs of a joint's column and its ratio."""
     lower: float
     upper: float
 

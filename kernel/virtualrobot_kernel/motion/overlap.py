@@ -47,7 +47,7 @@ class Overlap:
 
     @property
     def saved(self) -> float:
-        """By how many seconds the whole is shorter than with a stop."""
+        """Time (s) by which the whole is shorter than with a stop."""
         return self.leave + self.join - self.quintic.end
 
 

@@ -66,12 +66,12 @@ class PlanExecution:
 
     @property
     def progress(self) -> float:
-        """The share of the plan's duration that is done, 0 to 1; 1 for a motion without length."""
+        """Share of the plan's duration that is done, 0 to 1; 1 for a motion without length."""
         return self.tau / self.plan.duration if self.plan.duration > 0.0 else 1.0
 
     @property
     def signals(self) -> Mapping[str, bool]:
-        """No signals."""
+        """Signals that it sets with this tick; always none."""
         return {}
 
     @property
@@ -81,7 +81,7 @@ class PlanExecution:
 
     @property
     def steps_done(self) -> int:
-        """1 when it has succeeded."""
+        """Number of steps done: 1 once it has succeeded, 0 before."""
         return 1 if self.phase is Phase.SUCCEEDED else 0
 
     @property
@@ -91,7 +91,7 @@ class PlanExecution:
 
     @property
     def path_states(self) -> list[PathState]:
-        """The path parameter u of each track and its first two derivatives by time, in 1/s and 1/s²."""
+        """Path parameter u of each track and its first two derivatives by time, in 1/s and 1/s²."""
         if self.brakes:
             return [brake_state(brake, self.elapsed) for brake in self.brakes]
         states = [track.time_law.scalar_state(self.tau) for track in self.plan.tracks]

@@ -104,7 +104,7 @@ class Plan:
 
     @property
     def q_count(self) -> int:
-        """The number n of joints."""
+        """Number n of joints."""
         return len(self.joint_names)
 
     @property

@@ -62,7 +62,7 @@ class ProgramRun:
 
     @property
     def progress(self) -> float:
-        """The share of its duration that is done, 0 to 1; 1 for a program without length."""
+        """Share of its duration that is done, 0 to 1; 1 for a program without length."""
         total = self.program.duration
         if total <= 0.0:
             return 1.0
@@ -85,7 +85,7 @@ class ProgramRun:
 
     @property
     def _gone(self) -> float:
-        """The planned seconds of the stage that are over."""
+        """Planned time of the stage that is over, in s."""
         if self.running is not None:
             return self.running.tau
         if self.at == len(self.program.stages):

@@ -31,7 +31,7 @@ _ONCE_COEFFICIENTS = np.linalg.inv(np.vander(_ONCE, increasing=True))
 
 @dataclass(frozen=True, eq=False)
 class Rate:
-    """The rate f(s) of quantities, `size` components of it for each, on the range of `polynomial`.
+    """Rate f(s) of quantities, `size` components of it for each, on the range of `polynomial`.
 
     limits (3, n / size): the greatest velocity, acceleration and jerk of each quantity.
     """

@@ -26,7 +26,7 @@ class Phase(Enum):
 
 
 ENDED = (Phase.SUCCEEDED, Phase.CANCELLED, Phase.ABORTED)
-"""The phases that last. Whether a motion that ends before its goal is CANCELLED or ABORTED is told by its cause."""
+"""Final phases. Whether a motion that ends before its goal is CANCELLED or ABORTED is told by its cause."""
 
 
 class TickContext(NamedTuple):
@@ -42,11 +42,11 @@ class TickContext(NamedTuple):
 
 
 NOTHING = TickContext(np.zeros(0), {})
-"""For motions that look at nothing."""
+"""Context of motions that read nothing of the world."""
 
 
 class RunningMotion(Protocol):
-    """A motion that runs or has ended, of n joints."""
+    """Motion that runs or has ended, of n joints."""
 
     @property
     def phase(self) -> Phase:
@@ -60,7 +60,7 @@ class RunningMotion(Protocol):
 
     @property
     def progress(self) -> float:
-        """The share of it that is done, 0 to 1."""
+        """Share of it that is done, 0 to 1."""
         ...
 
     @property
@@ -70,7 +70,7 @@ class RunningMotion(Protocol):
 
     @property
     def signals(self) -> Mapping[str, SignalValue]:
-        """The signals that it sets with this tick."""
+        """Signals that it sets with this tick."""
         ...
 
     @property

@@ -26,13 +26,13 @@ AHEAD_SECONDS = 0.05
 """Allowance (s) for jitter of clients and networks: a setpoint may be ahead by so much time at its greatest speed."""
 
 SMOOTHING_SECONDS = 0.02
-"""The time constant of the filter that makes a steady goal of position setpoints: they come at uneven times."""
+"""Time constant (s) of the filter that makes a steady goal of position setpoints: they come at uneven times."""
 
 SETTLED = 1e-9
-"""A goal that is this near to its setpoint and moves less per second stands on it: radians or meters."""
+"""Distance (rad or m) and speed per second below which a goal stands on its setpoint."""
 
 MOST_DRIFT = 0.95
-"""The greatest speed of a goal, as a share of its joint's: what is left is for catching up with it."""
+"""Greatest speed of a goal, as a share of its joint's: what is left is for catching up with it."""
 
 _ROUNDING = 1e-9
 
@@ -79,22 +79,22 @@ class SetpointMotion:
 
     @property
     def progress(self) -> float:
-        """0 until it has ended well: nobody knows how long setpoints will come."""
+        """Share that is done: 0 until it has succeeded, since nobody knows how long setpoints will come."""
         return 1.0 if self.phase is Phase.SUCCEEDED else 0.0
 
     @property
     def duration(self) -> float:
-        """0: nobody knows."""
+        """Duration in s; always 0, since it is unknown."""
         return 0.0
 
     @property
     def signals(self) -> Mapping[str, SignalValue]:
-        """No signals."""
+        """Signals that it sets with this tick; always none."""
         return {}
 
     @property
     def steps_done(self) -> int:
-        """1 when it has succeeded."""
+        """Number of steps done: 1 once it has succeeded, 0 before."""
         return int(self.phase is Phase.SUCCEEDED)
 
     @property

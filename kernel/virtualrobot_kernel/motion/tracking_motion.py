@@ -66,7 +66,7 @@ class TrackingMotion:
 
     @property
     def progress(self) -> float:
-        """The share of the motion in the frame that is done, 0 to 1."""
+        """Share of the motion in the frame that is done, 0 to 1."""
         return self.inner.progress
 
     @property
@@ -81,7 +81,7 @@ class TrackingMotion:
 
     @property
     def steps_done(self) -> int:
-        """Those of the motion in the frame."""
+        """Number of steps done of the motion in the frame."""
         return self.inner.steps_done
 
     @property

@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 
 
 class BlendGroup:
-    """Steps that are joined by zones, and what they have in common: the columns and their limits."""
+    """Group of steps that are joined by zones, with their common columns and limits."""
 
     def __init__(self, steps: Sequence[PlannedStep]) -> None:
         """Take steps of which each begins where the one before it ends."""

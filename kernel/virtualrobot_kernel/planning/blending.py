@@ -26,13 +26,13 @@ from virtualrobot_kernel.planning.zones import Room, room_for
 
 Floats = NDArray[np.float64]
 _LOOKS = 33
-"""In how many places of a corner tool centre points and joints are looked at."""
+"""Number of places of a corner in which tool centre points and joints are checked."""
 
 _SCALE = 30.0
-"""By how much the parameter of a path may differ from the time that its move takes."""
+"""Greatest factor between the parameter of a path and the time that its move takes."""
 
 _SMALLER = 0.8 ** np.arange(8.0)
-"""Shares of the room that a rounded corner is tried with."""
+"""Shares of the room that a rounded corner is tried with, in order."""
 
 _ROUNDING = 1e-6
 

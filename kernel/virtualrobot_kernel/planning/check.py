@@ -28,14 +28,14 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind
 
 MOST_SAMPLES = 100_000
-"""A motion of more ticks is looked at in about so many samples."""
+"""Greatest number of samples of a check, about; a motion of more ticks is sampled more thinly."""
 
 ANSWERS = (Reason.LIMIT_EXCEEDED, Reason.UNREACHABLE, Reason.SINGULARITY)
 """Reasons to refuse a motion that is understood: for a check these are answers."""
 
 
 FirstContact = Callable[[Snapshot, StartMotion, float], Contact | None]
-"""The first contact of a motion that starts in a world, before a time of it (s); None: there is none."""
+"""First contact of a motion that starts in a world, before a time of it (s); None: there is none."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

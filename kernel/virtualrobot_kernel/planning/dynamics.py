@@ -16,7 +16,7 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Joint, Node
 
 GRAVITY = (0.0, 0.0, -9.81)
-"""In the world's frame, m/s^2; what pinocchio, MuJoCo and PyBullet's examples take too."""
+"""Gravity in the world's frame, m/s^2; what pinocchio, MuJoCo and PyBullet's examples take too."""
 
 MOST_SAMPLES = 100_000
 """Greatest number of samples in one call."""

@@ -24,7 +24,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Point:
-    """A point (3,) in the frame of the node `reference` that moves with `node` (uids); metres."""
+    """Point (3,) in m in the frame of the node `reference` that moves with `node` (uids)."""
 
     node: int
     reference: int

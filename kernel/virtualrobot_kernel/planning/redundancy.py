@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from virtualrobot_kernel.planning.robots import Arm
 
 NearOf = Callable[[Snapshot, "Arm"], Near]
-"""Gives what measures how far an arm is from everything else in a world."""
+"""Factory of the distances of an arm from everything else in a world."""
 
 
 class Preference(Enum):
@@ -42,4 +42,4 @@ class Redundancy:
 
 
 FREE = Redundancy()
-"""No wish."""
+"""Redundancy without any wish."""

@@ -28,7 +28,7 @@ REMEMBERED = 256
 
 
 SolverOf = Callable[[Snapshot, "Arm"], Kinematics]
-"""Gives the kinematics component of an arm; raises KernelError when it has none, or one that has failed."""
+"""Lookup of an arm's kinematics component; raises KernelError when it has none, or one that has failed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

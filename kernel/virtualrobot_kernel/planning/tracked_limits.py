@@ -18,7 +18,7 @@ from virtualrobot_kernel.planning.actuators import ActuatorLimit
 from virtualrobot_kernel.world.actuators import LIMIT_TOLERANCE, beyond
 
 STEP = 0.01
-"""Between places of the frame that are looked at, in m or rad."""
+"""Spacing of the frame's places that are checked, in m or rad."""
 
 _TIME_STEP, _FEWEST, _MOST = 0.015, 24, 200
 _LARGEST_ERROR, _LARGEST_JUMP = 1e-9, 0.1
@@ -34,7 +34,7 @@ _BELT, _OWN, _BOTH, _JERK = 0.75, (0.2, 0.45), 0.95, 0.4
 _MARGIN = 1.005
 
 Place = Callable[[int, float, float, Array], tuple[str, dict[str, object]]]
-"""Words and metadata for: which stage, at which nominal time (s), the joint's displacement, and the arm's posture."""
+"""Error text and metadata for a stage, a nominal time (s), the joint's displacement, and the arm's posture."""
 
 
 @dataclass(frozen=True, eq=False)

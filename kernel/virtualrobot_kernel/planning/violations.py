@@ -79,7 +79,7 @@ class Contact:
 
 @dataclass(frozen=True, slots=True)
 class _Found:
-    """A violation before its place is known: `column` is that of the joint, -1 for none."""
+    """Violation before its place is known: `column` is that of the joint, -1 for none."""
 
     time: float
     kind: ViolationKind

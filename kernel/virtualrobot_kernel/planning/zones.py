@@ -12,20 +12,20 @@ from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
 from virtualrobot_kernel.planning.program import Zone
 
 MOST = 0.5
-"""The share of a move that one of its two zones may take, as on robot controllers."""
+"""Share of a move that one of its two zones may take, as on robot controllers."""
 
 _SAMPLES = 32
-"""In how many places a half move is looked at."""
+"""Number of places in which a half move is checked."""
 
 _STILL = 1e-6
-"""A tool centre point that moves by less, in meters, does not move."""
+"""Distance (m) below which a tool centre point does not count as moving."""
 
 _WIDE = 1.1
 """Factor by which a zone in percent may lead a tool centre point farther from its corner than the programmed way."""
 
 Floats = NDArray[np.float64]
 Position = Callable[[Floats], Floats]
-"""Gives where a robot's tool centre point is, (3,) in m in its base's frame, with the joints (n,) of a path."""
+"""Position (3,) of a robot's tool centre point, in m in its base's frame, at joints (n,) of a path."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,7 +81,7 @@ def room_for(
 
 
 class _Half:
-    """The half of a path that is next to the corner: how far from the corner each tool centre point is, by share."""
+    """Half of a path next to the corner: distances of the tool centre points from the corner, by share."""
 
     def __init__(self, path: PiecewisePolynomial, is_before: bool, positions: Sequence[Position]) -> None:
         self.path, self.is_before, self.positions = path, is_before, positions

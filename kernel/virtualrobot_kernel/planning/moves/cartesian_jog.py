@@ -47,7 +47,7 @@ class JogFrame(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CartesianJog(Move):
-    """The tool centre point in one direction, along it or, where `turns`, about it.
+    """Jog of a tool centre point in one direction, along it or, where `turns`, about it.
 
     direction: of any length above 0. velocity: m/s or rad/s, 0 for the default. distance: m or rad; None: as far as the
     arm can go, at most 2 m or a whole turn.
@@ -64,12 +64,12 @@ class CartesianJog(Move):
 
     @property
     def solved(self) -> bool:
-        """True."""
+        """True: a jog of a tool centre point needs the kinematics component."""
         return True
 
     @property
     def references(self) -> tuple[str, ...]:
-        """The node in whose axes the direction is."""
+        """Node in whose axes the direction is."""
         return (self.reference,) if self.frame is JogFrame.NODE else ()
 
     def joint_names(self, snapshot: Snapshot) -> Sequence[str]:

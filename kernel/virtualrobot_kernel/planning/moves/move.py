@@ -57,17 +57,17 @@ class Move(ABC):
 
     @property
     def moving_reference(self) -> str | None:
-        """The node that its goal goes along with when other moves of the step move it; None: with none."""
+        """Node that its goal goes along with when other moves of the step move it; None: with none."""
         return None
 
     @property
     def posture(self) -> str:
-        """The robot's posture that is its goal; empty for another goal."""
+        """Posture of the robot that is its goal; empty for another goal."""
         return ""
 
     @property
     def search(self) -> Condition | None:
-        """The condition with which it ends before its goal; None where it doesn't search."""
+        """Condition with which it ends before its goal; None where it doesn't search."""
         return None
 
     def tool_states(self, snapshot: Snapshot) -> tuple[tuple[str, str], ...]:
