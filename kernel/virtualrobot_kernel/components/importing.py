@@ -1,4 +1,4 @@
-"""Importers at work: which endings they read, and files of foreign formats translated into native ones."""
+"""Importers at work: the endings that they read, and files of foreign formats translated into native ones."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ KEPT_WITH_SETTINGS = 4
 
 
 class Importers:
-    """Owns the importers that have been asked for; any thread may ask.
+    """Importers that have been asked for; any thread may ask.
 
     An importer is kept for the next file with the same settings. After a fault it is made anew for the next file,
     since one file says nothing about another.
