@@ -1,4 +1,4 @@
-"""`virtualrobot serve`: starts a kernel, says where it listens, and ends it cleanly on SIGTERM, Ctrl-C or Shutdown."""
+"""Command `virtualrobot serve`: starts a kernel, prints its address, ends it on SIGTERM, Ctrl-C or Shutdown."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 SWITCH_INTERVAL_SECONDS = 0.0005
-"""How long a thread may hold the interpreter while others wait: measured to give calls the shortest tail."""
+"""Greatest time (s) that a thread may hold the interpreter while others wait: measured for calls' shortest tail."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -10,7 +10,7 @@ from virtualrobot_plugins.ray_casters.reference import ReferenceCaster
 api_version = "1.0"
 
 PATIENT_SECONDS = 60.0
-"""How long a cast may take by a component that is there to compare with, and not for speed."""
+"""Deadline of a cast (s) by a component that is there to compare with, and not for speed."""
 
 
 @hookimpl

@@ -12,19 +12,19 @@ from virtualrobot_sdk.kinematics import Floats, InverseOptions, InverseResult, I
 from virtualrobot_sdk.rays import Readings
 
 RIGID = 1e-6
-"""How far the rotation of a returned pose may be from orthonormal (largest entry of R^T R - I)."""
+"""Largest error of the rotation of a returned pose from orthonormal (largest entry of R^T R - I)."""
 
 MOST_SOLUTIONS = 10_000
-"""How many solutions an answer may have: each is looked at."""
+"""Largest number of solutions in an answer: each is looked at."""
 
 LONGEST_TEXT = 2_000
-"""How many characters of a text are kept."""
+"""Number of characters that are kept of a text."""
 
 MOST_BEAM_RAYS = 4096
-"""How many rays may make up one beam."""
+"""Largest number of rays in a beam."""
 
 CLOSURE = 1e-6
-"""How far a solution's tip may be from its target where tighter tolerances were asked for (m, rad)."""
+"""Largest error of a solution's tip from its target where tighter tolerances were asked for (m, rad)."""
 
 
 def checked_frames(value: object) -> Floats:

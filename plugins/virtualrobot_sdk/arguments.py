@@ -12,7 +12,7 @@ from virtualrobot_sdk.errors import ArgumentError
 from virtualrobot_sdk.kinematics import Floats, InverseOptions
 
 RIGIDITY = 1e-4
-"""How far a target may be from a rigid transform, as `orthonormalise` measures it: room for five written digits."""
+"""Largest error of a target from a rigid transform, as `orthonormalise` measures it: room for five written digits."""
 
 
 def orthonormalise(pose: Floats) -> float:

@@ -1,4 +1,4 @@
-"""What a robot driver is: the connection to one real robot (or a stand-in of it), with the same states for all.
+"""Interface of a robot driver: the connection to one real robot (or a stand-in of it), with the same states for all.
 
     UNCONFIGURED --configure--> INACTIVE --activate--> ACTIVE --deactivate--> INACTIVE --cleanup--> UNCONFIGURED
 
@@ -20,7 +20,7 @@ from virtualrobot_sdk.kinematics import Floats
 
 
 class DriverState(Enum):
-    """Where a driver is in its life."""
+    """State of a driver in its life cycle."""
 
     UNCONFIGURED = "UNCONFIGURED"
     """It knows nothing of a robot."""
@@ -58,12 +58,12 @@ TRANSITIONS: Mapping[DriverState, Mapping[str, DriverState]] = MappingProxyType(
         },
     }
 )
-"""What each call leads to from each state, where it is allowed; any other is refused."""
+"""State that each call leads to from each state, where it is allowed; any other is refused."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Measured:
-    """What a robot's controller says of its k joints, in the order that `configure` was given."""
+    """Measured state of a robot's k joints from its controller, in the order that `configure` was given."""
 
     positions: Floats
     """(k,) in rad and m."""

@@ -41,7 +41,7 @@ class PluginError(Exception):
 
 
 class FaultKind(Enum):
-    """What a component did wrong."""
+    """Kind of a component's fault."""
 
     RAISED = "RAISED"
     """It raised something else than an `ArgumentError`."""
@@ -50,7 +50,7 @@ class FaultKind(Enum):
     DIED = "DIED"
     """Its process ended in the middle of a call."""
     NONSENSE = "NONSENSE"
-    """What it returned has a wrong type or shape, is not finite, or is untrue."""
+    """Its answer has a wrong type or shape, is not finite, or is untrue."""
     GREW = "GREW"
     """Its process took more memory than it may."""
 

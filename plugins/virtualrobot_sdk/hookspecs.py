@@ -24,7 +24,7 @@ from virtualrobot_sdk.registration import ComponentKind, Isolation
 API_VERSION = "1.0"
 """The version of these hooks and of the interfaces of components; a plugin says the one that it was written for."""
 ENTRY_POINT_GROUP = "virtualrobot.plugins"
-"""Where plugins are found."""
+"""Group of entry points in which plugins are found."""
 PROJECT = "virtualrobot"
 
 hookspec = pluggy.HookspecMarker(PROJECT)
@@ -36,7 +36,7 @@ IMPORTER_DEADLINE_SECONDS = 60.0
 
 
 class Register(Protocol):
-    """What a hook is given to register a component with."""
+    """Function that a hook is given to register a component with."""
 
     def __call__(
         self,
@@ -63,7 +63,7 @@ class Register(Protocol):
 
 
 class RegisterImporter(Protocol):
-    """What `virtualrobot_register_importers` is given to register an importer with."""
+    """Function that `virtualrobot_register_importers` is given to register an importer with."""
 
     def __call__(
         self,
@@ -119,16 +119,16 @@ def virtualrobot_register_importers(register: RegisterImporter) -> None:
 
 @dataclass(frozen=True, slots=True)
 class KindOfHook:
-    """How components of one kind are registered and made."""
+    """Registration and making of components of one kind."""
 
     hook: str
     """The function of the plugin that registers them."""
     deadline_seconds: float
-    """For a call, where the plugin says none."""
+    """Deadline of a call (s) where the plugin says none."""
     arguments: tuple[str, ...] = ()
-    """What the factory is given before the settings."""
+    """Names of the factory's arguments before the settings."""
     has_endings: bool = False
-    """Whether files are told by endings that are registered too."""
+    """True where endings of files are registered too."""
 
 
 HOOKS = {

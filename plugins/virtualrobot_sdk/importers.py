@@ -1,4 +1,4 @@
-"""What an importer is: it translates a file of its format into one of those that the kernel reads itself."""
+"""Interface of an importer: it translates a file of its format into one of those that the kernel reads itself."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 NATIVE_FORMATS = (".glb", ".urdf", ".yaml")
-"""What an importer may translate to: triangles with their colours, one robot, or a scene (docs/scene-file.md)."""
+"""Formats that an importer may translate to: triangles with colours, one robot, or a scene (docs/scene-file.md)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,7 +18,7 @@ class Translation:
     """`.glb`, `.urdf` or `.yaml`."""
     data: bytes
     warnings: tuple[str, ...] = ()
-    """What was odd about the original but did no harm, in words."""
+    """Oddities of the original that did no harm, in words."""
 
 
 class Importer(Protocol):

@@ -1,4 +1,4 @@
-"""What a kinematics component is: made for a serial chain, it gives forward, inverse and Jacobian on plain arrays."""
+"""Interface of a kinematics component: forward, inverse and Jacobian of one serial chain, on plain arrays."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class SerialChain(NamedTuple):
 
 
 class InverseStatus(Enum):
-    """How solving ended."""
+    """Outcome of an inverse problem."""
 
     SOLVED = "SOLVED"
     """There is at least one solution."""
@@ -59,12 +59,12 @@ class InverseStatus(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class InverseOptions:
-    """How to solve."""
+    """Options of an inverse problem: seed, limits, tolerances, and the branch that is wanted."""
 
     seed: Floats | None = None
     """(k,) posture to start from and to stay near, in radians and metres; None: the middle of each joint's range."""
     respect_limits: bool = True
-    """Whether solutions must lie within joint limits (a prismatic joint's stroke always counts)."""
+    """True: solutions must lie within joint limits (a prismatic joint's stroke always counts)."""
     max_restarts: int = 2000
     """Most random starts after the seed, for components that search."""
     position_tolerance: float = 1e-9
@@ -72,7 +72,7 @@ class InverseOptions:
     rotation_tolerance: float = 1e-9
     """Largest angle between a solution's tip and the target (rad)."""
     random_seed: int = 0
-    """What random starts are drawn by: equal calls give equal answers to the last bit."""
+    """Seed of the random starts: equal calls give equal answers to the last bit."""
     configuration: str = ""
     """The name of the only configuration that is wanted; empty: any. A component refuses names that it doesn't know."""
     arm_angle: float | None = None
@@ -80,7 +80,7 @@ class InverseOptions:
 
 
 class InverseResult(NamedTuple):
-    """What solving came to: a tuple, since making one may cost as much as a solution."""
+    """Solutions of an inverse problem, if any: a tuple, since making one may cost as much as a solution."""
 
     status: InverseStatus
     solutions: Floats

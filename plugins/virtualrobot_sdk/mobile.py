@@ -1,4 +1,4 @@
-"""What mobile kinematics is: how a craft's base moves by what its drives are told."""
+"""Interface of mobile kinematics: the motion of a craft's base by the commands of its drives."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ from virtualrobot_sdk.kinematics import Floats
 from virtualrobot_sdk.rays import NO_ELEMENT, Booleans, Hits, RayScene
 
 UNIT = 1e-6
-"""How far the length of a direction or a normal may be from 1."""
+"""Largest error of the length of a direction or a normal from 1."""
 
 
 def check_rays(scene: RayScene, origins: Floats, directions: Floats, max_range: float) -> None:

@@ -1,4 +1,4 @@
-"""What a ray caster and a sensor model are: from rays in a scene to true hits, and on to a sensor's readings."""
+"""Interfaces of ray caster and sensor model: from rays in a scene to true hits, and on to a sensor's readings."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Singles = np.ndarray[Any, np.dtype[np.float32]]
 Booleans = np.ndarray[Any, np.dtype[np.bool_]]
 
 NO_ELEMENT = -1
-"""What `element` says of a ray that hits nothing."""
+"""Value of `element` for a ray that hits nothing."""
 
 
 class Round(Enum):
@@ -67,22 +67,22 @@ def make_shape(vertices: ArrayLike, triangles: ArrayLike, primitive: Primitive |
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RayScene:
-    """What rays are cast against: e elements, each a shape at a place; e may be 0."""
+    """Scene that rays are cast against: e elements, each a shape at a pose; e may be 0."""
 
     shapes: tuple[Shape, ...]
     """(e) the shape of each element; several may share one."""
     world_t_element: Floats
-    """(e, 4, 4) where each element is."""
+    """(e, 4, 4) pose of each element in the world's frame (m)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Hits:
-    """Where n rays first meet a surface, from either side of it."""
+    """First hits of n rays on a surface, from either side of it."""
 
     distance: Floats
     """(n,) along the ray (m); inf where it meets nothing within the range."""
     element: Integers
-    """(n,) which element; NO_ELEMENT where it meets nothing."""
+    """(n,) row of the element; NO_ELEMENT where it meets nothing."""
     normal: Floats
     """(n, 3) unit normal of the surface in the world's frame, turned to the ray's origin; 0 where it meets nothing."""
     triangle: Integers | None = None
@@ -105,7 +105,7 @@ class RayCaster(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrueHits:
-    """What the k rays of each of a sensor's n beams truly hit, as a sensor model gets it."""
+    """True hits of the k rays of each of a sensor's n beams, as a sensor model gets them."""
 
     distance: Floats
     """(n, k) in meters; inf where a ray hits nothing within `farthest`."""
@@ -123,14 +123,14 @@ class TrueHits:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Readings:
-    """What the sensor says of its n beams."""
+    """Readings of a sensor's n beams."""
 
     distance: Floats
     """(n,) in meters, 0 or more; where it is not valid, what this sensor says then (inf, 0 or its greatest range)."""
     intensity: Floats
     """(n,) the strength of the echo, 0 to 1."""
     valid: Booleans
-    """(n,) whether the sensor trusts the distance."""
+    """(n,) true where the sensor trusts the distance."""
 
 
 class SensorModel(Protocol):

@@ -1,4 +1,4 @@
-"""What plugins register: components, each with a name, what makes it, its settings and where it runs."""
+"""Registration of a plugin's components, each with a name, a factory, settings, and the process that it runs in."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 
 class ComponentKind(Enum):
-    """What a component is for."""
+    """Kind of a component."""
 
     KINEMATICS = "kinematics"
     MOBILE_KINEMATICS = "mobile_kinematics"
@@ -20,7 +20,7 @@ class ComponentKind(Enum):
 
 
 class Isolation(Enum):
-    """Where a component runs."""
+    """Process that a component runs in."""
 
     IN_PROCESS = "in_process"
     """In the kernel's own process: fastest, and a hang or a crash takes the kernel with it."""

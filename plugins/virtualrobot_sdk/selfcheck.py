@@ -1,4 +1,4 @@
-"""Whether a kinematics component fits a robot: its answers against the robot's own tree, at random postures.
+"""Check of a kinematics component on a robot: its answers against the robot's own tree, at random postures.
 
 Four laws: the tip is where the tree puts it; every solution of the inverse puts the tip at its target; asked for by its
 configuration, a solution is of that configuration; the Jacobian is the derivative of the forward pass (by central
@@ -17,11 +17,11 @@ from virtualrobot_sdk.answers import checked_frames, checked_jacobian, checked_r
 from virtualrobot_sdk.kinematics import PRISMATIC, Floats, InverseOptions, Kinematics, SerialChain
 
 POSTURES = 8
-"""How many random postures are tried."""
+"""Number of random postures that are tried."""
 POSE_TOLERANCE = 1e-6
-"""How far a tip may be off, in meters and radians."""
+"""Largest error of a tip's pose (m, rad)."""
 JACOBIAN_TOLERANCE = 1e-5
-"""How far an entry of the Jacobian may be off, in meters or radians per radian or meter, relative to the largest."""
+"""Largest error of an entry of the Jacobian (m or rad per rad or m), relative to its largest entry."""
 _STEP = 1e-6
 _FAR = 1e3
 """A limit farther away (rad, m) is none: the digits of such postures do not suffice for finite differences."""

@@ -1,4 +1,4 @@
-"""Which nodes of one kernel may touch each other, and why."""
+"""Allowed collisions: pairs of nodes of one kernel that may touch each other, and the reasons."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class AllowedPair:
 
 @dataclass(frozen=True, slots=True)
 class SampledPair:
-    """Two nodes of a robot that may not touch, and in how many of the configurations that were tried they did."""
+    """Two nodes of a robot that may not touch, and the number of the configurations tried in which they did."""
 
     first: str
     second: str
@@ -36,17 +36,17 @@ class SampledPair:
 
     @property
     def always(self) -> bool:
-        """Whether they touched in each of them."""
+        """True where they touched in each of the configurations."""
         return self.touched == self.samples
 
     @property
     def never(self) -> bool:
-        """Whether they touched in none."""
+        """True where they touched in none of the configurations."""
         return self.touched == 0
 
 
 class AllowedPairs:
-    """Which nodes of one kernel may touch each other.
+    """Allowed collisions: pairs of nodes of one kernel that may touch each other.
 
     Example:
         >>> client.collisions.allowed.add("arm.link_0", "table", "stands on it")

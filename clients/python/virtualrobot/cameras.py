@@ -164,7 +164,7 @@ def image_kinds(names: Iterable[str]) -> list[sensing_pb2.ImageKind]:
 
 @dataclass(frozen=True, eq=False)
 class CameraReading:
-    """What a camera saw; arrays are read-only, and None where a kind was not asked for.
+    """Images of a camera; arrays are read-only, and None where a kind was not asked for.
 
     Attributes:
         color: (h, w, 3) uint8: red, green, blue, as screens show them (OpenCV wants `color[..., ::-1]`).
@@ -178,7 +178,7 @@ class CameraReading:
         distortion: OpenCV's coefficients; (0,) where there are none.
         element_names: the nodes that segmentation tells of.
         stereo_baseline: between the eyes, in meters; 0 where there is one.
-        right: what the right one of two eyes saw; None where there is one.
+        right: the images of the right one of two eyes; None where there is one.
     """
 
     color: NDArray[np.uint8] | None

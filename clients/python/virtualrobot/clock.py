@@ -16,10 +16,10 @@ _MODES = {kernel_pb2.CLOCK_MODE_REALTIME: "realtime", kernel_pb2.CLOCK_MODE_STEP
 
 @dataclass(frozen=True, slots=True)
 class ClockState:
-    """How time runs.
+    """State of the simulation clock.
 
     Attributes:
-        stamp: when this was true.
+        stamp: the instant of this state.
         mode: `realtime` or `stepped`.
         speed_factor: simulated seconds for each second of the wall clock that are aimed at.
         tick_seconds: the length of a tick.
@@ -37,7 +37,7 @@ class ClockState:
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """What is observed after a step: all robots and signals by name, the motions that run or ended meanwhile."""
+    """Observation after a step: all robots and signals by name, the motions that run or ended meanwhile."""
 
     stamp: Stamp
     robots: dict[str, RobotState]
@@ -70,7 +70,7 @@ class Clock:
 
     @property
     def mode(self) -> str:
-        """How time runs: `realtime` or `stepped`."""
+        """Mode of the simulation clock: `realtime` or `stepped`."""
         return self.read().mode
 
     @property

@@ -1,4 +1,4 @@
-"""What meshes collide as: their triangles, or convex hulls of few corners."""
+"""Collision shapes of meshes: their triangles, or convex hulls of few corners."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from virtualrobot.v1 import collision_pb2, nodes_pb2, scene_pb2
 
 @dataclass(frozen=True, slots=True)
 class CollisionMesh:
-    """What the mesh of a figure collides as.
+    """Collision shape of a figure's mesh.
 
     Attributes:
         node: the node's name.
         figure: the figure's place among those of the node, from 0.
         uri: the mesh's file.
-        mesh_triangles: how many triangles the file has.
-        triangles: how many it collides with.
-        hull: whether it collides as a hull, which is a solid.
-        deviation: so far the mesh reaches out of its hull at most, in meters; the hull counts as thicker by as much.
-        convex: whether what it collides as is closed and convex: then depths are exact.
-        seconds: how long making it took.
-        warning: what is wrong with the mesh, in words; empty when nothing is.
+        mesh_triangles: number of triangles in the file.
+        triangles: number of triangles that it collides with.
+        hull: true where it collides as a hull, which is a solid.
+        deviation: largest distance that the mesh reaches out of its hull (m); the hull counts as thicker by as much.
+        convex: true where its collision shape is closed and convex: then depths are exact.
+        seconds: the time that making it took (s).
+        warning: the fault of the mesh, in words; empty when there is none.
     """
 
     node: str

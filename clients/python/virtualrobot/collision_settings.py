@@ -1,4 +1,4 @@
-"""What is done about collisions: modes of robots, look-ahead, paddings; and what guarding costs."""
+"""Collision settings: modes of robots, look-ahead, paddings; and the time that guarding costs."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ MODES = {
 
 @dataclass(frozen=True, slots=True)
 class GuardCost:
-    """What guarding has cost.
+    """Time that guarding has cost.
 
     Attributes:
-        ticks: how many were checked.
-        mean_seconds: the mean time of one, in s of the wall clock, and `worst_seconds` the longest.
+        ticks: number of ticks that were checked.
+        mean_seconds: the mean time of a check, in s of the wall clock, and `worst_seconds` the longest.
     """
 
     ticks: int
@@ -33,13 +33,13 @@ class GuardCost:
 
 @dataclass(frozen=True, slots=True)
 class CollisionSettings:
-    """What is done about collisions.
+    """Collision settings of a world.
 
     Attributes:
         mode: for robots without a mode of their own: off, monitor, stop or guard.
         robots: the modes of robots that have one of their own.
-        look_ahead_seconds: how far ahead running motions are checked; 0 means not at all.
-        paddings: by how much the figures of nodes count as thicker, in meters.
+        look_ahead_seconds: time (s) by which running motions are checked ahead; 0 means not at all.
+        paddings: additional thickness of the figures of nodes, in meters, by node.
     """
 
     mode: str
@@ -49,7 +49,7 @@ class CollisionSettings:
 
 
 class CollisionRules:
-    """What is done about collisions in the world of one kernel."""
+    """Handle of the collision settings of one kernel."""
 
     def __init__(self, services: Services) -> None:
         """Handle the collision settings of one kernel."""
@@ -57,7 +57,7 @@ class CollisionRules:
 
     @property
     def settings(self) -> CollisionSettings:
-        """What is done about collisions."""
+        """The collision settings now."""
         settings = self._services.collision.GetCollisionSettings(collision_pb2.GetCollisionSettingsRequest()).settings
         return CollisionSettings(
             _mode_name(settings.mode),
@@ -68,7 +68,7 @@ class CollisionRules:
 
     @property
     def guard_cost(self) -> GuardCost:
-        """What guarding has cost since the kernel's start."""
+        """Time that guarding has cost since the kernel's start."""
         cost = self._services.collision.GetCollisionSettings(collision_pb2.GetCollisionSettingsRequest()).guard_cost
         return GuardCost(cost.ticks, cost.mean_seconds, cost.worst_seconds)
 

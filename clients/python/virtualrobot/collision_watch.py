@@ -1,4 +1,4 @@
-"""What the collision monitor tells: what touches now, and what has happened."""
+"""Reports of the collision monitor: collisions now, and events."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ class ReportedCollision:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CollisionEvent:
-    """What has happened in a tick; as a text it is a line for people.
+    """Event of the collision monitor in a tick; as a text it is a line for people.
 
     Attributes:
         kind: `begun`: two nodes begin to touch; `ended`: they touch no more; `stopped`: robots were stopped; `fault`:
             checks fail from now on, or, without a reason, succeed again.
-        tick: when, and `simulation_time` the same in seconds.
+        tick: the tick of the event, and `simulation_time` the same in seconds.
         begun: the nodes that begin to touch; None for other kinds.
         nodes: the names of the two nodes; empty where it is not about two.
-        apart: of nodes that ended, whether they are apart; else they are not watched any more.
+        apart: of nodes that ended, true where they are apart; else they are not watched any more.
         robots: the names of robots that were stopped, and `motion_ids` the motions that were cancelled.
-        reason: why robots were stopped, or checks fail.
+        reason: the reason for which robots were stopped, or checks fail.
     """
 
     kind: str
@@ -69,15 +69,15 @@ class CollisionEvent:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CollisionReport:
-    """How things are, and what has happened since the report before.
+    """Report of the collision monitor: collisions now, and events since the report before.
 
     Attributes:
-        stamp: when the world was as it was checked last.
+        stamp: the instant of the world that was checked last.
         touching: all that touches and may not, of robots whose mode is not off; where, only the first report tells.
-        events: what has happened, the oldest first; none in the first report.
-        missed_events: how many older events are not told, since there were more than 1,000.
-        fault: why the last check failed; empty where it did not.
-        checks: how many checks there were.
+        events: the events, the oldest first; none in the first report.
+        missed_events: number of older events that are not told, since there were more than 1,000.
+        fault: the reason for which the last check failed; empty where it did not.
+        checks: number of checks.
         check_seconds: the time that these took together.
     """
 

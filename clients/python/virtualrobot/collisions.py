@@ -32,7 +32,7 @@ DETAILS = {
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """What touches: true where something does.
+    """Result of a collision check: true where something touches.
 
     Attributes:
         pairs: the pairs that touch and may not.
@@ -51,7 +51,7 @@ class Check:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Distance:
-    """How far two nodes are apart.
+    """Distance between two nodes.
 
     Attributes:
         first: the name of a node, and `second` that of another one.

@@ -16,13 +16,13 @@ from virtualrobot.wire import Stamp, array_message, array_of, stamp_of
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ConfigurationsCheck:
-    """Which of n configurations are free.
+    """Result of a collision check of n configurations.
 
     Attributes:
-        free: (n,) whether nothing touches.
-        touching: (n,) which of `pairs` touches there, and may not: one that was found; -1 where it is free.
+        free: (n,) true where nothing touches.
+        touching: (n,) row in `pairs` of one that touches there and may not; -1 where it is free.
         pairs: the names of two nodes each.
-        stamp: when the world was as it was checked.
+        stamp: the instant of the world that was checked.
     """
 
     free: NDArray[np.bool_]

@@ -287,7 +287,7 @@ class Client:
 
     @property
     def speed_factor(self) -> float:
-        """By what all motions are slowed, above 0, up to 1; setting it changes running ones smoothly."""
+        """Factor by which all motions are slowed, above 0, up to 1; setting it changes running ones smoothly."""
         return self._services.motion.ListMotions(motion_pb2.ListMotionsRequest(running_only=True)).speed_factor
 
     @speed_factor.setter

@@ -55,16 +55,16 @@ class EffortViolation:
 
 @dataclass(frozen=True, slots=True)
 class InverseDynamics:
-    """What a movement of n samples of k joints takes.
+    """Inverse dynamics of a movement of n samples of k joints: efforts and base wrenches.
 
     Attributes:
         joint_names: the joints that the columns are.
-        efforts: (n, k), what each joint does to the link that it moves: N m, for sliding joints N.
+        efforts: (n, k), effort of each joint on the link that it moves: N m, for sliding joints N.
         gravity_efforts: (n, k), that part of the efforts which holds the weight at rest.
         base_wrenches: (n, 6), force in N and moment in N m about the robot's origin that hold its base, in its frame.
         first_violation: the first effort above its joint's limit; None when there is none or no limit is known.
-        payload_kilograms: the mass of what hangs on the robot besides its links.
-        warnings: what has no mass though it is moved, and what counts only as a point.
+        payload_kilograms: mass (kg) of the bodies that the robot carries besides its links.
+        warnings: bodies that have no mass though they are moved, and bodies that count only as points.
     """
 
     joint_names: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""What a call may raise: one exception class for each reason that programs branch on."""
+"""Exceptions of calls: one class for each reason that programs branch on."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class StaleRevisionError(VirtualRobotError):
 
 
 class PlanOutdatedError(VirtualRobotError):
-    """What a plan assumes has changed since, such as where a joint is: plan again."""
+    """A plan whose assumptions have changed since, such as the position of a joint: plan again."""
 
     default_reason = "PLAN_OUTDATED"
 

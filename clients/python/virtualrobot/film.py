@@ -17,7 +17,7 @@ from virtualrobot.pictures import Picture, Recording
 
 ENDINGS = (".mp4", ".gif")
 LEAST_RATE, GREATEST_RATE = 0.01, 1000.0
-"""Of pictures a second."""
+"""Range of rates of a film, in pictures per second."""
 GREATEST_GIF_RATE = 100.0
 """A GIF counts time in hundredths of a second."""
 Told = Callable[[Picture], None]

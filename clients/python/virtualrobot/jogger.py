@@ -1,4 +1,4 @@
-"""What else robots can be told to do: curves through poses, and jogs, which are motions by hand."""
+"""Further motions of robots: curves through poses, and jogs, which are motions by hand."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How well a kinematics component fits a robot."""
+"""Check of a kinematics component on a robot."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ class KinematicsCheck:
     """A component's answers on one robot, at random postures, against the robot's own tree; the largest deviations.
 
     Attributes:
-        postures: how many postures were tried.
+        postures: number of postures that were tried.
         forward_position_error_meters: of the tip from where the tree has it.
         forward_rotation_error_radians: of the tip from where the tree has it.
         inverse_position_error_meters: of a solution's tip from its target.

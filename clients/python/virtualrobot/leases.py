@@ -19,7 +19,7 @@ from virtualrobot.transport import Stream
 from virtualrobot.v1 import lease_pb2
 
 GRACE_SECONDS = 1.0
-"""How long the kernel keeps a lease that no stream keeps alive."""
+"""Time for which the kernel keeps a lease that no stream keeps alive (s)."""
 
 _RETRY_SECONDS = 0.1
 
@@ -75,12 +75,12 @@ class Lease:
 
     @property
     def owner(self) -> str:
-        """Who has it, in words."""
+        """Owner of the lease, in words."""
         return self._info.owner
 
     @property
     def since(self) -> datetime:
-        """Since when, by the kernel's wall clock."""
+        """Begin of the lease, by the kernel's wall clock."""
         return self._info.since
 
     @property

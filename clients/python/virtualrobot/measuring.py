@@ -21,13 +21,13 @@ Place = tuple[str, ArrayLike]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Measure:
-    """How far two points are apart, and where they are.
+    """Distance between two points, and their positions.
 
     Attributes:
         distance: in meters.
         first: (3,) the first point in the world's frame, in meters.
         second: (3,) the second one.
-        simulation_time: when this was true, in seconds.
+        simulation_time: simulation time of the measurement, in seconds.
     """
 
     distance: float

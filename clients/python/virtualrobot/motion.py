@@ -27,7 +27,7 @@ from virtualrobot.wire import pose_of
 
 
 class Phase(Enum):
-    """How a motion is doing."""
+    """Phase of a motion."""
 
     RUNNING = motion_pb2.MOTION_PHASE_RUNNING
     PAUSING = motion_pb2.MOTION_PHASE_PAUSING
@@ -40,15 +40,15 @@ class Phase(Enum):
 
     @property
     def ended(self) -> bool:
-        """Whether the motion is over."""
+        """True where the motion is over."""
         return self in (Phase.SUCCEEDED, Phase.CANCELLED, Phase.ABORTED)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Search:
-    """What a search came to: where joints (rad or m, by name) and tool centre point (4x4) were, and when.
+    """Result of a search: joint positions (rad or m, by name), pose of the tool centre point (4x4) and time (s).
 
-    `time_seconds` is simulation time. Where nothing was found, this is where the motion ended.
+    `time_seconds` is simulation time. The values are those of the hit; where nothing was found, of the motion's end.
     """
 
     found: bool
@@ -110,37 +110,37 @@ class Motion:
 
     @property
     def _title(self) -> str:
-        """What people are told of: a program that only sets signals moves no robot."""
+        """Title of the motion for people: a program that only sets signals moves no robot."""
         return f"{self.id} of {', '.join(self.robots)}" if self.robots else self.id
 
     @property
     def planned_duration_seconds(self) -> float:
-        """How long it takes at full speed factors."""
+        """Duration at full speed factors (s)."""
         return self._message.planned_duration_seconds
 
     @property
     def phase(self) -> Phase:
-        """How it is doing now."""
+        """Phase of the motion now."""
         return Phase(self.message.phase)
 
     @property
     def progress(self) -> float:
-        """How much of the planned time law is done, 0 to 1."""
+        """Part of the planned time law that is done, 0 to 1."""
         return self.message.progress
 
     @property
     def step(self) -> int:
-        """Which step of a program it is at, from 0."""
+        """Number of the program's step that it is at, from 0."""
         return self.message.step
 
     @property
     def step_count(self) -> int:
-        """How many steps its program has; 0 for moves that are no program."""
+        """Number of steps of its program; 0 for moves that are no program."""
         return self._message.step_count
 
     @property
     def search(self) -> Search | None:
-        """What its search came to; None before, and for motions that don't search."""
+        """Result of its search; None before, and for motions that don't search."""
         message = self.message
         if not message.HasField("search"):
             return None
@@ -245,9 +245,9 @@ class Motion:
 
 @dataclass(frozen=True, slots=True)
 class Tracking:
-    """What a motion goes along with: a node that one joint of another robot moves, such as a conveyor's belt.
+    """Node that a motion goes along with, moved by one joint of another robot, such as a conveyor's belt.
 
-    `window` is how far the joint may move in all from where it is when the motion is planned, with the sign of its
+    `window` is the way of the joint in all from its position when the motion is planned, with the sign of its
     direction, in meters or radians. `max_velocity` is the greatest speed of the joint that the arm shall keep up with,
     in m/s or rad/s; 0 means the joint's limit.
 
@@ -262,12 +262,12 @@ class Tracking:
 
     @property
     def message(self) -> motion_pb2.Tracking:
-        """The same as the contract has it."""
+        """The same as a message of the contract."""
         return motion_pb2.Tracking(node=self.node, window=self.window, max_velocity=self.max_velocity)
 
 
 class GoingOptions(TypedDict, total=False):
-    """What every start takes besides whether to wait; see `start_request`."""
+    """Options of every start besides `wait`; see `start_request`."""
 
     preempt: bool | None
     on_disconnect: str | None
@@ -276,7 +276,7 @@ class GoingOptions(TypedDict, total=False):
 
 
 class StartOptions(GoingOptions, total=False):
-    """What a start takes; see `start_request`."""
+    """Options of a start; see `start_request`."""
 
     wait: bool
 

@@ -145,7 +145,7 @@ def force_torque_sensor(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ImuReading:
-    """What an inertial unit feels in its own frame, one tick before the stamp.
+    """Reading of an inertial measurement unit in its own frame, one tick before the stamp.
 
     Attributes:
         angular_velocity: (3,) rad/s.
@@ -160,7 +160,7 @@ class ImuReading:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EncoderReading:
-    """What encoders say of k joints: their names, positions (k,) in radians or meters, and speeds (k,) per second."""
+    """Reading of the encoders of k joints: names, positions (k,) in rad or m, velocities (k,) in rad/s or m/s."""
 
     joint_names: tuple[str, ...]
     positions: NDArray[np.float64]
@@ -169,7 +169,7 @@ class EncoderReading:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PoseReading:
-    """Where a pose sensor is: `world_t_node` (4, 4), and how fast: `linear_velocity` (3,) m/s in the world's frame."""
+    """Pose `world_t_node` (4, 4) of a pose sensor, and its `linear_velocity` (3,) in m/s in the world's frame."""
 
     world_t_node: Matrix
     linear_velocity: NDArray[np.float64]
@@ -177,7 +177,7 @@ class PoseReading:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WrenchReading:
-    """What a load puts on a force and torque sensor, in its frame, one tick before the stamp; at rest, the weight.
+    """Wrench of a load on a force and torque sensor, in its frame, one tick before the stamp; at rest, the weight.
 
     Attributes:
         force: (3,) newton.

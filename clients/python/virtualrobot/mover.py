@@ -1,4 +1,4 @@
-"""What robots can be told to do: motions that run."""
+"""Motions of a robot: moves that are started."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ TIME_LAWS = {
     "jerk_limited": motion_pb2.TIME_LAW_JERK_LIMITED,
     "time_optimal": motion_pb2.TIME_LAW_TIME_OPTIMAL,
 }
-"""How the time can be laid along the path of a move."""
+"""Time laws along the path of a move, by name."""
 
 _JOG_FRAMES = {
     "base": motion_pb2.JOG_FRAME_BASE,

@@ -37,17 +37,17 @@ class Node:
 
     @property
     def hidden(self) -> bool:
-        """Whether it is hidden by itself (what is above it may be hidden too)."""
+        """True where it is hidden by itself (its ancestors may be hidden too)."""
         return self.message.hidden
 
     @property
     def pose(self) -> Matrix:
-        """`world_t_node`, 4x4: where it is in the world."""
+        """`world_t_node`, 4x4: its pose in the world's frame."""
         return self._scene.pose(self.name)
 
     @property
     def parent_t_node(self) -> Matrix:
-        """Where it is in its parent's frame, 4x4; setting it moves the node at once."""
+        """Pose in its parent's frame, 4x4; setting it moves the node at once."""
         return pose_of(self.message.parent_t_node)
 
     @parent_t_node.setter

@@ -10,25 +10,25 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 SEARCH_LEVELS = 3
-"""How many folders above that of the file a search for a package of another name begins in."""
+"""Number of folders above that of the file in which a search for a package of another name begins too."""
 
 SEARCH_DEPTH = 2
-"""How many folders below each of those it goes."""
+"""Depth in folders of that search below each of those."""
 
 SEARCH_FOLDERS = 2000
-"""How many folders it looks at below each of those."""
+"""Largest number of folders that it looks at below each of those."""
 
 RELATIVE_LEVELS = 2
-"""How many folders above that of the file a relative name may count from."""
+"""Number of folders above that of the file that a relative name may count from."""
 
 PACKAGE_LEVELS = 4
-"""How many folders above a file may be the folder of its package."""
+"""Number of folders above a file that may be the folder of its package."""
 
 PACKAGE_FILES = ("package.xml", "model.config")
 """Files that lie in the folder of a package of ROS or a model of Gazebo."""
 
 ROS_FOLDER = Path("/opt/ros")
-"""Where distributions of ROS are installed on Linux."""
+"""Folder in which distributions of ROS are installed on Linux."""
 
 # Each lists folders that are packages or hold packages, as ROS 1 reads ROS_PACKAGE_PATH.
 _FOLDER_VARIABLES = ("VIRTUALROBOT_PACKAGE_PATH", "ROS_PACKAGE_PATH")

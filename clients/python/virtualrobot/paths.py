@@ -32,17 +32,17 @@ PLANNERS = {
 PLANNER_NAMES = {number: name for name, number in PLANNERS.items()}
 
 AT_START = 1e-4
-"""How far from a path's start its joints may be, in rad or m."""
+"""Largest distance of each joint from the path's start, in rad or m."""
 
 
 @dataclass(frozen=True, slots=True)
 class PathProgress:
-    """How far the search for a path is.
+    """Progress of the search for a path.
 
     Attributes:
-        elapsed_seconds: for how long it has been looked for.
-        states: how many configurations the search has joined so far.
-        checks: how many configurations and lines have been checked.
+        elapsed_seconds: time since the search began (s).
+        states: number of configurations that the search has joined so far.
+        checks: number of configurations and lines that have been checked.
     """
 
     elapsed_seconds: float

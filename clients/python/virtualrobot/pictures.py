@@ -17,8 +17,8 @@ from virtualrobot.v1 import view_pb2
 from virtualrobot.wire import vector_message
 
 Camera = str | tuple[ArrayLike, ArrayLike] | tuple[ArrayLike, ArrayLike, float]
-"""Where a picture is taken from: the name of a camera of the scene; or eye and target, meters in the world's frame, and
-where wanted the vertical field of view in radians."""
+"""Camera of a picture: the name of a camera of the scene; or eye and target, meters in the world's frame, and where
+wanted the vertical field of view in radians."""
 
 FORMATS = {
     "png": view_pb2.IMAGE_FORMAT_PNG,
@@ -69,12 +69,12 @@ class Picture:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Picked:
-    """What is under a pixel.
+    """Surface point under a pixel.
 
     Attributes:
-        node: its name; empty where there is nothing, and then the rest is NaN, and inf for the distance.
-        point: (3,) where, meters in the world's frame.
-        node_point: (3,) where, meters in the node's frame: it stays there as the node moves.
+        node: the node's name; empty where there is nothing, and then the rest is NaN, and inf for the distance.
+        point: (3,) the point, meters in the world's frame.
+        node_point: (3,) the point, meters in the node's frame: it stays there as the node moves.
         normal: (3,) unit normal of the surface in the world's frame, towards the eye.
         distance: from the eye, in meters.
         color: (3,) of the surface without light, red, green, blue from 0 to 1.

@@ -19,7 +19,7 @@ from virtualrobot.wire import array_of, pose_of
 Floats = NDArray[np.float64]
 
 Wish = motion_pb2.Move | motion_pb2.ProgramStep
-"""What a motion consists of: moves that go together, or the steps of a program."""
+"""Part of a motion: a move of those that go together, or a step of a program."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,7 +136,7 @@ class MotionPlan:
 
 
 class ViolationKind(Enum):
-    """What a motion violates; `value` and `limit` of a violation are in this unit."""
+    """Kind of a violation by a motion; the comments give the unit of the violation's `value` and `limit`."""
 
     JOINT_POSITION = motion_pb2.VIOLATION_KIND_JOINT_POSITION  # rad or m
     JOINT_VELOCITY = motion_pb2.VIOLATION_KIND_JOINT_VELOCITY  # rad/s or m/s
@@ -210,11 +210,11 @@ class Violation:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MotionCheck:
-    """Whether a motion can be done.
+    """Result of checking a motion.
 
     Attributes:
         first_violation: the first limit in time that it violates, or the first collision; None without either.
-        duration_seconds: how long it takes at full speed factors; 0 where it can't be planned.
+        duration_seconds: duration at full speed factors (s); 0 where it can't be planned.
         min_singular_value: the smallest one on the way, of those arms that move; None where there is none.
         notes: what the planner made other than asked.
     """
@@ -226,7 +226,7 @@ class MotionCheck:
 
     @property
     def ok(self) -> bool:
-        """Whether it keeps all limits and touches nothing."""
+        """True where it keeps all limits and touches nothing."""
         return self.first_violation is None
 
     @staticmethod

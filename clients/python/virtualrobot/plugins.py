@@ -47,7 +47,7 @@ class ComponentUse:
 
 @dataclass(frozen=True, slots=True)
 class Component:
-    """What a plugin offers.
+    """Component of a plugin.
 
     Attributes:
         kind: `kinematics`, `importer`, `mobile_kinematics`, `ray_caster`, `sensor_model` or `robot_driver`.
@@ -57,7 +57,7 @@ class Component:
         deadline_seconds: the longest that a call may take in a process of its own.
         settings_schema: the JSON schema of its settings; empty when it has none.
         endings: for importers: the endings of the files that it reads, such as `.step`.
-        uses: who uses it now.
+        uses: its present uses.
     """
 
     kind: str
@@ -91,7 +91,7 @@ class Component:
 
 @dataclass(frozen=True, slots=True)
 class Plugin:
-    """What one entry point of a Python package offers.
+    """Plugin: the components of one entry point of a Python package.
 
     Attributes:
         name: the entry point's name.
@@ -99,8 +99,8 @@ class Plugin:
         version: the package's version.
         api_version: the version of the plugin interface that it was written for; empty when that is not known.
         state: `loaded`, or `failed`: then it offers nothing.
-        reason: why it failed; empty while it is well.
-        components: what it offers.
+        reason: the reason for which it failed; empty while it is well.
+        components: the components that it offers.
     """
 
     name: str
@@ -113,7 +113,7 @@ class Plugin:
 
     @property
     def ok(self) -> bool:
-        """Whether its components can be used."""
+        """True where its components can be used."""
         return self.state == "loaded"
 
     @staticmethod

@@ -34,7 +34,7 @@ class Program:
         """Begin empty, or with what a request says; `Client.program` makes one."""
         self._services = services
         self.request = motion_pb2.StartMotionRequest() if request is None else request
-        """What StartMotion will be sent, but for what `start` is told."""
+        """The request to StartMotion, without the options that `start` takes."""
 
     def move(self, *moves: motion_pb2.Move, zone: float = 0.0, zone_percent: float = 0.0) -> Program:
         """Add moves that start and end together.

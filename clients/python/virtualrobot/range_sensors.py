@@ -128,17 +128,17 @@ def frame_of(name: str) -> sensor_pb2.ReadingFrame:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RangeReading:
-    """What a range sensor measured; (r, c) is its pattern's shape; arrays are read-only.
+    """Reading of a range sensor; (r, c) is its pattern's shape; arrays are read-only.
 
     Attributes:
         distances: (r, c) float32 meters; where `valid` is False, what this sensor says then (inf, 0 or its range).
-        valid: (r, c) bool: whether the sensor trusts the distance.
+        valid: (r, c) bool: true where the sensor trusts the distance.
         intensities: (r, c) float32, 0 to 1; None unless asked for.
         elements: (r, c) int32 places in `element_names`, -1 where nothing was hit; None unless asked for.
         element_names: the nodes that `elements` tells of.
         points: (r, c, 3) float32 meters in `frame`, NaN where not valid; None unless asked for.
         frame: sensor, robot or world.
-        ages: (c,) float32: how long before the reading each column was measured, in seconds; None: all at its instant.
+        ages: (c,) float32: time from the measurement of each column to the reading (s); None: all at its instant.
     """
 
     distances: NDArray[np.float32]

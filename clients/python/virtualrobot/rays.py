@@ -14,12 +14,12 @@ from virtualrobot.v1 import ray_pb2
 from virtualrobot.wire import Stamp, array_message, array_of, seed_of, stamp_of, whole
 
 MOST_RAYS = 300_000
-"""How many rays a call may cast."""
+"""Largest number of rays of a call."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RayHits:
-    """What n rays hit first.
+    """First hits of n rays.
 
     Attributes:
         distances: (n,), meters; inf where a ray hits nothing.
@@ -27,7 +27,7 @@ class RayHits:
         element_names: the nodes that are hit.
         normals: (n, 3), unit normals in the frame of the rays, turned to the ray's origin; 0 where it hits nothing.
         cast_seconds: the time that the component took.
-        stamp: when the world was as the rays met it.
+        stamp: the instant of the world that the rays met.
     """
 
     distances: NDArray[np.float64]
@@ -45,11 +45,11 @@ class RayHits:
 
 @dataclass(frozen=True, slots=True)
 class RayCasterComparison:
-    """How a ray caster did, beside the first one that answered.
+    """Comparison of a ray caster with the first one that answered.
 
     Attributes:
         ray_caster: the component.
-        fault: why it could not answer; empty where it did.
+        fault: the reason for which it could not answer; empty where it did.
         agreement: the part of the rays whose distance is the same to 1 mm, 0 to 1.
         other_element: the part of the rays that hit another element, 0 to 1.
         median_difference: of the distances, in meters, among rays that hit something by both.

@@ -1,4 +1,4 @@
-"""What sensors say, and how they are."""
+"""Readings and states of sensors."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ VALUES: dict[str, Callable[[Any], Any]] = {
 
 @dataclass(frozen=True, slots=True)
 class SensorStatus:
-    """How a sensor is.
+    """Status of a sensor.
 
     Attributes:
         name: its node.
         kind: of node, such as `range_sensor`.
         state: stopped, running or fault.
         fault: why it cannot read; empty while it is well.
-        rate_hertz: readings a second of simulation time, while it runs.
-        readings: how many it has given since it was started.
-        missed: how many it was late for and left out since then.
+        rate_hertz: readings per second of simulation time, while it runs.
+        readings: number of readings since it was started.
+        missed: number of readings since then that it was late for and left out.
         mean_reading_seconds: the mean time that a reading takes.
     """
 
@@ -53,18 +53,18 @@ class SensorStatus:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reading:
-    """What a sensor said.
+    """Reading of a sensor.
 
     Attributes:
-        stamp: when the world was as the sensor saw it.
+        stamp: the instant of the world that the sensor saw.
         sensor: its node.
         state: stopped, running or fault.
-        fault: why there is no value; empty where there is one.
+        fault: the reason for which there is no value; empty where there is one.
         number: counts the readings since the sensor was started, from 1; of single ones, those asked for.
-        missed: how many the sensor was late for and left out so far.
-        world_t_sensor: (4, 4) where the sensor was.
-        value: what it said: a RangeReading, CameraReading, ImuReading, EncoderReading, PoseReading or WrenchReading; of
-            a contact sensor a tuple of Contact; None where nothing.
+        missed: number of readings so far that the sensor was late for and left out.
+        world_t_sensor: (4, 4) pose of the sensor in the world's frame (m).
+        value: a RangeReading, CameraReading, ImuReading, EncoderReading, PoseReading or WrenchReading; of a contact
+            sensor a tuple of Contact; None where there is none.
     """
 
     stamp: Stamp
@@ -78,7 +78,7 @@ class Reading:
 
     @property
     def range(self) -> RangeReading:
-        """What a range sensor measured; raises TypeError for a reading that is none."""
+        """The reading of a range sensor; raises TypeError for that of another one."""
         if not isinstance(self.value, RangeReading):
             said = self.fault or f"it holds {type(self.value).__name__}"
             raise TypeError(f"the reading of {self.sensor!r} has no distances: {said}")
@@ -86,7 +86,7 @@ class Reading:
 
     @property
     def camera(self) -> CameraReading:
-        """What a camera saw; raises TypeError for a reading that is none."""
+        """The reading of a camera; raises TypeError for that of another sensor."""
         if not isinstance(self.value, CameraReading):
             said = self.fault or f"it holds {type(self.value).__name__}"
             raise TypeError(f"the reading of {self.sensor!r} has no pictures: {said}")
@@ -95,7 +95,7 @@ class Reading:
 
 @dataclass(frozen=True, slots=True)
 class ComponentTrial:
-    """What trying a range sensor's components has shown: the time of one reading, and how many rays it casts."""
+    """Trial of a range sensor's components: the times (s) of one reading, and its number of rays."""
 
     cast_seconds: float
     model_seconds: float

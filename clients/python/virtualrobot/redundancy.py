@@ -1,4 +1,4 @@
-"""What an arm does with the joints that it has beyond those that its goal needs, as a message."""
+"""Redundancy resolution of an arm with more joints than its goal needs, as a message."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Lock: TypeAlias = Mapping[str, float] | Iterable[str]
 """Joints that stand still: radians or meters by name, or names alone for where they are now."""
 
 Prefer: TypeAlias = str | Mapping[str, float]
-"""What free joints are used for: `limits`, `manipulability`, `distance`, or a posture, radians or meters by name."""
+"""Preference for the free joints: `limits`, `manipulability`, `distance`, or a posture, radians or meters by name."""
 
 _PREFERENCES = {
     "": robot_pb2.REDUNDANCY_PREFERENCE_UNSPECIFIED,

@@ -71,7 +71,7 @@ def join_uri(referrer: str, uri: str) -> str:
 
 
 class _Namer:
-    """Who names a file: a person (`own` is None), or a file with the folders that its own files lie below.
+    """Origin of a file's name: a person (`own` is None), or a file with the folders that its own files lie below.
 
     A file that lies on another machine has no own folders, and no place (`source`).
     """

@@ -47,7 +47,7 @@ class Robot(Solver):
 
     @property
     def limits(self) -> dict[str, JointLimits]:
-        """How far and how fast each joint may move."""
+        """Limits of each joint, by name."""
         return {joint.name: JointLimits.of(joint.limits) for joint in self.description.joints}
 
     @property
@@ -102,7 +102,7 @@ class Robot(Solver):
 
     @property
     def actuators(self) -> list[Actuator]:
-        """What drives the joints, in the order of `RobotState.actuator_positions`; empty where motors are joints."""
+        """Actuators of the joints, in the order of `RobotState.actuator_positions`; empty where motors are joints."""
         return [Actuator.of(message) for message in self.description.robot.actuators]
 
     @property
@@ -112,7 +112,7 @@ class Robot(Solver):
 
     @property
     def state(self) -> RobotState:
-        """Where joints, tool centre point and tools are now."""
+        """State of joints, tool centre point and tools now."""
         request = robot_pb2.GetRobotStatesRequest(names=[self.name])
         response = self._services.robot.GetRobotStates(request)
         return RobotState.of(response.robots[0], response.stamp)
@@ -137,7 +137,7 @@ class Robot(Solver):
 
     @property
     def speed_factor(self) -> float:
-        """By what its motions are slowed, above 0, up to 1; setting it changes running ones smoothly."""
+        """Factor by which its motions are slowed, above 0, up to 1; setting it changes running ones smoothly."""
         return self.state.speed_factor
 
     @speed_factor.setter

@@ -1,4 +1,4 @@
-"""What robots answer: states, limits and kinematic solutions as plain values."""
+"""Answers of robots: states, limits and kinematic solutions as plain values."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from virtualrobot.wire import Stamp, array_of, pose_of, stamp_of
 
 @dataclass(frozen=True, slots=True)
 class JointLimits:
-    """How far and how fast a joint may move: radians or meters, per second, per s^2, per s^3; N m or N."""
+    """Limits of a joint: position in rad or m, its derivatives per s, s^2 and s^3, effort in N m or N."""
 
     lower: float
     upper: float
@@ -40,20 +40,20 @@ class JointLimits:
 
 @dataclass(frozen=True, slots=True)
 class RobotState:
-    """Where a robot's joints and tools are at one instant.
+    """State of a robot's joints and tools at one instant.
 
     Attributes:
         name: the robot.
-        stamp: when this was true.
+        stamp: the instant of this state.
         positions: coordinates of all joints as they are, radians and meters.
         velocities: velocities of all joints as they are, rad/s and m/s.
         world_t_tcp: 4x4, the chosen tool centre point, or without a tool the flange.
         tool: the chosen tool; empty means none.
         tool_center_point: the chosen point; empty means none.
         tool_states: the state of each mounted tool.
-        speed_factor: by what its motions are slowed.
+        speed_factor: the factor by which its motions are slowed.
         motion_ids: the motions that move it.
-        actuator_positions: where its actuators are, in their units, in the order of `Robot.actuators`.
+        actuator_positions: positions of its actuators, in their units, in the order of `Robot.actuators`.
         commanded_positions: coordinates as motions command them; `positions` unless the joints are measured.
         commanded_velocities: velocities as motions command them; `velocities` unless the joints are measured.
     """
@@ -169,7 +169,7 @@ class LinkPair:
 
 @dataclass(frozen=True, slots=True)
 class ForwardSolution:
-    """Where things would be: `world_t_tcp`, 4x4, and `world_t_link`, 4x4 by link name."""
+    """Forward kinematics of a posture: `world_t_tcp`, 4x4, and `world_t_link`, 4x4 by link name."""
 
     world_t_tcp: Matrix
     world_t_link: dict[str, Matrix]
@@ -177,13 +177,13 @@ class ForwardSolution:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Jacobians:
-    """How a robot's joints move points: a velocity in m above an angular velocity in rad, per rad or m of each joint.
+    """Jacobians of points on a robot: three rows in m above three in rad, per rad or m of each joint.
 
     In the world's frame, of a robot whose base stands still.
 
     Attributes:
         joint_names: the joints that the columns are: all with one coordinate.
-        world_t_tcp: 4x4, where the chosen tool centre point would be.
+        world_t_tcp: 4x4, the pose that the chosen tool centre point would have.
         tcp: (6, k) of the chosen tool centre point.
         points: (n, 6, k) of the points that were given.
     """
@@ -206,15 +206,15 @@ class Jacobians:
 
 @dataclass(frozen=True, slots=True)
 class InverseSolution:
-    """Which joints reach a pose.
+    """Joint positions that reach a pose.
 
     Attributes:
         joint_names: the joints that were solved for, in order.
         solutions: (n, k), radians or meters, nearest to the seed first; no rows when there is none.
         configurations: the name of each solution's configuration, where the component names them.
-        position_error_meters: how far the best attempt was off.
-        rotation_error_radians: how far the best attempt was off.
-        explanation: why there is no solution, in words.
+        position_error_meters: the position error of the best attempt.
+        rotation_error_radians: the rotation error of the best attempt.
+        explanation: the reason for which there is no solution, in words.
         arm_angles: the arm angle of each solution in radians, for arms that have one; otherwise empty.
         outside_limits: there is no solution, but postures outside the limits of joints reach the pose.
     """
@@ -246,7 +246,7 @@ class InverseSolution:
 
     @property
     def solved(self) -> bool:
-        """Whether there is a solution."""
+        """True where there is a solution."""
         return len(self.solutions) > 0
 
     @property

@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class SceneChange:
-    """What `Scene.watch` tells: the first holds everything.
+    """Change of a scene, from `Scene.watch`: the first holds everything.
 
     Attributes:
-        stamp: when this was true.
+        stamp: the instant of this state.
         nodes: nodes that are new or changed.
         removed: the names of nodes that are gone.
         poses: `world_t_node`, 4x4, of the nodes that moved, by name.

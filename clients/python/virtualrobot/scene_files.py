@@ -32,7 +32,7 @@ _BASES = {
 
 @dataclass(frozen=True, slots=True)
 class Export:
-    """What `Scene.export` wrote: `files`, the main one last, and `warnings`: what the format could not say."""
+    """Export by `Scene.export`: `files`, the main one last, and `warnings` of what the format could not express."""
 
     files: tuple[Path, ...]
     warnings: tuple[str, ...]

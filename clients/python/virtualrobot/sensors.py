@@ -18,7 +18,7 @@ from virtualrobot.v1 import sensor_pb2
 from virtualrobot.wire import settings_message
 
 MOST_NAMES = 8
-"""How many names an error tells."""
+"""Largest number of names in an error."""
 
 
 class Sensor:
@@ -31,7 +31,7 @@ class Sensor:
 
     @property
     def status(self) -> SensorStatus:
-        """How it is now."""
+        """Status of the sensor now."""
         return Sensors(self._services).status(self.name)
 
     def start(self) -> None:

@@ -24,7 +24,7 @@ from virtualrobot.v1 import (
 )
 
 LONG_TIMEOUT_SECONDS = 600.0
-"""For calls that read or move files."""
+"""Deadline of calls that read or move files (s)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Where a kernel and its clients meet: the usual address, the file with the token, and what counts as this machine.
+"""Meeting point of a kernel and its clients: the usual address, the file with the token, the test for this machine.
 
 The kernel writes the token, clients of the same user read it; both take the rule from here.
 """

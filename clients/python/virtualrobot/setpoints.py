@@ -29,14 +29,14 @@ Setpoint: TypeAlias = Mapping[str, float] | ArrayLike
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StreamState:
-    """How joints follow their setpoints.
+    """State of joints that follow their setpoints.
 
     Attributes:
         joint_names: the joints, in the order of the arrays.
-        positions: where they are, shape (k,), radians or meters.
-        velocities: how fast they are, shape (k,), rad/s or m/s.
-        time_seconds: when that was, in simulation time.
-        phase: how the motion is doing.
+        positions: their positions, shape (k,), radians or meters.
+        velocities: their velocities, shape (k,), rad/s or m/s.
+        time_seconds: simulation time of that state (s).
+        phase: the phase of the motion.
     """
 
     joint_names: tuple[str, ...]
@@ -87,7 +87,7 @@ class SetpointStream:
 
     @property
     def state(self) -> StreamState:
-        """How the joints follow, as it was last told: at most 60 times a second."""
+        """State of the joints, as it was last told: at most 60 times a second."""
         response = self._response
         return StreamState(
             self.joint_names,

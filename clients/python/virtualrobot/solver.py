@@ -1,4 +1,4 @@
-"""What is computed of a robot while nothing moves: poses, Jacobians, joint positions, torques."""
+"""Computations on a robot while nothing moves: poses, Jacobians, joint positions, torques."""
 
 from __future__ import annotations
 

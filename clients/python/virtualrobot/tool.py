@@ -51,7 +51,7 @@ class Tool:
 
     @property
     def states(self) -> dict[str, dict[str, float]]:
-        """What it can be told: the joint positions of each state, radians or meters."""
+        """States that it can be told to take: the joint positions of each, radians or meters."""
         return {state.name: dict(state.joint_positions) for state in self._message.states}
 
     @property

@@ -19,7 +19,7 @@ from virtualrobot.view_setup import ViewSetup
 
 
 class View(ViewSetup):
-    """What every open viewer of one kernel shows.
+    """Picture in every open viewer of one kernel.
 
     Example:
         >>> client.view.background = "white"

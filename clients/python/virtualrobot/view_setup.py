@@ -1,4 +1,4 @@
-"""How the picture is set up: background, grid, camera, and what is shown over the world."""
+"""Set-up of the picture: background, grid, camera, and overlays over the world."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _POINT_COLORS = {"distance": view_pb2.POINT_COLOR_DISTANCE, "intensity": view_pb
 
 
 class ViewSetup:
-    """What every open viewer of one kernel shows over the world, and from where."""
+    """Overlays and camera of every open viewer of one kernel."""
 
     def __init__(self, services: Services) -> None:
         """Handle the set-up of one kernel's picture."""
@@ -37,7 +37,7 @@ class ViewSetup:
 
     @property
     def viewer_count(self) -> int:
-        """How many browsers show it now."""
+        """Number of browsers that show it now."""
         return self._services.view.GetView(view_pb2.GetViewRequest()).viewer_count
 
     @property
@@ -52,7 +52,7 @@ class ViewSetup:
 
     @property
     def grid(self) -> bool:
-        """Whether the grid on the floor is shown."""
+        """True where the grid on the floor is shown."""
         return not self.read().grid_hidden
 
     @grid.setter
@@ -61,7 +61,7 @@ class ViewSetup:
 
     @property
     def collisions(self) -> bool:
-        """Whether what the collision monitor finds to touch is red, and the background rose while it does."""
+        """True where nodes that the collision monitor finds to touch are red, and the background rose meanwhile."""
         return not self.read().collisions_hidden
 
     @collisions.setter
@@ -155,7 +155,7 @@ class ViewSetup:
 
     @property
     def sensors(self) -> dict[str, view_pb2.SensorOverlay]:
-        """What is shown of sensors, by their names."""
+        """Overlays of sensors, by the sensors' names."""
         return {one.sensor: one for one in self.read().sensors}
 
     def show_sensor(

@@ -30,7 +30,7 @@ _TYPES = {dtype: number for number, dtype in _DTYPES.items()}
 
 @dataclass(frozen=True, slots=True)
 class Stamp:
-    """When a state was true: wall clock, simulation time in seconds, tick, and the revisions of structure and state."""
+    """Instant of a state: wall clock, simulation time in seconds, tick, and the revisions of structure and state."""
 
     wall_time: datetime
     simulation_time_seconds: float

@@ -1,4 +1,4 @@
-"""CollisionService: what touches and may not, how far things are apart, and what may touch."""
+"""CollisionService: collisions, distances, and the pairs that may touch."""
 
 from __future__ import annotations
 
@@ -32,19 +32,19 @@ from virtualrobot_kernel.messages.values import not_negative, stamp
 from virtualrobot_kernel.world.structure import Kind
 
 TURN = "collision"
-"""What calls wait for: a few at a time have a thread."""
+"""Key of the calls in the limiter: a few at a time have a thread."""
 
 SAMPLES = 1000
 MOST_SAMPLES = 100_000
 BLOCK_ROWS = 256
-"""How many configurations a process checks in one go: a few hundredths of a second."""
+"""Number of configurations that a process checks in one go: a few hundredths of a second."""
 
 FEW_EVENTS = 8
-"""So many events are told by the API's thread itself; the contacts of two nodes take up to a third of a millisecond."""
+"""Number of events that the API's thread tells itself; two nodes' contacts take up to a third of a millisecond."""
 
 
 class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
-    """Serves CollisionService; each call borrows a scene of its own and sees the snapshot of its moment."""
+    """Servicer of CollisionService; each call borrows a scene of its own and sees the snapshot of its moment."""
 
     def __init__(self, rooms: Rooms) -> None:
         """Serve from these rooms."""

@@ -1,4 +1,4 @@
-"""KernelService: what the kernel is, how its time runs, and its end."""
+"""KernelService: the kernel's description, its clock, and its end."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ CAPABILITIES = (
 
 
 class KernelServicer(kernel_pb2_grpc.KernelServiceServicer):
-    """Serves KernelService."""
+    """Servicer of KernelService."""
 
     def __init__(self, rooms: Rooms) -> None:
         """Serve from these rooms."""
@@ -89,7 +89,7 @@ class KernelServicer(kernel_pb2_grpc.KernelServiceServicer):
             yield kernel_pb2.WatchClockResponse(stamp=stamp(snapshot), clock=clock_message(world.clock))
 
     async def StepClock(self, request: kernel_pb2.StepClockRequest, context: object) -> kernel_pb2.StepClockResponse:
-        """Let time go on by some ticks."""
+        """Advance time by a number of ticks."""
         world = self._rooms.world
         first = world.snapshot.state.tick
         snapshot = await asyncio.wrap_future(world.step(request.ticks))

@@ -19,16 +19,16 @@ from virtualrobot_kernel.world.commands import StopRobots
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Snapshot
 
 GRACE_SECONDS = 1.0
-"""How long a lease lasts when no stream keeps it alive, in seconds of the wall clock."""
+"""Lifetime of a lease that no stream keeps alive, in seconds of the wall clock."""
 
 LONGEST_OWNER = 200
-"""How many characters the name of an owner may have."""
+"""Greatest number of characters of an owner's name."""
 
 LOSSES = {loss: getattr(lease_pb2, f"LEASE_LOSS_{loss.name}") for loss in (Loss.RELEASED, Loss.TAKEN)}
 
 
 class LeaseServicer(lease_pb2_grpc.LeaseServiceServicer):
-    """Serves LeaseService; remembers how many streams keep which lease alive."""
+    """Servicer of LeaseService; remembers how many streams keep which lease alive."""
 
     def __init__(self, rooms: Rooms) -> None:
         """Serve from these rooms."""

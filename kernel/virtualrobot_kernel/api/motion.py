@@ -29,11 +29,11 @@ from virtualrobot_kernel.world.state import Cancellation, EndCause, Snapshot
 from virtualrobot_kernel.world.store import Applied, check_revision
 
 GRACE_SECONDS = 1.0
-"""How long a motion bound to its watch goes on when nobody watches, in seconds of the wall clock."""
+"""Time for which a motion bound to its watch goes on when nobody watches, in seconds of the wall clock."""
 
 
 class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
-    """Serves MotionService; remembers only who watches which motion, and the answers of starts by their request ids."""
+    """Servicer of MotionService; remembers only the watchers of motions, and answers of starts by request id."""
 
     def __init__(self, rooms: Rooms) -> None:
         """Serve from these rooms."""
@@ -156,7 +156,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
     async def ResumeMotion(
         self, request: motion_pb2.ResumeMotionRequest, context: object
     ) -> motion_pb2.ResumeMotionResponse:
-        """Let a motion go on."""
+        """Resume a motion that was paused; one that runs stays as it is."""
         snapshot, motion = await self._changed(ResumeMotion(request.id), request.id, context)
         return motion_pb2.ResumeMotionResponse(motion=motion, stamp=stamp(snapshot))
 

@@ -21,7 +21,7 @@ from virtualrobot_kernel.world.commands import CancelMotion
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, Snapshot
 
 PATIENCE_SECONDS = 5.0
-"""How long a start with PREEMPT waits for the next step of a stepped clock."""
+"""Timeout (s of the wall clock) of a start with PREEMPT that waits for the next step of a stepped clock."""
 
 
 def find_motion(snapshot: Snapshot, id: str) -> Motion:

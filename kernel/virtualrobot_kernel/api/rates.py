@@ -1,4 +1,4 @@
-"""How often a watch may tell."""
+"""Rate limits of watches."""
 
 from __future__ import annotations
 

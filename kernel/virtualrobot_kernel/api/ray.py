@@ -19,7 +19,7 @@ from virtualrobot_kernel.sensing.compare import Comparison, Floats, compared, ra
 from virtualrobot_kernel.sensing.settings import DEFAULT_RAY_CASTER
 
 COMPARED_RAYS = 10_000
-"""How many rays are compared where a client does not say."""
+"""Number of rays compared where a client does not say."""
 MOST_COMPARED_RAYS = 1_000_000
 
 

@@ -1,4 +1,4 @@
-"""RobotService: where joints and tools are, and kinematics."""
+"""RobotService: states of joints and tools, and kinematics."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ from virtualrobot_kernel.world.store import Applied
 from virtualrobot_kernel.world.structure import Kind, Node, RobotData
 
 MOST_POINTS = 10_000
-"""How many points one call of SolveJacobian takes."""
+"""Greatest number of points in one call of SolveJacobian."""
 
 
 class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
-    """Serves RobotService."""
+    """Servicer of RobotService."""
 
     def __init__(self, rooms: Rooms) -> None:
         """Serve from these rooms."""
@@ -262,7 +262,7 @@ def _check_message(check: SelfCheck) -> robot_pb2.KinematicsCheck:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Told:
-    """What a watch has told up to a snapshot: the states by uid, and its last message (None: there was no news)."""
+    """State of a watch up to a snapshot: the states told by uid, and its last message (None: there was no news)."""
 
     snapshot: Snapshot
     states: Mapping[int, robot_pb2.RobotState]
@@ -270,7 +270,7 @@ class _Told:
 
 
 class _Book:
-    """The states of robots in the latest snapshot as messages, made once for all who watch."""
+    """States of robots in the latest snapshot as messages, made once for all who watch."""
 
     def __init__(self) -> None:
         self._snapshot: Snapshot | None = None
@@ -324,4 +324,4 @@ def _quiet(before: Snapshot, after: Snapshot) -> bool:
 
 
 TOLD = ("q", "v", "commanded", "parent_t_node", "motions", "tool_states", "selections", "speed_factors")
-"""The fields of State that RobotState tells of."""
+"""Fields of State that RobotState tells of."""

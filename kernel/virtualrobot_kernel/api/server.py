@@ -1,4 +1,4 @@
-"""The server: grpc.aio in a thread of its own, so that four watchers and a slow call never block a fifth."""
+"""Server: grpc.aio in a thread of its own, so that four watchers and a slow call never block a fifth."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ SERVICES = (
     (ray_pb2, ray_pb2_grpc.add_RayServiceServicer_to_server, RayServicer),
     (collision_pb2, collision_pb2_grpc.add_CollisionServiceServicer_to_server, CollisionServicer),
 )
-"""Each noun of the contract, and who serves it."""
+"""Messages, registration and servicer of each noun of the contract."""
 
 OPTIONS = (
     ("grpc.max_receive_message_length", MAX_MESSAGE_BYTES),
@@ -103,16 +103,16 @@ OPTIONS = (
 )
 
 MOST_CONNECTIONS = 1000
-"""The most connections at a time, 10 KiB each; more are closed at once."""
+"""Greatest number of connections at a time, 10 KiB each; more are closed at once."""
 
 
 GRACE_SECONDS = 1.0
-"""How long an ending kernel waits for calls: half of it for their work, then for them to say that it ends."""
+"""Time (s) that an ending kernel leaves calls: half of it for their work, then for them to say that it ends."""
 
 
 @dataclass(frozen=True, slots=True)
 class Address:
-    """Where to listen, and how: `token` empty means that none is wanted; certificate and key (PEM) mean TLS."""
+    """Address and credentials of a server: an empty `token` means none is wanted; certificate and key (PEM): TLS."""
 
     host: str
     port: int
@@ -122,7 +122,7 @@ class Address:
 
 
 class Server:
-    """Owns the API's thread and event loop."""
+    """Server of the contract, with the API's thread and event loop."""
 
     def __init__(self, address: Address, world: World, rooms: Callable[[Publications], Rooms]) -> None:
         """Prepare to serve `world`; `rooms` is called once the event loop runs."""

@@ -24,15 +24,15 @@ from virtualrobot_kernel.world.store import Applied, Permit
 from virtualrobot_kernel.world.tick_inputs import TickInput
 
 MAX_RATE_HERTZ = 60.0
-"""How often a stream tells how its motion follows while time follows the wall clock."""
+"""Greatest rate (Hz) of a stream's reports on its motion, while time follows the wall clock."""
 
 CLOSING_SECONDS = 0.01
-"""A lost connection looks like a stream that its client has ended, until a moment later the call is cancelled."""
+"""Time (s) in which a lost connection looks like a stream that its client has ended, until the call is cancelled."""
 
 LEASE_LOST = (EndCause.LEASE_TAKEN, EndCause.LEASE_EXPIRED)
 NO_LEASE = (Reason.LEASED, Reason.LEASE_ENDED)
 GONE = (Reason.WRONG_STATE, Reason.UNKNOWN_NAME)
-"""Why a setpoint is refused whose motion has ended."""
+"""Reasons for refusing a setpoint of a motion that has ended."""
 
 Requests = AsyncIterator[motion_pb2.StreamSetpointsRequest]
 
@@ -75,12 +75,12 @@ async def stream_setpoints(
 
 
 class _Feed:
-    """Takes setpoints from a client to the world's mailbox, where the newest one waits for the next tick."""
+    """Feed of setpoints from a client to the world's mailbox, where the newest one waits for the next tick."""
 
     def __init__(self, rooms: Rooms, id: str, joint_names: tuple[str, ...], writer: str, permit: Permit) -> None:
         """Feed a motion with what `writer` sends."""
         self.given = 0
-        """How many setpoints the motion has got, those that were replaced by newer ones included."""
+        """Number of setpoints given to the motion, those that were replaced by newer ones included."""
         self._rooms = rooms
         self._id = id
         self._joint_names = joint_names

@@ -1,4 +1,4 @@
-"""Importers at work: which endings they read, and files of foreign formats translated into native ones."""
+"""Importers at work: the endings that they read, and files of foreign formats translated into native ones."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from virtualrobot_kernel.components.running import Running, start
 from virtualrobot_kernel.errors import KernelError, Reason
 
 KEPT_WITH_SETTINGS = 4
-"""How many importers with settings of their own are kept; those without are all kept."""
+"""Number of importers with settings of their own that are kept; those without are all kept."""
 
 
 class Importers:
-    """Owns the importers that have been asked for; any thread may ask.
+    """Importers that have been asked for; any thread may ask.
 
     An importer is kept for the next file with the same settings. After a fault it is made anew for the next file,
     since one file says nothing about another.

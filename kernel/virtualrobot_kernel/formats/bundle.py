@@ -1,4 +1,4 @@
-"""Where a scene's files go when the scene travels: a folder for each mesh, laid out so that names inside files hold."""
+"""Layout of a scene's files when the scene travels: a folder for each mesh, in which names inside files hold."""
 
 from __future__ import annotations
 

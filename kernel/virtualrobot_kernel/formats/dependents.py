@@ -1,4 +1,4 @@
-"""What a mesh file names: materials, textures and buffers, and what those name in turn."""
+"""Dependencies of a mesh file: materials, textures and buffers, and what those name in turn."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a robot made of a Denavit-Hartenberg table looks like: joints are cylinders, lengths boxes, offsets rods.
+"""Figures of a robot made of a Denavit-Hartenberg table: joints are cylinders, lengths boxes, offsets rods.
 
 A table says where axes are and nothing of the bodies between them. So the sizes are a choice: all follow from the
 lengths of the arm together, the wrist half as thick as the shoulder.
@@ -30,7 +30,7 @@ DEFAULT_STROKE = 0.3
 
 
 class Skeleton:
-    """The lengths that figures are drawn from; links count from 0, the base, to n + 1, the flange."""
+    """Lengths (m) that figures are drawn from; links count from 0, the base, to n + 1, the flange."""
 
     def __init__(self, table: Table, arrays: SerialArrays, joints: Sequence[Joint]) -> None:
         """Measure the table."""

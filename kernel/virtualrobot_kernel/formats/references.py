@@ -1,4 +1,4 @@
-"""Which other files a file names: meshes of a URDF, materials and textures of a mesh, meshes and models of a scene."""
+"""References of a file to others: meshes of a URDF, materials and textures of a mesh, meshes and models of a scene."""
 
 from __future__ import annotations
 

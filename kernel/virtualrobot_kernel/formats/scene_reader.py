@@ -32,12 +32,12 @@ _INTEGER_RANGES = {
 
 @dataclass(slots=True)
 class SceneReader:
-    """Reads one file; `uri` names it in errors, and `kind` says what it is."""
+    """Reader of one file; `uri` names it in errors, and `kind` says what it is."""
 
     uri: str
     kind: str = "scene"
     check: Check = lambda: None
-    """Called for each message; what it raises ends the reading."""
+    """Callback for each message; what it raises ends the reading."""
 
     def fill(self, message: Message, node: Node, path: str) -> None:
         """Set the fields of `message` from a YAML mapping; `path` says where in the file the mapping is."""

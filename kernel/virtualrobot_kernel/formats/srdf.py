@@ -1,4 +1,4 @@
-"""SRDF files: what MoveIt knows of a robot besides its URDF; groups, postures, and links that may touch.
+"""SRDF files: MoveIt's description of a robot besides its URDF; groups, postures, and links that may touch.
 
 Format: https://wiki.ros.org/srdf and MoveIt's tutorial "URDF and SRDF"; names are looked up as MoveIt does
 (srdfdom `Model::initXml`, moveit_core `RobotModel::addJointModelGroup`).
@@ -36,7 +36,7 @@ _READ = ("group", "group_state", "end_effector", "virtual_joint", "passive_joint
 
 @dataclass(frozen=True, slots=True)
 class Semantics:
-    """What an SRDF file says of one robot; names of links are without the robot's."""
+    """Content of an SRDF file about one robot; names of links are without the robot's."""
 
     groups: tuple[JointGroup, ...] = ()
     postures: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
@@ -79,7 +79,7 @@ def read_srdf(file: File, nodes: tuple[NodeSpec, ...]) -> Semantics:
 
 
 class _Reader:
-    """What is known of robot and file while one file is read."""
+    """Reader of one file, with the robot's joints and links."""
 
     def __init__(self, uri: str, nodes: tuple[NodeSpec, ...]) -> None:
         prefix = f"{nodes[0].name}."

@@ -19,21 +19,21 @@ from virtualrobot_kernel.formats.files import File, Files
 from virtualrobot_kernel.formats.xml import FileWarning, place_in
 
 ROUNDS = 100
-"""How often an importer may ask for files: each round may name many."""
+"""Greatest number of times that an importer may ask for files: each round may name many."""
 
 MOST_BYTES = {".urdf": 64 * MEBIBYTE, ".yaml": 32 * MEBIBYTE, ".glb": 1024 * MEBIBYTE}
-"""How large a translation may be, by its format: the kernel itself parses it. Readers have bounds of their own."""
+"""Greatest size of a translation (bytes), by its ending: the kernel parses it itself. Readers have their own bounds."""
 
 Settings = Mapping[str, Any]
 """An importer's settings, plain values as JSON has them."""
 
 
 class Importers(Protocol):
-    """The importers of all plugins; any thread may call."""
+    """Protocol of the importers of all plugins; any thread may call."""
 
     @property
     def endings(self) -> tuple[str, ...]:
-        """The endings of the files that are read, in small letters with their dot; `.urdf` is for xacro in URDF."""
+        """Endings of the files that are read, in small letters with their dot; `.urdf` is for xacro in URDF."""
         ...
 
     def translate(self, data: bytes, uri: str, files: Mapping[str, bytes | None], settings: Settings) -> Translation:
@@ -48,7 +48,7 @@ class Importers(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class NoImporters:
-    """Reads nothing: native formats alone."""
+    """Importers of a kernel without plugins: native formats alone."""
 
     endings: tuple[str, ...] = ()
 
@@ -59,7 +59,7 @@ class NoImporters:
 
 @dataclass(frozen=True, slots=True)
 class Translated:
-    """A translation, and what went into it.
+    """Translation of a file, and the files that went into it.
 
     Attributes:
         file: the original.

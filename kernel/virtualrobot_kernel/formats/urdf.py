@@ -35,7 +35,7 @@ from virtualrobot_kernel.world.figures import Figure, Geometry, Material, Mesh, 
 from virtualrobot_kernel.world.structure import Joint, JointType, Kind, LinkData, NodeSpec, RobotData
 
 BASE_JOINTS = (JointType.FIXED, JointType.FLOATING, JointType.PLANAR)
-"""How a robot's root link may hang below its robot."""
+"""Joint types allowed between a robot and its root link."""
 
 FindMesh = Callable[[str, str, tuple[float, float, float], bool], Mesh]
 """(name, key of the file that names it, scale, whether its own look is seen) -> the mesh, parsed once to test it."""
@@ -43,7 +43,7 @@ FindMesh = Callable[[str, str, tuple[float, float, float], bool], Mesh]
 
 @dataclass(frozen=True, slots=True)
 class UrdfModel:
-    """What a URDF file holds: nodes named `robot`, `robot.link` and `robot.sensor`, counts and oddities."""
+    """Content of a URDF file: nodes named `robot`, `robot.link` and `robot.sensor`, counts and oddities."""
 
     name: str
     nodes: tuple[NodeSpec, ...]
@@ -53,7 +53,7 @@ class UrdfModel:
 
 @dataclass(slots=True)
 class _Reader:
-    """What is known while one file is read."""
+    """Reader of one file, with what it has counted and warned of so far."""
 
     uri: str
     find_mesh: FindMesh

@@ -12,7 +12,7 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.tick_inputs import TickInput
 
 MOST_TARGETS = 4096
-"""How many inputs wait for a tick at most: it must stay short, whoever writes."""
+"""Greatest number of inputs that wait for a tick: it must stay short, whoever writes."""
 
 
 class Mailbox:

@@ -1,4 +1,4 @@
-"""The Cartesian arc: the tool centre point goes along a circle while its orientation turns about one fixed axis."""
+"""Cartesian arc: the tool centre point goes along a circle while its orientation turns about one fixed axis."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _CENTRIPETAL_ACCELERATION, _CENTRIPETAL_JERK, _NORMAL_JERK = 0.8, 0.4, 0.6
 
 @dataclass(frozen=True, eq=False)
 class Arc(EvenCourse):
-    """position = start + radius * (sin(u * sweep) * along + (1 - cos(u * sweep)) * inward).
+    """Course on a circle: start + radius * (sin(u * sweep) * along + (1 - cos(u * sweep)) * inward), base frame.
 
     along, inward (3,): unit vectors of the base frame at the start, tangential and to the centre; radius in m; sweep
     in rad, above 0. via: the fraction at which a via point is passed, if there is one.
@@ -35,17 +35,17 @@ class Arc(EvenCourse):
 
     @property
     def length(self) -> float:
-        """The length of the arc in m."""
+        """Length of the arc in m."""
         return self.radius * self.sweep
 
     @property
     def center(self) -> Array:
-        """The centre (3,) of the circle in m, base frame."""
+        """Centre (3,) of the circle in m, base frame."""
         return self.base_t_start[:3, 3] + self.radius * self.inward
 
     @property
     def stations(self) -> tuple[tuple[float, str], ...]:
-        """The via point and the goal; without a via point the quarters of the arc."""
+        """Fractions of the via point and the goal; without a via point the quarters of the arc."""
         if self.via is not None:
             return (self.via, "via point"), (1.0, "goal")
         return (1.0, "goal"), *((0.25 * quarter, f"place at {25 * quarter}%") for quarter in (1, 2, 3))

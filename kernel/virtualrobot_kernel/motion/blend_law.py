@@ -36,7 +36,7 @@ class _Move:
     jerk: float = math.inf
 
     def slow_down(self, factor: float) -> None:
-        """Allow what is slower by a factor in time."""
+        """Scale the limits down to those of a law that is slower by a factor in time."""
         self.velocity /= factor
         self.acceleration /= factor**2
         self.jerk /= factor**3

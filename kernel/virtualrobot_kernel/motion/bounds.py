@@ -1,4 +1,4 @@
-"""What a time law has to keep on parts of a path, beside the joints' own limits, and which kind of law it is."""
+"""Bounds of a time law on parts of a path, beside the joints' own limits, and the kinds of time laws."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from virtualrobot_kernel.motion.polynomial import Array
 
 
 class TimeLaw(Enum):
-    """How the time is laid along a path; the names equal those of the contract."""
+    """Kind of time law along a path; the names equal those of the contract."""
 
     #: Keeps the limits of speed, acceleration and jerk.
     JERK_LIMITED = "JERK_LIMITED"
@@ -24,7 +24,7 @@ class TimeLaw(Enum):
 
 @dataclass(frozen=True, eq=False)
 class JointBound:
-    """On the parameters [begin, end] of a path the joints keep `share` (k,), in (0, 1], of their velocity limits."""
+    """Bound of the joints on the parameters [begin, end] of a path: `share` (k,) in (0, 1] of their velocity limits."""
 
     begin: float
     end: float
@@ -32,7 +32,7 @@ class JointBound:
 
 
 class TcpJacobian(Protocol):
-    """How joints move a tool centre point."""
+    """Geometric Jacobian of a tool centre point by k joints."""
 
     def jacobian(self, q: Array) -> Array:
         """Return the geometric Jacobian (6, k) of the TCP at q (k,), linear rows first."""
@@ -41,7 +41,7 @@ class TcpJacobian(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class TcpBound:
-    """On the parameters [begin, end] of a path the TCP that the joints `columns` of it move keeps Cartesian limits.
+    """Cartesian bound on the parameters [begin, end] of a path, for the TCP that the joints `columns` of it move.
 
     The limits are those of the vectors' lengths, for position and rotation each: velocity, acceleration (centripetal
     part included) and jerk.

@@ -1,4 +1,4 @@
-"""How a cancelled motion stops: on each track, the fastest jerk-limited brake of the path parameter.
+"""Brakes of a cancelled motion: on each track, the fastest jerk-limited stop of the path parameter.
 
 A rate ramp multiplies the motion's own law, jerk included, so it cannot stop a motion whose law is at its jerk limit.
 A brake leaves the law: from the present state it is a new law u(t) on the same path.
@@ -32,7 +32,7 @@ PathState = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class BrakeChoice:
-    """One brake u(t), t >= 0, for each track, or None.
+    """Choice of brakes: for each track one law u(t), t >= 0, or None.
 
     sooner: whether a brake can stop every track before the motion stands still anyway; if so and `brakes` is None,
     none of them keeps the limits of the joints.
@@ -43,7 +43,7 @@ class BrakeChoice:
 
 
 def can_brake(plan: Plan) -> bool:
-    """Whether every track has a jerk-limited law to leave; the law u = tau of a timed trajectory is not one."""
+    """Return True if every track has a jerk-limited law to leave; the law u = tau of a timed trajectory is not one."""
     return all(track.time_law.coefficients.shape[1] == 4 for track in plan.tracks)
 
 
@@ -163,7 +163,7 @@ def _integrated(state: PathState, jerk: float, phases: tuple[float, float, float
 
 
 def _keeps(path: PiecewisePolynomial, brake: PiecewisePolynomial, limits: Array) -> bool:
-    """Whether the joints keep their limits (3, k) on a brake: on a few points first, then on many."""
+    """Return True if the joints keep their limits (3, k) on a brake: on a few points first, then on many."""
     bounds = limits * (1.0 + np.array([_ROUNDING, SLACK, SLACK]))[:, None]
     track = Track(path, brake)
     few = track.derivatives(np.linspace(0.0, brake.end, _COARSE))[1:]

@@ -1,4 +1,4 @@
-"""A course in a frame that moves while it is followed: on a positioner's table, or seen from an arm that is carried."""
+"""Course in a frame that moves while it is followed: on a positioner's table, or seen from an arm that is carried."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from virtualrobot_kernel.motion.polynomial import Array
 
 @dataclass(frozen=True, eq=False)
 class CarriedCourse(Course):
-    """base_t_tcp(u) = base_t_frame(u) frame_t_tcp(u), with `inner` the course in the frame.
+    """Course base_t_tcp(u) = base_t_frame(u) frame_t_tcp(u), with `inner` the course in the frame.
 
     frame: from the fraction u to base_t_frame (4, 4) and its derivative by u, a twist (6,) in m and rad, base frame, at
     the frame's origin. turns: fractions where a derivative of the frame's own way jumps.
@@ -29,12 +29,12 @@ class CarriedCourse(Course):
 
     @property
     def length(self) -> float:
-        """The length of the way in the moving frame in m."""
+        """Length of the way in the moving frame in m."""
         return self.inner.length
 
     @property
     def angle(self) -> float:
-        """The angle that the orientation turns in the moving frame, in rad."""
+        """Angle that the orientation turns in the moving frame, in rad."""
         return self.inner.angle
 
     def travelled(self, u: float) -> tuple[float, float]:
@@ -43,7 +43,7 @@ class CarriedCourse(Course):
 
     @property
     def stations(self) -> tuple[tuple[float, str], ...]:
-        """The named fractions of the course in the frame."""
+        """Named fractions of the course in the frame."""
         return self.inner.stations
 
     @property

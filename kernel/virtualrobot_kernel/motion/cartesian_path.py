@@ -87,7 +87,7 @@ def row_weights(lever: float) -> Array:
 
 
 class _Follower:
-    """What stays the same along one course: kinematics, course and the length that makes its rows comparable."""
+    """Constants of one course: kinematics, course and the length (m) that makes the Jacobian's rows comparable."""
 
     def __init__(self, tcp: TcpKinematics, course: Course, q_start: Array) -> None:
         self.tcp, self.course = tcp, course

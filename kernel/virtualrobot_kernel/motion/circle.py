@@ -1,4 +1,4 @@
-"""The arc that is meant: through a point, or about a centre; or the refusal that says by how much it is none."""
+"""Circle of an arc: through a point, or about a centre; or the refusal that says by how much it is none."""
 
 from __future__ import annotations
 

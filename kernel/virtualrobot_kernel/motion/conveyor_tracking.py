@@ -18,7 +18,7 @@ from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.numeric.tracking import follow_frame, weighted_jacobians
 
 OVERSHOOT = 1.75
-"""How many times as fast as the frame an arm may be while it catches up; a quintic from rest needs 1.512."""
+"""Greatest speed of an arm that catches up, as a multiple of the frame's; a quintic from rest needs 1.512."""
 
 #: Lengths of a catch-up that are tried: 10 ms to 2 min, each a tenth longer than the one before.
 _LENGTHS = 0.01 * 1.1 ** np.arange(100.0)
@@ -31,7 +31,7 @@ _FIRST = np.array([np.polynomial.Polynomial.basis(i).deriv()(_SHARES) for i in r
 
 @dataclass(frozen=True, eq=False)
 class TrackingArm:
-    """An arm of k joints that goes along, and how the frame moves seen from its base.
+    """Arm of k joints that tracks a frame, and the frame's motion seen from its base.
 
     columns (k,): where its joints are among the motion's. chain: with the tool centre point as its tip; weight (1/m)
     makes linear errors comparable with angular ones. The frame turns (frame_type REVOLUTE) about frame_axis (3,), a
@@ -95,7 +95,7 @@ class ConveyorTracking:
 
 @dataclass(frozen=True, slots=True)
 class CatchUp:
-    """How the difference between frame and arm goes to zero: a quintic of x = t / length on [0, length] s."""
+    """Law of the difference between frame and arm on its way to zero: a quintic of x = t / length on [0, length] s."""
 
     length: float
     coefficients: tuple[float, ...]
@@ -134,7 +134,7 @@ def catch_up(tracking: ConveyorTracking, gap: float, speed: float, slope: float)
 
 @dataclass(frozen=True, slots=True)
 class Leave:
-    """How an arm comes to rest on its own: its speed is a cubic of x = t / length, at rest from `length` s on.
+    """Law of an arm that comes to rest on its own: its speed is a cubic of x = t / length, 0 from `length` s on.
 
     place, speed, slope: where it is at t = 0, and the derivatives by time.
     """
@@ -155,7 +155,7 @@ class Leave:
 
     @property
     def end(self) -> float:
-        """Where it comes to rest."""
+        """Place at which it comes to rest, in the unit of `place`."""
         return self.place + self.length * (self.speed / 2.0 + self.slope * self.length / 12.0)
 
 

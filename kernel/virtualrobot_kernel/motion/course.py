@@ -1,4 +1,4 @@
-"""Courses of the tool centre point: what all of them share, and what those share that turn about one fixed axis."""
+"""Courses of the tool centre point: their protocol, and the base of those that turn about one fixed axis."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ class Course(ABC):
     @property
     @abstractmethod
     def length(self) -> float:
-        """The length of the way of the position in m."""
+        """Length of the way of the position in m."""
 
     @property
     @abstractmethod
     def angle(self) -> float:
-        """The angle that the orientation turns in all, in rad."""
+        """Angle that the orientation turns in all, in rad."""
 
     @abstractmethod
     def travelled(self, u: float) -> tuple[float, float]:
@@ -52,7 +52,7 @@ class Course(ABC):
 
     @property
     def stations(self) -> tuple[tuple[float, str], ...]:
-        """Fractions that have a name, in the order in which they are asked whether the arm reaches them at all."""
+        """Named fractions, in the order in which the arm's reach is checked at them."""
         return ((1.0, "goal"),)
 
     @property
@@ -113,7 +113,7 @@ class EvenCourse(Course):
 
     @property
     def angle(self) -> float:
-        """The angle that the orientation turns, in rad."""
+        """Angle that the orientation turns, in rad."""
         return float(np.linalg.norm(self.rotation))
 
     def travelled(self, u: float) -> tuple[float, float]:

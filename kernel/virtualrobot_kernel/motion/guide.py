@@ -1,4 +1,4 @@
-"""Where a wish leads the free joints along a course, when its gradient is too rough or too dear to ask at each step.
+"""Guide of the free joints along a course, for wishes whose gradient is too rough or too dear to ask at each step.
 
 The joints go along the course once in long steps, and the wish is asked after each. What it does in the null space,
 with its edges rounded off, is a smooth function of the place on the course, which the exact path then follows.
@@ -17,12 +17,12 @@ from virtualrobot_kernel.motion.path import smooth_path
 from virtualrobot_kernel.motion.polynomial import Array
 
 STEP = (0.02, 0.08)
-"""How long the steps are: m along the course, rad of its turn."""
+"""Longest step along the course: m of its length, rad of its turn."""
 GAIN = 2.0
-"""The greatest motion in the null space, in parts of the motion that the course itself needs."""
+"""Greatest motion in the null space, as a multiple of the motion that the course itself needs."""
 _FEWEST, _MOST = 8, 200
 _ROUNDS = 4
-"""How often each motion is averaged with those beside it."""
+"""Number of times that each motion is averaged with those beside it."""
 _CLOSED = 1e-6
 
 Pose = Callable[[Array], Array]

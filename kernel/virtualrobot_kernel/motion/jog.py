@@ -28,7 +28,7 @@ SMALLEST_JOG = 1e-5
 
 @dataclass(frozen=True, slots=True)
 class JogEnd:
-    """Why a jog ends before its distance: `wanted` and `kept` of it in m or rad, and the reason in words."""
+    """Early end of a jog: its `wanted` distance and the distance `kept`, in m or rad, and the reason as a text."""
 
     wanted: float
     kept: float

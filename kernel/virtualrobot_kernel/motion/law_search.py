@@ -1,4 +1,4 @@
-"""The fast jerk-limited law along a path whose limits vary: a bang-bang law, smoothed by a moving average in time.
+"""Fast jerk-limited law along a path whose limits vary: a bang-bang law, smoothed by a moving average in time.
 
 1. On cells of the path the limits of velocity give a ceiling of s', those of acceleration and jerk a bound of s'' that
    depends on s'; a forward and a backward pass over s'^2 (Bobrow, Dubowsky, Gibson 1985; Pham, Pham, A New Approach to
@@ -36,7 +36,7 @@ STILL = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """What limits s', s'' and s''' on N cells of a path between N + 1 `nodes`: at 3 points of each, for R quantities.
+    """Limits of s', s'' and s''' on N cells of a path between N + 1 `nodes`: at 3 points of each, for R quantities.
 
     In units of the limits, (N, 3, R): speed |f| / V; square, product, bend: |f|², f·f', |f'|² by A²; jerk: |f|, 3 |f'|
     and |f''| by J.
@@ -51,7 +51,7 @@ class Cells:
 
     @property
     def count(self) -> int:
-        """The number N of cells."""
+        """Number N of cells."""
         return len(self.nodes) - 1
 
 

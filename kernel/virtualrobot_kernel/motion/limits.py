@@ -1,4 +1,4 @@
-"""The limits that a motion keeps, per joint and for the tool centre point."""
+"""Limits of a motion, per joint and for the tool centre point."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The Cartesian line: the tool centre point moves straight while its orientation turns about one fixed axis (slerp)."""
+"""Cartesian line: the tool centre point moves straight while its orientation turns about one fixed axis (slerp)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from virtualrobot_kernel.motion.pose_check import check_pose
 
 @dataclass(frozen=True, eq=False)
 class Line(EvenCourse):
-    """position = start + u * translation, with the translation (3,) in m in the base frame."""
+    """Course on a line: start + u * translation, with the translation (3,) in m in the base frame."""
 
     kind: ClassVar[str] = "lin"
     noun: ClassVar[str] = "line"
@@ -23,7 +23,7 @@ class Line(EvenCourse):
 
     @property
     def length(self) -> float:
-        """The length of the line in m."""
+        """Length of the line in m."""
         return float(np.linalg.norm(self.translation))
 
     def position(self, u: float) -> Array:

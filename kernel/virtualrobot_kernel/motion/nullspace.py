@@ -1,4 +1,4 @@
-"""What an arm does with the joints that its tool centre point leaves free: wishes, and the motion that follows them.
+"""Null-space motion of an arm's redundant joints: wishes, and the motion that follows them.
 
 A wish is a function from joints to a cost, the less the better, and its gradient. Where the tool centre point stands or
 goes, joints move by (I - J^+ J) z with z against the gradient (A. Liegeois, Automatic supervisory control of the
@@ -15,21 +15,21 @@ import numpy as np
 from virtualrobot_kernel.motion.polynomial import Array
 
 Wish = Callable[[Array], tuple[float, Array]]
-"""Gives the cost (without unit) of joints (k,) and its gradient (k,), both smooth inside the joints' limits."""
+"""Cost (without unit) of joints (k,) and its gradient (k,), both smooth inside the joints' limits."""
 
 Near = Callable[[Array], tuple[Array, Array]]
-"""Gives how far joints (k,) keep an arm from things near it: distances (n,) in m, and their gradients (n, k)."""
+"""Distances (n,) in m of an arm at joints (k,) from things near it, and their gradients (n, k)."""
 
 DISTANCE_RANGE = 0.3
-"""From which distance (m) on things count for the wish to stay away from them."""
+"""Distance (m) below which things count for the wish to stay away from them."""
 _DISTANCE_SIZE = 0.005
 _LEAST_DISTANCE = 0.05
 _LIMITS_SHARE = 0.02
 
 GAIN = 1.0
-"""The greatest motion in the null space on a path, in parts of the motion that the path itself needs."""
+"""Greatest motion in the null space on a path, as a multiple of the motion that the path itself needs."""
 _NEAREST = 0.999
-"""How far from the middle (0) to a limit (1) the cost of limits grows; beyond, its gradient stays as it is."""
+"""Share of the way from the middle (0) to a limit (1) on which the cost of limits grows; beyond, its gradient stays."""
 _DIFFERENCE = 1e-5
 _STEPS = 200
 _LONGEST_STEP = 0.2
@@ -83,7 +83,7 @@ def near_posture(posture: Array) -> Wish:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rough:
-    """A wish whose gradient has edges or takes long: a path asks it at few places (`guide`)."""
+    """Wish whose gradient has edges or takes long: a path asks it at few places (`guide`)."""
 
     wish: Wish
 

@@ -1,4 +1,4 @@
-"""Where joints go in the next moment when their goal is known only now: each on its own, as fast as its limits allow.
+"""Online trajectories of joints to a goal that is known only now: each joint on its own, as fast as its limits allow.
 
 Made anew in each tick by the library ruckig (Berscheid, Kröger, Jerk-limited Real-time Trajectory Generation with
 Arbitrary Target States, RSS 2021): the time-optimal way to a goal continues itself, so a way that is made anew from a
@@ -96,7 +96,7 @@ class Coupling(NamedTuple):
 
     name: str
     terms: tuple[tuple[int, float], ...]
-    """(Column, ratio)."""
+    """Terms of the sum: pairs of a joint's column and its ratio."""
     lower: float
     upper: float
 
@@ -106,7 +106,7 @@ class Coupling(NamedTuple):
 
 
 class Bounds(NamedTuple):
-    """What k joints keep, (k,) each as in `JointLimits`, and the limits of actuators that move several of them."""
+    """Limits of k joints, (k,) each as in `JointLimits`, and those of actuators that move several of them."""
 
     lower: list[float]
     upper: list[float]
@@ -126,12 +126,12 @@ class StoppableTrajectory(NamedTuple):
 
     legs: tuple[_Leg, ...]
     chosen: Sequence[int]
-    """Which of the legs each joint goes."""
+    """Index of each joint's leg in `legs`, (k,)."""
     bounds: Bounds
 
     @property
     def duration(self) -> float:
-        """How long the longest of its legs takes (s)."""
+        """Duration of the longest of the chosen legs (s)."""
         return max(self.legs[leg].trajectory.duration for leg in set(self.chosen))
 
     def at(self, time: float) -> JointState:
@@ -251,7 +251,7 @@ def _far_from_limits(now: JointState, after: Sequence[tuple[float, float, float]
 
 
 def _brake_coupled(now: JointState, bounds: Bounds, chosen: list[int], spans: list[tuple[float, float]]) -> None:
-    """Let joints brake (`chosen` becomes 2) until no actuator can leave its limits while joints are in their spans.
+    """Make joints brake (`chosen` becomes 2) until no actuator can leave its limits while joints are in their spans.
 
     First those brake that lead an actuator beyond its limit, so that others may lead it back. By induction all can
     brake within the limits, now and, as what is left of a braking joint's span becomes smaller, after this tick, too.

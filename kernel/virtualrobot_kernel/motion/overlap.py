@@ -35,7 +35,7 @@ _SHORTEST = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Overlap:
-    """How one motion goes over into the next.
+    """Transition from one motion into the next without a stop.
 
     The first is left `leave` s before its end, the second joined `join` s after its start, and in between the joints
     follow `quintic`, a function of time from 0 on.
@@ -47,7 +47,7 @@ class Overlap:
 
     @property
     def saved(self) -> float:
-        """By how many seconds the whole is shorter than with a stop."""
+        """Time (s) by which the whole is shorter than with a stop."""
         return self.leave + self.join - self.quintic.end
 
 

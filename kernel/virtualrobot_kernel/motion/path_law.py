@@ -1,4 +1,4 @@
-"""The time law along any path: at rest at both ends, every limit kept all the way."""
+"""Time law along any path: at rest at both ends, every limit kept all the way."""
 
 from __future__ import annotations
 

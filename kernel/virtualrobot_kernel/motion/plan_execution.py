@@ -31,7 +31,7 @@ _SLOWING = (Phase.PAUSING, Phase.STOPPING)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlanExecution:
-    """Where a motion is on its plan.
+    """State of a motion on its plan.
 
     tau: nominal time gone by (s); rate: dtau/dt; rate_slope: d2tau/dt2 (1/s). override: the rate that is wanted while
     it runs, in (0, 1]. ramp, ramp_tau, elapsed: the rate's law, tau at its start and the time since (s). waiting: for
@@ -56,42 +56,42 @@ class PlanExecution:
 
     @property
     def ended(self) -> bool:
-        """Whether the motion has succeeded or been cancelled."""
+        """True once the motion has succeeded or been cancelled."""
         return self.phase in ENDED
 
     @property
     def duration(self) -> float:
-        """How long the motion takes at full rate, in s."""
+        """Duration of the motion at full rate, in s."""
         return self.plan.duration
 
     @property
     def progress(self) -> float:
-        """The share of the plan's duration that is done, 0 to 1; 1 for a motion without length."""
+        """Share of the plan's duration that is done, 0 to 1; 1 for a motion without length."""
         return self.tau / self.plan.duration if self.plan.duration > 0.0 else 1.0
 
     @property
     def signals(self) -> Mapping[str, bool]:
-        """No signals."""
+        """Signals that it sets with this tick; always none."""
         return {}
 
     @property
     def fault(self) -> tuple[str, str] | None:
-        """Nothing: it stops by itself only at its goal."""
+        """Cause of an end by itself; always None: it stops by itself only at its goal."""
         return None
 
     @property
     def steps_done(self) -> int:
-        """1 when it has succeeded."""
+        """Number of steps done: 1 once it has succeeded, 0 before."""
         return 1 if self.phase is Phase.SUCCEEDED else 0
 
     @property
     def found(self) -> bool | None:
-        """Nothing is searched."""
+        """Result of a search; always None."""
         return None
 
     @property
     def path_states(self) -> list[PathState]:
-        """The path parameter u of each track and its first two derivatives by time, in 1/s and 1/s²."""
+        """Path parameter u of each track and its first two derivatives by time, in 1/s and 1/s²."""
         if self.brakes:
             return [brake_state(brake, self.elapsed) for brake in self.brakes]
         states = [track.time_law.scalar_state(self.tau) for track in self.plan.tracks]

@@ -104,12 +104,12 @@ class Plan:
 
     @property
     def q_count(self) -> int:
-        """The number n of joints."""
+        """Number n of joints."""
         return len(self.joint_names)
 
     @property
     def braking(self) -> Braking:
-        """What choosing a change of the rate needs; made only for a motion that is asked for one."""
+        """Data for choosing a change of the rate; made only for a motion that is asked for one."""
         return _braking(self)
 
     def derivatives(self, tau: Array) -> Array:

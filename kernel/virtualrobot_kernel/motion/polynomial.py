@@ -20,7 +20,7 @@ _SHORTEST = 1e-12
 
 @dataclass(frozen=True)
 class Excursion:
-    """The first place where a piecewise polynomial leaves its bounds.
+    """First place where a piecewise polynomial leaves its bounds.
 
     `entered` is the parameter where component `component` crosses the bound; `parameter` and `value` are the worst
     point of the same polynomial piece.
@@ -34,7 +34,7 @@ class Excursion:
 
 @dataclass(frozen=True, eq=False)
 class PiecewisePolynomial:
-    """A vector function of one parameter, polynomial between breaks; constant (clamped) outside them.
+    """Vector function of one parameter, polynomial between breaks; constant (clamped) outside them.
 
     breaks: (K + 1,), strictly increasing (one piece of length zero is allowed: a function at one point).
     coefficients: (K, degree + 1, n), ascending powers of `x - breaks[k]`.
@@ -72,17 +72,17 @@ class PiecewisePolynomial:
 
     @property
     def start(self) -> float:
-        """The first break."""
+        """First break."""
         return self._breaks[0]
 
     @property
     def end(self) -> float:
-        """The last break."""
+        """Last break."""
         return self._breaks[-1]
 
     @property
     def dimension(self) -> int:
-        """The number n of components."""
+        """Number n of components."""
         return self.coefficients.shape[2]
 
     def evaluate(self, x: ArrayLike, derivative: int = 0) -> Array:

@@ -1,4 +1,4 @@
-"""Prediction of what a running program will do from now on, if nobody does anything about it. Pure.
+"""Prediction of a running program, if nobody does anything about it. Pure.
 
 It is told by laws that are known, not by ticks made in advance: the program's stages, how the rate changes that the
 motion goes on at, and the brakes of one that stops.
@@ -22,7 +22,7 @@ _TOLERANCE = 1e-9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Prediction:
-    """The rest of a program.
+    """Predicted rest of a program.
 
     program: the stage that it is in, whole, and the next ones as far as they are looked at. begin, end: from when (s
     from now) on `knots` tell the time, and until when it is told. knots: times (s from now) and the nominal times of
@@ -39,7 +39,7 @@ class Prediction:
 
     @property
     def brakes(self) -> bool:
-        """Whether it brakes by laws of its own: then no nominal time tells where it is."""
+        """True while it brakes by laws of its own: then no nominal time tells where it is."""
         return self.running is not None and bool(self.running.brakes)
 
     def nominal(self, time: float) -> float:

@@ -1,4 +1,4 @@
-"""The jerk-limited time law of a scalar, from rest to rest (library ruckig, one degree of freedom)."""
+"""Jerk-limited time law of a scalar, from rest to rest (library ruckig, one degree of freedom)."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from virtualrobot_kernel.motion.signals import Condition, SignalValue
 
 @dataclass(frozen=True, slots=True)
 class Wait:
-    """Stands still until a signal meets the condition, at most `seconds` (0: however long); or, without one, so long.
+    """Standstill until a signal meets the condition, for at most `seconds` (0: without end); without one for `seconds`.
 
     seconds: simulation time, whatever the speed override is.
     """
@@ -24,13 +24,13 @@ class Wait:
 
     @property
     def duration(self) -> float:
-        """The seconds that are planned for it: none for a signal."""
+        """Planned duration in s; 0 when it waits for a signal."""
         return 0.0 if self.condition else self.seconds
 
 
 @dataclass(frozen=True, eq=False)
 class Stage:
-    """One thing after the other: all joints are at rest before and after it.
+    """Stage of a program: all joints are at rest before and after it.
 
     plan: what moves; without one all joints stand still. columns (k,): which of the program's joints the plan's are.
     steps: nominal times (s) at which steps of the program begin, with their indexes. marks: nominal times at which
@@ -47,7 +47,7 @@ class Stage:
 
     @property
     def duration(self) -> float:
-        """How long it takes at full rate, in s; waiting for a signal takes no time."""
+        """Duration at full rate, in s; waiting for a signal takes no time."""
         if self.plan is not None:
             return self.plan.duration
         return self.wait.duration if self.wait else 0.0
@@ -96,7 +96,7 @@ class Program:
 
     @property
     def duration(self) -> float:
-        """How long all stages take at full rate, in s; waiting for signals takes no time."""
+        """Duration of all stages at full rate, in s; waiting for signals takes no time."""
         return self.begins[-1]
 
     def done_at(self, step: int) -> float:

@@ -23,7 +23,7 @@ from virtualrobot_kernel.motion.running_motion import ENDED, NOTHING, Phase, Tic
 from virtualrobot_kernel.motion.signals import SignalValue
 
 MOST_STAGES = 64
-"""How many stages a tick may end at the most: a tick must stay short, whatever a program says."""
+"""Greatest number of stages that may end in one tick: a tick must stay short, whatever a program says."""
 
 _TOLERANCE = 1e-9
 _NO_SIGNALS: Mapping[str, SignalValue] = {}
@@ -31,7 +31,7 @@ _NO_SIGNALS: Mapping[str, SignalValue] = {}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProgramRun:
-    """Where a program is.
+    """State of a program that runs or has ended.
 
     at: the stage; all are done when it is their number. running: how far the stage's plan is; None where it has none
     or has not begun. waited: how long the stage has waited (s). held (n,): where the joints are that the stage does not
@@ -52,17 +52,17 @@ class ProgramRun:
 
     @property
     def ended(self) -> bool:
-        """Whether it has succeeded or been cancelled."""
+        """True once it has succeeded or been cancelled."""
         return self.phase in ENDED
 
     @property
     def duration(self) -> float:
-        """How long it takes at full rate, in s; waiting for signals takes no time."""
+        """Duration at full rate, in s; waiting for signals takes no time."""
         return self.program.duration
 
     @property
     def progress(self) -> float:
-        """The share of its duration that is done, 0 to 1; 1 for a program without length."""
+        """Share of its duration that is done, 0 to 1; 1 for a program without length."""
         total = self.program.duration
         if total <= 0.0:
             return 1.0
@@ -70,7 +70,7 @@ class ProgramRun:
 
     @property
     def steps_done(self) -> int:
-        """How many steps are done; for moves that are no program 1 when they have succeeded."""
+        """Number of steps done; for moves that are no program 1 once they have succeeded."""
         if self.phase is Phase.SUCCEEDED:
             return max(1, self.program.step_count)
         if self.at == len(self.program.stages):
@@ -80,12 +80,12 @@ class ProgramRun:
 
     @property
     def _stands(self) -> bool:
-        """Whether nothing moves: no motion has begun, or the one that has is over, as one without length is at once."""
+        """True while nothing moves: no motion has begun, or it is over, as one without length is at once."""
         return self.running is None or self.running.ended
 
     @property
     def _gone(self) -> float:
-        """The planned seconds of the stage that are over."""
+        """Planned time of the stage that is over, in s."""
         if self.running is not None:
             return self.running.tau
         if self.at == len(self.program.stages):

@@ -1,4 +1,4 @@
-"""How the rate of a running motion changes: quintic ramps, chosen so that the joints keep their limits."""
+"""Quintic ramps of the rate of a running motion, chosen so that the joints keep their limits."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _COARSE, _FINE = 32, 480
 
 @dataclass(frozen=True, slots=True)
 class RateRamp:
-    """The rate dtau/dt as a quintic of x = t / length on [0, length] s, then constantly `goal`.
+    """Rate dtau/dt as a quintic of x = t / length on [0, length] s, then constantly `goal`.
 
     coefficients: of x^0 ... x^5, in the unit of the rate (1). A ramp of length 0 is the constant rate `goal`.
     """
@@ -61,7 +61,7 @@ class RateRamp:
 
 @dataclass(frozen=True, slots=True)
 class RampChoice:
-    """The shortest ramp that fits, or the one that exceeds the limits least; None when none stays within [0, 1]."""
+    """Choice of a ramp: the shortest that fits, or the one least beyond the limits; None when none stays in [0, 1]."""
 
     ramp: RateRamp | None
     fits: bool
@@ -156,7 +156,7 @@ def _excess(
 
 
 def _stays_in_range(ramp: RateRamp) -> bool:
-    """Whether the rate stays within [0, 1], also between samples: a ramp that turns another one back may overshoot."""
+    """Return True if the rate stays in [0, 1], also between samples: a ramp that reverses another one may overshoot."""
     if ramp.coefficients[1] == 0.0 and ramp.coefficients[2] == 0.0:
         return True  # from a constant rate it is monotone
     polynomial = np.polynomial.Polynomial(ramp.coefficients)

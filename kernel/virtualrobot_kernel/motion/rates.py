@@ -1,4 +1,4 @@
-"""What is limited along a path: rates by the path parameter s, each a vector with limits of its length.
+"""Rates of limited quantities along a path, by the path parameter s: each a vector with limits of its length.
 
 With f(s) = dx/ds of a quantity x and the law s(t), x has the velocity f s', the acceleration f s'' + f' s'^2 and the
 jerk f s''' + 3 f' s' s'' + f'' s'^3. A joint is a quantity of one component; the position and the rotation of a TCP
@@ -31,7 +31,7 @@ _ONCE_COEFFICIENTS = np.linalg.inv(np.vander(_ONCE, increasing=True))
 
 @dataclass(frozen=True, eq=False)
 class Rate:
-    """The rate f(s) of quantities, `size` components of it for each, on the range of `polynomial`.
+    """Rate f(s) of quantities, `size` components of it for each, on the range of `polynomial`.
 
     limits (3, n / size): the greatest velocity, acceleration and jerk of each quantity.
     """
@@ -42,12 +42,12 @@ class Rate:
 
     @property
     def begin(self) -> float:
-        """Where its range begins."""
+        """Path parameter at which its range begins."""
         return self.polynomial.start
 
     @property
     def end(self) -> float:
-        """Where its range ends."""
+        """Path parameter at which its range ends."""
         return self.polynomial.end
 
     def lengths(self, vectors: Array) -> Array:

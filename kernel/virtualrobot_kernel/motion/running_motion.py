@@ -26,7 +26,7 @@ class Phase(Enum):
 
 
 ENDED = (Phase.SUCCEEDED, Phase.CANCELLED, Phase.ABORTED)
-"""The phases that last. Whether a motion that ends before its goal is CANCELLED or ABORTED is told by its cause."""
+"""Final phases. Whether a motion that ends before its goal is CANCELLED or ABORTED is told by its cause."""
 
 
 class TickContext(NamedTuple):
@@ -42,50 +42,50 @@ class TickContext(NamedTuple):
 
 
 NOTHING = TickContext(np.zeros(0), {})
-"""For motions that look at nothing."""
+"""Context of motions that read nothing of the world."""
 
 
 class RunningMotion(Protocol):
-    """A motion that runs or has ended, of n joints."""
+    """Motion that runs or has ended, of n joints."""
 
     @property
     def phase(self) -> Phase:
-        """What it is doing."""
+        """Phase of the motion."""
         ...
 
     @property
     def ended(self) -> bool:
-        """Whether it has succeeded or been cancelled."""
+        """True once it has succeeded or been cancelled."""
         ...
 
     @property
     def progress(self) -> float:
-        """The share of it that is done, 0 to 1."""
+        """Share of it that is done, 0 to 1."""
         ...
 
     @property
     def duration(self) -> float:
-        """How long it takes at full rate, in s; 0 where nobody can know."""
+        """Duration at full rate, in s; 0 where it is unknown."""
         ...
 
     @property
     def signals(self) -> Mapping[str, SignalValue]:
-        """The signals that it sets with this tick."""
+        """Signals that it sets with this tick."""
         ...
 
     @property
     def fault(self) -> tuple[str, str] | None:
-        """Why it stops or has stopped by itself: the name of a `EndCause`, and words; None where it doesn't."""
+        """Cause of an end by itself: the name of an `EndCause` and a text; None without one."""
         ...
 
     @property
     def steps_done(self) -> int:
-        """How many steps are done: of a program; else 1 when it has succeeded."""
+        """Number of steps done, of a program; otherwise 1 once it has succeeded."""
         ...
 
     @property
     def found(self) -> bool | None:
-        """Whether a search has found its signal; None before it is over, and where nothing is searched."""
+        """Result of a search: True if it has met its signal; None before its end, and without a search."""
         ...
 
     def sample(self) -> tuple[Array, Array, Array]:

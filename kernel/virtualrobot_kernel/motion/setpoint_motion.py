@@ -23,16 +23,16 @@ from virtualrobot_kernel.motion.running_motion import ENDED, NOTHING, Phase, Tic
 from virtualrobot_kernel.motion.signals import SignalValue
 
 AHEAD_SECONDS = 0.05
-"""How much sooner than its joint at greatest speed a setpoint may be where it is: clients and networks are not even."""
+"""Allowance (s) for jitter of clients and networks: a setpoint may be ahead by so much time at its greatest speed."""
 
 SMOOTHING_SECONDS = 0.02
-"""The time constant of the filter that makes a steady goal of position setpoints: they come at uneven times."""
+"""Time constant (s) of the filter that makes a steady goal of position setpoints: they come at uneven times."""
 
 SETTLED = 1e-9
-"""A goal that is this near to its setpoint and moves less per second stands on it: radians or meters."""
+"""Distance (rad or m) and speed per second below which a goal stands on its setpoint."""
 
 MOST_DRIFT = 0.95
-"""The greatest speed of a goal, as a share of its joint's: what is left is for catching up with it."""
+"""Greatest speed of a goal, as a share of its joint's: what is left is for catching up with it."""
 
 _ROUNDING = 1e-9
 
@@ -74,32 +74,32 @@ class SetpointMotion:
 
     @property
     def ended(self) -> bool:
-        """Whether it has succeeded or been cancelled."""
+        """True once it has succeeded or been cancelled."""
         return self.phase in ENDED
 
     @property
     def progress(self) -> float:
-        """0 until it has ended well: nobody knows how long setpoints will come."""
+        """Share that is done: 0 until it has succeeded, since nobody knows how long setpoints will come."""
         return 1.0 if self.phase is Phase.SUCCEEDED else 0.0
 
     @property
     def duration(self) -> float:
-        """0: nobody knows."""
+        """Duration in s; always 0, since it is unknown."""
         return 0.0
 
     @property
     def signals(self) -> Mapping[str, SignalValue]:
-        """No signals."""
+        """Signals that it sets with this tick; always none."""
         return {}
 
     @property
     def steps_done(self) -> int:
-        """1 when it has succeeded."""
+        """Number of steps done: 1 once it has succeeded, 0 before."""
         return int(self.phase is Phase.SUCCEEDED)
 
     @property
     def found(self) -> bool | None:
-        """Nothing is searched."""
+        """Result of a search; always None."""
         return None
 
     def sample(self) -> tuple[Array, Array, Array]:

@@ -43,7 +43,7 @@ _PARTS = 8
 
 @dataclass(frozen=True, eq=False)
 class Spline(Course):
-    """The course through poses (n + 1, 4, 4), the first one being the start.
+    """Course through poses (n + 1, 4, 4), the first one being the start.
 
     u (n + 1,): where each one is passed, from 0 to 1. coefficients (n, 6, 6): between two of them, by ascending powers
     of u - u[k], the position in m and the rotation vector in rad by which the orientation is turned from pose k; base
@@ -60,22 +60,22 @@ class Spline(Course):
 
     @property
     def length(self) -> float:
-        """The length of the way of the position in m, to about a thousandth."""
+        """Length of the way of the position in m, to about a thousandth."""
         return float(self.ways[-1, 1])
 
     @property
     def angle(self) -> float:
-        """The angle that the orientation turns in all in rad, to about a thousandth."""
+        """Angle that the orientation turns in all in rad, to about a thousandth."""
         return float(self.ways[-1, 2])
 
     @property
     def stations(self) -> tuple[tuple[float, str], ...]:
-        """The goals, in order."""
+        """Fractions of the goals, in order."""
         return tuple((float(u), f"goals[{k}]") for k, u in enumerate(self.u[1:]))
 
     @property
     def knots(self) -> tuple[float, ...]:
-        """Where poses are passed on the way."""
+        """Fractions u of the course, in (0, 1), at which the poses between start and goal are passed."""
         return tuple(self.u[1:-1].tolist())
 
     def travelled(self, u: float) -> tuple[float, float]:

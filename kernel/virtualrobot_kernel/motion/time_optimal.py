@@ -1,4 +1,4 @@
-"""The time-optimal law: speed and acceleration kept, the jerk without a limit (library toppra).
+"""Time-optimal law: speed and acceleration kept, the jerk without a limit (library toppra).
 
 Source: Pham, Pham, A New Approach to Time-Optimal Path Parameterization Based on Reachability Analysis, IEEE
 Transactions on Robotics 34(3), 2018. toppra is imported by the first law that needs it: it draws in scipy and
@@ -149,7 +149,7 @@ def _toppra(nodes: Array, top: Array, slope: Array, bend: Array) -> Array | None
 
 
 class _Line:
-    """What toppra asks of a path whose constraints are known: only its range."""
+    """Path as toppra asks for it where the constraints are known already: only its range."""
 
     dof = 1
 

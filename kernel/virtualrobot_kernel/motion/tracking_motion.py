@@ -61,37 +61,37 @@ class TrackingMotion:
 
     @property
     def ended(self) -> bool:
-        """Whether it has succeeded or been cancelled."""
+        """True once it has succeeded or been cancelled."""
         return self.phase in ENDED
 
     @property
     def progress(self) -> float:
-        """The share of the motion in the frame that is done, 0 to 1."""
+        """Share of the motion in the frame that is done, 0 to 1."""
         return self.inner.progress
 
     @property
     def duration(self) -> float:
-        """How long the motion in the frame takes, in s, without catching up and leaving."""
+        """Duration of the motion in the frame, in s, without catching up and leaving."""
         return self.inner.duration
 
     @property
     def fault(self) -> tuple[str, str] | None:
-        """What ended it, in itself or in the frame that it goes along with."""
+        """Cause of its end, in itself or in the frame that it goes along with: name and text; None without one."""
         return self.trouble or self.inner.fault
 
     @property
     def steps_done(self) -> int:
-        """Those of the motion in the frame."""
+        """Number of steps done of the motion in the frame."""
         return self.inner.steps_done
 
     @property
     def found(self) -> bool | None:
-        """What the motion in the frame has found."""
+        """Result of the search of the motion in the frame; None as there."""
         return self.inner.found
 
     @property
     def in_step(self) -> bool:
-        """Whether the arms are where the frame is."""
+        """True while the arms have caught up with the frame and have not begun to leave it."""
         return self.catching is not None and self.leaving is None and self.elapsed >= self.catching.length
 
     def sample(self) -> tuple[Array, Array, Array]:

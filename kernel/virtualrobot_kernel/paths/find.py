@@ -1,4 +1,4 @@
-"""From the question for a path to its answer; runs in a process of its own, as a job of `collision/processes.py`."""
+"""Path search, from query to answer; runs in a process of its own, as a job of `collision/processes.py`."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ from virtualrobot_kernel.world.state import Snapshot
 Floats = NDArray[np.float64]
 
 STEPS = ((0.1, False), (0.025, False), (0.1, True))
-"""How far apart places on lines are looked at while a path is searched, in rad or m, and whether lines are proven then.
+"""Spacing of the checked places on lines while a path is searched, in rad or m, and whether lines are proven then.
 Looking is much quicker: where what it found turns out not to be free, it is searched again by the next ones."""
 
 LOOKS = 0.05
-"""How far apart places on shortcuts are looked at, in rad or m."""
+"""Spacing of the checked places on shortcuts, in rad or m."""
 
 SEARCHES = 3
-"""How often a planner that ends with the first path searches; the shortest path counts."""
+"""Number of searches of a planner that ends with the first path; the shortest path counts."""
 
 GOOD = 1.3
-"""A path that is at most so much longer than the straight way to the nearest goal is good enough."""
+"""Greatest length of a path that is good enough, as a multiple of the straight way to the nearest goal."""
 
 SEARCHING = 0.6
-"""The part of the time in which a planner that never ends by itself searches; the rest is for shortening."""
+"""Share of the time in which a planner that never ends by itself searches; the rest is for shortening."""
 
 
 class Site(Protocol):
@@ -153,7 +153,7 @@ def _searched(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Task:
-    """One search, with all that it needs; `end` is when its time is over."""
+    """Search task with all that it needs; `end` is when its time is over."""
 
     site: Site
     space: PathSpace

@@ -11,10 +11,10 @@ Floats = NDArray[np.float64]
 LineIsFree = Callable[[Floats, Floats], bool]
 
 TRIES = 60
-"""How many random shortcuts are tried."""
+"""Number of random shortcuts tried."""
 
 NEAR = 1e-6
-"""Waypoints that differ by no more than this, in rad or m, are one."""
+"""Greatest difference of waypoints that count as one, in rad or m."""
 
 
 def length_of(waypoints: Floats) -> float:

@@ -1,4 +1,4 @@
-"""The configurations of an arm as a search sees them: which are free, and which straight lines between them are."""
+"""Configuration space of an arm as a search sees it: free configurations, and free straight lines between them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from virtualrobot_kernel.world.state import Snapshot
 Floats = NDArray[np.float64]
 
 _ELSEWHERE = 0.1
-"""How far joints are moved, in rad or m, to see what goes with what."""
+"""Displacement of each joint times its number (from 1), in rad or m, that shows which nodes the arm moves."""
 
 
 class PathSpace:
@@ -35,7 +35,7 @@ class PathSpace:
         self._scene, self._snapshot, self._query, self._given_up = scene, snapshot, query, given_up
         self.start: Floats = snapshot.state.q[query.q_index]
         self.checks = 0
-        """How many configurations and lines were checked."""
+        """Number of configurations and lines checked."""
         scene.place(snapshot)
         moved = standing_at(snapshot, query.q_index, self.start + _ELSEWHERE * np.arange(1, len(self.start) + 1))
         rows = np.abs(moved.world_t_node - snapshot.world_t_node).max(axis=(1, 2)) > ROUNDING

@@ -1,1 +1,1 @@
-"""From a snapshot and a wish to a plan: robots' kinematics and motions, outside the world thread."""
+"""Planning outside the world thread: robots' kinematics and motions, from a snapshot and a specification to a plan."""

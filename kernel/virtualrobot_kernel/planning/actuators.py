@@ -1,4 +1,4 @@
-"""Whether plans keep the limits of a robot's actuators, where those are not the joints'."""
+"""Check of plans against the limits of a robot's actuators, where those are not the joints'."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from virtualrobot_kernel.world.structure import Actuator, Node
 
 @dataclass(frozen=True, eq=False)
 class ActuatorLimit:
-    """An actuator of a robot for some of its joints (k,): it is at ratios (k,) times their positions, plus the rest.
+    """Limits of a robot's actuator for k of its joints: its position is ratios (k,) times theirs, plus the rest.
 
     rest: its offset, and what the robot's other joints add where they stand.
     """

@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 
 
 class BlendGroup:
-    """Steps that are joined by zones, and what they have in common: the columns and their limits."""
+    """Group of steps that are joined by zones, with their common columns and limits."""
 
     def __init__(self, steps: Sequence[PlannedStep]) -> None:
         """Take steps of which each begins where the one before it ends."""
@@ -43,7 +43,7 @@ class BlendGroup:
         self.limits = self._limits()
 
     def keeps_actuators(self, path: PiecewisePolynomial) -> bool:
-        """Whether a path of all columns keeps the limits of actuators, where those are not the joints'."""
+        """Return True if a path of all columns keeps the limits of actuators, where those are not the joints'."""
         snapshot = self.steps[0].snapshot
         for name in dict.fromkeys(robot for robot, _ in self.columns):
             own = [place for place, (robot, _) in enumerate(self.columns) if robot == name]

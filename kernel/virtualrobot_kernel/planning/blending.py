@@ -26,20 +26,20 @@ from virtualrobot_kernel.planning.zones import Room, room_for
 
 Floats = NDArray[np.float64]
 _LOOKS = 33
-"""In how many places of a corner tool centre points and joints are looked at."""
+"""Number of places of a corner in which tool centre points and joints are checked."""
 
 _SCALE = 30.0
-"""By how much the parameter of a path may differ from the time that its move takes."""
+"""Greatest factor between the parameter of a path and the time that its move takes."""
 
 _SMALLER = 0.8 ** np.arange(8.0)
-"""Shares of the room that a rounded corner is tried with."""
+"""Shares of the room that a rounded corner is tried with, in order."""
 
 _ROUNDING = 1e-6
 
 _UNFIT = "no way through the zone was found that goes together with those beside it"
 
 _POWERS = np.array([1.0, 1.0 / 2.0, 1.0 / 3.0])
-"""Which power of a stretch in time divides velocity, acceleration and jerk, inverted."""
+"""Exponents by which ratios of velocity, acceleration and jerk to their limits become the stretch in time they need."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -261,7 +261,7 @@ def _corner(
 
 
 def _stays(group: BlendGroup, piece: PiecewisePolynomial, room: Room) -> bool:
-    """Whether joints, actuators and tool centre points stay within limits and zone on a corner's piece."""
+    """Return True if joints, actuators and tool centre points keep limits and zone on a corner's piece."""
     if piece.first_excursion(group.limits.lower, group.limits.upper, TOLERANCE) is not None:
         return False
     if not group.keeps_actuators(piece):

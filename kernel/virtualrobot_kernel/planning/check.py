@@ -1,4 +1,4 @@
-"""Whether a motion keeps all limits and touches nothing: planned as it would be started, and never started."""
+"""Check of a motion's limits and contacts: planned as it would be started, and never started."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind
 
 MOST_SAMPLES = 100_000
-"""A motion of more ticks is looked at in about so many samples."""
+"""Greatest number of samples of a check, about; a motion of more ticks is sampled more thinly."""
 
 ANSWERS = (Reason.LIMIT_EXCEEDED, Reason.UNREACHABLE, Reason.SINGULARITY)
 """Reasons to refuse a motion that is understood: for a check these are answers."""
 
 
 FirstContact = Callable[[Snapshot, StartMotion, float], Contact | None]
-"""The first contact of a motion that starts in a world, before a time of it (s); None: there is none."""
+"""First contact of a motion that starts in a world, before a time of it (s); None: there is none."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Checked:
-    """What a check found: the first violation (None: none), and what the motion is if it can be planned.
+    """Result of a check: the first violation (None: none), and the motion's measures if it can be planned.
 
     duration: s, 0 where it can't be planned. min_singular_value: of those arms that move, None where none does.
     """

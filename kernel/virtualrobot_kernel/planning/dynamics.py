@@ -16,10 +16,10 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Joint, Node
 
 GRAVITY = (0.0, 0.0, -9.81)
-"""In the world's frame, m/s^2; what pinocchio, MuJoCo and PyBullet's examples take too."""
+"""Gravity in the world's frame, m/s^2; what pinocchio, MuJoCo and PyBullet's examples take too."""
 
 MOST_SAMPLES = 100_000
-"""How many samples one call takes."""
+"""Greatest number of samples in one call."""
 
 Floats = NDArray[np.float64]
 
@@ -36,7 +36,7 @@ class EffortViolation:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Dynamics:
-    """What a movement of n samples of k joints takes.
+    """Efforts and wrenches of a movement of n samples of k joints.
 
     efforts and gravity_efforts (n, k): N m or N, all and what holds the weight at rest. base_wrenches (n, 6): force (N)
     and moment (N m) about the robot's origin that hold its base, in its frame. `payload` is in kg.

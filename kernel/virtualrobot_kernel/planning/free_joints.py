@@ -37,11 +37,11 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Node
 
 IMPROVED = 8
-"""How many solutions of a component are improved: those nearest to the seed."""
+"""Number of solutions of a component that are improved: those nearest to the seed."""
 IMPROVED_ROUGHLY = 3
-"""The same where a wish takes long to ask."""
+"""Number of solutions that are improved where a wish takes long to ask."""
 NEEDED = 6
-"""An arm with no more joints than a pose has numbers has none to spare."""
+"""Number of joints that a pose takes: an arm with no more has none to spare."""
 _SAME = 1e-4
 _FOUND = 1e-6
 

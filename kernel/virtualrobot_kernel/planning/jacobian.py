@@ -1,4 +1,4 @@
-"""How points on robots move with their joints: geometric Jacobians in the world's frame, of the tree as it stands."""
+"""Geometric Jacobians of points on robots in the world's frame, of the tree as it stands."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Point:
-    """A point (3,) in the frame of the node `reference` that moves with `node` (uids); metres."""
+    """Point (3,) in m in the frame of the node `reference` that moves with `node` (uids)."""
 
     node: int
     reference: int
@@ -33,7 +33,7 @@ class Point:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Jacobians:
-    """How k joints of a robot move its tool centre point, (6, k), and n points, (n, 6, k): linear rows above angular.
+    """Geometric Jacobians of a robot's tool centre point (6, k) and of n points (n, 6, k), linear rows above angular.
 
     In the world's frame, m and rad per rad or m of the joints.
     """

@@ -1,4 +1,4 @@
-"""What a planner made other than it was asked to."""
+"""Notes on a plan: deviations from the request that the planner has chosen."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from virtualrobot_kernel.motion.jog import JogEnd
 
 
 class NoteKind(Enum):
-    """What was made otherwise; the names equal those of `PlanNoteKind` in the contract."""
+    """Kind of deviation from the request; the names equal those of `PlanNoteKind` in the contract."""
 
     ZONE_SHRUNK = "ZONE_SHRUNK"
     ZONE_DROPPED = "ZONE_DROPPED"
@@ -18,7 +18,7 @@ class NoteKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Note:
-    """Something made otherwise: in which step (from 0), of which robot, what was wanted and what was kept of it.
+    """Deviation of a plan from its request: its step (from 0) and robot, the wanted value and the one kept.
 
     wanted, kept: meters, radians or percent, both in one unit. message: why, in words.
     """

@@ -1,4 +1,4 @@
-"""From what a motion shall do, and a snapshot, to the command that starts it: programs step by step.
+"""Planning of a whole motion: from its specification and a snapshot to the command that starts it, step by step.
 
 Each step is planned from where the steps before it leave the joints. Nothing else is predicted: other robots are taken
 to stay where they are, and signals have no say in what is planned.
@@ -42,14 +42,14 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind
 
 GivenUp = Callable[[], bool]
-"""Whether nobody waits for the plan any more; asked before each step is planned."""
+"""True once nobody waits for the plan any more; asked before each step is planned."""
 
 Marks = tuple[tuple[float, str, SignalValue], ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlannedMotion:
-    """The command that starts a motion, and what the planner made other than it was asked to."""
+    """Start command of a planned motion, and notes on what the planner made otherwise."""
 
     command: StartMotion
     notes: tuple[Note, ...]
@@ -57,7 +57,7 @@ class PlannedMotion:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Part:
-    """A stage before the columns of the whole program are known; `joints` names those of its plan."""
+    """Stage before the columns of the whole program are known; `joints` names those of its plan."""
 
     steps: tuple[tuple[float, int], ...]
     plan: Plan | None = None

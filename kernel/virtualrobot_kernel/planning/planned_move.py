@@ -1,4 +1,4 @@
-"""What the planners of all kinds of moves share: goals, limits, and the plan of one move."""
+"""Goals, limits and the plan of one move, shared by the planners of all kinds of moves."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Node
 
 LINE_VELOCITY = 0.25
-"""The speed of a line or an arc where none is given, in m/s."""
+"""Default speed of a line or an arc, in m/s."""
 
 LINE_ACCELERATION = 1.0
-"""The acceleration of a line or an arc where none is given, in m/s^2."""
+"""Default acceleration of a line or an arc, in m/s^2."""
 
 JERK_RATIO = 10.0
-"""The jerk of a line or an arc in m/s^3 is its acceleration times this (1/s): full acceleration after 0.1 s."""
+"""Jerk of a line or an arc (m/s^3) as a multiple (1/s) of its acceleration: full acceleration after 0.1 s."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PoseGoal:
-    """Where the chosen tool centre point shall be: `reference_t_tcp` (4, 4) in the frame of the node `reference`.
+    """Goal pose of the chosen tool centre point: `reference_t_tcp` (4, 4) in the frame of the node `reference`.
 
     With `configuration` only the posture of that name will do. `moving`: where the reference moves with other moves of
     the same step, the goal goes along; otherwise it counts where the reference is at the start.
@@ -47,7 +47,7 @@ class PoseGoal:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlannedMove:
-    """The plan of one move, with one track, and which joints of the robot its columns are.
+    """Plan of one move, with one track, and the joints of the robot that are its columns.
 
     What its law keeps besides the joints' own limits: `speed_factor` of their velocities, and `tcp`, the limits of the
     tool centre point where it is led along a course. Or `relative_tcp`, where others of the step carry it: then the

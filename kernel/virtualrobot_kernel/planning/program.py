@@ -8,12 +8,12 @@ from virtualrobot_kernel.motion.signals import Condition, SignalValue
 from virtualrobot_kernel.planning.moves import Move
 
 MAX_STEPS = 10_000
-"""The most steps of a program."""
+"""Greatest number of steps of a program."""
 
 
 @dataclass(frozen=True, slots=True)
 class Zone:
-    """From where on a path may be rounded off: one of both is above 0.
+    """Zone in which a corner may be rounded off: one of both is above 0.
 
     meters: the radius about the corner on the way of the tool centre point. percent: the last part of these moves and
     the first of the next ones, each of its own length, up to 50.
@@ -32,13 +32,13 @@ class MoveStep:
 
     @property
     def searches(self) -> bool:
-        """Whether one of its moves is a search."""
+        """True if one of its moves is a search."""
         return any(move.search for move in self.moves)
 
 
 @dataclass(frozen=True, slots=True)
 class SetSignalStep:
-    """Sets a signal."""
+    """Step that sets a signal."""
 
     signal: str
     value: SignalValue
@@ -46,7 +46,7 @@ class SetSignalStep:
 
 @dataclass(frozen=True, slots=True)
 class WaitSignalStep:
-    """Stands still until a signal meets the condition; after `timeout` seconds (0: never) the program is cancelled."""
+    """Step that waits until a signal meets the condition; after `timeout` s (0: never) the program is cancelled."""
 
     condition: Condition
     timeout: float = 0.0
@@ -54,7 +54,7 @@ class WaitSignalStep:
 
 @dataclass(frozen=True, slots=True)
 class DwellStep:
-    """Stands still for some seconds."""
+    """Step that stands still for some seconds."""
 
     seconds: float
 
@@ -64,7 +64,7 @@ Step = MoveStep | SetSignalStep | WaitSignalStep | DwellStep
 
 @dataclass(frozen=True, slots=True)
 class TrackingSpec:
-    """A node to go along with, how far its joint may move meanwhile, and its greatest speed (0: the joint's limit)."""
+    """Node to track, the window in which its joint may move, and its greatest speed (0: the joint's limit)."""
 
     node: str
     window: float
@@ -73,7 +73,7 @@ class TrackingSpec:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MotionSpec:
-    """What a motion shall do: either moves that go together, or the steps of a program; and what it goes along with."""
+    """Motion that is asked for: moves that go together, or the steps of a program; and the frame it goes along with."""
 
     moves: tuple[Move, ...] = ()
     steps: tuple[Step, ...] = ()

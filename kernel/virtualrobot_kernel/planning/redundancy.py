@@ -1,4 +1,4 @@
-"""What an arm is wished to do with the joints that it has beyond those that its goal needs."""
+"""Redundancy resolution: use of the joints that an arm has beyond those that its goal needs."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     from virtualrobot_kernel.planning.robots import Arm
 
 NearOf = Callable[[Snapshot, "Arm"], Near]
-"""Gives what measures how far an arm is from everything else in a world."""
+"""Factory of the distances of an arm from everything else in a world."""
 
 
 class Preference(Enum):
-    """What free joints are used for; the names equal those of `RedundancyPreference` in the contract."""
+    """Preference for the use of free joints; the names equal those of `RedundancyPreference` in the contract."""
 
     UNSPECIFIED = "UNSPECIFIED"
     JOINT_LIMITS = "JOINT_LIMITS"
@@ -42,4 +42,4 @@ class Redundancy:
 
 
 FREE = Redundancy()
-"""No wish."""
+"""Redundancy without any wish."""

@@ -21,7 +21,7 @@ Integers = NDArray[np.int32]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RelativeFrame:
-    """The frame of a point on one node, in the frame of another node, for k joints of one coordinate.
+    """Frame of a point on one node, in the frame of another node, for k joints of one coordinate.
 
     q_index (k,): where the joints are in all coordinates `q` of the world, which the others keep. order: the rows of
     all nodes above both. moved, row (m,): the joint, of k, and the row of each node that one of them moves; sign (m,):
@@ -105,7 +105,7 @@ def rows_above(structure: Structure, uid: int) -> list[int]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RelativeTcp:
-    """A tool centre point, `node_t_tcp` (4, 4) on a node (uid), that keeps Cartesian limits in another node's frame."""
+    """Tool centre point, `node_t_tcp` (4, 4) on a node (uid), that keeps Cartesian limits in another node's frame."""
 
     snapshot: Snapshot
     reference: int

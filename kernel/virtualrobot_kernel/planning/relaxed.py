@@ -1,4 +1,4 @@
-"""The world without the limits that a motion violates: so that it can be planned, and its violation be looked at."""
+"""World without the limits that a motion violates: so that it can be planned, and its violation be looked at."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import LinkData, Node
 
 BEYOND = 1e9
-"""A limit that no motion meets; finite, since joints without limits are led to their goals the shorter way round."""
+"""Limit that no motion meets; finite, since joints without limits are led to their goals the shorter way round."""
 
 
 def relaxed(snapshot: Snapshot, robots: Collection[int], timed: Collection[tuple[int, str]]) -> Snapshot:

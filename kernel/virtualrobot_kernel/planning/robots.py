@@ -24,11 +24,11 @@ from virtualrobot_kernel.world.structure import JointType, LinkData, Node, Robot
 from virtualrobot_kernel.world.tcp import world_t_tcp
 
 REMEMBERED = 256
-"""How many arms are kept ready."""
+"""Number of arms kept ready."""
 
 
 SolverOf = Callable[[Snapshot, "Arm"], Kinematics]
-"""Gives the kinematics component of an arm; raises KernelError when it has none, or one that has failed."""
+"""Lookup of an arm's kinematics component; raises KernelError when it has none, or one that has failed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

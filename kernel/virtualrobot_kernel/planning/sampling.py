@@ -1,4 +1,4 @@
-"""A planned motion in samples: what joints, efforts and tool centre points do at times of one's choice."""
+"""Samples of a planned motion: joints, efforts and tool centre points at times of one's choice."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind, Node
 
 MOST_NUMBERS = 500_000
-"""How many numbers one answer holds: as many as gRPC's clients take without being told to take more, 4 MiB."""
+"""Greatest number of numbers in one answer: as many as gRPC clients take by default, 4 MiB."""
 
 CHUNK = 1000
-"""Samples that are worked on at a time: between two of these a caller who has given up is heard."""
+"""Number of samples worked on at a time: between two chunks a caller who has given up is heard."""
 
 END_TOLERANCE = 1e-9
-"""The tick that is as near to a motion's end as this (s) is its end, as for a motion that runs."""
+"""Greatest distance (s) of a tick from a motion's end at which it is the end, as for a motion that runs."""
 
 Floats = NDArray[np.float64]
 
@@ -179,7 +179,7 @@ def steps_at(program: Program, times: Floats) -> NDArray[np.int32]:
 
 
 class _Lever:
-    """The lever arm at the first sample of each step: what makes the rows of its Jacobians comparable."""
+    """Lever arm (m) at the first sample of each step: it makes the rows of the step's Jacobians comparable."""
 
     def __init__(self) -> None:
         self._step, self._lever = -1, 1.0

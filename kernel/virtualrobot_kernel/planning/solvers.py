@@ -1,4 +1,4 @@
-"""The kinematics component of each robot and group: made and tried when first asked for, kept until these change."""
+"""Kinematics components of robots and groups: made and tried when first asked for, kept until these change."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ from virtualrobot_kernel.world.store import Applied
 from virtualrobot_kernel.world.structure import JointGroup, Node, NodeSpec, RobotData, Structure
 
 AUTOMATIC = ("closed_form", "arm_angle", "chain")
-"""What a robot gets that names no component: the first that takes it; only the last one's refusal counts."""
+"""Components tried in order for a robot that names none: the first that takes it; the last one's refusal is told."""
 MOST_ENDS = 3
-"""After so many ends of its process a component is not made anew."""
+"""Number of ends of its process after which a component is not made anew."""
 FORGIVEN_CALLS = 100
-"""After so many calls the ends before them do not count."""
+"""Number of calls after which the ends before them do not count."""
 PASSING_ARMS = 32
-"""How many components are kept ready of arms with locked joints and of chains that are chosen by links."""
+"""Number of components kept ready for arms with locked joints and for chains that are chosen by links."""
 CHECK_SEED = 20061
-"""What the postures of a self-check are drawn by: the same component on the same robot is always judged alike."""
+"""Seed of a self-check's random postures: the same component on the same robot is always judged alike."""
 
 log = logging.getLogger(__name__)
 
@@ -47,14 +47,14 @@ _DEFAULTS = InverseOptions()
 Answer = TypeVar("Answer")
 
 _Key = tuple[int, str]
-"""The uid of a robot and the name of its group; empty for the robot itself."""
+"""Robot (uid) and the name of its group; empty for the robot itself."""
 
 Tip = Callable[[Floats], Floats]
-"""base_t_tip (4, 4) of a robot at q (k,)."""
+"""Forward kinematics of a robot: base_t_tip (4, 4) at q (k,)."""
 
 
 class Solver:
-    """A robot's kinematics component: every answer is checked before anybody relies on it.
+    """Kinematics component of a robot, every answer of which is checked before anybody relies on it.
 
     It gets copies: one that runs in this process could write into what it is given.
     """
@@ -100,19 +100,19 @@ class Solver:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tried:
-    """A component that fits its robot, and the numbers that say so."""
+    """Component that fits its robot, and the results of its self-check."""
 
     chain: SerialChain
     asked: str
-    """The component's name as it was asked for; empty where it was chosen by itself."""
+    """Name of the component as it was asked for; empty where it was chosen by itself."""
     kinematics: str
     settings: Mapping[str, Any]
     solver: Solver
     check: SelfCheck
     ends: int = 0
-    """How often its process has ended before this one."""
+    """Number of times that a process of it has ended before this one."""
     before: str = ""
-    """The latest fault of the process before this one."""
+    """Latest fault of the process before this one."""
 
     @property
     def fault(self) -> str:
@@ -141,7 +141,7 @@ class Use:
 
 
 class Solvers:
-    """Owns the component of each robot; any thread may ask, and two that ask for the same robot wait for each other.
+    """Components of all robots; any thread may ask, and two that ask for the same robot wait for each other.
 
     A component that another one follows ends as soon as nobody uses it any more: a plan that began with it is finished.
     """

@@ -21,15 +21,15 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind
 
 Column = tuple[str, str]
-"""Robot and joint."""
+"""Robot and joint of a column, by name."""
 
 GoOn = Callable[[], None]
-"""Called before each step and each corner; raises KernelError when nobody waits for the plan any more."""
+"""Callback before each step and each corner; raises KernelError when nobody waits for the plan any more."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlannedStep:
-    """A step that is planned for itself, the world where it begins, and why it can't be joined with others, if so."""
+    """Step that is planned for itself, the world where it begins, and the obstacle to joining it with others."""
 
     number: int
     zone: Zone | None

@@ -1,4 +1,4 @@
-"""Moves that go together: their joints, what they assume of the world, and the plan of each."""
+"""Moves that go together: their joints, their assumptions about the world, and the plan of each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A tool centre point along samples of joints: where it is, how fast, and how near its arm is to a singularity."""
+"""Path of a tool centre point along samples of joints: poses, speeds, and the arm's distance from singularities."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ToolChain:
-    """The nodes from the world's root to a tool centre point, as rows of a forest of their own, root first.
+    """Chain of nodes from the world's root to a tool centre point, as rows of a forest of their own, root first.
 
     q_index (m,) says where each row's coordinates start in the world's q; `tip_t_tcp` (4, 4) is seen from the last row.
     arm (k,): places in q of the coordinates of the robot's own chain, base first.
@@ -38,7 +38,7 @@ class ToolChain:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ToolStates:
-    """A tool centre point at n samples.
+    """States of a tool centre point at n samples.
 
     world_t_tcp (n, 4, 4). velocities (n, 3): m/s in the world's frame. jacobians (n, 6, k): by the coordinates of the
     robot's own chain, linear rows first, in the world's frame.

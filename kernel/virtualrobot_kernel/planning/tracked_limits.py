@@ -1,4 +1,4 @@
-"""Whether arms can go along with a frame: every posture of the motion for every place of the frame, checked."""
+"""Limit check of arms that go along with a frame: every posture of the motion for every place of the frame."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from virtualrobot_kernel.planning.actuators import ActuatorLimit
 from virtualrobot_kernel.world.actuators import LIMIT_TOLERANCE, beyond
 
 STEP = 0.01
-"""Between places of the frame that are looked at, in m or rad."""
+"""Spacing of the frame's places that are checked, in m or rad."""
 
 _TIME_STEP, _FEWEST, _MOST = 0.015, 24, 200
 _LARGEST_ERROR, _LARGEST_JUMP = 1e-9, 0.1
@@ -34,12 +34,12 @@ _BELT, _OWN, _BOTH, _JERK = 0.75, (0.2, 0.45), 0.95, 0.4
 _MARGIN = 1.005
 
 Place = Callable[[int, float, float, Array], tuple[str, dict[str, object]]]
-"""Words and metadata for: which stage, at which nominal time (s), the joint's displacement, and the arm's posture."""
+"""Error text and metadata for a stage, a nominal time (s), the joint's displacement, and the arm's posture."""
 
 
 @dataclass(frozen=True, eq=False)
 class Rates:
-    """How fast an arm's joints go in one stage, at c places of the frame and m moments: arrays (c, m, k).
+    """Joint rates of an arm in one stage, at c places of the frame and m moments: arrays (c, m, k).
 
     times (m,): nominal, in s. by_time, by_time2: derivatives by nominal time; by_place, by_place2: by the joint's
     displacement; mixed: by both. nominal (m, k): the velocity where the frame was when it was planned.
@@ -58,7 +58,7 @@ class Rates:
 
 @dataclass(frozen=True)
 class Budget:
-    """What keeping up with the frame's joint takes and leaves, in units of the joint: per s, s², s² and s³."""
+    """Rates of the frame's joint that arms keep up with, and those left for catching up: unit per s, s², s², s³."""
 
     velocity: float
     acceleration: float

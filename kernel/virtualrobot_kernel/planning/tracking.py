@@ -1,4 +1,4 @@
-"""Motions that go along with a frame of another robot: which joint moves it, and which arms follow."""
+"""Motions that track a frame of another robot: the joint that moves it, and the arms that follow."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Joint, JointType, LinkData, Node
 
 LARGEST_WINDOW = 100.0
-"""The largest window in meters or radians: each centimetre of it is looked at."""
+"""Largest window in meters or radians: each centimetre of it is checked."""
 
 GoOn = Callable[[], None]
-"""Called before each stage is looked at; raises KernelError when nobody waits for the plan any more."""
+"""Callback before each stage is checked; raises KernelError when nobody waits for the plan any more."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Frame:
-    """The joint that moves a node: whose it is, what it is, the link (a uid) that it moves, and where it stands."""
+    """Joint that moves a tracked node: its robot, its data, the link (a uid) that it moves, and its position."""
 
     robot: Node
     joint: Joint

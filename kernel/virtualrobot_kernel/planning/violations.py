@@ -1,4 +1,4 @@
-"""What a planned motion violates: found on its polynomials where that is exact, else on its samples."""
+"""Violations of limits by a planned motion: found on its polynomials where that is exact, else on its samples."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Joint, JointType, Kind
 
 SAMPLED_TOLERANCE = 1e-3
-"""By which share a law may exceed limits that its planner has verified on a grid of its own."""
+"""Share by which a law may exceed limits that its planner has verified on a grid of its own."""
 
 
 class ViolationKind(Enum):
-    """What is violated; the names equal those of `ViolationKind` in the contract."""
+    """Kind of violation; the names equal those of `ViolationKind` in the contract."""
 
     JOINT_POSITION = "JOINT_POSITION"
     JOINT_VELOCITY = "JOINT_VELOCITY"
@@ -43,7 +43,7 @@ class ViolationKind(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Violation:
-    """What a motion violates, and where: see the message of this name in the contract.
+    """Violation of a limit by a motion, with time and place: see the message of this name in the contract.
 
     contact: the nodes (names) that touch, and the nearest point (3,) of each; None where it is another violation.
     """
@@ -79,7 +79,7 @@ class Contact:
 
 @dataclass(frozen=True, slots=True)
 class _Found:
-    """A violation before its place is known: `column` is that of the joint, -1 for none."""
+    """Violation before its place is known: `column` is that of the joint, -1 for none."""
 
     time: float
     kind: ViolationKind
@@ -289,7 +289,7 @@ WORDS = {
     ViolationKind.JOINT_ACCELERATION: ("accelerates too much:", "rad/s^2", "m/s^2"),
     ViolationKind.EFFORT: ("would need", "N m", "N"),
 }
-"""What a joint does, and the unit of those that turn and of those that slide."""
+"""Words for a violation of a joint, and the units for joints that turn and that slide."""
 
 
 def tool_pose(

@@ -1,4 +1,4 @@
-"""How large a zone about a corner can be: what the moves have room for, by the ways of the tool centre points."""
+"""Size of a zone about a corner: the room that the moves leave for it, by the ways of the tool centre points."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
 from virtualrobot_kernel.planning.program import Zone
 
 MOST = 0.5
-"""The share of a move that one of its two zones may take, as on robot controllers."""
+"""Share of a move that one of its two zones may take, as on robot controllers."""
 
 _SAMPLES = 32
-"""In how many places a half move is looked at."""
+"""Number of places in which a half move is checked."""
 
 _STILL = 1e-6
-"""A tool centre point that moves by less, in meters, does not move."""
+"""Distance (m) below which a tool centre point does not count as moving."""
 
 _WIDE = 1.1
-"""How much farther from its corner than on the programmed way a zone in percent may lead a tool centre point."""
+"""Factor by which a zone in percent may lead a tool centre point farther from its corner than the programmed way."""
 
 Floats = NDArray[np.float64]
 Position = Callable[[Floats], Floats]
-"""Gives where a robot's tool centre point is, (3,) in m in its base's frame, with the joints (n,) of a path."""
+"""Position (3,) of a robot's tool centre point, in m in its base's frame, at joints (n,) of a path."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Room:
-    """What two moves have room for about the corner between them.
+    """Room of two moves for a zone about the corner between them.
 
     kept: the zone's size in the unit that was asked for, 0 where there is none; `why` it is smaller than wanted.
     shares: how much of the first path before the corner and of the second one behind it the zone takes. corners, radii:
@@ -45,7 +45,7 @@ class Room:
     radii: tuple[float, ...]
 
     def holds(self, joints: Floats) -> bool:
-        """Whether every tool centre point is in its part of the zone, with joints (m, n)."""
+        """Return True if every tool centre point is in its part of the zone, with joints (m, n)."""
         return all(
             max(float(np.linalg.norm(position(q) - corner)) for q in joints) <= radius * (1.0 + 1e-9)
             for position, corner, radius in zip(self.positions, self.corners, self.radii, strict=True)
@@ -81,7 +81,7 @@ def room_for(
 
 
 class _Half:
-    """The half of a path that is next to the corner: how far from the corner each tool centre point is, by share."""
+    """Half of a path next to the corner: distances of the tool centre points from the corner, by share."""
 
     def __init__(self, path: PiecewisePolynomial, is_before: bool, positions: Sequence[Position]) -> None:
         self.path, self.is_before, self.positions = path, is_before, positions

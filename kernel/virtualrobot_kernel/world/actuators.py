@@ -11,7 +11,7 @@ from virtualrobot_kernel.errors import KernelError, LimitError, UnknownNameError
 from virtualrobot_kernel.world.structure import Actuator, Node, RobotData, Structure
 
 LIMIT_TOLERANCE = 1e-6
-"""How far an actuator may be outside its limits by rounding, in its own unit."""
+"""Greatest excess of an actuator over its limits by rounding, in its own unit."""
 
 
 def actuators_of(robot: Node) -> tuple[Actuator, ...]:

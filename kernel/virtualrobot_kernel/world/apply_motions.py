@@ -34,10 +34,10 @@ from virtualrobot_kernel.world.measured import commanded
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, State
 
 START_TOLERANCE = 1e-6
-"""How far a joint may be from where the plan starts, in radians or meters."""
+"""Greatest distance of a joint from its plan's start, in radians or meters."""
 
 SLOWEST = 1e-9
-"""The least speed factor of a motion: products of tiny ones would be rounded to zero, which no motion understands."""
+"""Least speed factor of a motion: products of tiny ones would be rounded to zero, which no motion understands."""
 
 
 def start_motion(change: Change, command: StartMotion, forward: Forward) -> Change:
@@ -112,7 +112,7 @@ def pause_motion(change: Change, command: PauseMotion, forward: Forward) -> Chan
 
 
 def resume_motion(change: Change, command: ResumeMotion, forward: Forward) -> Change:
-    """Let a motion go on."""
+    """Resume a motion that was paused; one that runs stays as it is."""
     motion = running_motion(change.state, command.id)
     return replaced(change, replace(motion, running=motion.running.resume()))
 

@@ -50,11 +50,11 @@ DATA = {
     Kind.MOTION_SENSOR: MotionSensor,
     Kind.LIGHT: Light,
 }
-"""The data that a kind of node must have; other kinds have none."""
+"""Class of the data that a kind of node must have; other kinds have none."""
 
 
 PLACE = "place"
-"""Where an error's metadata says which of the nodes to create is refused, until `apply` makes an index of it."""
+"""Metadata key of an error for the place of the refused one among the nodes to create; `apply` makes an index of it."""
 
 
 def create_nodes(change: Change, command: CreateNodes, forward: Forward) -> Change:

@@ -35,7 +35,7 @@ from virtualrobot_kernel.world.state import Selection
 from virtualrobot_kernel.world.structure import Kind, Node, RobotData, Structure, ToolData
 
 REACH_OF_A_PICK = 0.2
-"""How far the nearest part's origin may be from the tool centre point when no part is named, in meters."""
+"""Greatest distance (m) of a part's origin from the tool centre point where the part to pick is not named."""
 
 
 def pick_part(change: Change, command: PickPart, forward: Forward) -> Change:

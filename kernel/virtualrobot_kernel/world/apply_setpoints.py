@@ -1,4 +1,4 @@
-"""Commands about motions that follow setpoints: start one, give it a setpoint, tell it that no more will come."""
+"""Commands about motions that follow setpoints: start one, give it a setpoint, close its stream."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def set_setpoint(change: Change, command: SetSetpoint, forward: Forward) -> Chan
 
 
 def end_setpoints(change: Change, command: EndSetpoints, forward: Forward) -> Change:
-    """Let a motion come to its end at its newest setpoint, or at standstill."""
+    """Close a motion's stream of setpoints: it ends at its newest setpoint, or at standstill."""
     motion = running_motion(change.state, command.id)
     return replaced(change, replace(motion, running=_setpoint_motion(motion).close()))
 

@@ -1,4 +1,4 @@
-"""What would come of the world if all that moves braked now."""
+"""Prediction of the world if all that moves braked now."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from virtualrobot_kernel.world.structure import Structure
 from virtualrobot_kernel.world.tick import advance
 
 LONGEST_BRAKE_TICKS = 15_000
-"""What takes longer to brake (a minute, at ticks of 4 ms) counts as if it could not."""
+"""Greatest number of ticks of a brake (a minute, at ticks of 4 ms); a longer one counts as none."""
 
 HARMLESS: frozenset[type] = frozenset(
     {
@@ -43,7 +43,7 @@ RATES: frozenset[type] = frozenset({commands.PauseMotion, commands.ResumeMotion,
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Way:
-    """Where the world goes, tick by tick.
+    """Predicted coordinates of the world, tick by tick.
 
     Attributes:
         tick: the first one.

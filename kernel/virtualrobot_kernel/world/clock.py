@@ -1,4 +1,4 @@
-"""When the next tick is due. Time is a count of ticks of one fixed length; only this file looks at the wall clock."""
+"""Clock of the world: due times of ticks. Time is a count of equal ticks; only this file looks at the wall clock."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 CATCH_UP_SECONDS = 0.05
-"""Lateness up to this is caught up by ticks in quick succession; beyond it simulation time falls behind."""
+"""Lateness that is caught up by ticks in quick succession; beyond it simulation time falls behind."""
 
 FACTOR_WINDOW_SECONDS = 0.5
-"""The real-time factor is measured over about this much of the wall clock."""
+"""Window of the wall clock over which the real-time factor is measured, about."""
 
 
 class Mode(Enum):
-    """How time runs."""
+    """Mode of the clock: ticks follow the wall clock, or come only when they are asked for."""
 
     REALTIME = "realtime"
     STEPPED = "stepped"
@@ -21,7 +21,7 @@ class Mode(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Clock:
-    """How time runs and how well it keeps up; `tick_nanoseconds` is the length of a tick in simulation time."""
+    """Mode, speed and measured punctuality of time; `tick_nanoseconds` is the length of a tick in simulation time."""
 
     mode: Mode
     speed_factor: float
@@ -36,7 +36,7 @@ class Clock:
 
 
 class Pacer:
-    """Says when ticks are due on a monotonic wall clock; a late tick is never merged with the next."""
+    """Due times of ticks on a monotonic wall clock; a late tick is never merged with the next."""
 
     def __init__(self, clock: Clock, now: float) -> None:
         """Begin at `now`, in seconds of a monotonic clock."""

@@ -1,4 +1,4 @@
-"""What is done about collisions: nothing, reports, stops, or a guard that keeps them from happening."""
+"""Settings of collision handling: none, reports, stops, or a guard that keeps collisions from happening."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ MOST_PADDING_METERS = 1.0
 
 
 class CollisionMode(Enum):
-    """What is done about collisions of a robot; the names equal those of `CollisionMode` in the contract."""
+    """Collision handling of a robot; the names equal those of `CollisionMode` in the contract."""
 
     OFF = "off"
     MONITOR = "monitor"
@@ -21,7 +21,7 @@ class CollisionMode(Enum):
 
 @dataclass(frozen=True, slots=True)
 class CollisionSettings:
-    """What is done about collisions.
+    """Settings of collision handling.
 
     Attributes:
         mode: for robots without a mode of their own.
@@ -48,4 +48,4 @@ class CollisionSettings:
 
 
 NOTHING_SET = CollisionSettings()
-"""What is done about collisions in a new world: nothing."""
+"""Settings of a new world: collisions are ignored."""

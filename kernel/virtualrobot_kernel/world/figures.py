@@ -1,4 +1,4 @@
-"""What nodes look like: frozen figures of primitives, meshes and annotations.
+"""Figures of nodes: frozen primitives, meshes and annotations.
 
 Lengths in meters, angles in radians. A figure's pose `node_t_figure` is a read-only 4x4 array. Geometry compares and
 hashes by value, so that a worker builds a native object once for each geometry it has never seen.
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Pose = NDArray[np.float64]
-"""A rigid transform `parent_t_child` as a (4, 4) float64 array."""
+"""Rigid transform `parent_t_child` as a (4, 4) float64 array."""
 
 
 def identity() -> Pose:
@@ -62,7 +62,7 @@ class Capsule:
 
 FEWEST_HULL_VERTICES = 4
 MOST_HULL_VERTICES = 256
-"""Its 508 triangles are one piece for FCL, which is quick to make and to ask."""
+"""Greatest number of a hull's vertices: its 508 triangles are one piece for FCL, which is quick to make and to ask."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +117,7 @@ Geometry = Box | Sphere | Cylinder | Cone | Capsule | Mesh | Points | Lines | Fr
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """How a figure looks and feels: colour as red, green, blue, alpha from 0 to 1."""
+    """Material of a figure: colour (red, green, blue, alpha from 0 to 1), reflectance and friction."""
 
     color: tuple[float, float, float, float] | None = None
     reflectance: float = 0.5

@@ -1,4 +1,4 @@
-"""Groups of joints: from which link to which the chain of a robot leads that is solved and moved. Pure."""
+"""Groups of joints: the links between which the chain of a robot leads that is solved and moved. Pure."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ class Group:
 
     @property
     def is_ad_hoc(self) -> bool:
-        """Whether links choose it, and no name."""
+        """True if it is chosen by links instead of by a name."""
         return bool(self.base or self.tip)
 
 
 _FREE = (JointType.FLOATING, JointType.PLANAR)
 
 WHOLE = Group()
-"""A robot's own chain, from its base to its flange."""
+"""Group of a robot's own chain, from its base to its flange."""
 
 
 def chain_links(structure: Structure, robot: Node, group: Group) -> tuple[int, list[int]]:

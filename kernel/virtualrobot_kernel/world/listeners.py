@@ -1,4 +1,4 @@
-"""Who is told what happens."""
+"""Registry of listeners to events, called in the order in which they came."""
 
 from __future__ import annotations
 

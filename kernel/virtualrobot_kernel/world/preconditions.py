@@ -22,7 +22,7 @@ from virtualrobot_kernel.world.structure import JointType, LinkData, Node, Robot
 from virtualrobot_kernel.world.tcp import chosen_tcp
 
 TOLERANCE = 1e-6
-"""How far a joint that carries an arm or a goal may have moved meanwhile, in radians or meters."""
+"""Greatest change of a joint that carries an arm or a goal since the plan was made, in radians or meters."""
 
 
 Key = str | Group
@@ -44,7 +44,7 @@ class Aspect(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Precondition:
-    """A node as it was, what of it counts (of POSTURE and STATE the one called `key`), and its value then.
+    """Fact about a node at planning: the aspect that counts (of POSTURE and STATE the one called `key`), and its value.
 
     Of FLANGE and TOOL the key is the group whose chain is meant.
     """
@@ -60,7 +60,7 @@ Preconditions = tuple[Precondition, ...]
 
 @dataclass(frozen=True, slots=True)
 class TcpPath:
-    """A tool centre point on its way: that of a robot (a uid), and the nodes (uids) in whose frames its goals are.
+    """Tool centre point on its way: that of a robot (a uid), and the nodes (uids) in whose frames its goals are.
 
     Without such nodes it goes by the frame of the chain's base. The chain is that of a group of the robot.
     """
@@ -210,4 +210,4 @@ READERS: dict[Aspect, Callable[[Structure, State, Node, Key], object]] = {
     Aspect.POSTURE: _posture,
     Aspect.STATE: _state,
 }
-"""How each aspect of a node is read: equal values mean that it is as it was."""
+"""Reader of each aspect of a node: equal values mean that it is as it was."""

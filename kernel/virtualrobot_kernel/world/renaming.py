@@ -1,4 +1,4 @@
-"""What follows when a joint or a node gets another name: whatever names it."""
+"""Renaming of joints and nodes, and of all references to them."""
 
 from __future__ import annotations
 

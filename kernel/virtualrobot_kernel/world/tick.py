@@ -17,7 +17,7 @@ from virtualrobot_kernel.world.structure import Structure
 from virtualrobot_kernel.world.tcp import world_t_tcp
 
 REMEMBERED = 256
-"""How many motions that have ended the state remembers."""
+"""Number of ended motions that the state remembers."""
 
 log = logging.getLogger(__name__)
 

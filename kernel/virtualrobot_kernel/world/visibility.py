@@ -1,4 +1,4 @@
-"""What of the tree can be seen: hidden nodes hide what is below them, and tools show the figures of their state."""
+"""Visibility of nodes: hidden ones hide what is below them, and tools show the figures of their state."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ from virtualrobot_plugins.closed_form.names import NAMELESS
 from virtualrobot_plugins.closed_form.singularities import ELBOW, LOOSE, SHOULDER, WRIST
 
 MARGIN = math.radians(0.5)
-"""How far from the end of a range of arm angles the elbow is put (rad), where the range has room for it."""
+"""Least distance of an arm angle from the ends of its range (rad); a quarter of the range where that is less."""
 SCHEME = NAMELESS._replace(words=(("shoulder+", "shoulder-"), ("elbow+", "elbow-"), ("wrist+", "wrist-")))
 _TRIALS = 8
 _NEXT = 1e-3

@@ -1,4 +1,4 @@
-"""Which arms have an arm angle, and what the compiled code knows of them."""
+"""Geometry of arms that have an arm angle: check of their axes, and their numbers for the compiled code."""
 
 from __future__ import annotations
 

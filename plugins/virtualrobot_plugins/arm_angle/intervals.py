@@ -1,4 +1,4 @@
-"""At which arm angles a pose may meet a joint limit: there, and nowhere else, solutions come and go.
+"""Arm angles at which a pose may meet a joint limit: there, and nowhere else, solutions come and go.
 
 Upper arm and forearm turn as sin(psi) A + cos(psi) B + C, and so does, for a joint at a given position, what is 0
 there. So each position is met at no more than two arm angles for each bend of the elbow (Shimizu et al. 2008, section
@@ -20,14 +20,14 @@ _TOLERANCE = 1e-12
 
 
 class Meetings(NamedTuple):
-    """What is 0 where a joint is at one of m positions: the product of weights and turn, less a constant."""
+    """Linear conditions of m joint positions: weights times turn, less the constant, is 0 where the joint is there."""
 
     weights: Floats
-    """(m, 9)"""
+    """(m, 9) factors of the entries of the turn, a rotation matrix, row by row."""
     constants: Floats
-    """(m,)"""
+    """(m,) value of that product at the joint's position."""
     is_wrist: np.ndarray
-    """(m,) whether the turn is that of the forearm by joints 5 to 7, not that of the upper arm by joints 1 to 3."""
+    """(m,) true: the turn is that of the forearm by joints 5 to 7; false: that of the upper arm by joints 1 to 3."""
 
 
 def meetings_of(arm: Floats, lower: Floats, upper: Floats) -> Meetings:

@@ -34,7 +34,7 @@ Words = np.ndarray[Any, np.dtype[np.uint64]]
 
 
 class SearchSpace(NamedTuple):
-    """Where solutions of a chain may lie, and where random starts are drawn; arrays (k,) in metres and radians."""
+    """Ranges of a chain's k joints for solutions and for random starts; arrays (k,) in metres and radians."""
 
     lower: Floats
     upper: Floats
@@ -49,7 +49,7 @@ class SearchSpace(NamedTuple):
 
 
 class SearchOutcome(NamedTuple):
-    """What a search came to."""
+    """Outcome of a search for joint positions: success, effort and remaining error."""
 
     solved: bool
     starts: int
@@ -57,9 +57,9 @@ class SearchOutcome(NamedTuple):
     steps: int
     """Steps of all starts."""
     position_error: float
-    """Of the solution, or of the best posture met (m)."""
+    """Position error of the solution, or of the best posture met (m)."""
     rotation_error: float
-    """Of the same posture (rad)."""
+    """Rotation error of the same posture (rad)."""
 
 
 def search_space(chain: SerialChain, respect_limits: bool = True) -> SearchSpace:

@@ -1,4 +1,4 @@
-"""How far a pose is from another: translation and rotation vector, compiled into the functions that call it."""
+"""Error between two poses: translation and rotation vector, compiled into the functions that call it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What components have in common that know all branches of an arm: names, limits, turns, and why there is none."""
+"""Base of the components that know all branches of an arm: names, limits, turns, reasons for no solution."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from virtualrobot_plugins.closed_form.model import Model
 from virtualrobot_plugins.closed_form.names import Scheme, branch_names, check_configuration, turn_words
 
 POLISHED = 1e-10
-"""How far a solution's tip may be from its target (m, rad), unless tighter tolerances are asked for."""
+"""Largest error of a solution's tip from its target (m, rad), unless tighter tolerances are asked for."""
 DEFAULTS = InverseOptions()
 _TOLERANCES = POLISHED, POLISHED
 _FEW = 1024

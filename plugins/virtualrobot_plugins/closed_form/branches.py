@@ -29,19 +29,19 @@ Codes = np.ndarray[Any, np.dtype[np.int64]]
 
 
 Found = tuple[int, int, int, int, float, float]
-"""What became of EAIK's angles:
+"""Counts, flags and errors from sorting EAIK's angles:
 
-- how many solutions there are, turned ones each for themselves;
-- how many branches reach the target, limits or not;
+- number of solutions, turned ones each for themselves;
+- number of branches that reach the target, limits or not;
 - SHOULDER, ELBOW, WRIST, LOOSE, added;
-- how many branches were left out because another has their name;
+- number of branches that were left out because another has their name;
 - the worst branch's distance from the target (m); without one the least of all angles; inf without any;
 - the angle of the same (rad).
 """
 
 
 Asked = tuple[Floats, Floats, Floats, bool, float, float]
-"""What is asked of one pose: target (4, 4), limits (2, n), seed (n,), whether to sort by the seed, tolerances (m, rad).
+"""Inverse problem of one pose: target (4, 4), limits (2, n), seed (n,), order by the seed or not, tolerances (m, rad).
 
 A plain tuple, as `Found`: making anything better costs as much as a branch.
 """

@@ -1,4 +1,4 @@
-"""What the compiled code knows of an arm, packed into few arrays."""
+"""Model of an arm for the compiled code, packed into few arrays."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from virtualrobot_plugins.closed_form.geometry import Axes
 from virtualrobot_plugins.closed_form.names import Scheme
 
 NAMED, FIXED, PARALLEL, SPHERICAL = 1, 2, 4, 8
-"""What an arm may be: its branches have names; W is fixed to its tip; axes 2, 3 and 4 are parallel; E is W."""
+"""Bit flags of an arm's geometry: its branches have names; W is fixed to its tip; axes 2, 3, 4 are parallel; E is W."""
 NUMBERS = 23
-"""How many numbers come before the frames."""
+"""Number of scalars before the frames in `Model.numbers`."""
 
 
 class Model(NamedTuple):
-    """What the compiled code knows of an arm; see `Scheme`. Few arrays, since handing over each costs 0.1 µs."""
+    """Model of an arm for the compiled code; see `Scheme`. Few arrays, since handing over each costs 0.1 µs."""
 
     numbers: Floats
     """(23 + 16 n + 16,) up, signs of shoulder and wrist, lateral, 1 / reach, places of W and E on their axes, W and h_6

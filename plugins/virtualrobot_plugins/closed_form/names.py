@@ -1,4 +1,4 @@
-"""What tells the branches of an arm apart, from the arm itself: shoulder, elbow and wrist, and their names.
+"""Criteria that tell the branches of an arm apart, from its geometry: shoulder, elbow and wrist, and their names.
 
 With u the direction of axis 1 that points up, h_i the direction of axis i, p_i a point on it, W the wrist's centre and
 E what the elbow carries (W, or axis 4 where it is parallel to axes 2 and 3), the arm is singular where one of these is
@@ -30,7 +30,7 @@ WRIST = ("noflip", "flip")
 
 
 class Scheme(NamedTuple):
-    """How the branches of one arm are told apart; `words` is empty where they have no names."""
+    """Criteria that tell the branches of one arm apart; `words` is empty where they have no names."""
 
     words: tuple[tuple[str, str], ...]
     """For each of shoulder, elbow, wrist that the arm has: the word for the positive side and for the other."""
@@ -50,7 +50,7 @@ class Scheme(NamedTuple):
     lateral: float
     """(W - p_1) . h_2 (m), which never changes."""
     is_parallel: bool
-    """Whether axes 2, 3 and 4 are parallel."""
+    """True where axes 2, 3 and 4 are parallel."""
 
 
 NAMELESS = Scheme((), 0, 0.0, 0, 0.0, 1.0, 1.0, 0.0, 0.0, False)

@@ -13,7 +13,7 @@ from virtualrobot_plugins.closed_form.library import Angles
 from virtualrobot_plugins.closed_form.model import FIXED, Model
 
 _CLOSE = 1e-4
-"""How far the poses close by are away (m, rad)."""
+"""Distance and angle from the target to the poses close by (m, rad)."""
 _BARELY = 1e-5
 """The sine of a wrist's bend below which EAIK may take it for straight, and more."""
 

@@ -1,4 +1,4 @@
-"""Which singularities a posture or a target is at, and which of the branches between them a posture is on; compiled."""
+"""Singularities that a posture or a target is at, and the branch between them that a posture is on; compiled."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SINGULAR = 2e-5
 SINGULAR_OF_SEVEN = 1e-4
 """The same of an arm of seven axes, which may be near two singularities at once and whose posture they blur more."""
 SHOULDER, ELBOW, WRIST, LOOSE = 1, 2, 4, 8
-"""What an answer may be: at a singularity of that name, or with angles that need polish."""
+"""Bit flags of an answer: at the singularity of that name, or with angles that need polish."""
 
 
 @inlined

@@ -16,10 +16,10 @@ from virtualrobot_plugins.importers.xacro import Xacro, XacroSettings
 api_version = "1.0"
 
 XACRO_SECONDS = 20.0
-"""How long a xacro file may take; the largest take a second, and an expression in a file (`${9**9**9}`) has no end."""
+"""Deadline for a xacro file (s); the largest take a second, and an expression in a file (`${9**9**9}`) has no end."""
 
 HEAVY_SECONDS = 300.0
-"""How long a STEP or DXF file of a whole plant may take."""
+"""Deadline for a STEP or DXF file (s): enough for a whole plant."""
 
 
 @hookimpl

@@ -22,7 +22,7 @@ MAX_TRIANGLES = 20_000_000
 """More are refused: they would take gigabytes in the kernel."""
 
 ROUGHNESS = 0.8
-"""Of surfaces whose file tells none: rather dull."""
+"""Roughness of surfaces whose file tells none: rather dull."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,4 +1,4 @@
-"""What importers say when they cannot read a file: the place first, then the reason."""
+"""Errors of importers for files that they cannot read: the place first, then the reason."""
 
 from __future__ import annotations
 

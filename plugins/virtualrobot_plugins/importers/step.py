@@ -20,7 +20,7 @@ from virtualrobot_plugins.importers.glb import MAX_TRIANGLES
 from virtualrobot_plugins.importers.refusal import listed, missing_library, refusal, short_name
 
 MAX_SECONDS = 280
-"""How long Open CASCADE may work on one file."""
+"""Deadline of Open CASCADE for one file (s)."""
 
 # The alarm ends the process where nobody is left to wait for it; crashes of broken files leave no core files. Bytes go
 # through pipes, so that nothing stays on the disk when it is killed; what Open CASCADE prints goes with the errors.

@@ -37,7 +37,7 @@ _UNPACKING_ERRORS = (
     *(zipfile.BadZipFile, zlib.error, struct.error),
     *(EOFError, IndexError, OSError, OverflowError, RuntimeError, ValueError),
 )
-"""What zipfile runs into in broken archives (NotImplementedError is a RuntimeError)."""
+"""Exceptions that zipfile raises on broken archives (NotImplementedError is a RuntimeError)."""
 _NO_COLOR = (200, 200, 200, 255)
 
 

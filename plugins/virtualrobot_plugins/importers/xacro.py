@@ -31,7 +31,7 @@ _ONE_AT_A_TIME = threading.Lock()
 
 @dataclass(frozen=True, slots=True)
 class XacroSettings:
-    """What a xacro file is expanded with.
+    """Settings of the xacro importer.
 
     Attributes:
         arguments: values of the file's `<xacro:arg>`, by name.

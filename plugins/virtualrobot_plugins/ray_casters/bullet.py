@@ -18,23 +18,23 @@ from virtualrobot_sdk.ray_checks import check_rays
 from virtualrobot_sdk.rays import NO_ELEMENT, Hits, RayScene, Shape
 
 RAYS_AT_ONCE = 16_383
-"""How many rays PyBullet takes in a call: one less than it says; of 16,384 it answers none."""
+"""Largest number of rays in a call of PyBullet: one less than it says; of 16,384 it answers none."""
 TRIANGLES_AT_ONCE = 40_000
-"""How many triangles a mesh may have here: PyBullet takes 131,072 vertices, and each may have three of its own."""
+"""Largest number of triangles of a mesh: PyBullet takes 131,072 vertices, and each triangle may have three."""
 MOST_UNUSED = 500_000
-"""How many triangles of shapes that are no longer in the scene may be kept, should they come back."""
+"""Largest number of triangles kept of shapes that are no longer in the scene, should they come back."""
 _NUMBERS = list(range(3 * TRIANGLES_AT_ONCE))
 
 
 @dataclass(slots=True)
 class _Kept:
-    """What Bullet has of one of our shapes."""
+    """Bullet's copies of one of our shapes."""
 
     meshes: list[int]
     """Its collision shapes, one for each piece."""
     triangles: int
     radius: float
-    """How far (m) the farthest vertex is from the origin of its frame."""
+    """Distance of the farthest vertex from the origin of its frame (m)."""
     bodies: list[list[int]] = field(default_factory=list)
     """For each element that has the shape, the bodies that are its pieces."""
 

@@ -9,7 +9,7 @@ from virtualrobot_sdk.ray_checks import check_rays
 from virtualrobot_sdk.rays import NO_ELEMENT, Booleans, Hits, RayScene, Singles
 
 PAIRS = 1 << 18
-"""How many pairs of a ray and a triangle are tried at once: so memory stays below some 80 MB, whatever the scene."""
+"""Number of pairs of a ray and a triangle tried at once: so memory stays below some 80 MB, whatever the scene."""
 
 
 class ReferenceCaster:

@@ -1,4 +1,4 @@
-"""Which rays make up a beam: evenly spread over a laser's spot or a sonar's cone, the axis first."""
+"""Rays of a beam: evenly spread over a laser's spot or a sonar's cone, the axis first."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which echo a laser's receiver gets of the rays of each beam: surfaces nearer than the pulse blend into one."""
+"""Echo in a laser's receiver of the rays of each beam: surfaces closer together than the pulse blend into one."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from virtualrobot_sdk.kinematics import Floats
 from virtualrobot_sdk.rays import Booleans, TrueHits
 
 LEAST_DISTANCE = 1e-6
-"""Where a surface lies in the aperture, its echo grows no further (m)."""
+"""Lower bound of the distance in the power of an echo (m): a surface nearer than this gives no more."""
 _BLACK = 1e-9
 """Reflectance that counts for a surface of none, so that black surfaces alone have a mean distance too."""
 

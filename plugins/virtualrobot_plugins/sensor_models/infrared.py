@@ -21,7 +21,7 @@ from virtualrobot_plugins.sensor_models.saying import WithoutEcho, readings
 
 @dataclass(frozen=True, slots=True)
 class InfraredSettings:
-    """How a triangulating sensor measures; the defaults are those of Sharp's GP2Y0A21YK0F on a 10 bit converter."""
+    """Settings of a triangulating sensor; the defaults are those of Sharp's GP2Y0A21YK0F on a 10 bit converter."""
 
     near_meters: Annotated[float, Meta(gt=0, le=100, description="A distance (m) whose voltage is known ...")] = 0.10
     near_volts: Annotated[float, Meta(gt=0, le=100, description="... and its voltage.")] = 2.3

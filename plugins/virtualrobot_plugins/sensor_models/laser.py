@@ -20,14 +20,14 @@ from virtualrobot_plugins.sensor_models.echoes import chosen_echo, only_echo
 from virtualrobot_plugins.sensor_models.saying import WithoutEcho, readings
 
 LEAST_COSINE = 0.01
-"""Of the incidence angle: where the beam grazes a surface, the noise grows no further."""
+"""Least cosine of the incidence angle in the noise: where the beam grazes a surface, the noise grows no further."""
 _SURE = 6.0
 """From how many spreads off the threshold an echo is found, or lost, for certain (by chance in 1 of 10^9)."""
 
 
 @dataclass(frozen=True, slots=True)
 class LaserSettings:
-    """How a laser range finder measures; the defaults are those of a small 2D scanner."""
+    """Settings of a laser range finder; the defaults are those of a small 2D scanner."""
 
     deviation_meters: Annotated[
         float, Meta(ge=0, le=100, description="Least standard deviation of a distance (m), at right angles.")

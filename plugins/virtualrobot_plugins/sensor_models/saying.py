@@ -1,4 +1,4 @@
-"""What the models share in how a reading is told: steps, range, and what a beam without a valid reading says."""
+"""Output stage of the sensor models: quantisation, range, and the value of a beam without a valid reading."""
 
 from __future__ import annotations
 

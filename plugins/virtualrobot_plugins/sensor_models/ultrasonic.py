@@ -20,14 +20,14 @@ from virtualrobot_plugins.sensor_models.beams import cone
 from virtualrobot_plugins.sensor_models.saying import WithoutEcho, readings
 
 EDGE_DECIBELS = 6.0
-"""By how much an echo at the edge of the cone is weaker than on its axis."""
+"""Loss of an echo at the edge of the cone against one on its axis (dB)."""
 LEAST_DISTANCE = 1e-3
-"""Nearer than this an echo grows no further (m)."""
+"""Lower bound of the distance in the power of an echo (m): nearer surfaces give no more."""
 
 
 @dataclass(frozen=True, slots=True)
 class UltrasonicSettings:
-    """How an ultrasonic range finder measures; the defaults are those of an HC-SR04 in a room."""
+    """Settings of an ultrasonic range finder; the defaults are those of an HC-SR04 in a room."""
 
     half_angle_radians: Annotated[
         float, Meta(gt=0, le=1.2, description="Between axis and edge of the cone (rad), where echoes are 6 dB weaker.")

@@ -1,4 +1,4 @@
-"""Where compiled code is kept, and how it is compiled or loaded before the kernel's threads start.
+"""Cache of compiled code: its folder, and its compiling or loading before the kernel's threads start.
 
 numba can compile a function in seconds or load it from a file in milliseconds. The files go to a directory of the
 user, so that an installation that nobody may write to works too. Each version of a package's sources has its own:

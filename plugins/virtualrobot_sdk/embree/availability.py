@@ -1,4 +1,4 @@
-"""Whether Embree can be had here, tried once by a ray whose answer is known."""
+"""Availability of Embree on this machine, tried once by a ray whose answer is known."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ Array = np.ndarray[Any, np.dtype[Any]]
 _ORIGIN, _NEAREST, _DIRECTION, _FARTHEST = 0, 3, 4, 8
 _NORMAL, _U, _V, _PRIMITIVE, _GEOMETRY, _INSTANCE, _ROWS = 12, 15, 16, 17, 18, 19, 20
 _ROOM = 1.0 + 1e-6
-"""How much larger boxes are than what they bound, since rays are tested on them in single precision."""
+"""Factor by which boxes are larger than what they bound, since rays are tested on them in single precision."""
 
 
 @inlined

@@ -28,9 +28,9 @@ _LINE = 64
 _BUNDLE = np.float32(0.95)
 """Cosine of the angle within which a packet's directions make it a bundle: measured, there the ways cost the same."""
 _BUNDLE_ORIGINS = np.float32(0.5**2)
-"""Within which its origins must be, squared (m^2)."""
+"""Square of the distance within which its origins must be (m^2)."""
 _REFINED = 1e-3
-"""How far (m, and as much of the distance) a hit in double precision may be from the one in single precision."""
+"""Largest distance of a hit in double precision from the one in single (m), and as much again per m of distance."""
 _ARGUMENTS = np.uint64(40)
 """Bytes of RTCIntersectArguments and of RTCOccludedArguments."""
 

@@ -1,4 +1,4 @@
-"""Where a ray meets a sphere, cylinder, cone or capsule, in double precision, compiled into what calls it.
+"""Intersection of a ray with a sphere, cylinder, cone or capsule, in double precision, compiled into what calls it.
 
 Each surface is a quadric cut off along z: the roots of its quadratic equation along the ray are hits where they lie on
 the part that counts (A. Glassner, ed., An Introduction to Ray Tracing, 1989, chapter 2).
@@ -13,10 +13,10 @@ from virtualrobot_sdk.rays import Primitive, Round
 
 SPHERE, CYLINDER, CONE, CAPSULE = 0.0, 1.0, 2.0, 3.0
 FLAT = -1.0
-"""Of a shape of triangles."""
+"""Kind of a shape of triangles."""
 _KINDS = {Round.SPHERE: SPHERE, Round.CYLINDER: CYLINDER, Round.CONE: CONE, Round.CAPSULE: CAPSULE}
 _SEAM = 1.0 + 1e-12
-"""How far each part of a surface reaches over its edge, so that no ray slips through between two."""
+"""Factor by which each part of a surface reaches over its edge, so that no ray slips through between two."""
 
 Surface = tuple[float, float, float]
 """Kind, radius and length, as compiled code takes them."""

@@ -28,14 +28,14 @@ context, no filter, no callback."""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Traced:
-    """What n rays first meet, from either side of a surface."""
+    """First hits of n rays, on either side of a surface."""
 
     distance: Singles
     """(n,) along the ray (m); inf where it meets nothing within the range."""
     element: Integers
-    """(n,) which element; -1 where it meets nothing."""
+    """(n,) row of the element; -1 where it meets nothing."""
     triangle: Integers
-    """(n,) which row of the shape's triangles; -1 on a curved surface and where a ray meets nothing."""
+    """(n,) row of the shape's triangles; -1 on a curved surface and where a ray meets nothing."""
     uv: Singles
     """(n, 2) weights of the triangle's second and third corner at the hit; 0 where there is no triangle."""
     normal: Singles
@@ -44,7 +44,7 @@ class Traced:
 
 
 class _Addresses(NamedTuple):
-    """Of what compiled code calls."""
+    """Addresses of the functions that compiled code calls."""
 
     intersect: int
     occluded: int

@@ -30,7 +30,7 @@ from virtualrobot_sdk.kinematics import Floats
 __all__ = ["OLD_TAGS", "Element", "SensorTag", "Values", "Warn", "read_sensor", "sensor_tags"]
 
 OLD_TAGS = ("ray", "camera", "contact")
-"""What stands behind `sensor:` in the tags of Gazebo before 1.0."""
+"""Names behind `sensor:` in the tags of Gazebo before 1.0."""
 _FASTEST = 10_000.0
 _LIDARS = ("ray", "gpu_ray", "lidar", "gpu_lidar")
 _READERS: dict[str, tuple[str, Callable[[Element, Warn], Values]]] = {

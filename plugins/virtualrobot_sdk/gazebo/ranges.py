@@ -22,7 +22,7 @@ from virtualrobot_sdk.gazebo.tags import (
 )
 
 _FARTHEST = 1e6
-"""What an infinite range is read as (m)."""
+"""Range that stands for an infinite one (m)."""
 
 
 def lidar(sensor: Element, warn: Warn) -> Values:

@@ -39,7 +39,7 @@ class BadTagError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Noise:
-    """What a <noise> says, in the unit of what it spoils."""
+    """Parameters of a <noise>, in the unit of the quantity that it is added to."""
 
     mean: float = 0.0
     deviation: float = 0.0

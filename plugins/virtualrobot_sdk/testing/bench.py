@@ -1,4 +1,4 @@
-"""Where a component is tried: a worker process of its own, so that a hang or a crash is found and named."""
+"""Test bench of a component: a worker process of its own, so that a hang or a crash is found and named."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from virtualrobot_sdk.testing.subject import LOADING_SECONDS, Subject
 from virtualrobot_sdk.worker import Worker
 
 LOOK_SECONDS = 30.0
-"""How long the kit's own loops of many calls may take."""
+"""Deadline of the kit's own loops of many calls (s)."""
 _PROBE = "virtualrobot_sdk.testing.probe:Probe"
 
 
@@ -33,7 +33,7 @@ class Bench:
 
     @property
     def has_ended(self) -> bool:
-        """Whether a fault has ended the process."""
+        """True once a fault has ended the process."""
         return self._worker.fault is not None
 
     def renew(self) -> None:

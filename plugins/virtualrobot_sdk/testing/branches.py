@@ -12,7 +12,7 @@ from virtualrobot_sdk.kinematics import PRISMATIC, REVOLUTE, Floats, SerialChain
 from virtualrobot_sdk.reference import chain_frames
 
 STARTS = 256
-"""How many random starts are made; each solution of an arm with 8 is met about 20 times or more."""
+"""Number of random starts; each solution of an arm with 8 is met about 20 times or more."""
 SAME = 1e-4
 """Postures closer than this (rad, m) are the same."""
 _STEPS = 60

@@ -16,19 +16,19 @@ from virtualrobot_sdk.testing.trial import Law, NotTried, Trial, examine
 
 
 class ComponentContract:
-    """What every component of one kind must keep; authors subclass the class of their kind in a test file.
+    """Contract of all components of one kind; authors subclass the class of their kind in a test file.
 
     Each law is a test. The component runs in a process of its own, so that a hang or a crash fails one test with its
     name; there, arguments are arrays that cannot be written to.
 
     Attributes:
-        kind: what the component is for (set by the class of the kind).
+        kind: the component's kind (set by the class of the kind).
         laws: by name (set by the class of the kind).
-        facts: what the author says of the component.
+        facts: properties of the component that its author states.
         component: `my_lidar` (of an installed plugin), `my_package/my_lidar` (the plugin's module and the component's
             name) or `my_package.lidar:MyLidar` (something that makes the component, without settings).
         settings: plain values, as in a scene file.
-        seed: what random values come from; None: VIRTUALROBOT_TEST_SEED or a new one; a failed test prints it.
+        seed: seed of the random values; None: VIRTUALROBOT_TEST_SEED or a new one; a failed test prints it.
     """
 
     kind: ClassVar[ComponentKind]

@@ -18,7 +18,7 @@ from virtualrobot_sdk.testing.subject import locate
 
 
 class KinematicsContract:
-    """What every kinematics component must keep; subclass it in a test file.
+    """Contract of all kinematics components; subclass it in a test file.
 
         class TestMyArm(KinematicsContract):
             component = "my_package/my_arm"
@@ -31,8 +31,8 @@ class KinematicsContract:
             name) or `my_package.arm:MyArm` (something that makes the component of a chain).
         settings: plain values, as in a scene file.
         chains: by name; those of the kit, and whatever is added.
-        complete: whether the component says that it returns all solutions within limits.
-        seed: what random postures come from; None: VIRTUALROBOT_TEST_SEED or a new one; a failed test prints it.
+        complete: true where the component claims to return all solutions within limits.
+        seed: seed of the random postures; None: VIRTUALROBOT_TEST_SEED or a new one; a failed test prints it.
     """
 
     component: ClassVar[str]

@@ -34,15 +34,15 @@ LAWS: dict[str, Law] = {
     "answers": manners.answers,
     "memory": manners.memory,
 }
-"""What every component must keep, in the order in which it is tried."""
+"""Laws of all kinematics components, by name, in the order in which they are tried."""
 
 
 PATIENCE = 3
-"""After so many faults that ended the process nothing more is tried: each takes time, and most have one cause."""
+"""Number of faults that end the process after which nothing more is tried: each takes time, most have one cause."""
 
 
 class State(Enum):
-    """How a component stands to a law on a chain."""
+    """Result of a component for a law on a chain."""
 
     OK = "ok"
     FAILED = "failed"
@@ -54,7 +54,7 @@ class State(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What came of one law on one chain; `said` is what is wrong, or why it was not tried."""
+    """Finding of one law on one chain; `said` is what is wrong, or why it was not tried."""
 
     law: str
     chain: str
@@ -121,7 +121,7 @@ class Examination:
 
     @property
     def has_given_up(self) -> bool:
-        """Whether so many processes have ended that nothing more is tried."""
+        """True once so many processes have ended that nothing more is tried."""
         return len(self._ends) >= PATIENCE
 
     def cost(self, chain: str) -> tuple[Finding, dict[str, tuple[np.ndarray, np.ndarray]]]:

@@ -19,19 +19,19 @@ from virtualrobot_sdk.testing.native_formats import check_native
 from virtualrobot_sdk.testing.trial import Law, Trial
 
 ROUNDS = 1000
-"""How often an importer may ask for more files of one."""
+"""Largest number of times that an importer may ask for more files of one sample."""
 _MOST_TOLD = 5
 
 
 @dataclass(frozen=True, slots=True)
 class ImporterFacts:
-    """What the author says of an importer.
+    """Properties of an importer that its author states.
 
     Attributes:
         samples: good files by their names, with the ending; small ones, since each is read many times.
-        files: what they name, by name as written; what is not here is nowhere.
-        damaged: how many damaged copies of each sample are tried.
-        uses_processes: whether it runs a converter in a process of its own, with files in the temporary folder.
+        files: files that the samples name, by name as written; what is not here is nowhere.
+        damaged: number of damaged copies of each sample that are tried.
+        uses_processes: true where it runs a converter in a process of its own, with files in the temporary folder.
     """
 
     samples: Mapping[str, bytes]
@@ -129,11 +129,11 @@ def seclusion(trial: ImporterTrial, rng: np.random.Generator) -> Measured:
 LAWS: Mapping[str, Law] = MappingProxyType(
     {law.__name__: law for law in (formats, missing, determinism, nonsense, damage, seclusion)}
 )
-"""What every importer must keep, in the order in which it is tried."""
+"""Laws of all importers, by name, in the order in which they are tried."""
 
 
 class ImporterContract(ComponentContract):
-    """What every importer must keep; subclass it in a test file.
+    """Contract of all importers; subclass it in a test file.
 
     class TestMyFormat(ImporterContract):
         component = "my_package/my_format"

@@ -19,12 +19,12 @@ from virtualrobot_sdk.testing.bench import Bench
 from virtualrobot_sdk.testing.branches import SAME, all_solutions, is_redundant, same
 
 POSTURES = 25
-"""How many random postures most laws try."""
+"""Number of random postures that most laws try."""
 BRANCH_POSES = 4
-"""For how many poses all solutions are looked for."""
+"""Number of poses for which all solutions are looked for."""
 RETURNED, EXISTING = "solutions returned", "solutions that there are"
 _BEYOND = 0.3
-"""How far past a limit (rad, m)."""
+"""Distance of a tried position past its limit (rad, m)."""
 
 
 class LawBroken(AssertionError):
@@ -33,10 +33,10 @@ class LawBroken(AssertionError):
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """What a law found.
+    """Result of a law that holds.
 
     Attributes:
-        tried: how many postures or cases.
+        tried: number of postures or cases.
         worst: the worst deviations by their unit, or what else was counted.
         note: a remark in words.
     """

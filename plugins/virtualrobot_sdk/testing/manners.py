@@ -25,7 +25,7 @@ _REPEATED = 5
 
 
 def refusals(bench: Bench, rng: np.random.Generator) -> Measured:
-    """What makes no sense is refused by an ArgumentError, and the next call is answered rightly."""
+    """Arguments that make no sense are refused by an ArgumentError, and the next call is answered rightly."""
     q = random_posture(bench.chain, rng)
     before = bench.forward(q)[-1]
     accepted = []

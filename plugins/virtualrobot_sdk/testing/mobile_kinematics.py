@@ -17,24 +17,24 @@ from virtualrobot_sdk.testing.laws import LawBroken, Measured
 from virtualrobot_sdk.testing.trial import Law, Trial, checked, must_refuse, numbers
 
 STEPS = 40
-"""How many random steps most laws try."""
+"""Number of random steps that most laws try."""
 LONG_WAY = 1500
-"""How many steps are made one after the other to see whether the pose stays rigid."""
+"""Number of steps made one after the other to see whether the pose stays rigid."""
 RIGID = 1e-9
-"""How far the rotation of a pose may be from orthonormal, at any time (largest entry of R^T R - I)."""
+"""Largest error of the rotation of a pose from orthonormal, at any time (largest entry of R^T R - I)."""
 SAME = 1e-9
-"""How far poses may be apart that should be the same (m, rad), and drives."""
+"""Largest difference of poses, and of states of drives, that should be the same (m, rad)."""
 
 
 @dataclass(frozen=True, slots=True)
 class CraftFacts:
-    """What the author says of a craft.
+    """Properties of a craft that its author states.
 
     Attributes:
         seconds: the longest step that it is made for.
-        greatest_command: what drives are told at most, to both sides (rad/s, m/s).
-        greatest_state: where drives are at most, to both sides (rad, m): what a steering angle may be.
-        half_steps: how far (m, rad) two steps of half the time may end from one: its error of integration.
+        greatest_command: the largest command of a drive, to both sides (rad/s, m/s).
+        greatest_state: the largest position of a drive, to both sides (rad, m), such as of a steering angle.
+        half_steps: largest distance (m, rad) between the ends of two half steps and of one: its error of integration.
     """
 
     seconds: float = 0.1
@@ -144,7 +144,7 @@ def long_way(trial: CraftTrial, rng: np.random.Generator) -> Measured:
 
 
 def refusals(trial: CraftTrial, rng: np.random.Generator) -> Measured:
-    """What makes no sense is refused by an ArgumentError, and the next step is answered rightly."""
+    """Arguments that make no sense are refused by an ArgumentError, and the next step is answered rightly."""
     step = _random_step(trial, rng)
     before = _step(trial, *step)
     tried = must_refuse(trial, _nonsense(*step))
@@ -170,11 +170,11 @@ def determinism(trial: CraftTrial, rng: np.random.Generator) -> Measured:
 LAWS: Mapping[str, Law] = MappingProxyType(
     {law.__name__: law for law in (drives, half_steps, rest, motion, anywhere, long_way, refusals, determinism)}
 )
-"""What all mobile kinematics must keep, in the order in which it is tried."""
+"""Laws of all mobile kinematics, by name, in the order in which they are tried."""
 
 
 class MobileKinematicsContract(ComponentContract):
-    """What all mobile kinematics must keep; subclass it in a test file.
+    """Contract of all mobile kinematics; subclass it in a test file.
 
     class TestMyCraft(MobileKinematicsContract):
         component = "my_package/my_craft"

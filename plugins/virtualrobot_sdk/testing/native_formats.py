@@ -1,4 +1,4 @@
-"""Whether what an importer gives can be opened: what all readers need of binary glTF 2.0, URDF and scene files."""
+"""Validity of an importer's translation: what all readers need of binary glTF 2.0, URDF and scene files."""
 
 from __future__ import annotations
 

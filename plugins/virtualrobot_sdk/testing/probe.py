@@ -143,7 +143,7 @@ class Probe:
 
 
 class Attribute:
-    """What a module has under a name, or gives when called: the chains of an author."""
+    """Value of a module's attribute, or its result when called: the chains of an author."""
 
     def __init__(self, path: str) -> None:
         """Import `module:attribute`."""

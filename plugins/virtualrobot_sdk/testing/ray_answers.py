@@ -1,4 +1,4 @@
-"""How the suite for ray casters looks at an answer: types and shapes, and distances from the truth."""
+"""Checks of a ray caster's answer in its suite: types and shapes, and distances from the truth."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from virtualrobot_sdk.testing.ray_truth import reference
 from virtualrobot_sdk.testing.trial import Trial, numbers
 
 _NORMAL = 1e-3
-"""How far a normal may be from the triangle's (length of the difference)."""
+"""Largest error of a normal from the triangle's (length of the difference)."""
 _GRAZING = 1e-3
 """At a smaller slant (cosine to the normal) than this a hit may be no farther off than at this one."""
 
 
 @dataclass(frozen=True, slots=True)
 class CasterFacts:
-    """What the author says of a ray caster.
+    """Properties of a ray caster that its author states.
 
     Attributes:
         precision: the largest error of a distance (m), for scenes and rays within 10 m: the default is good for single
             precision.
-        exact_curves: whether it meets curved surfaces (`Shape.primitive`) as they are meant, to 1e-6 of the range, and
-            never the triangles that stand for them.
+        exact_curves: true where it meets curved surfaces (`Shape.primitive`) as they are meant, to 1e-6 of the range,
+            and never the triangles that stand for them.
     """
 
     precision: float = 1e-4

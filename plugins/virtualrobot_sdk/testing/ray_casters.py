@@ -40,15 +40,15 @@ from virtualrobot_sdk.testing.ray_truth import (
 from virtualrobot_sdk.testing.trial import Law, NotTried, must_refuse, numbers
 
 RAYS = 300
-"""How many random rays most laws cast into a scene."""
+"""Number of random rays that most laws cast into a scene."""
 SCENES = 4
 LONGEST = 12.0
-"""How far rays go (m) where they need an end: across any scene of the suite."""
+"""Range of rays (m) where they need an end: across any scene of the suite."""
 _COST_RAYS = 300
 _SEGMENTS = 24
-"""Of how many sides the triangles are that stand for a curved surface."""
+"""Number of sides of the triangles that stand for a curved surface."""
 _BESIDE = 1e-3
-"""How far barycentric coordinates may be outside a triangle, and how much a normal may turn (1 - cosine)."""
+"""Largest distance of barycentric coordinates outside a triangle, and largest turn of a normal (1 - cosine)."""
 
 
 def solids(trial: RayTrial, rng: np.random.Generator) -> Measured:
@@ -173,7 +173,7 @@ def scenes(trial: RayTrial, rng: np.random.Generator) -> Measured:
 
 
 def triangles(trial: RayTrial, rng: np.random.Generator) -> Measured:
-    """Where a caster tells the triangle, the hit lies in it and the normal is the triangle's."""
+    """The hit lies in the triangle that a caster tells, where it tells one, and the normal is the triangle's."""
     worst, tried = 0.0, 0
     for elements in (1, 8):
         scene = random_scene(rng, elements)
@@ -207,7 +207,7 @@ def ranges(trial: RayTrial, rng: np.random.Generator) -> Measured:
 
 
 def changes(trial: RayTrial, rng: np.random.Generator) -> Measured:
-    """What is kept of one scene is not taken for another: elements that move, shapes that change, scenes by turns."""
+    """Nothing kept of one scene is taken for another: elements that move, shapes that change, scenes by turns."""
     first, other = random_scene(rng, 5), random_scene(rng, 5)
     moved = RayScene(first.shapes, first.world_t_element[::-1].copy())
     scaled = tuple(make_shape(1.5 * shape.vertices, shape.triangles) for shape in first.shapes)
@@ -246,7 +246,7 @@ def nothing(trial: RayTrial, rng: np.random.Generator) -> Measured:
 
 
 def refusals(trial: RayTrial, rng: np.random.Generator) -> Measured:
-    """What makes no sense is refused by an ArgumentError, and the next cast is answered rightly."""
+    """Arguments that make no sense are refused by an ArgumentError, and the next cast is answered rightly."""
     scene = random_scene(rng, 3)
     rays = random_rays(rng, 20, scene)
     tried = must_refuse(trial, nonsense(scene, *rays))
@@ -290,11 +290,11 @@ LAWS: Mapping[str, Law] = MappingProxyType(
         )
     }
 )
-"""What every ray caster must keep, in the order in which it is tried."""
+"""Laws of all ray casters, by name, in the order in which they are tried."""
 
 
 class RayCasterContract(ComponentContract):
-    """What every ray caster must keep; subclass it in a test file.
+    """Contract of all ray casters; subclass it in a test file.
 
     class TestMyCaster(RayCasterContract):
         component = "my_package/my_caster"

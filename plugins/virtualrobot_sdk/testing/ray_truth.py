@@ -1,4 +1,4 @@
-"""What ray casters are compared with: shapes, random scenes and rays, and every ray tried on every triangle."""
+"""Reference for ray casters: shapes, random scenes and rays, and every ray tried on every triangle."""
 
 from __future__ import annotations
 

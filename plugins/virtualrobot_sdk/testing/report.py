@@ -1,4 +1,4 @@
-"""What a grade found, as data and as text."""
+"""Report of a grade, as data and as text."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """What a call costs, in microseconds: in the component's own process, and asked from another one."""
+    """Duration of a call (µs), median and 99th percentile: in the component's own process, and asked from another."""
 
     method: str
     median: float
@@ -43,7 +43,7 @@ class Cost:
 
 @dataclass(frozen=True, slots=True)
 class Solutions:
-    """How many of the solutions within limits were returned, for some poses of a chain."""
+    """Number of solutions within limits, returned and existing, for some poses of a chain."""
 
     chain: str
     poses: int

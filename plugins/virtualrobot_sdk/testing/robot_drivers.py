@@ -38,7 +38,7 @@ from virtualrobot_sdk.testing.robot_handling import (
 from virtualrobot_sdk.testing.trial import Law, NotTried, must_refuse, numbers
 
 CLOCKS = 5.0
-"""By which factor the readings' time may run faster or slower than the wall clock."""
+"""Factor by which the readings' time may run faster or slower than the wall clock."""
 CALLS = ("configure", "activate", "read", "write", "stop", "deactivate", "cleanup")
 """Every call of a driver."""
 
@@ -212,11 +212,11 @@ def recovery(trial: DriverTrial, rng: np.random.Generator) -> Measured:
 LAWS: Mapping[str, Law] = MappingProxyType(
     {law.__name__: law for law in (life_cycle, refusals, reading, order, holding, following, stopping, recovery)}
 )
-"""What every robot driver must keep, in the order in which it is tried."""
+"""Laws of all robot drivers, by name, in the order in which they are tried."""
 
 
 class RobotDriverContract(ComponentContract):
-    """What every robot driver must keep; subclass it in a test file.
+    """Contract of all robot drivers; subclass it in a test file.
 
     class TestMyDriver(RobotDriverContract):
         component = "my_package/my_driver"

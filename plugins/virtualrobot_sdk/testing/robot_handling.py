@@ -1,4 +1,4 @@
-"""How the suite for robot drivers handles a robot: brings its driver to a state, sends it on a way, watches it."""
+"""Handling of a robot in the suite for drivers: brings its driver to a state, sends it on a way, watches it."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from virtualrobot_sdk.testing.laws import LawBroken
 from virtualrobot_sdk.testing.trial import NotTried, Trial, checked, numbers
 
 READINGS = 10
-"""How many readings are taken where a robot is watched."""
+"""Number of readings that are taken where a robot is watched."""
 _WAY_SECONDS = 0.3
-"""How long the way takes that a robot is sent."""
+"""Duration of the way that a robot is sent (s)."""
 
 
 @dataclass(frozen=True, slots=True)
 class DriverFacts:
-    """What the author says of a driver and the robot on it.
+    """Properties of a driver and the robot on it that their author states.
 
     Attributes:
         joint_names: of the robot, in any order.
-        is_real: whether a real robot hangs on it: nothing is activated or moved then.
-        period_seconds: how often it is read and written to.
-        way: how far (rad, m) each joint is moved from where it is; both ways must be free.
-        tolerance: how far (rad, m) the robot may be from where it was told to be.
-        settle_seconds: how long it may take to get there after the last write, and to come to rest after a stop.
+        is_real: true where a real robot hangs on it: nothing is activated or moved then.
+        period_seconds: period of reading and writing (s).
+        way: distance (rad, m) that each joint is moved from where it is; both ways must be free.
+        tolerance: largest error (rad, m) of the robot from where it was told to be.
+        settle_seconds: longest time (s) to get there after the last write, and to come to rest after a stop.
         breaks: a method of the driver's, without arguments, that breaks the connection as a pulled cable does, for this
             suite only; empty when there is none.
-        stands_at: where the robot stands when the suite begins (rad, m), as its panel says it, in the order of
+        stands_at: position of the robot when the suite begins (rad, m), as its panel says it, in the order of
             `joint_names`; None: nobody knows, and a driver that has its units wrong both ways is not found.
     """
 

@@ -21,7 +21,7 @@ _IN_A_FOLDER = ("os.remove", "os.mkdir", "os.rmdir")
 _WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 _CODE = (".py", ".pyc", ".so", ".pyd", ".dll")
 _MOST = 20
-"""How many different events are kept."""
+"""Largest number of different events that are kept."""
 
 
 class Seclusion:

@@ -19,24 +19,24 @@ from virtualrobot_sdk.testing.laws import LawBroken, Measured
 from virtualrobot_sdk.testing.trial import Law, Trial
 
 BEAMS = 500
-"""How many random beams most laws try."""
+"""Number of random beams that most laws try."""
 STEPS = 12
-"""At how many distances the mean reading is taken."""
+"""Number of distances at which the mean reading is taken."""
 SAMPLES = 2000
-"""Of how many beams each mean is."""
+"""Number of beams in each mean."""
 _DEVIATIONS = 5.0
-"""By how many standard errors a mean may fall and still be chance."""
+"""Number of standard errors by which a mean may fall and still be chance."""
 _COST_BEAMS = 10000
 
 
 @dataclass(frozen=True, slots=True)
 class SensorFacts:
-    """What the author says of a sensor model.
+    """Properties of a sensor model that its author states.
 
     Attributes:
-        nearest, farthest: between which distances (m) it measures a white surface at right angles; the range that it is
+        nearest, farthest: distances (m) between which it measures a white surface at right angles; the range that it is
             told to be set to.
-        valid_misses: which part of the beams that hit nothing it may call valid: 0 for none, a little for a sensor with
+        valid_misses: largest part of the beams without a hit that are valid: 0 for none, a little for a sensor with
             false echoes, 1 for one that says its greatest range then.
     """
 
@@ -155,11 +155,11 @@ def cost(trial: SensorTrial, rng: np.random.Generator) -> Measured:
 LAWS: Mapping[str, Law] = MappingProxyType(
     {law.__name__: law for law in (beam, readings, none, purity, misses, growth, cost)}
 )
-"""What every sensor model must keep, in the order in which it is tried."""
+"""Laws of all sensor models, by name, in the order in which they are tried."""
 
 
 class SensorModelContract(ComponentContract):
-    """What every sensor model must keep; subclass it in a test file.
+    """Contract of all sensor models; subclass it in a test file.
 
     class TestMyLidar(SensorModelContract):
         component = "my_package/my_lidar"

@@ -1,4 +1,4 @@
-"""Which component is tried: looked for in processes of their own, which a broken plugin may hang or crash."""
+"""Component that is tried: looked for in processes of their own, which a broken plugin may hang or crash."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from virtualrobot_sdk.registration import ComponentKind
 from virtualrobot_sdk.worker import Worker
 
 LOADING_SECONDS = 20.0
-"""How long a plugin may take to be imported, and a component to be made."""
+"""Deadline for importing a plugin, and for making a component (s)."""
 
 
 @dataclass(frozen=True, slots=True)

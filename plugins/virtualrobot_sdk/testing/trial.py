@@ -20,7 +20,7 @@ from virtualrobot_sdk.testing.subject import LOADING_SECONDS, Subject
 from virtualrobot_sdk.worker import Worker
 
 Facts = TypeVar("Facts")
-"""What an author says of a component so that it can be tried; a dataclass for each kind."""
+"""Properties of a component that its author states, so that it can be tried; a dataclass for each kind."""
 _STAGE = "virtualrobot_sdk.testing.stage:Stage"
 
 
@@ -62,7 +62,7 @@ class Trial(Generic[Facts]):
 
     @property
     def has_ended(self) -> bool:
-        """Whether a fault has ended the process."""
+        """True once a fault has ended the process."""
         return self._worker.fault is not None
 
     def twin(self) -> Trial[Facts]:

@@ -1,4 +1,4 @@
-"""How answers travel from a worker to its parent: pickled, but made only of what the parent has already.
+"""Encoding of answers from a worker to its parent: pickled, but made only of what the parent has already.
 
 A pickle names the classes of what it holds, and reading it imports them: a plugin's own class in a result would bring
 the plugin into the kernel. This keeps mistakes out, not malice: a plugin has its user's rights anyway.
@@ -21,7 +21,7 @@ _PACKAGES = ("numpy", "virtualrobot_sdk")
 
 
 class Outcome(Enum):
-    """What a call came to."""
+    """Outcome of a call."""
 
     RESULT = "result"
     REFUSED = "refused"

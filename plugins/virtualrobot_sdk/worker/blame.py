@@ -1,4 +1,4 @@
-"""What an error says in one line: its type, its text and the line of the author's code that it came from."""
+"""Summary of an error in one line: its type, its text and the line of the author's code that it came from."""
 
 from __future__ import annotations
 

@@ -17,9 +17,9 @@ from virtualrobot_sdk.worker.host import Host, pack_error
 from virtualrobot_sdk.worker.kept import Kept
 
 ORPHAN_SECONDS = 2.0
-"""How long after the end of its parent the process may go on with what it does, before it is ended."""
+"""Time after the end of its parent (s) for which the process may go on with what it does, before it is ended."""
 FUSE_SECONDS = 60.0
-"""How long after the deadline of a call the process ends itself; the parent kills it long before, if there is one."""
+"""Time after a call's deadline (s) at which the process ends itself; the parent kills it long before, if it lives."""
 
 
 def main() -> None:

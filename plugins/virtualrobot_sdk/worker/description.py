@@ -1,4 +1,4 @@
-"""What is known about a plugin without importing it: plain data that its worker process gives."""
+"""Description of a plugin without importing it: plain data that its worker process gives."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ _LONGEST = 1 << 34
 
 
 class NotAFrame(Exception):
-    """What came through the pipe was not written by `write_frame`."""
+    """Bytes came through the pipe that `write_frame` did not write."""
 
 
 def write_frame(pipe: io.FileIO, number: int, content: bytes) -> None:

@@ -21,15 +21,15 @@ from virtualrobot_sdk.worker.process import Process
 from virtualrobot_sdk.worker.sent import Sent
 
 MEMORY_GROWTH_BYTES = 512 << 20
-"""By how much a component's process may grow after the component was made."""
+"""Bytes by which a component's process may grow after the component was made."""
 LOADING_GROWTH_BYTES = 4 << 30
-"""By how much it may grow while a plugin is imported and a component made: whole libraries come in."""
+"""Bytes by which it may grow while a plugin is imported and a component made: whole libraries come in."""
 LOADING_SECONDS = 60.0
 """The deadline for importing a plugin and for making a component, unless the caller says another."""
 START_SECONDS = 60.0
-"""How long Python itself may take to start; no component's fault, so it is not part of a deadline."""
+"""Longest time (s) for the start of Python itself; no component's fault, so it is not part of a deadline."""
 CLOSING_SECONDS = 1.0
-"""How long a process may take to end by itself."""
+"""Longest time (s) for a process to end by itself."""
 
 
 class Worker:

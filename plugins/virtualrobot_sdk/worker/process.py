@@ -36,12 +36,12 @@ _BOOT = (
 _PIPE_BYTES = 1 << 20
 _LINES_KEPT = 60
 LOG_BYTES = 1 << 18
-"""How much of what a process prints is logged at once, and _LOG_BYTES_A_SECOND more: no log grows without bound."""
+"""Bytes of a process's prints that are logged at once, and _LOG_BYTES_A_SECOND more: no log grows without bound."""
 _LOG_BYTES_A_SECOND = 1 << 12
 _LAST_WORDS_SECONDS = 1.0
-"""How long a process that hangs has to say where."""
+"""Time (s) for a process that hangs to say where."""
 _REST_OF_IT_SECONDS = 0.05
-"""How long the rest of what it says may be on its way."""
+"""Time (s) for the rest of what it says to arrive."""
 _REAP_SECONDS = 5.0
 
 

@@ -1,4 +1,4 @@
-"""How questions travel to a worker: pickled, but each shape only once. From then on it is named by its key."""
+"""Encoding of questions to a worker: pickled, but each shape only once. From then on it is named by its key."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 from virtualrobot_sdk.rays import Shape
 
 MOST_UNUSED_BYTES = 64 << 20
-"""How much a worker keeps of shapes that the last question with shapes did not name; the longest unused go first."""
+"""Bytes that a worker keeps of shapes that the last question with shapes did not name; the longest unused go first."""
 
 
 class Sent:

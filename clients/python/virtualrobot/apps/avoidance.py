@@ -28,7 +28,7 @@ ROBOT, POST, BALL = "arm", "post", "ball"
 POST_RADIUS, POST_HEIGHT, BALL_RADIUS = 0.05, 1.2, 0.08
 CIRCLE_RADIUS, ROUNDS = 0.08, 3
 POINTS = 200
-"""How many samples the picture shows: more would only make it larger."""
+"""Number of samples that the picture shows: more would only make it larger."""
 TOLD = 0.01
 """A link is in the picture when avoidance has changed its distance by more than this (m)."""
 

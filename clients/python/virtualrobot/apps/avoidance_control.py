@@ -22,11 +22,11 @@ from virtualrobot.setpoints import SetpointStream
 Floats = NDArray[np.float64]
 
 RECORDED = 0.5
-"""How far from its nearest obstacle a link may be to be told (m); beyond, this is its distance."""
+"""Range of the distances from links to their nearest obstacles (m); beyond, this is the distance."""
 SPEED_SHARE = 0.9
 """The part of the joints' greatest velocities that is used: setpoints above them would be refused."""
 CYCLE_TICKS = 5
-"""How long a cycle is in STEPPED mode."""
+"""Length of a cycle in STEPPED mode (ticks)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +39,7 @@ class Gains:
         alpha: below 0, of the subtask; 0 switches it off.
         k_r: of the potential; it has its unit with alpha, m^3 rad/s.
         eta_0: the range of influence of obstacles on links, at most RECORDED.
-        reach: from which distance on the tool gives way, at most RECORDED.
+        reach: the distance below which the tool gives way, at most RECORDED.
         repulsion: the greatest velocity with which it does; 0 switches it off.
     """
 
@@ -54,7 +54,7 @@ class Gains:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Wish:
-    """Where a tool shall be at a moment, and how fast: (4, 4), (3,) m/s and (3,) rad/s, in the world's frame."""
+    """Pose (4, 4) and velocities, (3,) m/s and (3,) rad/s, that a tool shall have, in the world's frame."""
 
     world_t_tcp: Floats
     velocity: Floats
@@ -62,19 +62,19 @@ class Wish:
 
 
 Course = Callable[[float], Wish]
-"""From seconds since the start to what the tool shall do then."""
+"""Function of the seconds since the start: pose and velocities that the tool shall have then."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Record:
-    """What happened in n cycles.
+    """Record of n cycles.
 
     Attributes:
         links: those that came within RECORDED of an obstacle.
         times: (n,) seconds since the start.
         positions: (n, k) of the joints.
         distances: (n, l) of each link to its nearest obstacle, at most RECORDED (m).
-        errors: (n, 3) from the tool to where it should be (m).
+        errors: (n, 3) position errors, from the tool to its goal (m).
     """
 
     links: tuple[str, ...]

@@ -16,7 +16,7 @@ from virtualrobot.v1 import nodes_pb2
 SCENE = Path(__file__).parent / "models" / "cell.yaml"
 
 IIWA_SPEEDS = np.radians([98, 98, 100, 130, 140, 180, 180])
-"""Of the joints A1 to A7 in rad/s. Source: KUKA, LBR iiwa 7 R800, data sheet; its model file says 10 rad/s for all."""
+"""Speeds of joints A1 to A7 (rad/s). Source: KUKA, LBR iiwa 7 R800, data sheet; the model file says 10 for all."""
 
 
 @dataclass(frozen=True)

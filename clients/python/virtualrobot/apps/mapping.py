@@ -31,7 +31,7 @@ ROBOT = "iiwa"
 LOW, HIGH = np.array([0.3, -0.6, -0.1]), np.array([1.2, 0.6, 0.6])
 """The corners of what is mapped (m)."""
 TARGET = np.array([0.78, 0.0, 0.1])
-"""What the sensor looks at, from these places (m)."""
+"""Point that the sensor looks at from EYES, in the world's frame (m)."""
 EYES = np.array(
     [
         [0.35, 0.0, 0.65],
@@ -45,12 +45,12 @@ EYES = np.array(
     ]
 )
 SURE = 1.0
-"""From which log-odds on a cell of the Bayes grid counts as occupied (a chance of 0.73)."""
+"""Log-odds from which on a cell of the Bayes grid counts as occupied (a chance of 0.73)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scan:
-    """What a sensor said: echoes (n, 3) and where the sensor was, (4, 4), meters in the world's frame."""
+    """Echoes (n, 3) of a sensor and its pose (4, 4) at that time, in meters in the world's frame."""
 
     points: Floats
     world_t_sensor: Floats

@@ -31,7 +31,7 @@ def centers_of(keys: Keys, resolution: float) -> Floats:
 
 
 class OctreeMap:
-    """What is occupied and what is free, as far as scans have told."""
+    """Octree of occupied and free voxels, as far as scans have told."""
 
     def __init__(self, resolution: float) -> None:
         """Begin with nothing known; voxels have edges of `resolution` meters.

@@ -9,9 +9,9 @@ from virtualrobot.clock import Clock
 from virtualrobot.pictures import Picture
 
 MOST_BEHIND, LEAST_BEHIND = 3_000, 1_500
-"""Where more pictures wait, time goes slower, until fewer than the second wait; the kernel keeps 10,000."""
+"""Waiting pictures above which time goes slower, until no more than the second number wait; the kernel keeps 10,000."""
 SHARE = 0.8
-"""Of the pictures that are drawn, so many are caught meanwhile: so fewer and fewer wait."""
+"""Rate of new pictures as part of those that are drawn while time goes slower: so fewer and fewer wait."""
 SLOWEST = 0.01
 """The least factor that a clock takes."""
 

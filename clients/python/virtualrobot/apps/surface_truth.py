@@ -19,16 +19,16 @@ Cast = Callable[[Floats, Floats, float], tuple[Floats, NDArray[np.bool_]]]
 """(origins (n, 3), directions (n, 3), greatest distance) -> distances (n,), inf: a miss; and which hits count (n,)."""
 
 STEP = 1e-4
-"""How far behind a hit its ray goes on (m)."""
+"""Distance behind a hit at which its ray goes on (m)."""
 TOLERANCE = 1e-3
 MOST_LAYERS = 100
 MOST_RAYS = 100_000
-"""Of one call."""
+"""Largest number of rays in one call."""
 
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """How many voxels are occupied, how many of them truly; how many could be seen, how many of them are missed."""
+    """Numbers of voxels: occupied, and of these with a surface; with a visible surface, and of these not occupied."""
 
     occupied: int
     true: int

@@ -23,7 +23,7 @@ GO_ON = "'virtualrobot step --realtime' lets it go on by itself again"
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """Which kernel a command talks to."""
+    """Kernel that a command talks to: address, and files of token and certificate."""
 
     address: str | None = None
     token_file: Path | None = None

@@ -1,4 +1,4 @@
-"""Where a robot shall go, as the commands `move`, `plan` and `check` take it."""
+"""Goal of a robot, as the commands `move`, `plan` and `check` take it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Part = tuple[str, str, str]
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """What the words on the command line say; one of joints, pose and posture is given."""
+    """Goal as the command line gives it; one of joints, pose and posture is given."""
 
     joints: tuple[str, ...]
     pose: tuple[float, ...] | None

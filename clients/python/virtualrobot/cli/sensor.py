@@ -31,7 +31,7 @@ Examples:
 
 FRAMES = click.Choice(["sensor", "robot", "world"])
 ENDINGS = {"range_sensor": (".npz", ".ply", ".csv"), "camera_sensor": (".npz",)}
-"""What the readings of each kind of sensor are written as; those of other kinds are a few numbers."""
+"""Endings of the files that readings are written to, by kind of sensor; those of other kinds are a few numbers."""
 
 
 @click.group(invoke_without_command=True, epilog=_EXAMPLES)

@@ -17,7 +17,7 @@ Examples:
 
 
 SHOWN = {"range_sensor": ("--points", "--rays"), "camera_sensor": ("--frustum", "--image")}
-"""What can be shown of each kind of sensor."""
+"""Options of the command that show something, by kind of sensor."""
 
 
 @click.command(epilog=_EXAMPLES)

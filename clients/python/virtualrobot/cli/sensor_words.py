@@ -1,4 +1,4 @@
-"""What cameras, motion and contact sensors say, in a line."""
+"""Readings of cameras, motion and contact sensors as a line of text."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the collision monitor tells, as messages."""
+"""Reports of the collision monitor as messages."""
 
 from __future__ import annotations
 

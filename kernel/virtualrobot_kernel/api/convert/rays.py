@@ -18,7 +18,7 @@ from virtualrobot_kernel.sensing.elements import Elements
 from virtualrobot_kernel.world.state import Snapshot
 
 MOST_RAYS = 300_000
-"""How many rays a call may cast: with origins and directions in double precision they just fit in a message."""
+"""Greatest number of rays in a call: with origins and directions in double precision they just fit in a message."""
 
 Floats = NDArray[np.float64]
 

@@ -1,4 +1,4 @@
-"""What cameras saw, as messages."""
+"""Camera readings as messages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What contact sensors said, as messages."""
+"""Readings of contact sensors as messages."""
 
 from __future__ import annotations
 

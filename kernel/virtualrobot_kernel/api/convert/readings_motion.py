@@ -1,4 +1,4 @@
-"""What motion sensors said, as messages."""
+"""Readings of motion sensors as messages."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What is written for other programs: a part of the world as glTF, a robot as URDF."""
+"""Exporters to other programs' formats: a part of the world as glTF, a robot as URDF."""

@@ -1,4 +1,4 @@
-"""What a robot has and URDF has no word for, told as warnings."""
+"""Warnings of an export for properties of a robot that URDF has no word for."""
 
 from __future__ import annotations
 

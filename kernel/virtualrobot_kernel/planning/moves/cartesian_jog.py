@@ -31,14 +31,14 @@ from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_on_path, tcp_
 from virtualrobot_kernel.world.state import Snapshot
 
 VELOCITY, ROTATION_VELOCITY = 0.1, 0.25
-"""How fast a tool centre point is jogged where nothing is said, in m/s and rad/s."""
+"""Default speeds of a tool centre point that is jogged, in m/s and rad/s."""
 
 FARTHEST, FARTHEST_TURN = 2.0, tau
-"""How far a tool centre point is jogged at most where nothing is said, in m and rad."""
+"""Default longest distance and angle of a Cartesian jog, in m and rad."""
 
 
 class JogFrame(Enum):
-    """In whose axes a direction is given."""
+    """Frame in whose axes a direction is given."""
 
     BASE = "BASE"
     TOOL = "TOOL"
@@ -47,7 +47,7 @@ class JogFrame(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CartesianJog(Move):
-    """The tool centre point in one direction, along it or, where `turns`, about it.
+    """Jog of a tool centre point in one direction, along it or, where `turns`, about it.
 
     direction: of any length above 0. velocity: m/s or rad/s, 0 for the default. distance: m or rad; None: as far as the
     arm can go, at most 2 m or a whole turn.
@@ -64,12 +64,12 @@ class CartesianJog(Move):
 
     @property
     def solved(self) -> bool:
-        """True."""
+        """True: a jog of a tool centre point needs the kinematics component."""
         return True
 
     @property
     def references(self) -> tuple[str, ...]:
-        """The node in whose axes the direction is."""
+        """Node in whose axes the direction is."""
         return (self.reference,) if self.frame is JogFrame.NODE else ()
 
     def joint_names(self, snapshot: Snapshot) -> Sequence[str]:

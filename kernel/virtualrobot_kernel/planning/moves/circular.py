@@ -18,7 +18,7 @@ from virtualrobot_kernel.world.state import Snapshot
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Circular(PathMove):
-    """An arc of the tool centre point through a point or about a centre; 0 stands for the default speed, as for a line.
+    """Arc of the tool centre point through a point or about a centre; 0 stands for the default speed, as for a line.
 
     All is given in the frame of the node `reference`; reference_t_goal (4, 4) may be None when the centre has an angle.
     `with_arc`: the tool turns as the arc does instead of evenly to the goal's orientation. `moving`: the reference
@@ -38,17 +38,17 @@ class Circular(PathMove):
 
     @property
     def references(self) -> tuple[str, ...]:
-        """The reference."""
+        """Reference node of its goal."""
         return (self.reference,)
 
     @property
     def moving_reference(self) -> str | None:
-        """The reference where it moves along."""
+        """Reference node where the goal moves along with it; None where it does not."""
         return self.reference if self.moving else None
 
     @property
     def path_reference(self) -> str:
-        """The reference."""
+        """Reference node of its goal, in whose frame the path is."""
         return self.reference
 
     def path_from(self, snapshot: Snapshot, reference_t_start: Pose) -> Course:

@@ -23,7 +23,7 @@ from virtualrobot_kernel.world.structure import JointType, Node
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointJog(Move):
-    """One joint, at a velocity (rad/s or m/s) that says the way too; distance None: until its limit or a whole turn."""
+    """Jog of one joint, at a signed velocity (rad/s or m/s); distance None: until its limit or a whole turn."""
 
     joint: str
     velocity: float

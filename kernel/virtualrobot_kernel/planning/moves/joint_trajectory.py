@@ -20,7 +20,7 @@ from virtualrobot_kernel.world.state import Snapshot
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointTrajectory(Move):
-    """Joints at times (n,) in seconds: positions (n, k), velocities (n, k) or None."""
+    """Trajectory of joints at times (n,) in seconds: positions (n, k), velocities (n, k) or None."""
 
     joints: tuple[str, ...]
     times: NDArray[np.float64]

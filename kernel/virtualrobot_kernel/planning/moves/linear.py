@@ -20,7 +20,7 @@ from virtualrobot_kernel.world.state import Snapshot
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Linear(PathMove):
-    """A straight line of the tool centre point; 0 stands for the default speed (m/s) and acceleration (m/s^2).
+    """Straight line of the tool centre point; 0 stands for the default speed (m/s) and acceleration (m/s^2).
 
     until: the condition with which it ends before its goal, a search.
     """
@@ -35,22 +35,22 @@ class Linear(PathMove):
 
     @property
     def references(self) -> tuple[str, ...]:
-        """The goal's reference."""
+        """Reference node of its goal."""
         return (self.goal.reference,)
 
     @property
     def moving_reference(self) -> str | None:
-        """The goal's reference where it moves along."""
+        """Reference node where the goal moves along with it; None where it does not."""
         return self.goal.reference if self.goal.moving else None
 
     @property
     def search(self) -> Condition | None:
-        """The signal and the value that end it."""
+        """Condition of a signal that ends it; None where it doesn't search."""
         return self.until
 
     @property
     def path_reference(self) -> str:
-        """The goal's reference."""
+        """Reference node of its goal, in whose frame the path is."""
         return self.goal.reference
 
     def path_from(self, snapshot: Snapshot, reference_t_start: Pose) -> Course:

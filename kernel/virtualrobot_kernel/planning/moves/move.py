@@ -26,13 +26,13 @@ class Move(ABC):
     group: Group = field(default=WHOLE, kw_only=True)
 
     not_joined: ClassVar[str] = ""
-    """Why zones join it with no other move; empty where they can."""
+    """Reason for which zones join it with no other move; empty where they can."""
 
     other_joints: ClassVar[bool] = False
-    """Whether it may move joints that its group has not."""
+    """True if it may move joints outside its group."""
 
     timed: ClassVar[bool] = False
-    """Whether it brings times of its own, so that no law can be chosen for it."""
+    """True if it brings times of its own, so that no law can be chosen for it."""
 
     @abstractmethod
     def joint_names(self, snapshot: Snapshot) -> Sequence[str]:
@@ -47,7 +47,7 @@ class Move(ABC):
 
     @property
     def solved(self) -> bool:
-        """Whether it needs the kinematics component of its robot."""
+        """True if it needs the kinematics component of its robot."""
         return False
 
     @property
@@ -57,17 +57,17 @@ class Move(ABC):
 
     @property
     def moving_reference(self) -> str | None:
-        """The node that its goal goes along with when other moves of the step move it; None: with none."""
+        """Node that its goal goes along with when other moves of the step move it; None: with none."""
         return None
 
     @property
     def posture(self) -> str:
-        """The robot's posture that is its goal; empty for another goal."""
+        """Posture of the robot that is its goal; empty for another goal."""
         return ""
 
     @property
     def search(self) -> Condition | None:
-        """The condition with which it ends before its goal; None where it doesn't search."""
+        """Condition with which it ends before its goal; None where it doesn't search."""
         return None
 
     def tool_states(self, snapshot: Snapshot) -> tuple[tuple[str, str], ...]:

@@ -1,4 +1,4 @@
-"""Moves whose tool centre point is led along a path: what lines, arcs and splines have in common."""
+"""Moves whose tool centre point is led along a path: the common base of lines, arcs and splines."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from virtualrobot_kernel.world.state import Snapshot
 
 
 class PathMove(Move):
-    """A move of the tool centre point along a path; each kind has these fields."""
+    """Move of the tool centre point along a path; each kind has these fields."""
 
     __slots__ = ()
 
@@ -34,7 +34,7 @@ class PathMove(Move):
     @property
     @abstractmethod
     def path_reference(self) -> str:
-        """The node in whose frame `path_from` is."""
+        """Node in whose frame `path_from` is."""
 
     @abstractmethod
     def path_from(self, snapshot: Snapshot, reference_t_start: Pose) -> Course:
@@ -46,7 +46,7 @@ class PathMove(Move):
 
     @property
     def solved(self) -> bool:
-        """True."""
+        """True: a path of a tool centre point needs the kinematics component."""
         return True
 
     def joint_names(self, snapshot: Snapshot) -> Sequence[str]:

@@ -33,7 +33,7 @@ class ActuatorGoal:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointToPoint(Move):
-    """A straight line in joint space to joints by name, to a pose, to a posture by name, or to actuator positions."""
+    """Straight line in joint space to joints by name, to a pose, to a posture by name, or to actuator positions."""
 
     goal: Mapping[str, float] | PoseGoal | str | ActuatorGoal
     speed_factor: float = 1.0
@@ -42,22 +42,22 @@ class PointToPoint(Move):
 
     @property
     def solved(self) -> bool:
-        """Whether the goal is a pose."""
+        """True if the goal is a pose."""
         return isinstance(self.goal, PoseGoal)
 
     @property
     def references(self) -> tuple[str, ...]:
-        """The reference of a pose."""
+        """Reference node of a goal pose; none for other goals."""
         return (self.goal.reference,) if isinstance(self.goal, PoseGoal) else ()
 
     @property
     def moving_reference(self) -> str | None:
-        """The reference of a pose that moves along."""
+        """Reference node of a goal pose that moves along with it; None for other goals."""
         return self.goal.reference if isinstance(self.goal, PoseGoal) and self.goal.moving else None
 
     @property
     def posture(self) -> str:
-        """The name of a posture."""
+        """Posture that is its goal; empty for other goals."""
         return self.goal if isinstance(self.goal, str) else ""
 
     def joint_names(self, snapshot: Snapshot) -> Sequence[str]:

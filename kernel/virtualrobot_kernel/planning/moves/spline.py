@@ -20,7 +20,7 @@ from virtualrobot_kernel.world.state import Snapshot
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Spline(PathMove):
-    """A smooth curve of the tool centre point through poses; 0 stands for the default speed, as for a line."""
+    """Smooth curve of the tool centre point through poses; 0 stands for the default speed, as for a line."""
 
     goals: tuple[PoseGoal, ...]
     speed_factor: float = 1.0
@@ -31,12 +31,12 @@ class Spline(PathMove):
 
     @property
     def references(self) -> tuple[str, ...]:
-        """The references of its goals, each once."""
+        """Reference nodes of its goals, each once."""
         return tuple(dict.fromkeys(goal.reference for goal in self.goals))
 
     @property
     def moving_reference(self) -> str | None:
-        """The node with which all goals move along, None where none does; raise KernelError for some."""
+        """Node with which all goals move along, None where none does; raise KernelError for some."""
         moving = {goal.reference for goal in self.goals if goal.moving}
         if not moving:
             return None
@@ -50,7 +50,7 @@ class Spline(PathMove):
 
     @property
     def path_reference(self) -> str:
-        """The node that all goals move along with, or the world."""
+        """Node that all goals move along with, or the world."""
         return self.moving_reference or ""
 
     def path_from(self, snapshot: Snapshot, reference_t_start: Pose) -> Course:

@@ -1,4 +1,4 @@
-"""Tools that go over to another of their states."""
+"""Changes of a tool's state as moves of its joints."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from virtualrobot_kernel.world.tcp import chosen_tcp
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ToolStateMove(Move):
-    """The joints of a tool (empty: the chosen one, or the group's) to where one of its states has them."""
+    """Move of a tool's joints (empty: the chosen one, or the group's) to where one of its states has them."""
 
     tool: str
     state: str

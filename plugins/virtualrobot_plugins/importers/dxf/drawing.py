@@ -30,7 +30,7 @@ _BY_BLOCK, _BY_LAYER = 0, 256  # values of group code 62 (Autodesk, DXF referenc
 
 @dataclass(slots=True)
 class Drawn:
-    """What a drawing shows, in its own unit, and counts by kind of what it holds besides."""
+    """Visible surfaces of a drawing, in its own unit, and counts by kind of what it holds besides."""
 
     pieces: list[Piece] = field(default_factory=list)
     solids: dict[str, int] = field(default_factory=dict)
@@ -43,7 +43,7 @@ class Drawn:
 
 @dataclass(frozen=True, slots=True)
 class _Context:
-    """What entities of a block inherit from its insertion."""
+    """Properties that entities of a block inherit from its insertion: transform (4, 4), layer, colour, depth."""
 
     matrix: NDArray[np.float64]
     layer: str = "0"

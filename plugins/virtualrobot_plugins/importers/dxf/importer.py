@@ -52,7 +52,7 @@ UNITS = {
 """Name and length in meters of each value of $INSUNITS (Autodesk, DXF reference, "HEADER Section Group Codes")."""
 
 UNITLESS_METERS = 1e-3
-"""What a number means in a drawing that tells no unit: millimeters, as mechanical drawings have them."""
+"""Length of a drawing's unit (m) where it names none: millimeters, as mechanical drawings have them."""
 
 
 @dataclass(frozen=True, slots=True)

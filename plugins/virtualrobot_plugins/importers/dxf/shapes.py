@@ -14,7 +14,7 @@ Entity: TypeAlias = Any
 """One of ezdxf's entities."""
 
 CHORD_TOLERANCE = 5e-4
-"""How far a chord may be off its arc, in parts of the outline's greatest extent: 70 sides for a full circle."""
+"""Greatest distance of a chord from its arc, in parts of the outline's greatest extent: 70 sides for a full circle."""
 
 _TRIANGLE, _TWO_TRIANGLES = np.array([[0, 1, 2]]), np.array([[0, 1, 2], [0, 2, 3]])
 _OUTLINES = ("LWPOLYLINE", "POLYLINE", "CIRCLE", "ARC", "LINE")

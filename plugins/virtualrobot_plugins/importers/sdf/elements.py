@@ -27,7 +27,7 @@ _INFINITE = re.compile(r"[-+]?inf(inity)?", re.IGNORECASE)
 
 @dataclass(slots=True)
 class Notes:
-    """What was odd or left out in one translation."""
+    """Warnings of one translation, and the elements that it left out."""
 
     texts: dict[str, None] = field(default_factory=dict)
     _left_out: dict[str, list[str]] = field(default_factory=dict)
@@ -52,7 +52,7 @@ class Notes:
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where we are: the file, its version of the format, and what is being read, for people."""
+    """Place in a file that is being read: URI, version of the format, and path of the element in words."""
 
     uri: str
     version: tuple[int, int]

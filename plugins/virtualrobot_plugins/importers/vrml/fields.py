@@ -13,7 +13,7 @@ from virtualrobot_plugins.importers.refusal import refusal
 from virtualrobot_plugins.importers.vrml.syntax import Is, Node, Value
 
 Scope = Mapping[str, "tuple[Value, Scope]"]
-"""What the fields of the prototype around a node were given, and in which scope that counts."""
+"""Values of the fields of the prototype around a node, by name, each with the scope that it counts in."""
 
 MAX_PROTOTYPE_DEPTH = 50
 

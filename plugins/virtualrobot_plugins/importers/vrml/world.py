@@ -45,7 +45,7 @@ _UNSEEN = (
 
 @dataclass(frozen=True, slots=True)
 class _Look:
-    """What an Appearance says."""
+    """Colour, texture and texture transform (3, 3) of an Appearance node."""
 
     color: Color | None = None
     texture: bytes | None = None
