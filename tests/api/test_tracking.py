@@ -77,14 +77,14 @@ def test_a_part_is_picked_from_the_running_belt(cell: Stubs) -> None:
     grip = seen(cell)
     grip[:3, 3] = 0.4, 0.0, 0.1
     above = grip @ at(z=-0.1)
+    held = {"signal": "held", "value": {"boolean": True}}
     steps = [
         motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=[to(cell, above)])),
         motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=[to(cell, grip)])),
-        motion_pb2.ProgramStep(wait_signal=motion_pb2.WaitSignalStep(condition={"signal": "held", "value": True})),
+        motion_pb2.ProgramStep(wait_signal=motion_pb2.WaitSignalStep(condition=held)),
         motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=[to(cell, above)])),
     ]
-    held = signal_pb2.Signal(name="held")
-    apply(cell, scene_pb2.Command(create_signal=scene_pb2.CreateSignal(signal=held)))
+    apply(cell, scene_pb2.Command(create_signal=scene_pb2.CreateSignal(signal=signal_pb2.Signal(name="held"))))
     request = motion_pb2.StartMotionRequest(steps=steps, tracking=tracking(0.9))
     id = go(cell, request).id
     places: list[np.ndarray] = []

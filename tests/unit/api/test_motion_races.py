@@ -62,7 +62,7 @@ def served(world: World) -> api.MotionServicer:
     publications = Publications(world, asyncio.get_running_loop())
     solvers = SimpleNamespace(of=None)  # goals in joints need none, nor anything to keep away from
     rooms: Any = SimpleNamespace(
-        world=world, publications=publications, turns=KeyedLimiter(), solvers=solvers, collisions=None
+        world=world, publications=publications, limiter=KeyedLimiter(), solvers=solvers, collisions=None
     )
     rooms.submit = lambda commands, context, revision=None: world.submit(commands, "a test", revision)
     return api.MotionServicer(rooms)
@@ -120,7 +120,9 @@ def test_a_client_that_vanishes_while_its_program_is_planned_ends_the_planning(
 ) -> None:
     begun, ended = threading.Event(), threading.Event()
 
-    def plan(snapshot: object, wish: object, solver_of: object, given_up: Callable[[], bool]) -> None:
+    def plan(*arguments: object) -> None:
+        given_up = arguments[3]
+        assert callable(given_up)
         begun.set()
         while not given_up():
             time.sleep(0.001)
