@@ -92,7 +92,7 @@ class Course(ABC):
 
 @dataclass(frozen=True, eq=False)
 class EvenCourse(Course):
-    """A course with constant speed |dp/du| of the position, whose orientation turns about one fixed axis (slerp).
+    """Course with constant speed |dp/du| of the position, whose orientation turns about one fixed axis (slerp).
 
     rotation (3,): rotation(u) = Rot(u * rotation) R_start, the rotation vector in rad in the base frame.
     """

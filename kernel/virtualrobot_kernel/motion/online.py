@@ -19,7 +19,7 @@ _FARTHEST_SECONDS = 100.0
 """Goals farther than this at the greatest velocity are taken for nearer ones: ruckig plans for two hours at most."""
 
 MOST_SECONDS = 600.0
-"""The longest that a joint may take to its greatest acceleration, or with that to its greatest velocity: for the same
+"""Longest time (s) of a joint to its greatest acceleration, or with that to its greatest velocity: for the same
 reason.
 """
 
@@ -38,7 +38,7 @@ class _Range(NamedTuple):
 
 
 class _Scaled(NamedTuple):
-    """A trajectory whose joints are in `units` (k,) of rad or m, asked as one in rad and m is."""
+    """Trajectory whose joints are in `units` (k,) of rad or m, asked as one in rad and m is."""
 
     trajectory: ruckig.Trajectory
     units: Sequence[float]
@@ -65,7 +65,7 @@ class _Scaled(NamedTuple):
 
 
 class _Leg(NamedTuple):
-    """A way of k joints, as ruckig sees it from `origin` (k,), which moves with the velocities `drift` (k,).
+    """Trajectory of k joints, as ruckig sees it from `origin` (k,), which moves with the velocities `drift` (k,).
 
     It ends with the velocities `last` (k,); where `rests`, it ends in the origin.
     """
@@ -122,7 +122,7 @@ class Bounds(NamedTuple):
 
 
 class StoppableTrajectory(NamedTuple):
-    """A way of k joints that can be ended at every moment within their position limits."""
+    """Trajectory of k joints that can be ended at every moment within their position limits."""
 
     legs: tuple[_Leg, ...]
     chosen: Sequence[int]

@@ -1,4 +1,4 @@
-"""A motion that follows setpoints: positions or velocities that somebody sends as it goes. Pure, as `running` is.
+"""Motion that follows setpoints: positions or velocities that somebody sends as it goes. Pure, as `running` is.
 
 In each tick the joints go on towards the newest setpoint, each on its own, within their limits of position, velocity,
 acceleration and jerk (`online`). Position setpoints that come one after the other are taken for a goal that moves on at

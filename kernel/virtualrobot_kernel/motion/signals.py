@@ -7,7 +7,7 @@ from enum import Enum
 from typing import NamedTuple
 
 SignalValue = bool | int | float | str | tuple[bool, ...]
-"""A value of a signal: on or off, a whole number, a number, words, or a group of booleans."""
+"""Value of a signal: on or off, a whole number, a number, words, or a group of booleans."""
 
 
 class Comparison(Enum):

@@ -120,7 +120,7 @@ class _Part:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Corner:
-    """A corner between two steps that can be gone over: its room, and whether the steps are one path through it."""
+    """Corner between two steps that can be gone over: its room, and whether the steps are one path through it."""
 
     room: Room
     through: bool

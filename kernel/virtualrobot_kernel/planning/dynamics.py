@@ -1,4 +1,4 @@
-"""The dynamics of robots as they stand in a snapshot: which torques a movement takes, tools and held parts included."""
+"""Inverse dynamics of robots as they stand in a snapshot: torques of a movement, tools and held parts included."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class EffortViolation:
-    """An effort (N m or N) above its joint's limit, at a sample (from 0)."""
+    """Effort (N m or N) above its joint's limit, at a sample (from 0)."""
 
     joint: str
     sample: int

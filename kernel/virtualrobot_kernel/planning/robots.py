@@ -1,4 +1,4 @@
-"""The serial chains of robots as they stand in a snapshot: of a robot or one of its groups, tool included."""
+"""Serial chains of robots as they stand in a snapshot: of a robot or one of its groups, tool included."""
 
 from __future__ import annotations
 

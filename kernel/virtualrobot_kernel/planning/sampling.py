@@ -66,7 +66,7 @@ class RobotSamples:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Samples:
-    """A motion in n samples: times (n,) in s from its start, the step (n,) that each belongs to, and its robots."""
+    """Motion in n samples: times (n,) in s from its start, the step (n,) that each belongs to, and its robots."""
 
     times: Floats
     steps: NDArray[np.int32]

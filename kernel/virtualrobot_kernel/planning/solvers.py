@@ -129,7 +129,7 @@ class Tried:
 
 @dataclass(frozen=True, slots=True)
 class Use:
-    """A component at work for a robot, or for its group of this name."""
+    """Component at work for a robot, or for its group of this name."""
 
     robot: str
     group: str
@@ -348,7 +348,7 @@ class Solvers:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Refused:
-    """A component that could not be made or did not fit, and why."""
+    """Refusal of a component that could not be made or did not fit."""
 
     chain: SerialChain
     asked: str

@@ -25,7 +25,7 @@ class SignalDirection(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Signal:
-    """A signal; its type is that of its value and never changes. `owner` is a node (a uid; 0: nobody)."""
+    """Signal; its type is that of its value and never changes. `owner` is a node (a uid; 0: nobody)."""
 
     name: str
     value: SignalValue
