@@ -31,7 +31,7 @@ class LeaseInfo:
     Attributes:
         id: its name, never used again.
         robots: the names of the robots that it is for.
-        owner: who has it, in words.
+        owner: the owner in words.
         since: since when, by the kernel's wall clock.
     """
 
