@@ -1,4 +1,4 @@
-"""The errors that the kernel raises: a reason from one list, a sentence for people, and values for programs.
+"""Errors of the kernel: a reason from one list, a sentence for people, and values for programs.
 
 Every room of the kernel raises these; `api` turns each into one gRPC status with a `google.rpc.ErrorInfo`.
 The message names the bad value and what would be right; `metadata` carries both as strings.
@@ -47,7 +47,7 @@ class Reason(Enum):
 
 
 class KernelError(Exception):
-    """A refused call: nothing has changed."""
+    """Refusal of a call: nothing has changed."""
 
     reason = Reason.INVALID_ARGUMENT
 
@@ -65,7 +65,7 @@ class KernelError(Exception):
 
 
 class UnknownNameError(KernelError):
-    """A name that nothing has; the message lists the nearest right ones."""
+    """Refusal of a name that nothing has; the message lists the nearest right ones."""
 
     reason = Reason.UNKNOWN_NAME
 
@@ -95,18 +95,18 @@ class UnknownNameError(KernelError):
 
 
 class LimitError(KernelError):
-    """A value outside its limits; the message names the joint, the value and the limits."""
+    """Refusal of a value outside its limits; the message names the joint, the value and the limits."""
 
     reason = Reason.LIMIT_EXCEEDED
 
 
 class MalformedFileError(KernelError):
-    """A file that says something impossible; the message starts with file and line where known."""
+    """Refusal of a file that says something impossible; the message starts with file and line where known."""
 
     reason = Reason.MALFORMED_FILE
 
 
 class MissingFileError(KernelError):
-    """A file that another file names and that is nowhere; the message lists every place that was tried."""
+    """Refusal of a file that another one names and that is nowhere; the message lists every place that was tried."""
 
     reason = Reason.MISSING_FILE

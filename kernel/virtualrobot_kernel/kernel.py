@@ -1,4 +1,4 @@
-"""The composition root: it alone knows every room of the house, builds them and joins them."""
+"""Composition root: it alone knows every room of the house, builds them and joins them."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 WORKERS = 8
-"""Threads for reading and writing files; many, since some wait for an importer in another process."""
+"""Number of threads for reading and writing files; many, since some wait for an importer in another process."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +67,7 @@ class Settings:
 
 
 class Kernel:
-    """Owns all threads of one world; `start` begins them and `close` ends them."""
+    """Kernel of one world with all its threads; `start` begins them and `close` ends them."""
 
     def __init__(self, settings: Settings, catalog: Catalog, shut_down: Callable[[], None]) -> None:
         """Build the rooms; `shut_down` is called when a client asks for the kernel's end."""

@@ -1,4 +1,4 @@
-"""`virtualrobot serve`: starts a kernel, says where it listens, and ends it cleanly on SIGTERM, Ctrl-C or Shutdown."""
+"""Command `virtualrobot serve`: starts a kernel, prints its address, ends it on SIGTERM, Ctrl-C or Shutdown."""
 
 from __future__ import annotations
 

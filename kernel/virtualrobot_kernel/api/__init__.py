@@ -1,1 +1,1 @@
-"""The contract served: grpc.aio in a thread of its own; servicers are thin, `convert` alone knows both sides' types."""
+"""Server of the contract: grpc.aio in its own thread; servicers are thin, `convert` alone knows both sides' types."""

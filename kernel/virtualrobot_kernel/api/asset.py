@@ -16,7 +16,7 @@ CHUNK_BYTES = 1024 * 1024
 
 
 class AssetServicer(asset_pb2_grpc.AssetServiceServicer):
-    """Serves AssetService."""
+    """Servicer of AssetService."""
 
     def __init__(self, rooms: Rooms) -> None:
         """Serve from these rooms."""

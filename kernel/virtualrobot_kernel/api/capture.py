@@ -20,7 +20,7 @@ from virtualrobot_kernel.world.state import Snapshot
 
 
 class CaptureCalls:
-    """The calls of ViewService that take pictures."""
+    """Calls of ViewService that take pictures."""
 
     _rooms: Rooms
 

@@ -1,4 +1,4 @@
-"""CollisionService: what touches and may not, how far things are apart, and what may touch."""
+"""CollisionService: collisions, distances, and the pairs that may touch."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ BLOCK_ROWS = 256
 """Number of configurations that a process checks in one go: a few hundredths of a second."""
 
 FEW_EVENTS = 8
-"""So many events are told by the API's thread itself; the contacts of two nodes take up to a third of a millisecond."""
+"""Number of events that the API's thread tells itself; two nodes' contacts take up to a third of a millisecond."""
 
 
 class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
-    """Serves CollisionService; each call borrows a scene of its own and sees the snapshot of its moment."""
+    """Servicer of CollisionService; each call borrows a scene of its own and sees the snapshot of its moment."""
 
     def __init__(self, rooms: Rooms) -> None:
         """Serve from these rooms."""

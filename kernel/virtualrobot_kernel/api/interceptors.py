@@ -23,13 +23,13 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.affected_robots import named_nodes
 
 OPEN = "/grpc.health.v1.Health/Check"
-"""The call that needs no token; a watch would, since it stays."""
+"""Method that needs no token; a watch would, since it stays."""
 
 LEASE_KEY = "virtualrobot-lease"
-"""The metadata key of a lease's token; a call may have several."""
+"""Metadata key of a lease's token; a call may have several."""
 
 DEEPEST_MESSAGE = 100
-"""The depth of nested messages that protobuf decodes."""
+"""Greatest depth of nested messages that protobuf decodes."""
 
 NAMED: dict[type, Callable[[Any], Iterable[str]]] = {
     motion_pb2.StartMotionRequest: lambda request: {
@@ -37,7 +37,7 @@ NAMED: dict[type, Callable[[Any], Iterable[str]]] = {
     },
     robot_pb2.SetKinematicsRequest: lambda request: (request.choice.robot,),
 }
-"""The robots that requests name whose commands come late, after planning or trying: refused before that work is done.
+"""Robots of requests whose commands come late, after planning or trying: refused before that work is done.
 
 What is refused in the end is decided by the commands themselves, right before they are applied
 (`world/affected_robots.py`).
@@ -48,7 +48,7 @@ Continuation = Callable[[grpc.HandlerCallDetails], Awaitable[grpc.RpcMethodHandl
 
 
 class Token(grpc.aio.ServerInterceptor):
-    """Lets calls pass that carry `authorization: Bearer <token>`."""
+    """Interceptor that lets calls pass which carry `authorization: Bearer <token>`."""
 
     def __init__(self, token: str) -> None:
         """Demand this token."""
@@ -80,7 +80,7 @@ class Token(grpc.aio.ServerInterceptor):
 
 
 class Errors(grpc.aio.ServerInterceptor):
-    """Decodes requests, turns KernelErrors into statuses with ErrorInfo and faults into INTERNAL.
+    """Interceptor that decodes requests, turns KernelErrors into statuses with ErrorInfo and faults into INTERNAL.
 
     Calls to an ending kernel are refused, except those of grpcio's own services (health, reflection).
     """
@@ -154,7 +154,7 @@ class Errors(grpc.aio.ServerInterceptor):
 
 
 class Leasing(grpc.aio.ServerInterceptor):
-    """Enforces the method option `needs_lease`: such calls touch robots that are free, or leased by what they carry.
+    """Interceptor of the option `needs_lease`: such calls touch robots that are free, or leased by what they carry.
 
     Calls of other methods pass as they are, and count as carrying no lease.
     """
@@ -233,7 +233,7 @@ def _decoded(data: bytes, decode: Callable[[bytes], Message]) -> Message:
 
 
 class _Decoding:
-    """The decoded messages of a client's stream; no generator, which would need to be closed."""
+    """Decoded messages of a client's stream; no generator, which would need to be closed."""
 
     def __init__(self, data: AsyncIterable[bytes], decode: Callable[[bytes], Message]) -> None:
         self._data, self._decode = aiter(data), decode

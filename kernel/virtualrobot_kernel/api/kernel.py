@@ -1,4 +1,4 @@
-"""KernelService: what the kernel is, how its time runs, and its end."""
+"""KernelService: the kernel's description, its clock, and its end."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ CAPABILITIES = (
 
 
 class KernelServicer(kernel_pb2_grpc.KernelServiceServicer):
-    """Serves KernelService."""
+    """Servicer of KernelService."""
 
     def __init__(self, rooms: Rooms) -> None:
         """Serve from these rooms."""

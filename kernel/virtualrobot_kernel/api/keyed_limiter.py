@@ -14,16 +14,16 @@ AT_ONCE = 4
 """Number of calls for one robot or ray caster that have a thread; the others wait without one."""
 
 THREADS = 64
-"""Most of them wait for a component in another process, which may take as long as its deadline."""
+"""Greatest number of threads: most wait for a component in another process, which may take as long as its deadline."""
 
 Result = TypeVar("Result")
 
 IsGone = Callable[[], bool]
-"""Tells whether nobody waits for some work any more."""
+"""True once nobody waits for some work any more."""
 
 
 class KeyedLimiter:
-    """Owns the threads that solve; asked from the API's thread only."""
+    """Limiter of calls by their keys, with the threads that solve; asked from the API's thread only."""
 
     def __init__(self) -> None:
         """Start no thread before it is needed."""

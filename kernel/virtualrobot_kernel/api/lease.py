@@ -28,7 +28,7 @@ LOSSES = {loss: getattr(lease_pb2, f"LEASE_LOSS_{loss.name}") for loss in (Loss.
 
 
 class LeaseServicer(lease_pb2_grpc.LeaseServiceServicer):
-    """Serves LeaseService; remembers how many streams keep which lease alive."""
+    """Servicer of LeaseService; remembers how many streams keep which lease alive."""
 
     def __init__(self, rooms: Rooms) -> None:
         """Serve from these rooms."""

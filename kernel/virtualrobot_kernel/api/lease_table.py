@@ -25,7 +25,7 @@ REMEMBERED = 100
 """Number of ended leases remembered, so that their owners are told why."""
 
 CARRIED: ContextVar[tuple[str, ...]] = ContextVar("CARRIED", default=())
-"""The tokens of the leases that the call being served carries; set by the interceptor, for methods that need leases."""
+"""Tokens of the leases that the call being served carries; set by the interceptor, for methods that need leases."""
 
 
 class Loss(Enum):
@@ -38,7 +38,7 @@ class Loss(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Lease:
-    """A lease: of no robots once it has ended. `since` is in seconds since 1970, `loss` why it lost robots last."""
+    """Lease of robots: of none once it has ended. `since` is in seconds since 1970, `loss` why it lost robots last."""
 
     id: str
     token: str
@@ -52,12 +52,12 @@ class Lease:
 @dataclass(frozen=True, slots=True)
 class _Table:
     leases: Mapping[str, Lease] = field(default_factory=dict)
-    """By token, oldest first, with the last ones that ended."""
+    """Leases by token, oldest first, with the last ones that ended."""
     by_robot: Mapping[int, Lease] = field(default_factory=dict)
 
 
 class LeaseTable:
-    """Belongs to the API's thread; only what a permit does may be called from the world thread."""
+    """Table of the leases, for the API's thread; only what a permit does may be called from the world thread."""
 
     def __init__(self) -> None:
         """Begin with no lease."""
@@ -67,7 +67,7 @@ class LeaseTable:
 
     @property
     def held(self) -> list[Lease]:
-        """The leases that have robots, oldest first."""
+        """Leases that have robots, oldest first."""
         return [lease for lease in self._table.leases.values() if lease.robots]
 
     def record(self, token: str) -> Lease:

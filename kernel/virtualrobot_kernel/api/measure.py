@@ -1,4 +1,4 @@
-"""ViewService.MeasurePointDistance and WatchPointDistance: how far points of nodes are apart."""
+"""ViewService.MeasurePointDistance and WatchPointDistance: distances of points of nodes."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ GRACE_SECONDS = 1.0
 
 
 class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
-    """Serves MotionService; remembers only who watches which motion, and the answers of starts by their request ids."""
+    """Servicer of MotionService; remembers only the watchers of motions, and answers of starts by request id."""
 
     def __init__(self, rooms: Rooms) -> None:
         """Serve from these rooms."""

@@ -1,4 +1,4 @@
-"""PlanMotion and CheckMotion: what a start would do, and whether it can; nothing moves."""
+"""PlanMotion and CheckMotion: the plan of a start, and its violations; nothing moves."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from virtualrobot_kernel.world.store import check_revision
 from virtualrobot_kernel.world.structure import Kind
 
 FINEST, COARSEST = 1e-6, 0.1
-"""The resolutions (m) that a check for collisions can be asked for."""
+"""Least and greatest resolution (m) of a check for collisions."""
 
 
 async def planned_motion(rooms: Rooms, request: motion_pb2.PlanMotionRequest) -> motion_pb2.PlanMotionResponse:

@@ -1,4 +1,4 @@
-"""PathService: free paths, looked for in a process of its own."""
+"""PathService: free paths, searched in a process of its own."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ JOB = "virtualrobot_kernel.paths.find:find_path"
 
 
 class PathServicer(path_pb2_grpc.PathServiceServicer):
-    """Serves PathService."""
+    """Servicer of PathService."""
 
     def __init__(self, rooms: Rooms) -> None:
         """Serve from these rooms."""

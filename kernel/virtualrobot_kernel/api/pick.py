@@ -1,4 +1,4 @@
-"""ViewService.PickPixel: what is under a pixel."""
+"""ViewService.PickPixel: node and point under a pixel."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""PluginService: which plugins are installed, and how their components are."""
+"""PluginService: installed plugins, and the state of their components."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ Uses = dict[tuple[ComponentKind, str], list[plugin_pb2.ComponentUse]]
 
 
 class PluginServicer(plugin_pb2_grpc.PluginServiceServicer):
-    """Serves PluginService."""
+    """Servicer of PluginService."""
 
     def __init__(self, rooms: Rooms) -> None:
         """Serve from these rooms."""

@@ -1,4 +1,4 @@
-"""Tells the API's event loop that the world thread has published: watchers wait here, at no cost.
+"""Publications of the world thread for the API's event loop: watchers wait here, at no cost.
 
 Whatever a call waits for it waits for here, so that the end of the kernel reaches every call at once.
 """
@@ -21,11 +21,11 @@ PROGRESS_SECONDS = 0.25
 """Period (s) at which a call tells how far long work is."""
 
 SHORTEST_PAUSE_SECONDS = 0.001
-"""Event loops do not wait for less than a millisecond: whose pause is shorter is told every snapshot that comes."""
+"""Shortest pause (s) of an event loop: a watch with a shorter one is told every snapshot that comes."""
 
 
 class Publications:
-    """Belongs to one event loop; `published` alone is called from the world thread."""
+    """Publications for one event loop; `published` alone is called from the world thread."""
 
     def __init__(self, world: World, loop: asyncio.AbstractEventLoop) -> None:
         """Listen to `world` on behalf of coroutines in `loop`."""

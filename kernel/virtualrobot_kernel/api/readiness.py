@@ -1,4 +1,4 @@
-"""Figures are made ready for the guard in a worker, before the command that brings them to it."""
+"""Preparation of figures for the guard in a worker, before the command that brings them to it."""
 
 from __future__ import annotations
 

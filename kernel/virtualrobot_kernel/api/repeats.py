@@ -12,7 +12,7 @@ from virtualrobot_kernel.errors import KernelError
 
 MOST_REMEMBERED = 1_000
 LONGEST_ID = 200
-"""The longest `request_id`, in characters."""
+"""Greatest length of a `request_id`, in characters."""
 
 Answer = TypeVar("Answer")
 

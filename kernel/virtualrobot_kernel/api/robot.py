@@ -1,4 +1,4 @@
-"""RobotService: where joints and tools are, and kinematics."""
+"""RobotService: states of joints and tools, and kinematics."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ MOST_POINTS = 10_000
 
 
 class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
-    """Serves RobotService."""
+    """Servicer of RobotService."""
 
     def __init__(self, rooms: Rooms) -> None:
         """Serve from these rooms."""
@@ -270,7 +270,7 @@ class _Told:
 
 
 class _Book:
-    """The states of robots in the latest snapshot as messages, made once for all who watch."""
+    """States of robots in the latest snapshot as messages, made once for all who watch."""
 
     def __init__(self) -> None:
         self._snapshot: Snapshot | None = None
@@ -324,4 +324,4 @@ def _quiet(before: Snapshot, after: Snapshot) -> bool:
 
 
 TOLD = ("q", "v", "commanded", "parent_t_node", "motions", "tool_states", "selections", "speed_factors")
-"""The fields of State that RobotState tells of."""
+"""Fields of State that RobotState tells of."""

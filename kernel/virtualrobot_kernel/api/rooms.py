@@ -35,15 +35,15 @@ from virtualrobot_kernel.world.store import Applied, World
 Result = TypeVar("Result")
 
 MAX_MESSAGE_BYTES = 16 * 1024 * 1024
-"""The largest message that the server takes; larger things travel as assets, in chunks."""
+"""Greatest message that the server takes; larger things travel as assets, in chunks."""
 
 MAX_SENT_BYTES = 256 * 1024 * 1024
-"""The largest message that the server sends: pictures and clouds go in one piece. The client library takes as much."""
+"""Greatest message that the server sends: pictures and clouds go in one piece. The client library takes as much."""
 
 
 @dataclass(frozen=True, slots=True)
 class Rooms:
-    """The rooms that the API opens. Long work goes to `workers` or `limiter`, never to the API's thread."""
+    """Rooms that the API opens. Long work goes to `workers` or `limiter`, never to the API's thread."""
 
     world: World
     mailbox: Mailbox

@@ -31,14 +31,14 @@ from virtualrobot_kernel.world.store import Applied
 from virtualrobot_kernel.world.structure import Kind, Node, Structure
 
 MOST_COMMANDS = 20_000
-"""The most commands of a batch: they are applied between two ticks."""
+"""Greatest number of commands of a batch: they are applied between two ticks."""
 
 FEW = 100
-"""So many commands are understood in the API's thread, in a millisecond or two; more go to a worker."""
+"""Number of commands up to which the API's thread converts them, in a millisecond or two; more go to a worker."""
 
 
 class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
-    """Serves SceneService."""
+    """Servicer of SceneService."""
 
     def __init__(self, rooms: Rooms) -> None:
         """Serve from these rooms."""

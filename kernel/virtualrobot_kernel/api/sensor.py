@@ -26,7 +26,7 @@ from virtualrobot_kernel.world.sensing import RangeSensor
 from virtualrobot_kernel.world.structure import Kind
 
 TOGETHER_BYTES = 1024 * 1024
-"""Readings travel in one message as long as they are smaller than this together."""
+"""Greatest size (bytes) of readings that travel together in one message."""
 FASTEST_HERTZ = 10_000.0
 
 SENSOR_KINDS = {
@@ -38,7 +38,7 @@ Told = TypeVar("Told")
 
 
 class SensorServicer(sensor_pb2_grpc.SensorServiceServicer):
-    """Serves SensorService."""
+    """Servicer of SensorService."""
 
     def __init__(self, rooms: Rooms) -> None:
         """Serve from these rooms."""

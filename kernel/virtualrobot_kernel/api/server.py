@@ -1,4 +1,4 @@
-"""The server: grpc.aio in a thread of its own, so that four watchers and a slow call never block a fifth."""
+"""Server: grpc.aio in a thread of its own, so that four watchers and a slow call never block a fifth."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ SERVICES = (
     (ray_pb2, ray_pb2_grpc.add_RayServiceServicer_to_server, RayServicer),
     (collision_pb2, collision_pb2_grpc.add_CollisionServiceServicer_to_server, CollisionServicer),
 )
-"""Each noun of the contract, and who serves it."""
+"""Messages, registration and servicer of each noun of the contract."""
 
 OPTIONS = (
     ("grpc.max_receive_message_length", MAX_MESSAGE_BYTES),
@@ -103,7 +103,7 @@ OPTIONS = (
 )
 
 MOST_CONNECTIONS = 1000
-"""The most connections at a time, 10 KiB each; more are closed at once."""
+"""Greatest number of connections at a time, 10 KiB each; more are closed at once."""
 
 
 GRACE_SECONDS = 1.0
@@ -122,7 +122,7 @@ class Address:
 
 
 class Server:
-    """Owns the API's thread and event loop."""
+    """Server of the contract, with the API's thread and event loop."""
 
     def __init__(self, address: Address, world: World, rooms: Callable[[Publications], Rooms]) -> None:
         """Prepare to serve `world`; `rooms` is called once the event loop runs."""

@@ -27,7 +27,7 @@ MAX_RATE_HERTZ = 60.0
 """Greatest rate (Hz) of a stream's reports on its motion, while time follows the wall clock."""
 
 CLOSING_SECONDS = 0.01
-"""A lost connection looks like a stream that its client has ended, until a moment later the call is cancelled."""
+"""Time (s) in which a lost connection looks like a stream that its client has ended, until the call is cancelled."""
 
 LEASE_LOST = (EndCause.LEASE_TAKEN, EndCause.LEASE_EXPIRED)
 NO_LEASE = (Reason.LEASED, Reason.LEASE_ENDED)
@@ -75,7 +75,7 @@ async def stream_setpoints(
 
 
 class _Feed:
-    """Takes setpoints from a client to the world's mailbox, where the newest one waits for the next tick."""
+    """Feed of setpoints from a client to the world's mailbox, where the newest one waits for the next tick."""
 
     def __init__(self, rooms: Rooms, id: str, joint_names: tuple[str, ...], writer: str, permit: Permit) -> None:
         """Feed a motion with what `writer` sends."""

@@ -14,7 +14,7 @@ from virtualrobot_kernel.world.state import Signal, Snapshot
 
 
 class SignalServicer(signal_pb2_grpc.SignalServiceServicer):
-    """Serves SignalService."""
+    """Servicer of SignalService."""
 
     def __init__(self, rooms: Rooms) -> None:
         """Serve from these rooms."""

@@ -16,13 +16,13 @@ REMEMBERED = 1000
 """Number of request ids remembered."""
 
 LONGEST = 256
-"""The most characters of a request id."""
+"""Greatest number of characters of a request id."""
 
 Answer = asyncio.Task[motion_pb2.StartMotionResponse]
 
 
 class StartedMotions:
-    """The newest starts by their request ids. Used by the thread “api” only."""
+    """Newest starts by their request ids. Used by the thread “api” only."""
 
     def __init__(self) -> None:
         """Remember nothing yet."""

@@ -14,7 +14,7 @@ DOMAIN = "virtualrobot"
 LONGEST_MESSAGE = 1800
 LONGEST_VALUE = 500
 LONGEST_METADATA = 2000
-"""Message, each value and all metadata are cut to this many bytes: gRPC's trailers are limited to 8 KiB."""
+"""Greatest sizes (bytes) of the message, of each value and of all metadata: gRPC's trailers are limited to 8 KiB."""
 
 CODES = {
     Reason.INVALID_ARGUMENT: grpc.StatusCode.INVALID_ARGUMENT,

@@ -1,4 +1,4 @@
-"""ViewService: how the picture is set up, pictures and films, what is under a pixel, how far points are apart."""
+"""ViewService: settings of the picture, pictures and films, picks of pixels, and distances of points."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ from virtualrobot_kernel.errors import UnknownNameError
 log = logging.getLogger(__name__)
 
 OWN_PACKAGE = "virtualrobot"
-"""The package whose plugins are trusted: the kernel's own."""
+"""Package whose plugins are trusted: the kernel's own."""
 
 LOOK_SECONDS = 20.0
 """Deadline (s) for importing a plugin and its registration."""
@@ -32,7 +32,7 @@ LOOK_SECONDS = 20.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Offer:
-    """A component that a plugin offers; `registration` is None when the plugin was not imported into this process."""
+    """Component that a plugin offers; `registration` is None when the plugin was not imported into this process."""
 
     entry_point: EntryPoint
     about: ComponentDescription
@@ -41,7 +41,7 @@ class Offer:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plugin:
-    """An entry point, and what it offers or why it offers nothing (`reason`)."""
+    """Plugin by its entry point, and its offers or the `reason` why it has none."""
 
     name: str
     package: str
@@ -52,7 +52,7 @@ class Plugin:
 
 
 class Catalog:
-    """The plugins found last; `scan` looks again. Readers get one consistent catalog or the next."""
+    """Catalogue of the plugins found last; `scan` looks again. Readers get one consistent catalogue or the next."""
 
     def __init__(self) -> None:
         """Find the plugins."""
@@ -125,7 +125,7 @@ def _loaded(found: Plugin, point: EntryPoint) -> Plugin:
 
 
 Claim = tuple[ComponentKind, str]
-"""A name among the components of its kind, or an ending of the files that importers read."""
+"""Name among the components of its kind, or ending of the files that importers read."""
 
 
 def _claims(plugins: Iterable[Plugin]) -> dict[Claim, list[Plugin]]:

@@ -1,4 +1,4 @@
-"""Importers at work: which endings they read, and files of foreign formats translated into native ones."""
+"""Importers at work: the endings that they read, and files of foreign formats translated into native ones."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ KEPT_WITH_SETTINGS = 4
 
 
 class Importers:
-    """Owns the importers that have been asked for; any thread may ask.
+    """Importers that have been asked for; any thread may ask.
 
     An importer is kept for the next file with the same settings. After a fault it is made anew for the next file,
     since one file says nothing about another.
@@ -105,7 +105,7 @@ class Importers:
     def _usable(self, key: tuple[str, str], offer: Offer) -> Running | None:
         """Return a kept importer that is well and of this offer, lent from now on."""
         running = self._kept.get(key)
-        if running is None or running.fault is not None or running.offer is not offer:
+        if running is None or running.latest is not None or running.offer is not offer:
             return None
         self._kept.move_to_end(key)
         self._lenders[running] += 1

@@ -46,7 +46,7 @@ class Instance(Protocol):
 
 
 class Running:
-    """A component at work for somebody: counts its calls, and keeps its faults.
+    """Component at work for somebody: counts its calls, and keeps its faults.
 
     A fault refuses the call in which it happens. One that ended the component's process (it hung, crashed or grew) is
     kept as `fault`, and the component is not asked again; whoever has it may make another.
@@ -58,7 +58,7 @@ class Running:
         self.fault: ComponentFault | None = None
         """Fault that ended its process; None while it runs."""
         self.latest: ComponentFault | None = None
-        """Its latest fault of any kind."""
+        """Latest fault of any kind; None without one."""
         self.calls = 0
         self._seconds = 0.0
         self._instance = instance
@@ -160,7 +160,7 @@ def _fault(error: FilesNeeded | PluginError | ComponentFault) -> ComponentFault:
 
 
 class _InProcess:
-    """A component in this process."""
+    """Component in this process."""
 
     process_id = 0
     has_ended = False
@@ -191,7 +191,7 @@ class _InProcess:
 
 
 class _InWorker:
-    """A component in a process of its own."""
+    """Component in a process of its own."""
 
     def __init__(self, offer: Offer, settings: Mapping[str, Any], arguments: tuple[object, ...]) -> None:
         self._deadline = offer.about.deadline_seconds

@@ -1,4 +1,4 @@
-"""The asset store: files by content, kept in memory and found again by the SHA-256 of their bytes."""
+"""Asset store: files by content, kept in memory and found again by the SHA-256 of their bytes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _SHA256 = re.compile(r"[0-9a-f]{64}")
 
 
 class AssetStore:
-    """Bytes by their SHA-256 (64 lower-case hexadecimal digits); any thread may put and get."""
+    """Store of bytes by their SHA-256 (64 lower-case hexadecimal digits); any thread may put and get."""
 
     def __init__(self, limit_bytes: int = 256 * MEBIBYTE, total_limit_bytes: int = 4096 * MEBIBYTE) -> None:
         """Accept assets of at most `limit_bytes` each and `total_limit_bytes` together."""

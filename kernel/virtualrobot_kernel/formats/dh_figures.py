@@ -30,7 +30,7 @@ DEFAULT_STROKE = 0.3
 
 
 class Skeleton:
-    """The lengths that figures are drawn from; links count from 0, the base, to n + 1, the flange."""
+    """Lengths (m) that figures are drawn from; links count from 0, the base, to n + 1, the flange."""
 
     def __init__(self, table: Table, arrays: SerialArrays, joints: Sequence[Joint]) -> None:
         """Measure the table."""

@@ -15,7 +15,7 @@ from virtualrobot_kernel.formats.assets import AssetStore
 
 @dataclass(frozen=True, slots=True)
 class File:
-    """A file that was read.
+    """File that was read.
 
     `key` is its one name: the name under which it was uploaded, or its absolute path on the kernel's disk. The names
     that the file itself mentions count from there.
@@ -28,7 +28,7 @@ class File:
 
 @dataclass(frozen=True, slots=True)
 class Files:
-    """The files that one request may name.
+    """Files that one request may name.
 
     Attributes:
         store: keeps everything that is read.

@@ -21,7 +21,7 @@ from virtualrobot_kernel.formats.references import ending, gltf_json
 from virtualrobot_kernel.formats.xml import malformed
 
 COLORS = "_VIRTUALROBOT_COLOR_0"
-"""The attribute under which trimesh hands on the colours of vertices; other names with `_` are the file's own."""
+"""Attribute under which trimesh hands on the colours of vertices; other names with `_` are the file's own."""
 
 _TRIANGLE_MODES = (4, 5)  # 3.7.2.1; without a mode it is 4. Trimesh hands attributes of no others on.
 _OTHER_WORKFLOW = "KHR_materials_pbrSpecularGlossiness"

@@ -1,4 +1,4 @@
-"""The robots that the kernel knows by name: a table of model files in this package and in others on PyPI."""
+"""Table of the robots that the kernel knows by name: model files in this package and in others on PyPI."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _OWN = "virtualrobot_kernel"
 
 @dataclass(frozen=True, slots=True)
 class KnownModel:
-    """A robot that the kernel knows by name.
+    """Robot that the kernel knows by name.
 
     Attributes:
         name: what it is asked for by, in small letters.

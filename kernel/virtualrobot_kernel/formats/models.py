@@ -24,7 +24,7 @@ MODEL_FORMATS = (".urdf", *MESH_FORMATS)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ImportedModel:
-    """The nodes of a model file, the robot, object or part first, parents before children."""
+    """Nodes of a model file, the robot, object or part first, parents before children."""
 
     nodes: tuple[NodeSpec, ...]
     mesh_count: int
@@ -33,7 +33,7 @@ class ImportedModel:
 
 @dataclass(frozen=True, slots=True)
 class TranslatedScene:
-    """A model file that was translated to a scene, or is one: several robots and objects.
+    """Model file that was translated to a scene, or is one: several robots and objects.
 
     Attributes:
         text: the scene, as a scene file has it.

@@ -1,4 +1,4 @@
-"""The table of devices that range sensors may be set as: `sensing/presets.yaml`, in the names of the contract."""
+"""Table of devices that range sensors may be set as: `sensing/presets.yaml`, in the names of the contract."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ from virtualrobot_kernel.formats.scene_reader import SceneReader
 from virtualrobot_kernel.formats.yaml_text import Check, MappingNode
 
 SCHEMA_VERSION = 1
-"""The version of the format that is read."""
+"""Version of the format that is read."""
 
 
 def parse(text: str, uri: str = "program.yaml", check: Check = lambda: None) -> motion_pb2.StartMotionRequest:

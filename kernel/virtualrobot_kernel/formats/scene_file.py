@@ -20,7 +20,7 @@ from virtualrobot_kernel.formats.yaml_text import Check, MappingNode, Node, Sequ
 from virtualrobot_kernel.world.consistency import check_count
 
 SCHEMA_VERSION = 1
-"""The version of the format that is written and read."""
+"""Version of the format that is written and read."""
 
 HEADER = "# A VirtualRobot scene: meters, radians, kilograms; parents before children.\n"
 

@@ -1,4 +1,4 @@
-"""SRDF files: what MoveIt knows of a robot besides its URDF; groups, postures, and links that may touch.
+"""SRDF files: MoveIt's description of a robot besides its URDF; groups, postures, and links that may touch.
 
 Format: https://wiki.ros.org/srdf and MoveIt's tutorial "URDF and SRDF"; names are looked up as MoveIt does
 (srdfdom `Model::initXml`, moveit_core `RobotModel::addJointModelGroup`).

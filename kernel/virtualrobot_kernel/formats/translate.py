@@ -29,11 +29,11 @@ Settings = Mapping[str, Any]
 
 
 class Importers(Protocol):
-    """The importers of all plugins; any thread may call."""
+    """Protocol of the importers of all plugins; any thread may call."""
 
     @property
     def endings(self) -> tuple[str, ...]:
-        """The endings of the files that are read, in small letters with their dot; `.urdf` is for xacro in URDF."""
+        """Endings of the files that are read, in small letters with their dot; `.urdf` is for xacro in URDF."""
         ...
 
     def translate(self, data: bytes, uri: str, files: Mapping[str, bytes | None], settings: Settings) -> Translation:
@@ -48,7 +48,7 @@ class Importers(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class NoImporters:
-    """Reads nothing: native formats alone."""
+    """Importers of a kernel without plugins: native formats alone."""
 
     endings: tuple[str, ...] = ()
 
@@ -59,7 +59,7 @@ class NoImporters:
 
 @dataclass(frozen=True, slots=True)
 class Translated:
-    """A translation, and what went into it.
+    """Translation of a file, and the files that went into it.
 
     Attributes:
         file: the original.

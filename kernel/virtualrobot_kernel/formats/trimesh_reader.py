@@ -20,14 +20,14 @@ from virtualrobot_kernel.shapes.submesh import Submesh, frozen, transformed
 Color = tuple[float, float, float, float]
 
 _Material: TypeAlias = Any
-"""One of trimesh's kinds of material, which have no base with the fields that are read here."""
+"""Material of one of trimesh's kinds, which have no base with the fields that are read here."""
 
 _Factors: TypeAlias = list[NDArray[np.float64] | None] | None
-"""Of the materials of a glTF file by their numbers (see `gltf_looks.prepared`); None for other formats."""
+"""Colour factors of a glTF file's materials by number (see `gltf_looks.prepared`); None for other formats."""
 
 
 class _Dependents(TrimeshResolver):
-    """Gives trimesh the files that a mesh file names, from memory only."""
+    """Resolver of the files that a mesh file names, for trimesh, from memory only."""
 
     def __init__(self, uri: str, files: Mapping[str, bytes]) -> None:
         self._uri = uri

@@ -1,4 +1,4 @@
-"""The small elements of URDF: numbers, origins, inertia, geometry, materials; each error names file, line and element.
+"""Small elements of URDF: numbers, origins, inertia, geometry, materials; each error names file, line and element.
 
 Format: http://wiki.ros.org/urdf/XML; angles are roll, pitch, yaw about fixed axes: R = Rz(yaw) Ry(pitch) Rx(roll).
 """
@@ -148,7 +148,7 @@ def primitive(place: Place, shape: Element) -> Geometry | None:
 
 @dataclass(slots=True)
 class Palette:
-    """The colours of a file by material name; `warnings` takes what is odd about its materials."""
+    """Colours of a file by material name; `warnings` takes what is odd about its materials."""
 
     uri: str
     warnings: list[FileWarning]

@@ -1,4 +1,4 @@
-"""The joints of a URDF file: read one by one, then checked together as a tree."""
+"""Joints of a URDF file: read one by one, then checked together as a tree."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _ONE_COORDINATE = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UrdfJoint:
-    """A joint between two links of the file; `parent_t_joint` is where its frame is at zero."""
+    """Joint between two links of the file; `parent_t_joint` is its frame at zero."""
 
     joint: Joint
     parent: str

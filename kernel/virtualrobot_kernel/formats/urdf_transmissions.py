@@ -1,4 +1,4 @@
-"""The transmissions of a URDF file: which combinations of joints its actuators are.
+"""Transmissions of a URDF file: combinations of joints that its actuators move.
 
 Format and formulas: ros2_control, transmission_interface. A simple transmission with the reductions m of its actuator
 and n of its joint has a = m n (j - o), with o the joint's offset. Of the two that couple two joints,

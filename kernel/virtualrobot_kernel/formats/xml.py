@@ -12,7 +12,7 @@ from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  compiled,
 from virtualrobot_kernel.errors import KernelError, MalformedFileError
 
 Element: TypeAlias = Any
-"""An lxml element: lxml has neither types nor a public name for it."""
+"""Element of lxml, which has neither types nor a public name for it."""
 
 _DECLARATION = re.compile(rb"^(?:\xef\xbb\xbf)?(\s*<\?xml\b[^>]*\?>)")
 _OLD_PREFIX = re.compile(r"Namespace prefix (sensor|controller|interface|body|geom|joint|model|rendering) ")

@@ -15,26 +15,26 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.xml import malformed
 
 MOST_CHARACTERS = 8_000_000
-"""A text of comments is looked at as a whole, 100 MB/s; a saved scene of 10,000 boxes has 2 million."""
+"""Greatest number of characters: comments are read as a whole, 100 MB/s; a scene of 10,000 boxes has 2 million."""
 
 MOST_EVENTS = 400_000
-"""A key and a value are an event each, a list and a mapping two; a saved scene of 10,000 boxes has 360,000."""
+"""Greatest number of events: one per key and value, two per list and mapping; a scene of 10,000 boxes has 360,000."""
 
 DEEPEST = 32
-"""Scenes are ten deep; settings of components are messages in the end, three for each level, and those end at 100."""
+"""Greatest depth: scenes are ten deep; settings of components are messages, three for each level, and end at 100."""
 
 CHECKED_EVERY = 1000
-"""So many events of YAML take some milliseconds."""
+"""Number of events of YAML between two checks: some milliseconds."""
 
 Check = Callable[[], None]
-"""Raises when nobody waits any more for what is done."""
+"""Check that raises when nobody waits any more for what is done."""
 
 _LOADER = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
 
 
 @dataclass(slots=True, eq=False)
 class ScalarNode:
-    """A text, and whether it is `plain`: without quotes. `line` counts from 1; `tag` is what is written as one."""
+    """Text, and whether it is `plain`: without quotes. `line` counts from 1; `tag` is what is written as one."""
 
     value: str
     plain: bool
@@ -44,7 +44,7 @@ class ScalarNode:
 
 @dataclass(slots=True, eq=False)
 class SequenceNode:
-    """A list of nodes."""
+    """List of nodes."""
 
     value: list[Node]
     line: int
@@ -91,7 +91,7 @@ def compose(text: str, uri: str, check: Check = lambda: None) -> Node | None:
 
 
 class _Tree:
-    """A tree that grows by events."""
+    """Tree that grows by events."""
 
     def __init__(self, uri: str) -> None:
         self.root: Node | None = None

@@ -1,4 +1,4 @@
-"""From the question for a path to its answer; runs in a process of its own, as a job of `collision/processes.py`."""
+"""Path search, from query to answer; runs in a process of its own, as a job of `collision/processes.py`."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ SEARCHES = 3
 """Number of searches of a planner that ends with the first path; the shortest path counts."""
 
 GOOD = 1.3
-"""A path that is at most so much longer than the straight way to the nearest goal is good enough."""
+"""Greatest length of a path that is good enough, as a multiple of the straight way to the nearest goal."""
 
 SEARCHING = 0.6
-"""The part of the time in which a planner that never ends by itself searches; the rest is for shortening."""
+"""Share of the time in which a planner that never ends by itself searches; the rest is for shortening."""
 
 
 class Site(Protocol):
@@ -153,7 +153,7 @@ def _searched(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Task:
-    """One search, with all that it needs; `end` is when its time is over."""
+    """Search task with all that it needs; `end` is when its time is over."""
 
     site: Site
     space: PathSpace

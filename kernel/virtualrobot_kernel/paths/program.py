@@ -1,4 +1,4 @@
-"""A path as a program of moves: its corners are rounded as far as the rounded motion itself is proven free."""
+"""Program of moves along a path: its corners are rounded as far as the rounded motion itself is proven free."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from virtualrobot_kernel.world.structure import Kind
 Floats = NDArray[np.float64]
 
 SMALLEST = 2.0
-"""Zones below this (percent) are none."""
+"""Zone (percent) below which a corner has none."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

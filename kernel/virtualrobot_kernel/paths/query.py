@@ -1,4 +1,4 @@
-"""Path query: joints, where they start, and all configurations that would do as its end."""
+"""Path query: joints, their start, and all configurations that would do as its end."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from virtualrobot_kernel.world.structure import JointType, Kind, Node
 
 Floats = NDArray[np.float64]
 Goal = Mapping[str, float] | PoseGoal | str | ActuatorGoal
-"""Joint values, a pose, the name of a posture, or actuator positions: what a point-to-point move goes to."""
+"""Goal of a point-to-point move: joint values, a pose, the name of a posture, or actuator positions."""
 
 MOST_GOALS = 24
 """Greatest number of configurations that a path may end in; those nearest to its start are taken."""
@@ -30,7 +30,7 @@ TRIED_SEEDS = 8
 """Number of random seeds of a pose's solutions, besides the start: each may lead to another branch."""
 
 SAME = 1e-3
-"""Solutions that differ by no more than this, in rad or m, are one."""
+"""Greatest difference of solutions that count as one, in rad or m."""
 
 ROUND = 2.0 * np.pi
 """Range of a turning joint without limits beyond start and goals, in rad."""
@@ -41,7 +41,7 @@ BESIDE = 1.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PathQuery:
-    """A question for a free path; the world in which it is asked has the robot at the start.
+    """Query for a free path; the world in which it is asked has the robot at the start.
 
     Attributes:
         robot: its name, and `group`, whose joints move.

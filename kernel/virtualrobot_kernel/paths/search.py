@@ -1,4 +1,4 @@
-"""The search for a path by OMPL; the only file that sees the library, whose calls hold the interpreter's lock.
+"""Path search by OMPL; the only file that sees the library, whose calls hold the interpreter's lock.
 
 Source of the default: J. Kuffner, S. LaValle, RRT-Connect: an efficient approach to single-query path planning, IEEE
 ICRA 2000. Library: I. Sucan, M. Moll, L. Kavraki, The Open Motion Planning Library, IEEE Robotics & Automation Magazine

@@ -14,7 +14,7 @@ TRIES = 60
 """Number of random shortcuts tried."""
 
 NEAR = 1e-6
-"""Waypoints that differ by no more than this, in rad or m, are one."""
+"""Greatest difference of waypoints that count as one, in rad or m."""
 
 
 def length_of(waypoints: Floats) -> float:

@@ -1,4 +1,4 @@
-"""The configurations of an arm as a search sees them: which are free, and which straight lines between them are."""
+"""Configuration space of an arm as a search sees it: free configurations, and free straight lines between them."""
 
 from __future__ import annotations
 

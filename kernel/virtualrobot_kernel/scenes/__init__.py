@@ -1,1 +1,1 @@
-"""Scenes and models that are asked for, as commands for the world; and the world as a scene file."""
+"""Scenes and models read as commands for the world; and the world written as a scene file."""

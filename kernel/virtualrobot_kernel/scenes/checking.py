@@ -1,4 +1,4 @@
-"""Scene files looked at without a world: for the test kit of importers, which finds this by its entry point."""
+"""Check of scene files without a world: for the test kit of importers, which finds this by its entry point."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Models that are asked for, as nodes. Reading takes from milliseconds to seconds and runs in a worker thread."""
+"""Models read as nodes. Reading takes from milliseconds to seconds and runs in a worker thread."""
 
 from __future__ import annotations
 

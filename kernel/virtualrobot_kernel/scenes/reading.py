@@ -1,4 +1,4 @@
-"""Scene files to commands. Reading takes from milliseconds to seconds and runs in a worker thread."""
+"""Scene files read as commands. Reading takes from milliseconds to seconds and runs in a worker thread."""
 
 from __future__ import annotations
 

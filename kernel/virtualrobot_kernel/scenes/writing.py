@@ -1,4 +1,4 @@
-"""The world as a scene file. Writing takes from milliseconds to seconds and runs in a worker thread."""
+"""World written as a scene file. Writing takes from milliseconds to seconds and runs in a worker thread."""
 
 from __future__ import annotations
 

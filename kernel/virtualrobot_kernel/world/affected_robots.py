@@ -180,4 +180,4 @@ AFFECTED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.StopMotions: _nothing,
     commands.StopRobots: _nothing,
 }
-"""The robots (uids) of each command: whoever adds a command says here whom it affects."""
+"""Function by command class that gives the robots (uids) which a command affects; each new command needs an entry."""

@@ -1,4 +1,4 @@
-"""Commands about collisions: which nodes may touch each other, and what is done about those that do."""
+"""Commands about collisions: allowed pairs of nodes, and the settings of collision handling."""
 
 from __future__ import annotations
 

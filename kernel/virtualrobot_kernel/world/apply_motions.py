@@ -37,7 +37,7 @@ START_TOLERANCE = 1e-6
 """Greatest distance of a joint from its plan's start, in radians or meters."""
 
 SLOWEST = 1e-9
-"""The least speed factor of a motion: products of tiny ones would be rounded to zero, which no motion understands."""
+"""Least speed factor of a motion: products of tiny ones would be rounded to zero, which no motion understands."""
 
 
 def start_motion(change: Change, command: StartMotion, forward: Forward) -> Change:

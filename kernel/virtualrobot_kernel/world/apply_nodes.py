@@ -50,7 +50,7 @@ DATA = {
     Kind.MOTION_SENSOR: MotionSensor,
     Kind.LIGHT: Light,
 }
-"""The data that a kind of node must have; other kinds have none."""
+"""Class of the data that a kind of node must have; other kinds have none."""
 
 
 PLACE = "place"

@@ -1,4 +1,4 @@
-"""Commands about sensors: start, stop, and what a range sensor is made of."""
+"""Commands about sensors: start, stop, and the components of a range sensor."""
 
 from __future__ import annotations
 

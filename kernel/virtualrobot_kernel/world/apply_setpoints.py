@@ -1,4 +1,4 @@
-"""Commands about motions that follow setpoints: start one, give it a setpoint, tell it that no more will come."""
+"""Commands about motions that follow setpoints: start one, give it a setpoint, close its stream."""
 
 from __future__ import annotations
 

@@ -16,15 +16,15 @@ from virtualrobot_kernel.world.state import JointValues, Motion, Signal, State
 from virtualrobot_kernel.world.structure import Joint, JointType, Node, Structure
 
 Forward = Callable[[Structure, State], NDArray[np.float64]]
-"""The forward pass: returns world_t_node (N, 4, 4). Given from outside, because it is compiled."""
+"""Forward pass: returns world_t_node (N, 4, 4). Given from outside, because it is compiled."""
 
 LIMIT_TOLERANCE = TOLERANCE
-"""Joint values may be outside their limits by as much as motions may leave them, in radians or meters."""
+"""Tolerance of joint values beyond their limits, as motions may leave them, in radians or meters."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Change:
-    """The world before or after a command.
+    """World before or after a command.
 
     `created` are uids of nodes and ids of motions, `picked` uids of parts that were picked; both in order.
     """

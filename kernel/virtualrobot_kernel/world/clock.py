@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 CATCH_UP_SECONDS = 0.05
-"""Lateness up to this is caught up by ticks in quick succession; beyond it simulation time falls behind."""
+"""Lateness that is caught up by ticks in quick succession; beyond it simulation time falls behind."""
 
 FACTOR_WINDOW_SECONDS = 0.5
-"""The real-time factor is measured over about this much of the wall clock."""
+"""Window of the wall clock over which the real-time factor is measured, about."""
 
 
 class Mode(Enum):
@@ -36,7 +36,7 @@ class Clock:
 
 
 class Pacer:
-    """Says when ticks are due on a monotonic wall clock; a late tick is never merged with the next."""
+    """Due times of ticks on a monotonic wall clock; a late tick is never merged with the next."""
 
     def __init__(self, clock: Clock, now: float) -> None:
         """Begin at `now`, in seconds of a monotonic clock."""

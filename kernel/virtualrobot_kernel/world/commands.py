@@ -1,4 +1,4 @@
-"""The commands: whatever changes the world is one of these. They are data; `apply` gives them their meaning.
+"""Commands: all changes of the world, as data; `apply` gives them their meaning.
 
 Names are those of nodes, signals and motions; lengths in meters, angles in radians, poses 4x4 `parent_t_child`.
 """
@@ -25,14 +25,14 @@ from virtualrobot_kernel.world.structure import JointGroup, NodeData, NodeSpec
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CreateNodes:
-    """Adds nodes, parents before children."""
+    """Command to add nodes, parents before children."""
 
     specs: tuple[NodeSpec, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UpdateNode:
-    """Changes what is not None; `running` is for sensors."""
+    """Command to change the fields of a node that are not None; `running` is for sensors."""
 
     name: str
     new_name: str | None = None
@@ -45,19 +45,19 @@ class UpdateNode:
 
 @dataclass(frozen=True, slots=True)
 class RemoveNode:
-    """Takes a node and all below it out of the world."""
+    """Command to take a node and all below it out of the world."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
 class ClearWorld:
-    """Takes everything out of the world but its root; motions end where they are."""
+    """Command to take everything out of the world but its root; motions end where they are."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AttachNode:
-    """Gives a node another parent; without a pose it stays where it is in the world."""
+    """Command to give a node another parent; without a pose it stays where it is in the world."""
 
     name: str
     parent: str
@@ -66,7 +66,7 @@ class AttachNode:
 
 @dataclass(frozen=True, slots=True)
 class PickPart:
-    """Fixes a part (empty: the nearest) to the robot's chosen tool; a distance of 0 means the default."""
+    """Command to fix a part (empty: the nearest) to the robot's chosen tool; a distance of 0 means the default."""
 
     robot: str
     part: str = ""
@@ -75,7 +75,7 @@ class PickPart:
 
 @dataclass(frozen=True, slots=True)
 class PlacePart:
-    """Lets a part (empty: all) of the robot's chosen tool go, to a new parent."""
+    """Command to release a part (empty: all) from the robot's chosen tool, to a new parent."""
 
     robot: str
     part: str = ""
@@ -84,7 +84,7 @@ class PlacePart:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SetJointPositions:
-    """Puts joints somewhere at once: by name, or all coordinates of the robot in their order."""
+    """Command to set joint positions at once: by name, or all coordinates of the robot in their order."""
 
     robot: str
     joint_positions: Mapping[str, float] = field(default_factory=dict)
@@ -93,7 +93,7 @@ class SetJointPositions:
 
 @dataclass(frozen=True, slots=True)
 class SetKinematics:
-    """Gives a robot, or its group of this name, another kinematics component; motions go on as they were planned."""
+    """Command to choose the kinematics component of a robot, or of its group of this name; motions go on as planned."""
 
     robot: str
     kinematics: str
@@ -103,7 +103,7 @@ class SetKinematics:
 
 @dataclass(frozen=True, slots=True)
 class RunSensors:
-    """Starts or stops sensors (empty: all); one that runs already goes on, and one with a fault is started anew."""
+    """Command to start or stop sensors (empty: all); one that runs goes on, and one with a fault is started anew."""
 
     sensors: tuple[str, ...]
     running: bool
@@ -111,7 +111,7 @@ class RunSensors:
 
 @dataclass(frozen=True, slots=True)
 class SetRangeComponents:
-    """Gives a range sensor another ray caster or sensor model (name, settings); None keeps the one that it has."""
+    """Command to choose a range sensor's ray caster and sensor model (name, settings); None keeps the present one."""
 
     sensor: str
     ray_caster: tuple[str, Mapping[str, Any]] | None = None
@@ -120,7 +120,7 @@ class SetRangeComponents:
 
 @dataclass(frozen=True, slots=True)
 class SetAllowedPairs:
-    """Lets nodes touch each other (name, name, why), and others (name, name) no more; the latter comes first."""
+    """Command to forbid pairs of nodes (name, name) to touch, and then to allow others (name, name, reason)."""
 
     allow: tuple[tuple[str, str, str], ...] = ()
     forbid: tuple[tuple[str, str], ...] = ()
@@ -128,7 +128,7 @@ class SetAllowedPairs:
 
 @dataclass(frozen=True, slots=True)
 class SetCollisionSettings:
-    """Changes what is done about collisions; None leaves what there is.
+    """Command to change the settings of collision handling; None leaves what there is.
 
     modes: of robots (robot, mode), None takes a robot's own mode away. paddings: of nodes (node, meters), 0 for none.
     """
@@ -141,7 +141,7 @@ class SetCollisionSettings:
 
 @dataclass(frozen=True, slots=True)
 class SetGroups:
-    """Gives a robot groups of joints in place of those that it has; motions go on as they were planned."""
+    """Command to replace a robot's groups of joints; motions go on as they were planned."""
 
     robot: str
     groups: tuple[JointGroup, ...]
@@ -149,7 +149,7 @@ class SetGroups:
 
 @dataclass(frozen=True, slots=True)
 class SelectTool:
-    """Chooses a robot's tool (empty: none) and tool centre point (empty: the tool's first)."""
+    """Command to choose a robot's tool (empty: none) and tool centre point (empty: the tool's first)."""
 
     robot: str
     tool: str = ""
@@ -158,7 +158,7 @@ class SelectTool:
 
 @dataclass(frozen=True, slots=True)
 class SetToolState:
-    """Puts a tool into a state at once."""
+    """Command to put a tool into a state at once."""
 
     tool: str
     state: str
@@ -166,7 +166,7 @@ class SetToolState:
 
 @dataclass(frozen=True, slots=True)
 class CreateSignal:
-    """Adds a signal; `owner` names the node that it belongs to (empty: nobody), whatever `signal.owner` says."""
+    """Command to add a signal; `owner` is the node that it belongs to (empty: nobody), whatever `signal.owner` says."""
 
     signal: Signal
     owner: str = ""
@@ -174,14 +174,14 @@ class CreateSignal:
 
 @dataclass(frozen=True, slots=True)
 class RemoveSignal:
-    """Takes a signal out of the world."""
+    """Command to take a signal out of the world."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
 class SetSignal:
-    """Sets a signal to a value of its type."""
+    """Command to set a signal to a value of its type."""
 
     name: str
     value: SignalValue
@@ -189,7 +189,7 @@ class SetSignal:
 
 @dataclass(frozen=True, slots=True)
 class SetSpeedFactor:
-    """Slows the motions of one robot, or of all (empty)."""
+    """Command to set the speed factor of the motions of one robot, or of all (empty)."""
 
     robot: str
     factor: float
@@ -206,7 +206,7 @@ class Tracking:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StartMotion:
-    """Starts a planned motion; refused when the joints are not where the plan starts, or what it assumes has changed.
+    """Command to start a planned motion; refused when the joints are not at its start, or what it assumes has changed.
 
     `joints` names the program's columns as (robot, joint); `tool_states` (step, tool, state) become true when their
     step is done; `searcher` is the robot that searches in the last step, if one does; `tracking` is what it goes along
@@ -223,7 +223,7 @@ class StartMotion:
 
 @dataclass(frozen=True, slots=True)
 class StartSetpointMotion:
-    """Starts a motion of some joints of a robot that follows setpoints, its present positions being the first one.
+    """Command to start a motion of some joints of a robot that follows setpoints, from its present positions.
 
     timeout: after how long without a setpoint it stops, in seconds of simulation time.
     """
@@ -236,7 +236,7 @@ class StartSetpointMotion:
 
 @dataclass(frozen=True, slots=True)
 class SetSetpoint:
-    """Gives a motion that follows setpoints its newest one: a value for each joint, rad or m, or per second."""
+    """Command to give a motion its newest setpoint: a value for each joint, rad or m, or per second."""
 
     id: str
     values: tuple[float, ...]
@@ -244,14 +244,14 @@ class SetSetpoint:
 
 @dataclass(frozen=True, slots=True)
 class EndSetpoints:
-    """Tells a motion that follows setpoints that the newest one was the last: it ends there, or at standstill."""
+    """Command to close a motion's stream of setpoints: it ends at the newest one, or at standstill."""
 
     id: str
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SetMeasuredJoints:
-    """Tells where the joints of a robot, given by uid, really are by the end of this tick; motions command them on.
+    """Command to set the measured joints of a robot, given by uid, by the end of this tick; motions command them on.
 
     positions (nq,), velocities (nv,): all of the robot's coordinates and velocities, as in the state. None ends that:
     the robot stays where it was measured, and its commanded joints are there, too.
@@ -264,14 +264,14 @@ class SetMeasuredJoints:
 
 @dataclass(frozen=True, slots=True)
 class PauseMotion:
-    """Slows a motion to standstill on its path."""
+    """Command to slow a motion to standstill on its path."""
 
     id: str
 
 
 @dataclass(frozen=True, slots=True)
 class ResumeMotion:
-    """Lets a paused motion go on."""
+    """Command to resume a paused motion."""
 
     id: str
 
@@ -281,7 +281,7 @@ CALLED = Cancellation(EndCause.CALL, "cancelled")
 
 @dataclass(frozen=True, slots=True)
 class CancelMotion:
-    """Slows a motion to standstill on its path and ends it."""
+    """Command to slow a motion to standstill on its path and to end it."""
 
     id: str
     cancellation: Cancellation = CALLED
@@ -289,7 +289,7 @@ class CancelMotion:
 
 @dataclass(frozen=True, slots=True)
 class StopMotions:
-    """Cancels all motions of these robots (empty: of all)."""
+    """Command to cancel all motions of these robots (empty: of all)."""
 
     robots: tuple[str, ...] = ()
     reason: str = "stopped"
@@ -297,7 +297,7 @@ class StopMotions:
 
 @dataclass(frozen=True, slots=True)
 class StopRobots:
-    """Cancels or aborts, by its cause, all motions of robots given by uid. Robots that are gone are left out.
+    """Command to cancel or abort, by its cause, all motions of robots given by uid. Robots that are gone are left out.
 
     The kernel's own way to stop: guard, monitor and leases use it.
     """

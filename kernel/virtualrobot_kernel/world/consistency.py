@@ -12,7 +12,7 @@ from virtualrobot_kernel.world.groups import Group, chain_links
 from virtualrobot_kernel.world.structure import Kind, Node, NodeData, RobotData, Structure, ToolData
 
 MOST_NODES = 20_000
-"""The most nodes of a world: adding them, and each change of the tree, holds up ticks by about 10 µs for each node."""
+"""Greatest number of nodes of a world: adding them, and each change of the tree, holds up ticks by about 10 µs each."""
 
 
 def check_count(nodes: int) -> None:

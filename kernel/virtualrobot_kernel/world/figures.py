@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Pose = NDArray[np.float64]
-"""A rigid transform `parent_t_child` as a (4, 4) float64 array."""
+"""Rigid transform `parent_t_child` as a (4, 4) float64 array."""
 
 
 def identity() -> Pose:
@@ -62,7 +62,7 @@ class Capsule:
 
 FEWEST_HULL_VERTICES = 4
 MOST_HULL_VERTICES = 256
-"""Its 508 triangles are one piece for FCL, which is quick to make and to ask."""
+"""Greatest number of a hull's vertices: its 508 triangles are one piece for FCL, which is quick to make and to ask."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Groups of joints: from which link to which the chain of a robot leads that is solved and moved. Pure."""
+"""Groups of joints: the links between which the chain of a robot leads that is solved and moved. Pure."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Group:
 _FREE = (JointType.FLOATING, JointType.PLANAR)
 
 WHOLE = Group()
-"""A robot's own chain, from its base to its flange."""
+"""Group of a robot's own chain, from its base to its flange."""
 
 
 def chain_links(structure: Structure, robot: Node, group: Group) -> tuple[int, list[int]]:
@@ -66,8 +66,10 @@ def chain_links(structure: Structure, robot: Node, group: Group) -> tuple[int, l
 
 def joints_of(structure: Structure, robot: Node, group: Group) -> tuple[str, ...]:
     """Return the names of a group's joints in the robot's order, whether they are a chain or not."""
-    if group.name and (names := named_group(robot, group.name).joint_names):
-        return names
+    if group.name:
+        named = named_group(robot, group.name)
+        if named.joint_names or not (named.base_link or named.tip_link):
+            return named.joint_names
     index = structure.robots[robot.uid]
     chain = {structure.forest.q_index[structure.rows[uid]] for uid in chain_links(structure, robot, group)[1]}
     links = moved_links(structure, index)

@@ -1,4 +1,4 @@
-"""Builds the structure: checks the tree and lays it out as flat arrays."""
+"""Index of the world: checks the tree and lays it out as flat arrays."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from virtualrobot_kernel.world.structure import (
 )
 
 FEW = 20
-"""Nodes are few when those that are there are so many times as many: then adding them costs less than building anew."""
+"""Ratio of present to new nodes from which new ones are few: then adding them costs less than building anew."""
 
 SINGLE = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
 

@@ -18,17 +18,17 @@ from virtualrobot_kernel.world.structure import Structure
 from virtualrobot_kernel.world.tick import advance
 
 MOST_ENTRIES = 16_000
-"""The most batches in memory: a minute of setpoints at each tick, days of what people do."""
+"""Greatest number of batches in memory: a minute of setpoints at each tick, days of what people do."""
 
 MOST_BYTES = 64 * 1024 * 1024
-"""The most memory of the batches; an imported robot and a plan have some tens of KiB each."""
+"""Greatest size of the batches in memory, in bytes; an imported robot and a plan have some tens of KiB each."""
 
 PARTS = 8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Entry:
-    """A batch that was applied: after how many ticks, who sent it, and what it said."""
+    """Entry of a batch that was applied: the number of ticks before it, its author, and its commands."""
 
     tick: int
     author: str
@@ -57,7 +57,7 @@ class Record:
 
 
 class MemoryJournal:
-    """Keeps the newest entries in memory: all of them would fill it in a kernel that runs for weeks."""
+    """Journal in memory of the newest entries: all of them would fill it in a kernel that runs for weeks."""
 
     def __init__(self, most_entries: int = MOST_ENTRIES, most_bytes: int = MOST_BYTES) -> None:
         """Begin empty; keep at most so many entries, and bytes in them.

@@ -1,4 +1,4 @@
-"""Measured joints: where a robot's joints really are, beside where motions command them. Pure.
+"""Measured joints: positions that a robot's real joints have, beside those that motions command. Pure.
 
 The state's q and v are where joints are. Of a robot that nobody measures, they are what motions command; of one that is
 measured, they are the newest reading, and what motions command is kept apart (`State.commanded`).

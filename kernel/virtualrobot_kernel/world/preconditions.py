@@ -44,7 +44,7 @@ class Aspect(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Precondition:
-    """A node as it was, what of it counts (of POSTURE and STATE the one called `key`), and its value then.
+    """Fact about a node at planning: the aspect that counts (of POSTURE and STATE the one called `key`), and its value.
 
     Of FLANGE and TOOL the key is the group whose chain is meant.
     """
@@ -60,7 +60,7 @@ Preconditions = tuple[Precondition, ...]
 
 @dataclass(frozen=True, slots=True)
 class TcpPath:
-    """A tool centre point on its way: that of a robot (a uid), and the nodes (uids) in whose frames its goals are.
+    """Tool centre point on its way: that of a robot (a uid), and the nodes (uids) in whose frames its goals are.
 
     Without such nodes it goes by the frame of the chain's base. The chain is that of a group of the robot.
     """

@@ -97,7 +97,7 @@ Pattern = SingleBeam | Fan | Spinning | Raster | Ring | FreeBeams
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RangeSensor:
-    """Measures distances by rays, along x of its node, z up."""
+    """Range sensor: measures distances (m) by rays, along x of its node, z up."""
 
     preset: str = ""
     pattern: Pattern | None = None
@@ -124,7 +124,7 @@ class Intrinsics:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CameraSensor:
-    """Takes pictures, looking along z of its node, x to the right and y down."""
+    """Camera: takes pictures, looking along z of its node, x to the right and y down."""
 
     width: int = 0
     height: int = 0
@@ -144,7 +144,7 @@ class CameraSensor:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ContactSensor:
-    """Tells what is near or touches a node (`watched`, empty: the sensor's parent) and all below it; nodes by name."""
+    """Sensor of things near or at a node (`watched`, empty: the sensor's parent) and all below it; nodes by name."""
 
     watched: str = ""
     range_meters: float = 0.0
@@ -201,7 +201,7 @@ class ForceTorqueSensor:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MotionSensor:
-    """Tells how the node, or its robot, moves."""
+    """Sensor of the motion of its node, or of the node's robot."""
 
     kind: Imu | Encoders | PoseSensor | ForceTorqueSensor = field(default_factory=Imu)
     rate_hertz: float = 0.0
@@ -210,7 +210,7 @@ class MotionSensor:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Light:
-    """Lights what cameras see; spots and directional ones shine along z of their node. Colour as red, green, blue."""
+    """Light for cameras; spots and directional ones shine along z of their node. Colour as red, green, blue."""
 
     kind: LightKind = LightKind.POINT
     color: tuple[float, float, float, float] | None = None

@@ -37,7 +37,7 @@ class Signal:
 
 @dataclass(frozen=True, slots=True)
 class Selection:
-    """The tool (a uid; 0: none) and the tool centre point that a robot works with."""
+    """Tool (a uid; 0: none) and tool centre point that a robot works with."""
 
     tool: int = 0
     tool_center_point: str = ""
@@ -94,7 +94,7 @@ class Search:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Motion:
-    """A motion that runs or has ended: what it moves and where it is on its path.
+    """Motion that runs or has ended: its joints, and its state on its path.
 
     `q_index` and `v_index` say where each column of the path goes in q and v; `joints` names the columns as
     (robot uid, joint name); `tool_states` (step, tool uid, state) become true when their step is done; `step_count` is
@@ -139,7 +139,7 @@ class JointValues:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
-    """The world at one tick. Arrays are never written to after they are published.
+    """World at one tick. Arrays are never written to after they are published.
 
     q (nq,) coordinates and v (nv,) velocities of all joints as they are: radians, meters, per second.
     commanded: what motions command, of the robots (uids) whose joints are measured; those of all others are q and v.
@@ -174,7 +174,7 @@ class State:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Snapshot:
-    """An immutable picture of the world; replacing a reference to it publishes it.
+    """Immutable picture of the world; replacing a reference to it publishes it.
 
     world_t_node (N, 4, 4): where each node is in the world's frame, a row for each node (`structure.rows`).
     `wall_time` is in seconds since 1970.

@@ -1,4 +1,4 @@
-"""The world thread: one queue, one writer, snapshots for everybody else.
+"""World thread: one queue, one writer, snapshots for everybody else.
 
 No lock is held while anything is computed. `snapshot` is a plain reference: reading it never waits.
 """
@@ -31,7 +31,7 @@ from virtualrobot_kernel.world.tick import advance
 from virtualrobot_kernel.world.tick_inputs import InputSource, taken
 
 MAX_STEPS = 10_000
-"""The most ticks in one Step: nothing else is served meanwhile."""
+"""Greatest number of ticks in one Step: nothing else is served meanwhile."""
 
 MOST_INTERVENTIONS = 100
 """Greatest number of times that supervisors may change the world before one tick."""
@@ -49,7 +49,7 @@ class Applied:
 
 
 Permit = Callable[[Snapshot, Sequence[Command]], None]
-"""Raises KernelError when commands may not be applied to the world as it is; called in the world thread."""
+"""Check of commands that may be applied to the world as it is, else KernelError; called in the world thread."""
 
 
 @dataclass(slots=True, eq=False)
@@ -93,7 +93,7 @@ def check_revision(structure: Structure, expected: int | None) -> None:
 
 
 class World:
-    """Owns the world thread. All methods may be called from any thread; results come as futures."""
+    """World and its thread. All methods may be called from any thread; results come as futures."""
 
     def __init__(
         self,
@@ -185,7 +185,7 @@ class World:
         return self._queued(_Batch(tuple(commands), author, expected_revision, permit)).done
 
     def step(self, ticks: int) -> Future[Snapshot]:
-        """In STEPPED mode let time go on by some ticks; the future gives the snapshot after the last one."""
+        """Advance time by some ticks in STEPPED mode; the future gives the snapshot after the last one."""
         return self._queued(_Step(ticks)).done
 
     def set_clock(self, mode: Mode, speed_factor: float) -> Future[Snapshot]:

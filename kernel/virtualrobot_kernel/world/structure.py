@@ -1,4 +1,4 @@
-"""The structure of the world: a tree of frozen nodes, and the flat forest that one compiled pass walks.
+"""Structure of the world: a tree of frozen nodes, and the flat forest that one compiled pass walks.
 
 A node's row is its place in every per-node array. Rows follow the order of creation; a removal closes the gap.
 """
@@ -21,7 +21,7 @@ from virtualrobot_kernel.world.sensing import CameraSensor, ContactSensor, Light
 WORLD_UID = 1
 WORLD_NAME = "world"
 AUTOMATIC_KINEMATICS = ""
-"""The component of a robot that names none: it is chosen by its geometry, and a saved scene keeps it open."""
+"""Kinematics of a robot that names no component: one is chosen by its geometry, and a saved scene keeps it open."""
 
 
 class Kind(Enum):
@@ -85,7 +85,7 @@ class JointLimits:
 
 @dataclass(frozen=True, slots=True)
 class Mimic:
-    """position = multiplier * position of `joint` + offset."""
+    """Mimic joint: position = multiplier * position of `joint` + offset."""
 
     joint: str
     multiplier: float = 1.0
@@ -94,7 +94,7 @@ class Mimic:
 
 @dataclass(frozen=True, slots=True)
 class Joint:
-    """The joint before a link; `axis` is a unit vector in the joint's frame."""
+    """Joint before a link; `axis` is a unit vector in the joint's frame."""
 
     name: str
     type: JointType = JointType.FIXED
@@ -105,7 +105,7 @@ class Joint:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Inertial:
-    """Mass in kg of a link, tool or part, and how it is spread.
+    """Inertial of a link, tool or part: its mass in kg, and how it is spread.
 
     `link_t_inertial` is the pose of the inertial frame in the node's; its origin is the centre of mass. The inertia is
     (xx, yy, zz) and (xy, xz, yz) in kg m^2 in that frame.
@@ -142,7 +142,7 @@ class JointGroup:
 
 @dataclass(frozen=True, slots=True)
 class LinkPair:
-    """Two links of a robot that may touch, by their names without the robot's, and why they may."""
+    """Pair of a robot's links that may touch, by their names without the robot's, and the reason."""
 
     first: str
     second: str
@@ -151,7 +151,7 @@ class LinkPair:
 
 @dataclass(frozen=True, slots=True)
 class Actuator:
-    """A motor or a cylinder: its position is `offset` and the sum of ratio times joint, in a unit of its own.
+    """Actuator of a robot: its position is `offset` and the sum of ratio times joint, in a unit of its own.
 
     `terms` are (joint, ratio), the ratio in that unit per radian or meter.
     """
@@ -216,7 +216,7 @@ NodeData = (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NodeSpec:
-    """A node to create: what importers and clients give. `running`: a sensor that runs from the start."""
+    """Node to create, as importers and clients give it. `running`: a sensor that runs from the start."""
 
     name: str
     kind: Kind
@@ -230,7 +230,7 @@ class NodeSpec:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Node:
-    """One element of the tree; where it is, is state. `parent` is a uid; 0 for the root."""
+    """Element of the tree; its pose is state. `parent` is a uid; 0 for the root."""
 
     uid: int
     name: str
@@ -275,7 +275,7 @@ class RobotIndex:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Forest:
-    """The tree as flat arrays, a row for each node (see `numeric.forest.forward_forest`)."""
+    """Tree as flat arrays, a row for each node (see `numeric.forest.forward_forest`)."""
 
     order: NDArray[np.int32]
     parent: NDArray[np.int32]
@@ -288,7 +288,7 @@ class Forest:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Structure:
-    """All nodes and what follows from them; build it with `index.build`, never by hand."""
+    """Nodes of the world and their indexes; build it with `index.build`, never by hand."""
 
     nodes: Mapping[int, Node]
     next_uid: int

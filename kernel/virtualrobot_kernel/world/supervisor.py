@@ -1,4 +1,4 @@
-"""Supervisors of the world: what the kernel itself wants done between two ticks, said by commands."""
+"""Supervisors of the world: parts of the kernel that command it between two ticks."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from virtualrobot_kernel.world.state import Snapshot
 
 
 class Supervisor(Protocol):
-    """Is asked by the world thread, which applies what it wants, journals it with its author and publishes the result.
+    """Part of the kernel that the world thread asks for commands, which it applies, journals and publishes.
 
     So a replay needs no supervisor. What it raises counts as wanting nothing, and is logged.
     """

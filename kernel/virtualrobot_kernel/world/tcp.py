@@ -1,4 +1,4 @@
-"""The chosen tool centre point of a robot."""
+"""Chosen tool centre point of a robot."""
 
 from __future__ import annotations
 

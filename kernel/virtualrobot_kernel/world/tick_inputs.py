@@ -16,11 +16,11 @@ from virtualrobot_kernel.world.state import Snapshot, State
 log = logging.getLogger(__name__)
 
 InputCommand = SetSetpoint | EndSetpoints | SetMeasuredJoints
-"""Commands that put nothing elsewhere at once: they say where motions shall lead, and what was measured."""
+"""Commands that move nothing at once: they give goals to motions, and what was measured."""
 
 
 class TickInput(NamedTuple):
-    """An input of a tick.
+    """Input of a tick: a command, and its writer.
 
     Attributes:
         command: what it says.
@@ -36,7 +36,7 @@ class TickInput(NamedTuple):
 
 
 InputSource = Callable[[], Sequence[TickInput]]
-"""Gives the inputs that have come since it was asked last; called in the world thread as a tick begins."""
+"""Source of the inputs that have come since it was asked last; called in the world thread as a tick begins."""
 
 
 def taken(

@@ -1,1 +1,1 @@
-"""The only place where messages of the contract meet the kernel's own types."""
+"""Conversion between messages of the contract and the kernel's own types, which meet nowhere else."""

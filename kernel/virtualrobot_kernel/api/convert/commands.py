@@ -18,7 +18,7 @@ from virtualrobot_kernel.world import commands
 from virtualrobot_kernel.world.structure import NodeSpec
 
 KINDS = frozenset({"part", "robot", "link", "adapter", "tool"}) | SENSING
-"""The kinds of nodes whose own fields can be changed."""
+"""Kinds of nodes whose own fields can be changed."""
 UPDATABLE = frozenset({"name", "parent_t_node", "hidden", "figures"}) | KINDS
 
 

@@ -1,4 +1,4 @@
-"""Many configurations to check at once, and what that comes to: messages to values and back."""
+"""Checks of many configurations at once, and their results: messages to values and back."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from virtualrobot_kernel.messages.values import check_enum, finite, not_negative
 from virtualrobot_kernel.planning.moves import CartesianJog, JogFrame, JointJog
 
 SMALLEST_DIRECTION = 1e-9
-"""The smallest length of a direction."""
+"""Smallest length of a direction."""
 
 GREATEST_WAY, GREATEST_TURN = 100.0, 10.0 * tau
 """Greatest distance and angle of one jog of a tool centre point, in m and rad."""

@@ -191,4 +191,4 @@ KINDS: dict[str, Callable[[str, Any, float, str], Move]] = {
     "joint_jog": joint_jog,
     "cartesian_jog": cartesian_jog,
 }
-"""The converter of each kind of move, by its field in the contract's `Move`."""
+"""Converter of each kind of move, by its field in the contract's `Move`."""

@@ -26,11 +26,11 @@ PLANNERS = {
     path_pb2.PATH_PLANNER_RRT_STAR: "RRTstar",
     path_pb2.PATH_PLANNER_INFORMED_RRT_STAR: "InformedRRTstar",
 }
-"""The planners as OMPL names them."""
+"""Planners by their numbers in the contract, as OMPL names them."""
 PLANNER_NUMBERS = {name: number for number, name in PLANNERS.items()}
 
 PERCENT = 50.0
-"""The greatest zone, and that of who says nothing."""
+"""Greatest zone in percent, and the default one."""
 
 
 def path_options(request: path_pb2.FindPathRequest) -> PathOptions:

@@ -29,7 +29,7 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind
 
 LARGE = 10_000
-"""So many beams or pixels are many."""
+"""Number of beams or pixels from which a reading counts as large."""
 FLOAT32 = geometry_pb2.NUMERIC_TYPE_FLOAT32
 
 Filler = Callable[[sensor_pb2.SensorReading, Reading, sensor_pb2.ReadingOptions], None]
@@ -142,4 +142,4 @@ CONTENTS: dict[type[Any], Filler] = {
     PoseContent: _pose,
     WrenchContent: _wrench,
 }
-"""Fills in a reading's message from its content, by the content's class."""
+"""Function by the class of a content that fills in a reading's message."""

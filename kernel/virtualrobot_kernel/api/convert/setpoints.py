@@ -14,7 +14,7 @@ from virtualrobot_kernel.world.commands import StartSetpointMotion
 from virtualrobot_kernel.world.state import Motion, Snapshot
 
 TIMEOUT_SECONDS = 0.2
-"""After how long without a setpoint a motion stops when its client doesn't say."""
+"""Default time without a setpoint after which a motion stops."""
 
 MODES = {
     motion_pb2.SETPOINT_MODE_UNSPECIFIED: SetpointMode.POSITION,

@@ -1,4 +1,4 @@
-"""From where pictures are taken and what is under a pixel: messages to shots and back."""
+"""Viewpoints of pictures and hits under a pixel: messages to shots and back."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind, Structure
 
 DEFAULT_RATE = 25.0
-"""Pictures a second of a film that does not say how many."""
+"""Default pictures a second of a film."""
 LEAST_RATE = 1e-6
-"""The least pictures a second: one in 12 days."""
+"""Least pictures a second of a film: one in 12 days."""
 
 
 def shot_of(message: view_pb2.Shot, structure: Structure) -> Shot:

@@ -1,4 +1,4 @@
-"""Robots, signals, motions and the clock as they are in a snapshot: to messages."""
+"""States of robots, signals, motions and the clock in a snapshot: to messages."""
 
 from __future__ import annotations
 

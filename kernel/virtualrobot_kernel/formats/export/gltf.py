@@ -25,7 +25,7 @@ from virtualrobot_kernel.world.structure import Node
 from virtualrobot_kernel.world.visibility import inherited_visibility
 
 Y_UP = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
-"""The pose of the root: a quarter turn about x, by which the scene's z becomes glTF's y, which viewers show upwards."""
+"""Pose of the root: a quarter turn about x, by which the scene's z becomes glTF's y, which viewers show upwards."""
 
 DECIMALS = 12
 """Poses are written to the picometer: what is beyond is noise of their products."""

@@ -24,7 +24,7 @@ GREY: Rgba = (0.72, 0.74, 0.77, 1.0)
 """Colour of surfaces that have none of their own."""
 
 INK: Rgba = (0.125, 0.29, 0.588, 1.0)
-"""Points and lines without a colour of their own."""
+"""Colour of points and lines that have none of their own."""
 
 WHITE: Rgba = (1.0, 1.0, 1.0, 1.0)
 
@@ -32,11 +32,11 @@ AXES = ((219, 46, 46), (46, 168, 61), (41, 97, 230))
 """Colours of a frame's x, y and z."""
 
 INDEX_LIMIT = 65535
-"""So many vertices have 16-bit indices; the last one is not allowed (glTF 2.0, 3.7.2.1)."""
+"""Greatest number of vertices with 16-bit indices; the last one is not allowed (glTF 2.0, 3.7.2.1)."""
 
 
 class MeshTable:
-    """Collects meshes, materials, textures and the buffers that they share."""
+    """Table of meshes, materials, textures and the buffers that they share."""
 
     def __init__(self, load: Callable[[Mesh], tuple[Submesh, ...]]) -> None:
         """Take the triangles of mesh files from `load`."""

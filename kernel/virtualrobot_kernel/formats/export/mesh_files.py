@@ -21,7 +21,7 @@ COPIED = (".stl", ".obj", ".dae")
 
 
 class MeshFiles:
-    """Collects the files that go beside one URDF file."""
+    """Collector of the files that go beside one URDF file."""
 
     def __init__(self, library: MeshLibrary, folder: str) -> None:
         """Take triangles from `library`, put what is written in its store, and name it as in `folder`."""

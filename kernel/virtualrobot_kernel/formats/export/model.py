@@ -1,4 +1,4 @@
-"""A node written as a model file, with the files that it names beside it."""
+"""Export of a node as a model file, with the files that it names beside it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ EXPORT_FORMATS = (".glb", ".urdf")
 
 @dataclass(frozen=True, slots=True)
 class Exported:
-    """Files as (relative path, SHA-256), the main one first, and what the format could not say."""
+    """Exported files as (relative path, SHA-256), the main one first, and warnings of what the format could not say."""
 
     files: tuple[tuple[str, str], ...]
     warnings: tuple[str, ...]

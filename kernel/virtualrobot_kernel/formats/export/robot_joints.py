@@ -10,7 +10,7 @@ from virtualrobot_kernel.formats.export.names import legal, unique
 from virtualrobot_kernel.world.structure import Joint, JointType, LinkData, Node
 
 UNBOUNDED = 1e9
-"""Stands for an infinite position limit where URDF demands a number; rad or m."""
+"""Substitute for an infinite position limit where URDF demands a number; rad or m."""
 
 
 def joint_names(links: list[Node]) -> tuple[dict[int, str], dict[str, str]]:

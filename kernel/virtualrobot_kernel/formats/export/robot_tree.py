@@ -35,7 +35,7 @@ class Mount:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TreeLink:
-    """A link; the root has no mount."""
+    """Link of the tree; the root has no mount."""
 
     name: str
     mount: Mount | None = None
@@ -45,7 +45,7 @@ class TreeLink:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RobotTree:
-    """The links of a robot, parents first, and what URDF cannot say of it."""
+    """Links of a robot, parents first, and what URDF cannot say of it."""
 
     name: str
     links: tuple[TreeLink, ...]
