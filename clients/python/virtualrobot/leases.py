@@ -85,7 +85,7 @@ class Lease:
 
     @property
     def lost(self) -> str:
-        """Why it has lost robots, such as who took them; empty while it has all of them."""
+        """Reason for which it has lost robots, such as who took them; empty while it has all of them."""
         return self._lost
 
     def wait_for_loss(self, timeout: float | None = None) -> str:
