@@ -78,9 +78,7 @@ def run() -> list[Row]:
 def laser_readings(cell: RayCell) -> Scan:
     """Return what makes readings of a spinning head with the kernel's own reader."""
     elevations = tuple(np.radians(np.linspace(-15.0, 15.0, 16)).tolist())
-    settings = RangeSensor(
-        pattern=Spinning(1800, elevations), max_range_meters=MAX_RANGE, sensor_model="laser", running=True
-    )
+    settings = RangeSensor(pattern=Spinning(1800, elevations), max_range_meters=MAX_RANGE, sensor_model="laser")
     place = np.eye(4)
     place[:3, 3] = SENSOR
     world = ray_world(cell, settings, Kind.RANGE_SENSOR, place)

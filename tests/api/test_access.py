@@ -97,8 +97,8 @@ def test_a_watch_of_health_wants_the_token(guarded: KernelProcess) -> None:
     stranger, friend = (
         health_pb2_grpc.HealthStub(channel) for channel in (grpc.insecure_channel(guarded.address), guarded.channel())
     )
-    assert refusal(lambda: next(stranger.Watch(ask))).reason == "UNAUTHENTICATED"
-    watch = friend.Watch(ask)
+    assert refusal(lambda: next(stranger.Watch(ask))).reason == "UNAUTHENTICATED"  # pyright: ignore
+    watch = friend.Watch(ask)  # pyright: ignore
     assert next(watch).status == health_pb2.HealthCheckResponse.SERVING
     watch.cancel()
 

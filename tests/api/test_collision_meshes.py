@@ -57,7 +57,7 @@ def cell(stubs: Stubs) -> Stubs:
         ("empty.obj", b"v 0 0 0\n", "the file holds no triangle"),
         ("nan.stl", stl(np.full((1, 3, 3), np.nan)), "vertex 0 is not finite"),
         ("inf.obj", b"v 0 0 0\nv inf 0 0\nv 0 1 0\nf 1 2 3\n", "vertex 1 is not finite"),
-        ("other.glb", b"no glTF file", "broken or not a GLB file"),
+        ("other.glb", b"no glTF file", "not a GLB file"),
     ],
     ids=["empty.stl", "empty.obj", "nan.stl", "inf.obj", "other.glb"],
 )

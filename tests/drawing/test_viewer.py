@@ -184,7 +184,9 @@ def test_a_warning_about_a_file_is_a_message_on_the_page() -> None:
         page.send(msgspec.msgpack.encode(camera))
         told = b""
         while b"something is odd" not in told:  # the test's own deadline ends a wait for ever
-            told = zstandard.ZstdDecompressor().decompressobj().decompress(bytes(page.recv(timeout=60.0))[16:])
+            received = page.recv(timeout=60.0)
+            assert isinstance(received, bytes)
+            told = zstandard.ZstdDecompressor().decompressobj().decompress(received[16:])
     assert b"NotificationShowMessage" in told
     assert view.take_messages() == []
     viewer.close()

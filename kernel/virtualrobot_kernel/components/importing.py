@@ -105,7 +105,7 @@ class Importers:
     def _usable(self, key: tuple[str, str], offer: Offer) -> Running | None:
         """Return a kept importer that is well and of this offer, lent from now on."""
         running = self._kept.get(key)
-        if running is None or running.fault is not None or running.offer is not offer:
+        if running is None or running.latest is not None or running.offer is not offer:
             return None
         self._kept.move_to_end(key)
         self._lenders[running] += 1

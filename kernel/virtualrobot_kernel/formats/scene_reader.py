@@ -98,14 +98,16 @@ class SceneReader:
         if not isinstance(node, MappingNode):
             raise self._error(node, path or f"the {self.kind}", f"expected {expected}, got {_described(node)}")
         lines: dict[str, int] = {}
-        for key, _ in node.value:
+        items: list[tuple[str, Node]] = []
+        for key, value in node.value:
             if not isinstance(key, ScalarNode):
                 raise self._error(key, path or f"the {self.kind}", f"a key is a word, not {_described(key)}")
             if key.value in lines:
                 first = f"the key {key.value!r} is there twice; first on line {lines[key.value]}"
                 raise self._error(key, path or f"the {self.kind}", first)
             lines[key.value] = key.line
-        return [(key.value, value) for key, value in node.value]
+            items.append((key.value, value))
+        return items
 
     def _list(self, node: Node, path: str) -> list[Node]:
         self._visit(node, path)
@@ -190,6 +192,7 @@ class SceneReader:
 
     @staticmethod
     def _key_line(node: Node, name: str) -> int:
+        assert isinstance(node, MappingNode)
         return next(key.line for key, _ in node.value if key.value == name)
 
     def _error(self, place: Node | int, path: str, message: str) -> MalformedFileError:

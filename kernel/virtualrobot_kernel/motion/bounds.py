@@ -6,6 +6,9 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 from virtualrobot_kernel.motion.limits import CartesianLimits
 from virtualrobot_kernel.motion.polynomial import Array
 
@@ -46,6 +49,6 @@ class TcpBound:
 
     begin: float
     end: float
-    columns: slice | Array
+    columns: slice | NDArray[np.intp]
     tcp: TcpJacobian
     limits: CartesianLimits

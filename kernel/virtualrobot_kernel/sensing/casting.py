@@ -84,7 +84,7 @@ class Casters:
     def _running(self, name: str) -> Running:
         offer = self._room.catalog.find(ComponentKind.RAY_CASTER, name)
         running = self._kept.get(name)
-        if running is not None and running.fault is None and running.offer is offer:
+        if running is not None and running.latest is None and running.offer is offer:
             return running
         if running is not None:
             running.close()

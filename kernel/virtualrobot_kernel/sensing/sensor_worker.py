@@ -243,9 +243,9 @@ class SensorWorker:
         try:
             content = reader.read(self._moment(ask.instant, ask.number, reader), ask.kinds)
         except Exception as error:
-            ask.done.set_exception(error)
             if not isinstance(error, KernelError) or error.reason is Reason.PLUGIN_FAILED:
-                self._failed(error)
+                self._failed(error)  # before the answer: who asks again then gets another worker
+            ask.done.set_exception(error)
             return
         finally:
             self._end_turn()

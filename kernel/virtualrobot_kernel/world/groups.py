@@ -66,8 +66,10 @@ def chain_links(structure: Structure, robot: Node, group: Group) -> tuple[int, l
 
 def joints_of(structure: Structure, robot: Node, group: Group) -> tuple[str, ...]:
     """Return the names of a group's joints in the robot's order, whether they are a chain or not."""
-    if group.name and (names := named_group(robot, group.name).joint_names):
-        return names
+    if group.name:
+        named = named_group(robot, group.name)
+        if named.joint_names or not (named.base_link or named.tip_link):
+            return named.joint_names
     index = structure.robots[robot.uid]
     chain = {structure.forest.q_index[structure.rows[uid]] for uid in chain_links(structure, robot, group)[1]}
     links = moved_links(structure, index)

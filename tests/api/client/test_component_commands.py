@@ -26,7 +26,7 @@ def test_plugins_are_shown_with_their_components(run: Run, iiwa: Robot) -> None:
     shown = run("plugins")
     assert re.search(r"^\w+ \S+ \(virtualrobot\)  loaded$", shown, re.MULTILINE)
     assert re.search(r"^  kinematics +arm_angle +in process .*\n    for iiwa: ", shown, re.MULTILINE)
-    assert re.search(r"^  importer +xacro +process, 60 s a call +\.xacro", shown, re.MULTILINE)
+    assert re.search(r"^  importer +xacro +process, 20 s a call +\.xacro", shown, re.MULTILINE)
     assert "arguments: object" not in shown
     assert "    arguments: object" in run("plugins", "--settings", "--reload")
 

@@ -101,7 +101,7 @@ def test_a_program_of_both_arms_rounds_the_corners_of_each(client: Client, panda
 def test_check_path_and_jog_of_a_group(client: Client, pandas: Robot) -> None:
     left = pandas.group("left")
     checked = left.check(left.linear(left.tcp @ pose(x=0.05)), collisions=False)
-    assert checked.ok and checked.min_singular_value > 0.0
+    assert checked.ok and checked.min_singular_value
     far = left.check(left.linear(left.tcp @ pose(z=-2.0)), collisions=False)
     assert not far.ok
     before = left.tcp

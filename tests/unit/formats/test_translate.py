@@ -15,6 +15,7 @@ from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.models import TranslatedScene, import_model
 from virtualrobot_kernel.formats.references import list_references
 from virtualrobot_kernel.formats.translate import MOST_BYTES, ROUNDS, translate
+from virtualrobot_kernel.formats.xml import FileWarning
 from virtualrobot_kernel.world.figures import Mesh
 from virtualrobot_kernel.world.structure import JointType, Kind, LinkData, PartData, RobotData
 from virtualrobot_sdk.errors import ArgumentError, FilesNeeded
@@ -193,7 +194,9 @@ def test_a_scene_is_handed_back_and_is_no_mesh() -> None:
         return Translation(".yaml", b"schema_version: 1\n", ("w",))
 
     files, library, _ = bench(answer, {"r.urdf": URDF.format("d/m.odd").encode()})
-    assert import_model("d/m.odd", files, library) == TranslatedScene("schema_version: 1\n", "d/m.odd", ("w",))
+    assert import_model("d/m.odd", files, library) == TranslatedScene(
+        "schema_version: 1\n", "d/m.odd", (FileWarning("w"),)
+    )
     for option in ({"srdf_uri": "r.srdf"}, {"base_joint": JointType.PLANAR}, {"scale": (1.0, 1.0, -1.0)}):
         with pytest.raises(KernelError, match=r"m\.odd becomes a scene of its own, so .* is not for it"):
             import_model("d/m.odd", files, library, **option)  # pyright: ignore[reportArgumentType]

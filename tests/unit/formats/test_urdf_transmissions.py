@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from virtualrobot_kernel.formats.urdf_joints import read_joints
 from virtualrobot_kernel.formats.urdf_transmissions import read_transmissions
-from virtualrobot_kernel.formats.xml import parse_xml
+from virtualrobot_kernel.formats.xml import FileWarning, parse_xml
 from virtualrobot_kernel.world.structure import Actuator
 
 JOINTS = "".join(
@@ -16,9 +16,9 @@ JOINTS = "".join(
 )
 
 
-def read(transmissions: str) -> tuple[tuple[Actuator, ...], list[str]]:
+def read(transmissions: str) -> tuple[tuple[Actuator, ...], list[FileWarning]]:
     root = parse_xml(f'<robot name="r">{JOINTS}{transmissions}</robot>'.encode(), "r.urdf")
-    warnings: list[str] = []
+    warnings: list[FileWarning] = []
     joints = [joint.joint for joint in read_joints("r.urdf", root, [])]
     return read_transmissions("r.urdf", root, joints, warnings), warnings
 

@@ -37,7 +37,9 @@ FROM_FLOOR = Group(base="floor", tip="left_panda_link8")
 def twin() -> str:
     """Return the URDF: two arms without shapes, their names with `left_` and `right_` before them."""
     arm = ROBOTS["panda"].read_text()
-    arm = re.sub(r"(?s)<(visual|collision)>.*?</\1>", "", re.search(r"(?s)<robot[^>]*>(.*)</robot>", arm)[1])
+    inside = re.search(r"(?s)<robot[^>]*>(.*)</robot>", arm)
+    assert inside
+    arm = re.sub(r"(?s)<(visual|collision)>.*?</\1>", "", inside[1])
     sides = [re.sub(r'(name|link|joint)="(panda_\w+)"', rf'\1="{side}_\2"', arm) for side in ("left", "right")]
     mounts = "".join(
         f'<joint name="{side}_mount" type="fixed"><origin xyz="0.1 {y} 0.3" rpy="{y} 0.2 0"/><parent link="torso"/>'

@@ -7,7 +7,6 @@ import sys
 import numpy as np
 import psutil
 import pytest
-from scipy.spatial.transform import Rotation
 from virtualrobot_plugins.ray_casters import bullet
 from virtualrobot_plugins.ray_casters.bullet import BulletCaster
 from virtualrobot_plugins.ray_casters.reference import ReferenceCaster
@@ -54,13 +53,6 @@ def test_it_keeps_to_a_client_of_its_own(rng: np.random.Generator) -> None:
     again = first.cast(scenes[0], *rays, np.inf)
     np.testing.assert_array_equal(answers[0].distance, again.distance)
     assert (answers[0].distance != answers[1].distance).any()
-
-
-def test_its_quaternions_are_scipys(rng: np.random.Generator) -> None:
-    halves = [np.diag(signs) for signs in ((1.0, 1.0, 1.0), (1.0, -1.0, -1.0), (-1.0, 1.0, -1.0), (-1.0, -1.0, 1.0))]
-    for rotation in (*halves, *(random_pose(rng, 0.0)[:3, :3] for _ in range(200))):
-        turn = Rotation.from_quat(bullet._quaternion(rotation)).as_matrix()
-        np.testing.assert_allclose(turn, rotation, atol=1e-14)
 
 
 def test_where_pybullet_is_not_installed_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
