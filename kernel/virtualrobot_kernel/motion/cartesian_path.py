@@ -82,7 +82,7 @@ def lever_arm(jacobian: Array) -> float:
 
 
 def row_weights(lever: float) -> Array:
-    """Return what makes the rows of a Jacobian (6, k) comparable, (6,): linear ones are divided by a lever arm (m)."""
+    """Return the weights (6,) that make a Jacobian's rows comparable: linear ones are divided by a lever arm (m)."""
     return np.array([1.0 / lever] * 3 + [1.0] * 3)
 
 

@@ -32,7 +32,7 @@ Jacobian = Callable[[Array], Array]
 def guide(
     pose: Pose, jacobian: Jacobian, weights: Array, course: Course, q_start: Array, wish: Wish
 ) -> Callable[[float], Array]:
-    """Return what gives the motion (k,) of the joints per course that a wish asks for at a place u of it, in [0, 1].
+    """Return the function of the joints' motion (k,) per course that a wish asks for at a place u of it, in [0, 1].
 
     It is smooth in u, and is to be projected into the null space. Where the arm cannot follow the course any more it is
     0; whoever follows it exactly says why.

@@ -19,9 +19,7 @@ _FARTHEST_SECONDS = 100.0
 """Goals farther than this at the greatest velocity are taken for nearer ones: ruckig plans for two hours at most."""
 
 MOST_SECONDS = 600.0
-"""Longest time (s) of a joint to its greatest acceleration, or with that to its greatest velocity: for the same
-reason.
-"""
+"""Longest time (s) of a joint to its greatest acceleration, or with that to its greatest velocity: as ruckig asks."""
 
 
 class JointState(NamedTuple):
@@ -135,7 +133,7 @@ class StoppableTrajectory(NamedTuple):
         return max(self.legs[leg].trajectory.duration for leg in set(self.chosen))
 
     def at(self, time: float) -> JointState:
-        """Return where the joints are `time` seconds from now."""
+        """Return the state of the joints `time` seconds from now."""
         states = [leg.at(time) for leg in self.legs]
         return _inside([states[leg][joint] for joint, leg in enumerate(self.chosen)], self.bounds)
 
@@ -282,7 +280,7 @@ def _brake_coupled(now: JointState, bounds: Bounds, chosen: list[int], spans: li
 
 
 def _reach(coupling: Coupling, spans: Sequence[tuple[float, float]]) -> tuple[list[float], list[float]]:
-    """Return what each joint of an actuator adds to its position at least and at most, with each joint in its span."""
+    """Return the least and the greatest terms of an actuator's position, a joint each, with each joint in its span."""
     ways = [(ratio * spans[column][0], ratio * spans[column][1]) for column, ratio in coupling.terms]
     return list(map(min, ways)), list(map(max, ways))
 

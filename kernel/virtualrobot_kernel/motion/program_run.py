@@ -268,7 +268,7 @@ def _waited(
 
 
 def _arrived(program: Program, at: int, held: Array) -> Array:
-    """Return where the joints (n,) are after the stage `at`."""
+    """Return the positions (n,) of the joints after the stage `at`."""
     plan = program.stages[at].plan
     if plan is None:
         return held

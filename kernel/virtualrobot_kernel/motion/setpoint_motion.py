@@ -231,7 +231,7 @@ class SetpointMotion:
         return (0.0,) * len(self.counted)
 
     def _next_goal(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Return where setpoints are and how fast they move, now that the newest one counts.
+        """Return the filtered positions and velocities (k,) of the setpoints, the newest one included.
 
         The critically damped g-h filter (Brookner, Tracking and Kalman Filtering Made Easy, 1998, section 1.2.6: the
         least squares line whose memory fades): setpoints of constant speed are met exactly.

@@ -101,7 +101,7 @@ class Spline(Course):
         return rates
 
     def place(self, u: float) -> tuple[str, dict[str, object]]:
-        """Return where `u` is, as of every course, and which goal is the nearest on the way."""
+        """Return the place of `u`, as of every course, and the nearest goal on the way."""
         words, metadata = super().place(u)
         nearest = int(np.argmin(np.abs(self.u - u)))
         goal = "the start" if nearest == 0 else f"goals[{nearest - 1}]"

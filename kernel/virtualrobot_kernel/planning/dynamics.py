@@ -59,7 +59,7 @@ def solve_inverse_dynamics(
     velocities: Floats | None = None,
     accelerations: Floats | None = None,
 ) -> Dynamics:
-    """Return which efforts a movement takes; other joints and the robot's base stand as they are in the snapshot.
+    """Return the efforts of a movement; other joints and the robot's base stand as they are in the snapshot.
 
     Args:
         snapshot: the world, whose tools, held parts and robots on the robot are carried along.
@@ -139,7 +139,7 @@ def first_violation(joints: Sequence[Joint], efforts: Floats) -> EffortViolation
 
 
 def _columns(robot: Node, bodies: Bodies, names: Sequence[str]) -> list[int]:
-    """Return which of the bodies' joints are named; without names all."""
+    """Return the places of the named joints among the bodies' joints; without names all."""
     known = [joint.name for joint in bodies.joints]
     if not known:
         raise KernelError(

@@ -108,7 +108,7 @@ def sampled(
     given_up: GivenUp,
     arms: Sequence[Arm] = (),
 ) -> Samples:
-    """Return what a motion planned on `snapshot` does at `times` (n,), growing from 0, at full speed factors.
+    """Return the samples of a motion planned on `snapshot` at `times` (n,), growing from 0, at full speed factors.
 
     `joints` names the program's columns as (robot, joint). All else stands as it is in the snapshot; gravity, tools and
     held parts count as in `solve_inverse_dynamics`; for efforts a base that the motion moves stands still. `arms` are

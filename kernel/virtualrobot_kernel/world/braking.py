@@ -70,7 +70,7 @@ class Way:
 
 
 def braking(structure: Structure, state: State, tick_seconds: float, forward: Forward) -> Way:
-    """Return where the world goes when all that moves begins to brake now, from the present tick on.
+    """Return the way of the world when all that moves begins to brake now, from the present tick on.
 
     Motions on plans and by setpoints are asked for their brakes, which is quicker, and to rounding the same, as making
     the ticks; the ticks are made where a motion goes along with a joint, or tools change their states on the way. It
