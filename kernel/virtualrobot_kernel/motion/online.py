@@ -16,10 +16,10 @@ import ruckig
 from virtualrobot_kernel.motion.limits import JointLimits
 
 _FARTHEST_SECONDS = 100.0
-"""Goals farther than this at the greatest velocity are taken for nearer ones: ruckig plans for two hours at most."""
+"""Longest way to a goal, in seconds at the greatest velocity; farther ones count as nearer: ruckig plans two hours."""
 
 MOST_SECONDS = 600.0
-"""Longest time (s) of a joint to its greatest acceleration, or with that to its greatest velocity: as ruckig asks."""
+"""Longest time (s) of a joint to its greatest acceleration, or with that to its velocity, for ruckig's two hours."""
 
 
 class JointState(NamedTuple):

@@ -62,7 +62,7 @@ def beyond(robot: Node, actuator: Actuator, position: float, where: str = "") ->
 
 
 def joint_positions(robot: Node, positions: Mapping[str, float]) -> dict[str, float]:
-    """Return where actuators have the joints of their terms, rad or m by name, from actuator positions by name.
+    """Return the positions of the joints of actuators' terms, rad or m by name, from actuator positions by name.
 
     Raises:
         UnknownNameError: for an actuator that the robot lacks.
