@@ -17,7 +17,7 @@ from virtualrobot_kernel.motion.path import smooth_path
 from virtualrobot_kernel.motion.polynomial import Array
 
 STEP = (0.02, 0.08)
-"""Longest step along the course: m of its length, rad of its turn."""
+"""Step along the course: m of its length, rad of its turn; longer where that would be too many steps."""
 GAIN = 2.0
 """Greatest motion in the null space, as a multiple of the motion that the course itself needs."""
 _FEWEST, _MOST = 8, 200
