@@ -53,7 +53,7 @@ class Register(Protocol):
             name: small letters, digits, `_` and `-`, a letter first; unique among the components of its kind.
             factory: makes the component; the first line of its docstring is what people read about it.
             config_type: a frozen dataclass of its settings; the factory gets one as its last argument.
-            isolation: where it runs.
+            isolation: the process that it runs in.
             deadline_seconds: the longest that a call may take where it runs in a process of its own.
 
         Raises:

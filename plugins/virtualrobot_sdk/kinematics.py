@@ -99,7 +99,7 @@ class InverseResult(NamedTuple):
     iterations: int = 0
     """Steps made in all starts."""
     reason: str = ""
-    """Why there is no solution, in words and numbers; of a solved pose, at which singularity it is, if any."""
+    """Reason for no solution, in words and numbers; of a solved pose, the singularity that it is at, if any."""
     arm_angles: tuple[float, ...] = ()
     """The arm angle of each solution (rad); empty where the component knows none."""
 

@@ -86,7 +86,7 @@ class Hits:
     normal: Floats
     """(n, 3) unit normal of the surface in the world's frame, turned to the ray's origin; 0 where it meets nothing."""
     triangle: Integers | None = None
-    """(n,) which row of the shape's triangles; -1 on a curved surface and where a ray meets nothing. None where the
+    """(n,) row of the shape's triangles; -1 on a curved surface and where a ray meets nothing. None where the
     caster does not tell."""
 
 
@@ -114,7 +114,7 @@ class TrueHits:
     reflectance: Floats
     """(n, k) part of the light that comes back at normal incidence, 0 to 1; 0 where a ray hits nothing."""
     element: Integers
-    """(n, k) which element; NO_ELEMENT where a ray hits nothing."""
+    """(n, k) row of the element; NO_ELEMENT where a ray hits nothing."""
     nearest: float
     """The least distance that the sensor is set to measure (m), 0 or more."""
     farthest: float
@@ -134,7 +134,7 @@ class Readings:
 
 
 class SensorModel(Protocol):
-    """From true hits to what a given sensor says: noise, range, quantisation, dropouts. Pure."""
+    """Model of a sensor, from true hits to readings: noise, range, quantisation, dropouts. Pure."""
 
     def beam(self) -> Floats:
         """Return the rays that make up one beam: unit directions (k, 3) in the beam's frame, x along it, z upwards.

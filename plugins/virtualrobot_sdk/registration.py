@@ -33,12 +33,12 @@ class Registration:
     """One component that a plugin offers.
 
     Attributes:
-        kind: what it is for.
+        kind: the component's kind.
         name: unique among the components of its kind.
         factory: makes it: `factory(chain, settings)` for kinematics, `factory(settings)` for importers; without
             `config_type` there is no `settings`.
         config_type: a frozen dataclass of its settings, or None when it has none.
-        isolation: where it runs.
+        isolation: the process that it runs in.
         deadline_seconds: the longest that a call may take in a process of its own.
         description: one line for people: the first of the factory's docstring.
         endings: for importers: the endings of the files that it reads, in small letters, with their dot.

@@ -34,8 +34,8 @@ class SelfCheck:
     """The largest deviations found, and the cost of the calls.
 
     Attributes:
-        postures: how many random postures were tried.
-        solved: for how many of their poses the inverse gave a solution.
+        postures: number of random postures that were tried.
+        solved: number of their poses for which the inverse gave a solution.
         forward_position: distance of the component's tip from the tree's (m).
         forward_rotation: angle between them (rad).
         inverse_position: distance of the tip at a solution from the target (m).

@@ -93,8 +93,8 @@ class AllowedPairs:
 
         Args:
             robot: the robot.
-            samples: how many configurations; 0 means 1,000.
-            seed: what they are drawn from.
+            samples: number of configurations; 0 means 1,000.
+            seed: the seed that they are drawn with.
             progress: is called with the part that is done, 0 to 1; what it raises ends the search.
 
         Raises:

@@ -32,7 +32,7 @@ class Upload:
     Attributes:
         uri: the main file's name in `files`.
         files: SHA-256 by name; a name in a file counts from the name of that file.
-        missing: what is not on this machine, by its name in the file: the kernel may have it, or do without.
+        missing: files that are not on this machine, by their names in the file: the kernel may have it, or do without.
     """
 
     uri: str

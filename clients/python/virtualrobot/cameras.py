@@ -59,13 +59,13 @@ def camera(
         horizontal_field: between the left and the right edge, in radians; 0 means 1.0.
         camera_matrix: (3, 3) as OpenCV has it, instead of the field.
         distortion: OpenCV's coefficients: 4, 5 or 8 of a pinhole, 4 of a fisheye.
-        near: what is nearer is not seen, in meters; 0 means 0.01.
-        far: what is farther is not seen, in meters; 0 means 100.
+        near: least distance (m) of surfaces that are seen; 0 means 0.01.
+        far: greatest distance (m) of surfaces that are seen; 0 means 100.
         rate: pictures a second of simulation time while it runs; 0 means 10.
-        images: what a running camera takes: color, depth, segmentation, normals; none means color.
+        images: the kinds of images of a running camera: color, depth, segmentation, normals; none means color.
         color_noise: the standard deviation of colours, in parts of white.
         depth_noise: the standard deviation of depth at 1 m, in meters; it grows with the square of the depth.
-        seed: what the noise is drawn from.
+        seed: the seed of the noise.
         stereo_baseline: to a second eye along x, in meters; 0 means one eye.
         running: whether it takes pictures from the start.
 

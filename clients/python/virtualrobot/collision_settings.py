@@ -86,7 +86,7 @@ class CollisionRules:
             mode: for robots without a mode of their own: `off`, `monitor` (they are reported), `stop` (and stop the
                 robots) or `guard` (robots brake before they collide).
             robots: robots that get a mode of their own; an empty one takes it away.
-            look_ahead_seconds: how far ahead running motions are checked, 0 to 60; 0 means not at all.
+            look_ahead_seconds: time (s) by which running motions are checked ahead, 0 to 60; 0 means not at all.
             paddings: by how much the figures of nodes count as thicker, 0 to 1 m: two nodes touch where they are nearer
                 than the paddings of both together.
 

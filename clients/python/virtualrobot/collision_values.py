@@ -16,11 +16,11 @@ class Collision:
 
     Attributes:
         first: the name of a node, and `second` that of another one.
-        points: (k, 3) where, in the world's frame; none where only pairs were asked for.
+        points: (k, 3) points of contact in the world's frame (m); none where only pairs were asked for.
         normals: (k, 3) unit normals there, from the first to the second.
-        depth: how far one must be moved, in the best direction, until they only touch, in meters; None where only pairs
+        depth: least distance (m) by which one must be moved until they only touch; None where only pairs
             were asked for.
-        depth_approximate: whether it is not exact: a mesh that isn't convex counted as its convex hull, or several
+        depth_approximate: true where it is not exact: a mesh that isn't convex counted as its convex hull, or several
             figures of the nodes touch.
     """
 

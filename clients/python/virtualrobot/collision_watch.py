@@ -16,9 +16,9 @@ class ReportedCollision:
     """Two nodes that touch and may not.
 
     Attributes:
-        collision: which, and where and how deep when it began.
-        tolerated: whether they touched already when watching them began; this stops nothing.
-        tick: when it began, or the watching did, and `simulation_time` the same in seconds.
+        collision: the nodes, and the points and depth when it began.
+        tolerated: true where they touched already when watching them began; this stops nothing.
+        tick: the tick in which it began, or the watching did, and `simulation_time` the same in seconds.
     """
 
     collision: Collision

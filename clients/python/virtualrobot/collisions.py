@@ -37,7 +37,7 @@ class Check:
     Attributes:
         pairs: the pairs that touch and may not.
         seconds: the time that the check took, without the call.
-        stamp: when the world was as it was checked.
+        stamp: the instant of the world that was checked.
     """
 
     pairs: tuple[Collision, ...]
@@ -121,7 +121,7 @@ class Collisions(CollisionRules):
             robot: the robot that stands elsewhere.
             positions: (n, k) radians or meters, a column for each joint, or (n,) by joint name. The other joints stay
                 where they are.
-            joint_names: what the columns are; without them all joints of one coordinate, in the robot's order.
+            joint_names: the joints of the columns; without them all joints of one coordinate, in the robot's order.
             others: more robots that stand elsewhere, each with n rows: of all its joints, or (n,) by joint name.
             robots: only pairs with these robots are checked; none means all.
             progress: is called with the part that is done, 0 to 1; what it raises ends the check.

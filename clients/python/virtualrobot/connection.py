@@ -41,12 +41,12 @@ class Client:
     Attributes:
         scene: the tree of nodes: `client.scene.add_part(...)`, `client.scene.load(...)`, `print(client.scene.tree())`.
         signals: signals, like a dictionary.
-        clock: how time runs.
+        clock: the simulation clock.
         view: the picture in the browser.
         assets: files to and from the kernel.
         plugins: the kernel's plugins: `client.plugins.list()`.
-        rays: what rays hit: `client.rays.cast(...)`.
-        collisions: what touches and how far things are apart: `client.collisions.check()`.
+        rays: ray casts: `client.rays.cast(...)`.
+        collisions: collisions and distances: `client.collisions.check()`.
         paths: free ways around what stands in between: `client.paths.find("arm", goal)`.
         sensors: sensors by name: `client.sensors["lidar"].read()`.
         info: versions, limits and capabilities of the kernel, as it was when connected.
@@ -143,8 +143,8 @@ class Client:
             name: the robot's name; empty means one that the kernel gives.
             pose: `parent_t_node`, 4x4.
             parent: the node that it is fixed to; empty means the world.
-            base_t_first: where the frame before the first row is in the robot's frame, 4x4.
-            last_t_flange: where the flange is in the frame of the last row, 4x4.
+            base_t_first: pose of the frame before the first row in the robot's frame, 4x4.
+            last_t_flange: pose of the flange in the frame of the last row, 4x4.
 
         Raises:
             InvalidArgumentError: when a row or the convention is not as above.
@@ -186,7 +186,7 @@ class Client:
         Args:
             wishes: moves that start and end together, or the steps of a program.
             sample_seconds: the time between samples, at least a tick; 0 means a tick.
-            tracking: what it goes along with; the samples are those of the motion while that stands still.
+            tracking: the node that it goes along with; the samples are those of the motion while that stands still.
 
         Raises:
             VirtualRobotError: as the start of the motion would; TooLargeError for more samples than one answer holds.
@@ -216,10 +216,9 @@ class Client:
             wishes: moves that start and end together, or the steps of a program.
             min_singular_value: the smallest singular value of the Jacobian that is accepted, its linear rows divided by
                 the longest lever arm; 0 means that only lines and arcs keep away from singularities, by 0.01.
-            tracking: what it goes along with, all along its window; collisions are those while that stands still.
+            tracking: the node that it goes along with, all along its window; for collisions that node stands still.
             collisions: whether collisions are looked for.
-            resolution_meters: what comes nearer than this may be told as a collision, and none is missed; 0 means
-                0.0001.
+            resolution_meters: distance below which nodes may be told to collide; none is missed; 0 means 0.0001.
 
         Raises:
             VirtualRobotError: when it is no motion at all, such as for unknown names.
@@ -270,7 +269,7 @@ class Client:
         Args:
             robots: their names; several are leased together.
             take: takes the robots over from whoever has them, and stops their motions.
-            owner: who this is, for people who are refused; by default user, machine and program.
+            owner: the owner's name for people who are refused; by default user, machine and program.
 
         Raises:
             LeasedError: when somebody has one of the robots; the message says who.
@@ -329,7 +328,7 @@ def connect(
         token: default: the environment variable VIRTUALROBOT_TOKEN, or the file that a kernel of this user on this
             machine wrote.
         root_certificate: a PEM file; beyond this machine TLS is always used, by default with the system's certificates.
-        timeout_seconds: how long a call may take; calls that move files may take ten minutes.
+        timeout_seconds: deadline of a call (s); that of calls that move files is ten minutes.
 
     Raises:
         KernelGoneError: when no kernel answers there.

@@ -26,7 +26,7 @@ def contact_sensor(
     Args:
         watched: the node that feels, with all below it; empty means the sensor's parent. What is not of its own robot
             is felt.
-        range_meters: how near a thing must be to be told; 0 means that only what touches is.
+        range_meters: largest distance of a thing that is told; 0 means that only what touches is.
         region: the edges (3,) of a box about the sensor in meters: only points inside it are told; None means all.
         ignored: nodes that are not felt, with all below them.
         rate: readings a second of simulation time while it runs; 0 means 10.

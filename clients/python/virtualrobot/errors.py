@@ -9,7 +9,7 @@ class VirtualRobotError(Exception):
     """A call that was refused or could not be made; nothing has changed in the world.
 
     Attributes:
-        message: what was wrong and what would be right, for people.
+        message: the fault and the remedy in words, for people.
         reason: the name of the reason, such as `UNKNOWN_NAME` (`ErrorReason` of the contract), for programs.
         metadata: the bad and the valid values as strings, by name.
         code: the name of the gRPC status, such as `NOT_FOUND`; empty when the client itself refused.

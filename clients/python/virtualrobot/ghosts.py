@@ -15,7 +15,7 @@ from virtualrobot.v1 import collision_pb2, view_pb2
 from virtualrobot.wire import array_message, array_of, color_message
 
 MOST = 20
-"""So many configurations of one ghost are shown; of more, so many are picked out evenly, from the first to the last."""
+"""Largest number of configurations shown of a ghost; of more, so many are picked evenly, from the first to the last."""
 
 
 Positions = Samples | FreePath | RobotTrajectory

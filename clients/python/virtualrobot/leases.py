@@ -31,7 +31,7 @@ class LeaseInfo:
     Attributes:
         id: its name, never used again.
         robots: the names of the robots that it is for.
-        owner: who has it, in words.
+        owner: the owner in words.
         since: since when, by the kernel's wall clock.
     """
 
@@ -85,7 +85,7 @@ class Lease:
 
     @property
     def lost(self) -> str:
-        """Why it has lost robots, such as who took them; empty while it has all of them."""
+        """Reason for which it has lost robots, such as who took them; empty while it has all of them."""
         return self._lost
 
     def wait_for_loss(self, timeout: float | None = None) -> str:

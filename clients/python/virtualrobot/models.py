@@ -17,7 +17,7 @@ class KnownModel:
         description: maker and kind, in one line.
         uri: its main file.
         package: the Python package that it comes with.
-        installed: whether that package is installed where the kernel runs.
+        installed: true where that package is installed on the kernel's machine.
     """
 
     name: str

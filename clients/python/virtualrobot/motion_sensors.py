@@ -24,7 +24,7 @@ def noise(
     Args:
         deviation: the standard deviation of the white noise of each reading.
         bias: the standard deviation of a bias that is drawn once, when the sensor starts.
-        bias_walk: how fast the bias walks: its standard deviation after one second.
+        bias_walk: random walk of the bias: its standard deviation after one second.
         resolution: numbers are told in steps of this; 0 means as they are.
         limit: numbers beyond this, on either side, are told as this; 0 means without limit.
     """
@@ -55,7 +55,7 @@ def imu(
         magnetometer: that of the magnetic field, tesla.
         magnetic_field: the earth's (3,) in the world's frame, tesla; None: (0, 2e-5, -4.4e-5), y is north.
         rate: readings a second of simulation time while it runs; 0 means 100.
-        seed: what the noise is drawn from.
+        seed: the seed of the noise.
         running: whether it reads from the start.
 
     Example:
@@ -85,7 +85,7 @@ def encoders(
         position: the noise of the positions, radians or meters.
         counts_per_turn: the steps of the encoder, instead of `position`; 0 means as the joints are.
         rate: readings a second of simulation time while they run; 0 means 100.
-        seed: what the noise is drawn from.
+        seed: the seed of the noise.
         running: whether they read from the start.
     """
     if counts_per_turn < 0 or (counts_per_turn and position is not None):
@@ -112,7 +112,7 @@ def pose_sensor(
         position: the noise of the position, meters.
         orientation: that of the orientation, as a rotation vector in radians.
         rate: readings a second of simulation time while it runs; 0 means 100.
-        seed: what the noise is drawn from.
+        seed: the seed of the noise.
         running: whether it reads from the start.
     """
     kind = sensing_pb2.PoseSensor(position=position, orientation=orientation)
@@ -136,7 +136,7 @@ def force_torque_sensor(
         include_parent: whether the load is the node that it is fixed to with all below it, as in the joint before that
             link; else it is what hangs below that node, without itself.
         rate: readings a second of simulation time while it runs; 0 means 100.
-        seed: what the noise is drawn from.
+        seed: the seed of the noise.
         running: whether it reads from the start.
     """
     kind = sensing_pb2.ForceTorqueSensor(force=force, torque=torque, include_parent=include_parent)

@@ -58,15 +58,15 @@ class FreePath:
         joint_names: the joints (k,) that move the robot's flange.
         waypoints: (n, k) joint values from the start to the goal, radians or meters; the straight lines between them
             are free.
-        straight: whether the straight way to the goal is free: then it is the path.
+        straight: true where the straight way to the goal is free: then it is the path.
         length: of the path, in the space of the joints.
         straight_length: of the straight way, free or not.
         program: point-to-point moves with rounded corners; the motion that the kernel makes of them from the path's
             start was proven to touch nothing.
-        duration: how long that motion takes, in s.
-        planner: which planner was asked.
-        planning_seconds: how long finding it took.
-        checks: how many configurations and lines were checked, and `states`, how many of them the search has joined.
+        duration: the duration of that motion (s).
+        planner: the planner that was asked.
+        planning_seconds: the time that finding it took (s).
+        checks: number of configurations and lines that were checked, and `states`, of those that the search has joined.
     """
 
     joint_names: tuple[str, ...]
@@ -138,10 +138,10 @@ class Paths:
             configuration: the only configuration that will do for a pose; empty means that all are tried.
             planner: RRTConnect (the default), RRT, KPIECE1, BKPIECE1 and LBKPIECE1 end with the first path; RRTstar and
                 InformedRRTstar use all the time for a shorter one.
-            seed: what the search draws from; with the first ones equal seeds find equal paths.
+            seed: the seed of the search; with the first ones equal seeds find equal paths.
             time_limit: in s; 0 means 10.
             speed_factor: of the moves, above 0, up to 1; 0 means 1.
-            zone_percent: how far corners are rounded off at the most, 0 to 50; None means 50.
+            zone_percent: the most by which corners are rounded off, 0 to 50; None means 50.
             group: the group of the robot whose joints move, by name or as (base link, tip link); empty means its own
                 chain.
             progress: is called about four times a second; what it raises ends the search.

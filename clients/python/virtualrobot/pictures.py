@@ -37,9 +37,9 @@ class Picture:
         format: `png`, `jpeg` or `raw`.
         width: in pixels.
         height: in pixels.
-        simulation_time: when the world was so, in seconds.
+        simulation_time: the simulation time of the world in the picture, in seconds.
         number: counts the pictures of a film, from 0.
-        behind: of a film, how many pictures of what has happened already are still to be drawn.
+        behind: of a film, the number of pictures of what has happened already that are still to be drawn.
     """
 
     image: bytes

@@ -26,7 +26,7 @@ Wish = motion_pb2.Move | motion_pb2.ProgramStep
 class PlanNote:
     """Something that the planner made other than asked; `kind` is as in `PlanNoteKind` of the contract.
 
-    wanted, kept: what was asked for and what became of it, in meters, radians or percent.
+    wanted, kept: the value that was asked for and the one that became of it, in meters, radians or percent.
     """
 
     kind: str
@@ -48,8 +48,8 @@ class GroupTrajectory:
     """Tool centre point of a group in n samples.
 
     Attributes:
-        world_t_tcp: (n, 4, 4), where it is.
-        tcp_speeds: (n,), how fast it is, in m/s.
+        world_t_tcp: (n, 4, 4), its pose in the world's frame.
+        tcp_speeds: (n,), its speed in m/s.
     """
 
     world_t_tcp: Floats
@@ -73,9 +73,9 @@ class RobotTrajectory:
         positions: (n, k), radians or meters.
         velocities: (n, k), rad/s or m/s.
         accelerations: (n, k), rad/s^2 or m/s^2.
-        efforts: (n, k), what each joint does to the link that it moves, tools and held parts included: N m or N.
-        world_t_tcp: (n, 4, 4), where the chosen tool centre point is.
-        tcp_speeds: (n,), how fast it is, in m/s.
+        efforts: (n, k), effort of each joint on the link that it moves, tools and held parts included: N m or N.
+        world_t_tcp: (n, 4, 4), pose of the chosen tool centre point in the world's frame.
+        tcp_speeds: (n,), its speed in m/s.
         groups: the tool centre points of its groups that are moved, by name, or by (base link, tip link).
     """
 
@@ -110,11 +110,11 @@ class MotionPlan:
     """A motion in n samples; the last one is at its end. Steps that wait for a signal take no time.
 
     Attributes:
-        duration_seconds: how long it takes at full speed factors.
+        duration_seconds: duration at full speed factors (s).
         times: (n,), seconds, strictly growing from 0.
         steps: (n,), the step of a program that each sample belongs to, from 0.
-        robots: what each robot does, by its name.
-        notes: what the planner made other than asked.
+        robots: the trajectory of each robot, by its name.
+        notes: the differences of the plan from what was asked.
     """
 
     duration_seconds: float
@@ -153,13 +153,13 @@ class Violation:
     """A limit that a motion violates, or a collision on its way.
 
     Attributes:
-        kind: which kind.
+        kind: the kind of the violation.
         step: the step of a program, from 0.
         robot: the robot; of two nodes that touch, the one that the step moves the first of them with, else the second.
         joint: the joint; empty where it is not a joint's limit.
-        time_seconds: when, from the start of the motion; None where it can't be planned so far.
-        path_fraction: how much of its step's path is done there, 0 to 1; None where that is not known.
-        world_t_tcp: where the tool centre point is then, 4x4; None where that is not known.
+        time_seconds: time from the start of the motion (s); None where it can't be planned so far.
+        path_fraction: part of its step's path that is done there, 0 to 1; None where that is not known.
+        world_t_tcp: pose of the tool centre point then in the world's frame, 4x4; None where that is not known.
         value: the value, in the kind's unit.
         limit: the limit that it violates.
         message: all of it in words.
@@ -216,7 +216,7 @@ class MotionCheck:
         first_violation: the first limit in time that it violates, or the first collision; None without either.
         duration_seconds: duration at full speed factors (s); 0 where it can't be planned.
         min_singular_value: the smallest one on the way, of those arms that move; None where there is none.
-        notes: what the planner made other than asked.
+        notes: the differences of the plan from what was asked.
     """
 
     first_violation: Violation | None

@@ -29,7 +29,7 @@ class ComponentUse:
     Attributes:
         robot: the robot that it works for; empty for a sensor's, and for an importer, which works for all.
         fault: its latest fault since it was chosen; empty while there was none.
-        calls: how many calls it has answered.
+        calls: number of calls that it has answered.
         mean_call_seconds: the mean time of a call.
         process_id: the number of its process on the kernel's machine; 0 when it runs in the kernel's own.
         sensor: the sensor that it works for; empty for a robot's and for an importer.

@@ -81,7 +81,7 @@ def range_sensor(
 
     Args:
         preset: a device, such as `LDS-01`; `client.sensors.presets()` has them all.
-        pattern: where its beams go: `fan`, `spinning`, `raster`, `ring` or `beams` make it; none means one beam ahead.
+        pattern: beam directions: `fan`, `spinning`, `raster`, `ring` or `beams` make it; none means one beam ahead.
         rate: readings a second of simulation time while it runs; 0 means 10.
         min_range: the least distance that it measures, in meters; none means 0.
         max_range: the greatest one; none means 10.
@@ -89,7 +89,7 @@ def range_sensor(
         ray_caster_settings: those of that component.
         sensor_model: the component that makes readings of true hits; empty means `ideal`.
         sensor_model_settings: those of that component.
-        seed: what its noise is drawn from.
+        seed: the seed of its noise.
         motion_distortion: whether columns are measured one after the other, as a turning head does.
         running: whether it reads from the start.
 

@@ -110,7 +110,7 @@ class Rays:
             origins: (n, 3) or, where all begin at one place, (3,), in meters.
             directions: (n, 3), of any length but zero.
             frame: the node whose frame both are in; empty means the world's.
-            max_range: what is farther, in meters, is not hit; 0 means without limit.
+            max_range: greatest distance of a hit (m); 0 means without limit.
             ray_caster: the component; empty means `embree`.
 
         Raises:
@@ -158,8 +158,8 @@ class Rays:
         Args:
             ray_casters: the components; the first one that answers is what the others are compared with. None means all
                 that are installed, `embree` first.
-            count: how many rays; 0 means 10,000.
-            seed: what the rays are drawn from.
+            count: number of rays; 0 means 10,000.
+            seed: the seed that the rays are drawn with.
             progress: is called with the part that is done, 0 to 1; what it raises ends the comparison.
 
         Raises:

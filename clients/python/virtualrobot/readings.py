@@ -34,7 +34,7 @@ class SensorStatus:
         name: its node.
         kind: of node, such as `range_sensor`.
         state: stopped, running or fault.
-        fault: why it cannot read; empty while it is well.
+        fault: the reason for which it cannot read; empty while it is well.
         rate_hertz: readings per second of simulation time, while it runs.
         readings: number of readings since it was started.
         missed: number of readings since then that it was late for and left out.

@@ -168,8 +168,8 @@ class Robot(Solver):
         """Open a stream of setpoints, which moves joints as this program sends them.
 
         Args:
-            mode: what setpoints are, `position` or `velocity`.
-            joints: which joints, in the order of the values; without them all joints of one coordinate.
+            mode: the quantity of the setpoints, `position` or `velocity`.
+            joints: the joints, in the order of the values; without them all joints of one coordinate.
             timeout: after how many seconds of simulation time without a setpoint the joints stop.
             preempt: cancel motions in the way instead of being refused.
 

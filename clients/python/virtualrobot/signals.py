@@ -29,7 +29,7 @@ class Signal:
     Attributes:
         name: its name.
         value: a bool, an int, a float, a str, or a tuple of bools for a group.
-        description: what it is for.
+        description: its purpose in words.
         unit: of a number.
         direction: "input", "output" or "internal", seen from its owner.
         owner: the node that it belongs to; empty means nobody.

@@ -44,8 +44,8 @@ class Solver(Jogger):
         """Return how the tool centre point, and points fixed to links, tools or held parts, move with the joints.
 
         Args:
-            positions: where the joints are; those that are not named stand as they are now.
-            points: what each is fixed to, and where it is with the joints there, x, y, z in meters.
+            positions: the joint positions (rad or m); joints that are not named stand as they are now.
+            points: for each the node that it is fixed to, and its position x, y, z (m) with the joints there.
             reference: the node in whose frame the points are given (empty: world).
 
         Raises:
@@ -83,12 +83,12 @@ class Solver(Jogger):
 
         Args:
             reference_t_tcp: the pose.
-            seed: where to start from; joints that are not named start as they are now.
+            seed: the joint positions to start from; joints that are not named start as they are now.
             reference: the node in whose frame the pose is given (empty: world).
             configuration: the name of the only one that is wanted, such as `right up noflip`.
             lock: joints that stand still, radians or meters by name, or a list of names: where they are now.
-            arm_angle: where the elbow is about the line from shoulder to wrist, radians, for arms such as the iiwa.
-            prefer: what free joints are used for: `limits`, `manipulability` or `distance` (to stay away from limits,
+            arm_angle: angle of the elbow about the line from shoulder to wrist (rad), for arms such as the iiwa.
+            prefer: preference for the free joints: `limits`, `manipulability` or `distance` (to stay away from limits,
                 from singularities or from things), or a posture to be near, by joint name.
 
         Example:
@@ -122,7 +122,7 @@ class Solver(Jogger):
             positions: radians or meters, within limits; without them where the joints are now.
             velocities: rad/s or m/s; without them 0.
             accelerations: rad/s^2 or m/s^2; without them 0.
-            joint_names: what the columns are, when values are in order; without them all joints of one coordinate.
+            joint_names: the joints of the columns, when values are in order; without them all joints of one coordinate.
 
         Raises:
             InvalidArgumentError: when shapes don't fit or a number is not finite.

@@ -56,7 +56,7 @@ class View(ViewSetup):
         """Return a picture of the world as it is now; it needs no browser.
 
         Args:
-            camera: where it is taken from: (eye, target) or (eye, target, field of view), meters in the world's frame
+            camera: the point of view: (eye, target) or (eye, target, field of view), meters in the world's frame
                 and radians; or the name of a camera of the scene. Without one it is the view's, which frames the world
                 until it is set.
             size: width and height in pixels, at most 4096 each; 0 means 1280 and 720, or the camera's own.
@@ -89,7 +89,7 @@ class View(ViewSetup):
             format: as above.
             plain: as above.
             rate: pictures a second of simulation time, at most one a tick.
-            seconds: for how much simulation time; 0 means until the recording is cancelled.
+            seconds: duration in simulation time (s); 0 means until the recording is cancelled.
 
         Raises:
             TooLargeError: from the iterator, when drawing is too far behind.

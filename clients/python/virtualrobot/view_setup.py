@@ -174,7 +174,7 @@ class ViewSetup:
             sensor: its name; what says nothing about its kind is passed over.
             points: range sensors: the echoes as points.
             rays: range sensors: the beams as lines.
-            color_by: what both are coloured by, `distance` (nearest violet, farthest red) or `intensity` (0 to 1).
+            color_by: quantity behind both colours, `distance` (nearest violet, farthest red) or `intensity` (0 to 1).
             frustum: cameras: the pyramid that they see.
             image: cameras: the latest picture in it.
         """

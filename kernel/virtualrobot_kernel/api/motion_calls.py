@@ -77,7 +77,7 @@ async def _later(rooms: Rooms, seen: Snapshot, braking: Motion) -> Snapshot:
 async def requested(
     rooms: Rooms, request: motion_pb2.StartMotionRequest
 ) -> tuple[MotionSpec, set[tuple[int, str]], set[int]]:
-    """Return what a motion shall do, the joints (robot uid, name) that it needs, and the robots (uids) to be solved."""
+    """Return a motion's spec, the joints (robot uid, name) that it needs, and the robots (uids) to be solved."""
 
     def work() -> tuple[MotionSpec, set[tuple[int, str]], set[int]]:
         snapshot, spec = rooms.world.snapshot, motion_spec(request)

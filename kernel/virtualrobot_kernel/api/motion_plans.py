@@ -49,7 +49,7 @@ async def planned_motion(rooms: Rooms, request: motion_pb2.PlanMotionRequest) ->
 
 
 async def checked_motion(rooms: Rooms, request: motion_pb2.CheckMotionRequest) -> motion_pb2.CheckMotionResponse:
-    """Return what a motion violates first, looked for in a thread on the snapshot of that moment."""
+    """Return the check of a motion, made in a thread on the snapshot of that moment."""
     margin = not_negative(request.min_singular_value, "min_singular_value")
     resolution = _resolution(request.resolution_meters)
     spec, _, robots = await requested(rooms, request.motion)

@@ -54,7 +54,7 @@ class PluginServicer(plugin_pb2_grpc.PluginServiceServicer):
         return [_plugin_message(plugin, uses) for plugin in self._rooms.catalog.plugins]
 
     def _uses(self) -> Uses:
-        """Return who uses which component, robots and sensors by name."""
+        """Return the users of each component, robots and sensors by name."""
         uses: Uses = {}
         for use in self._rooms.solvers.uses(self._rooms.world.snapshot.structure):
             uses.setdefault((ComponentKind.KINEMATICS, use.kinematics), []).append(

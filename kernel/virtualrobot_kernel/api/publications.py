@@ -215,7 +215,7 @@ def _last_ended(snapshot: Snapshot) -> Motion | None:
 
 
 def ending() -> KernelError:
-    """Return what calls are told when the kernel ends."""
+    """Return the error of calls when the kernel ends."""
     return KernelError("the kernel is ending", reason=Reason.SHUTTING_DOWN)
 
 

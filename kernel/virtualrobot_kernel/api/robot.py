@@ -289,7 +289,7 @@ class _Book:
     def news(
         self, before: _Told | None, snapshot: Snapshot, watched: frozenset[int] | None, fields: frozenset[str] | None
     ) -> _Told:
-        """Return what is new since `before` of the watched robots (None: of all); the same for equal watches."""
+        """Return the news since `before` of the watched robots (None: of all); the same for equal watches."""
         key = (before and before.snapshot.revision, watched, fields)
         if snapshot is self._snapshot and key in self._news:
             return self._news[key]

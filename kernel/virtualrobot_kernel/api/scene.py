@@ -218,7 +218,7 @@ def _quiet(before: Snapshot, after: Snapshot) -> bool:
 def _difference(
     before: Snapshot | None, after: Snapshot, wanted: set[int], fields: frozenset[str] | None
 ) -> scene_pb2.WatchSceneResponse:
-    """Return what has changed between two snapshots, or everything when there is none before."""
+    """Return the changes between two snapshots, or everything when there is none before."""
     structure = after.structure
     changed, removed = [], []
     if before is None:

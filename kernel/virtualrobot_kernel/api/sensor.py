@@ -162,7 +162,7 @@ class SensorServicer(sensor_pb2_grpc.SensorServiceServicer):
 
 
 def _removed(last: Reading) -> Reading:
-    """Return what is told of a sensor that is gone, after its last reading."""
+    """Return the last reading of a sensor as stopped, with the fault that it is gone."""
     fault = f"the sensor {last.name!r} was removed from the world"
     return replace(last, state=SensorState.STOPPED, fault=fault, content=None)
 

@@ -199,7 +199,7 @@ class Server:
 
 
 def _most_connections() -> int:
-    """Return how many connections there may be: half of the descriptors are for files, processes and the viewer."""
+    """Return the greatest number of connections: half of the descriptors are for files, processes and the viewer."""
     if resource is None:
         return MOST_CONNECTIONS
     descriptors, _ = resource.getrlimit(resource.RLIMIT_NOFILE)

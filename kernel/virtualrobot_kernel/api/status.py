@@ -55,7 +55,7 @@ def trailers(error: KernelError) -> tuple[grpc.StatusCode, str, tuple[tuple[str,
 
 
 def _metadata(error: KernelError) -> dict[str, str]:
-    """Return what programs are told, as much of it as there is room for."""
+    """Return the metadata for programs, as much of it as there is room for."""
     told: dict[str, str] = {}
     room = LONGEST_METADATA
     for key, value in error.metadata.items():

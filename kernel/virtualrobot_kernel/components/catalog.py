@@ -101,7 +101,7 @@ def _package(point: EntryPoint) -> str:
 
 
 def _looked_at(point: EntryPoint) -> Plugin:
-    """Return what an entry point offers; whatever goes wrong becomes the reason why it offers nothing."""
+    """Return the plugin of an entry point; whatever goes wrong becomes the reason why it offers nothing."""
     found = Plugin(point.name, _package(point), point.dist.version if point.dist else "")
     try:
         if found.package == OWN_PACKAGE:
@@ -117,7 +117,7 @@ def _looked_at(point: EntryPoint) -> Plugin:
 
 
 def _loaded(found: Plugin, point: EntryPoint) -> Plugin:
-    """Return what a plugin offers that is imported into this process."""
+    """Return the plugin with its offers, imported into this process."""
     api_version, registrations = load(point)
     components = describe(api_version, registrations).components
     offers = tuple(Offer(point, about, one) for about, one in zip(components, registrations, strict=True))
@@ -129,7 +129,7 @@ Claim = tuple[ComponentKind, str]
 
 
 def _claims(plugins: Iterable[Plugin]) -> dict[Claim, list[Plugin]]:
-    """Return which plugins offer each name and read each ending, in their order."""
+    """Return the plugins that offer each name and read each ending, in their order."""
     claims: dict[Claim, list[Plugin]] = {}
     for plugin in plugins:
         for about in (offer.about for offer in plugin.offers):

@@ -46,7 +46,7 @@ def _gather(files: Files, main: File, file: File, found: dict[str, str], warning
 
 
 def _named(file: File, warnings: list[FileWarning]) -> Iterable[str]:
-    """Return what a file names; a COLLADA document is parsed once for that and for its warnings."""
+    """Return the references of a file; a COLLADA document is parsed once for that and for its warnings."""
     if ending(file.key) != ".dae":
         return list_references(file.data, file.key)
     root = parse_collada(file.data, file.key)

@@ -109,7 +109,7 @@ def _link(skeleton: Skeleton, link: int) -> Iterator[Figure]:
 
 
 def _lift(skeleton: Skeleton) -> float:
-    """Return how far (m) the first joint's cylinder is drawn higher: one that stands upright is on the floor."""
+    """Return the height (m) by which the first joint's cylinder is raised: one that stands upright is on the floor."""
     first = skeleton.arrays.pre[0]
     d = skeleton.table.rows[0].d_meters if skeleton.table.convention == "modified" else 0.0
     upright, height = first[2, 2] > 0.99, first[2, 3] - d * first[2, 2]

@@ -67,7 +67,7 @@ class Files:
         return File(str(path), data, self.store.put(data))
 
     def _find(self, uri: str, referrer: str, sha256: str, tried: list[str]) -> Path:
-        """Return where on the disk the file is; raise MissingFileError when it is nowhere."""
+        """Return the file's path on the disk; raise MissingFileError when it is nowhere."""
         if self.resolver is None:
             raise _missing(uri, referrer, [*tried, "the kernel's disk is not looked at"])
         try:

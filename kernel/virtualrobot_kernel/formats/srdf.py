@@ -61,7 +61,7 @@ def with_semantics(robot: NodeSpec, semantics: Semantics) -> NodeSpec:
 
 
 def read_srdf(file: File, nodes: tuple[NodeSpec, ...]) -> Semantics:
-    """Return what an SRDF file says of the robot whose nodes (the robot first, its links below) are given.
+    """Return the content of an SRDF file about the robot whose nodes (the robot first, its links below) are given.
 
     Groups name the joints that can be moved, in the robot's order: those of chains, joints, links and subgroups. A
     `group_state` becomes a posture under its own name, or under `group/state` when another group's state has that
@@ -210,7 +210,7 @@ class _Reader:
         return limits.lower <= value <= limits.upper
 
     def _flange(self, root: Element) -> str:
-        """Return where the only end effector is mounted; empty for none and for several."""
+        """Return the link that the only end effector is mounted on; empty for none and for several."""
         parents: list[str] = []
         for element in children(root, "end_effector"):
             place = Place(self.uri, "end_effector")

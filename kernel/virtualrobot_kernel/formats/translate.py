@@ -25,7 +25,7 @@ MOST_BYTES = {".urdf": 64 * MEBIBYTE, ".yaml": 32 * MEBIBYTE, ".glb": 1024 * MEB
 """Greatest size of a translation (bytes), by its ending: the kernel parses it itself. Readers have their own bounds."""
 
 Settings = Mapping[str, Any]
-"""An importer's settings, plain values as JSON has them."""
+"""Importer's settings, plain values as JSON has them."""
 
 
 class Importers(Protocol):

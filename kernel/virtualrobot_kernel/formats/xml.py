@@ -90,7 +90,7 @@ class FileWarning(str):
 
     @classmethod
     def of(cls, error: KernelError, more: str = "") -> FileWarning:
-        """Return what an error says as a warning, `more` behind it."""
+        """Return an error's message as a warning, `more` behind it."""
         return cls(f"{error}{more}", error.metadata.get("file", ""), int(error.metadata.get("line") or 0))
 
     @classmethod

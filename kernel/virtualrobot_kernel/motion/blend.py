@@ -17,7 +17,7 @@ from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial, joined
 
 @dataclass(frozen=True, eq=False)
 class Corner:
-    """A rounded corner: what it replaces, as parameter lengths above 0, and the one piece that replaces it, from 0 on.
+    """Rounded corner: the parameter lengths (above 0) that it replaces, and the one piece in their place, from 0 on.
 
     left: of the end of the path before it; right: of the beginning of the path after it.
     """

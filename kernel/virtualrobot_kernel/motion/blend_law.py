@@ -1,4 +1,4 @@
-"""The jerk-limited law of a path with rounded corners: a constant rate through each corner, a double S between two.
+"""Jerk-limited law of a path with rounded corners: a constant rate through each corner, a double S between two.
 
 A law for any path has to search for what is best where. Here it is known: a corner's piece is a smooth movement from
 one velocity to another, so a constant rate suits it; moves between corners are straight, or nearly so.
@@ -19,16 +19,16 @@ from virtualrobot_kernel.motion.rates import Rate, stretch_needed
 #: Shares of the limits that a bent move itself may take: as on arcs (`arc`), and of the jerk for bending along the way.
 _CURVATURE_ACCELERATION, _CURVATURE_JERK, _ACROSS_JERK, _ALONG_JERK = 0.8, 0.4, 0.6, 0.3
 _LOOKS, _LOOKS_PER_PIECE = 33, 8
-#: By how much less than what is allowed is used, for what lies between the places that are looked at.
+#: Factor of slowdown beyond the needed one, for what lies between the places that are looked at.
 _MARGIN = 1.0002
-#: What is exceeded by less than this is settled by a stretch of the whole.
+#: Excess over a limit below which a stretch of the whole law settles it.
 _NEARLY, _ROUNDS = 1.002, 20
 _TINY = 1e-200
 
 
 @dataclass(slots=True)
 class _Move:
-    """A move between two corners: its length by s, and the limits (1/s, 1/s², 1/s³) of s' and its derivatives."""
+    """Move between two corners: its length by s, and the limits (1/s, 1/s², 1/s³) of s' and its derivatives."""
 
     length: float
     velocity: float = math.inf

@@ -1,4 +1,4 @@
-"""The joint path along a course: one continuous branch of the inverse kinematics, followed step by step.
+"""Joint path along a course: one continuous branch of the inverse kinematics, followed step by step.
 
 The path solves q'(u) = J(q)^+ twist(u) (resolved-rate motion, Whitney 1969; a redundant arm takes the least norm, and
 what its wish adds in the null space):
@@ -36,7 +36,7 @@ _LONGEST_STEP = (0.05, 0.2)
 _SHORTEST_STEP = 1e-6
 #: Differences for curvatures reach no farther than this share of the way from one knot to the next.
 _DIFFERENCE = 1e-3
-#: What a farthest path may meet.
+#: Reasons at which a farthest path ends.
 _ENDS = (Reason.LIMIT_EXCEEDED, Reason.SINGULARITY, Reason.UNREACHABLE)
 
 
@@ -82,7 +82,7 @@ def lever_arm(jacobian: Array) -> float:
 
 
 def row_weights(lever: float) -> Array:
-    """Return what makes the rows of a Jacobian (6, k) comparable, (6,): linear ones are divided by a lever arm (m)."""
+    """Return the weights (6,) that make a Jacobian's rows comparable: linear ones are divided by a lever arm (m)."""
     return np.array([1.0 / lever] * 3 + [1.0] * 3)
 
 

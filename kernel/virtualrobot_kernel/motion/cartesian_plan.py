@@ -1,4 +1,4 @@
-"""The planners of LIN, CIRC and splines: one mechanism, whatever the course of the tool centre point is."""
+"""Planners of LIN, CIRC and splines: one mechanism, whatever the course of the tool centre point is."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ GREATEST_ANGLE = 10.0 * tau
 
 @dataclass(frozen=True, eq=False)
 class Via:
-    """An arc through a point (3,) in m to a goal."""
+    """Arc through a via point (3,) in m to a goal."""
 
     point: Array
 
@@ -35,7 +35,7 @@ class Via:
 
 @dataclass(frozen=True, eq=False)
 class Center:
-    """An arc about a point (3,) in m.
+    """Arc about a point (3,) in m.
 
     axis (3,): the arc turns about it by the right hand; None: the shorter way. angle: by how much in rad, negative
     for the other way round; None: until the goal.

@@ -23,7 +23,7 @@ OVERSHOOT = 1.75
 #: Lengths of a catch-up that are tried: 10 ms to 2 min, each a tenth longer than the one before.
 _LENGTHS = 0.01 * 1.1 ** np.arange(100.0)
 _SHARES = np.linspace(0.0, 1.0, 161)
-#: How much of its second derivative's greatest value a function may exceed the greatest of its samples by.
+#: Factor of a second derivative's greatest value: by so much a function may exceed the greatest of its samples.
 _BETWEEN = _SHARES[1] ** 2 / 8.0
 #: The first derivatives of x^0 ... x^5 at the shares: (6, 161).
 _FIRST = np.array([np.polynomial.Polynomial.basis(i).deriv()(_SHARES) for i in range(6)])

@@ -67,7 +67,7 @@ class Course(ABC):
         return np.concatenate([wanted[:3, 3] - base_t_tcp[:3, 3], turn])
 
     def place(self, u: float) -> tuple[str, dict[str, object]]:
-        """Return where `u` is, as words and as metadata: fraction, millimetres, degrees, pose in the base frame.
+        """Return the place of `u`, as words and as metadata: fraction, millimetres, degrees, pose in the base frame.
 
         The pose is told as position and rotation vector, three numbers each, in m and rad.
         """
@@ -92,7 +92,7 @@ class Course(ABC):
 
 @dataclass(frozen=True, eq=False)
 class EvenCourse(Course):
-    """A course with constant speed |dp/du| of the position, whose orientation turns about one fixed axis (slerp).
+    """Course with constant speed |dp/du| of the position, whose orientation turns about one fixed axis (slerp).
 
     rotation (3,): rotation(u) = Rot(u * rotation) R_start, the rotation vector in rad in the base frame.
     """

@@ -17,7 +17,7 @@ from virtualrobot_kernel.motion.path import smooth_path
 from virtualrobot_kernel.motion.polynomial import Array
 
 STEP = (0.02, 0.08)
-"""Longest step along the course: m of its length, rad of its turn."""
+"""Step along the course: m of its length, rad of its turn; longer where that would be too many steps."""
 GAIN = 2.0
 """Greatest motion in the null space, as a multiple of the motion that the course itself needs."""
 _FEWEST, _MOST = 8, 200
@@ -32,7 +32,7 @@ Jacobian = Callable[[Array], Array]
 def guide(
     pose: Pose, jacobian: Jacobian, weights: Array, course: Course, q_start: Array, wish: Wish
 ) -> Callable[[float], Array]:
-    """Return what gives the motion (k,) of the joints per course that a wish asks for at a place u of it, in [0, 1].
+    """Return the function of the joints' motion (k,) per course that a wish asks for at a place u of it, in [0, 1].
 
     It is smooth in u, and is to be projected into the null space. Where the arm cannot follow the course any more it is
     0; whoever follows it exactly says why.

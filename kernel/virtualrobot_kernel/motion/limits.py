@@ -10,7 +10,7 @@ import numpy as np
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason
 from virtualrobot_kernel.motion.polynomial import Array
 
-#: How far outside its limits a joint may be by rounding (radians or metres), and a start from the current joints.
+#: Tolerance (radians or metres) of a joint outside its limits by rounding, and of a start from the current joints.
 TOLERANCE = 1e-6
 
 

@@ -113,7 +113,7 @@ def away_from_things(near: Near, lower: Array, upper: Array) -> Rough:
 
 
 def free_motion(jacobian: Array, rate: Array, wish: Wish, q: Array) -> Array:
-    """Return how joints (k,) move in the null space of a Jacobian (m, k) while the task moves them by `rate` (k,).
+    """Return the motion of joints (k,) in the null space of a Jacobian (m, k) while the task moves them by `rate` (k,).
 
     It is along the path as `rate` is, never faster than GAIN times it, and smooth where that is smooth and not 0.
     """

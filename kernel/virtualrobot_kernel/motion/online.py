@@ -16,12 +16,10 @@ import ruckig
 from virtualrobot_kernel.motion.limits import JointLimits
 
 _FARTHEST_SECONDS = 100.0
-"""Goals farther than this at the greatest velocity are taken for nearer ones: ruckig plans for two hours at most."""
+"""Longest way to a goal, in seconds at the greatest velocity; farther ones count as nearer: ruckig plans two hours."""
 
 MOST_SECONDS = 600.0
-"""The longest that a joint may take to its greatest acceleration, or with that to its greatest velocity: for the same
-reason.
-"""
+"""Longest time (s) of a joint to its greatest acceleration, or with that to its velocity, for ruckig's two hours."""
 
 
 class JointState(NamedTuple):
@@ -38,7 +36,7 @@ class _Range(NamedTuple):
 
 
 class _Scaled(NamedTuple):
-    """A trajectory whose joints are in `units` (k,) of rad or m, asked as one in rad and m is."""
+    """Trajectory whose joints are in `units` (k,) of rad or m, asked as one in rad and m is."""
 
     trajectory: ruckig.Trajectory
     units: Sequence[float]
@@ -65,7 +63,7 @@ class _Scaled(NamedTuple):
 
 
 class _Leg(NamedTuple):
-    """A way of k joints, as ruckig sees it from `origin` (k,), which moves with the velocities `drift` (k,).
+    """Trajectory of k joints, as ruckig sees it from `origin` (k,), which moves with the velocities `drift` (k,).
 
     It ends with the velocities `last` (k,); where `rests`, it ends in the origin.
     """
@@ -122,7 +120,7 @@ class Bounds(NamedTuple):
 
 
 class StoppableTrajectory(NamedTuple):
-    """A way of k joints that can be ended at every moment within their position limits."""
+    """Trajectory of k joints that can be ended at every moment within their position limits."""
 
     legs: tuple[_Leg, ...]
     chosen: Sequence[int]
@@ -135,7 +133,7 @@ class StoppableTrajectory(NamedTuple):
         return max(self.legs[leg].trajectory.duration for leg in set(self.chosen))
 
     def at(self, time: float) -> JointState:
-        """Return where the joints are `time` seconds from now."""
+        """Return the state of the joints `time` seconds from now."""
         states = [leg.at(time) for leg in self.legs]
         return _inside([states[leg][joint] for joint, leg in enumerate(self.chosen)], self.bounds)
 
@@ -282,7 +280,7 @@ def _brake_coupled(now: JointState, bounds: Bounds, chosen: list[int], spans: li
 
 
 def _reach(coupling: Coupling, spans: Sequence[tuple[float, float]]) -> tuple[list[float], list[float]]:
-    """Return what each joint of an actuator adds to its position at least and at most, with each joint in its span."""
+    """Return the least and the greatest terms of an actuator's position, a joint each, with each joint in its span."""
     ways = [(ratio * spans[column][0], ratio * spans[column][1]) for column, ratio in coupling.terms]
     return list(map(min, ways)), list(map(max, ways))
 

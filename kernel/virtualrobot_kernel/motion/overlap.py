@@ -20,9 +20,9 @@ from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial, jo
 _SHARES = np.geomspace(1.0, 0.05, 12)
 _SHORTER = np.linspace(0.98, 0.3, 35)
 _LOOKS = 33
-#: How many are asked for at most whether they fit, and how far apart in time, in steps of those that are tried.
+#: Greatest number that is checked for fitting, and their distance in time, in steps of those that are tried.
 _MOST_ASKED, _APART = 20, 3
-#: How much of velocity, acceleration and jerk limits a quintic may take where it is looked at: what is left is for what
+#: Shares of velocity, acceleration and jerk limits that a quintic may take at its samples: what is left is for what
 #: lies between. An acceleration that is at its limit when the first motion is left cannot be less.
 _USED = (0.999, 1.0 + 1e-9, 0.985)
 #: Knots of the path piece of a quintic, in each of the phases of its law: at first, and how often the time between two

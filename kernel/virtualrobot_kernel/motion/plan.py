@@ -1,4 +1,4 @@
-"""The planners: PTP, LIN, CIRC, splines and joint trajectories become plans, or are refused with the place."""
+"""Planners: PTP, LIN, CIRC, splines and joint trajectories become plans, or are refused with the place."""
 
 from __future__ import annotations
 

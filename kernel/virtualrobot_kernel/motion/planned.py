@@ -1,4 +1,4 @@
-"""A planned motion: geometric paths and time laws as plain arrays, evaluated with nothing but numpy."""
+"""Planned motion: geometric paths and time laws as plain arrays, evaluated with nothing but numpy."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 
 #: Time between rows of a braking table (s), and the fewest and most rows.
 _TABLE_STEP, _TABLE_ROWS = 0.002, (512, 16384)
-#: How far from a break its sides are looked at, as a share of the whole law: far above rounding.
+#: Distance from a break at which its sides are evaluated, as a share of the whole law: far above rounding.
 _ASIDE = 1e-9
 
 
@@ -73,7 +73,7 @@ class Braking:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """A motion of n joints that is at rest at both ends; joints of a group's robots are concatenated.
+    """Motion of n joints that is at rest at both ends; joints of a group's robots are concatenated.
 
     kind: "ptp", "lin", "circ", "trajectory" or "group". tracks: one for each robot, all with the same duration.
     start, goal (n,): the joints at the ends, to the last bit (rad or m).

@@ -161,7 +161,7 @@ class PiecewisePolynomial:
         return PiecewisePolynomial(breaks, self.coefficients * scale[None, :, None])
 
     def first_excursion(self, lower: Array, upper: Array, tolerance: float) -> Excursion | None:
-        """Return where the function first leaves [lower - tolerance, upper + tolerance] (n,), or None.
+        """Return the first place where the function leaves [lower - tolerance, upper + tolerance] (n,), or None.
 
         Exact also between breaks: pieces whose Bernstein coefficients lie within the bounds do too (convex hull
         property, Farin, Curves and Surfaces for CAGD, 5th ed., ch. 5); the others are decided by polynomial roots.

@@ -69,7 +69,7 @@ class Prediction:
 
 
 def predict(run: ProgramRun, override: float, signals: Mapping[str, SignalValue], seconds: float) -> Prediction | None:
-    """Return what a program will do in the next `seconds` at the least; None where it stands.
+    """Return the prediction of a program for the next `seconds` at the least; None where it stands.
 
     It goes on as it does now, from the end of its present stage on with the speed `override`. Pauses of given length
     take theirs. Where it must wait for a signal that has not its value yet, what comes after is not told: nobody knows
@@ -122,7 +122,7 @@ def _rest(run: ProgramRun, last: int) -> Program:
 
 
 def _lasts(stage: Stage, gone: float, override: float, signals: Mapping[str, SignalValue]) -> float | None:
-    """Return how long a stage takes from now on, s; None for a wait whose signal has not its value."""
+    """Return the remaining time of a stage, s; None for a wait whose signal has not its value."""
     if stage.plan is not None:
         return stage.plan.duration / override
     if stage.wait is None:

@@ -1,4 +1,4 @@
-"""A program: motions, waits and signals one after the other, as data."""
+"""Program: motions, waits and signals one after the other, as data."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A program that runs: the stages of a Program, one after the other. Pure: methods return what it is afterwards.
+"""Program that runs: the stages of a Program, one after the other. Pure: methods return what it is afterwards.
 
 A stage begins in the tick in which the one before has ended, with what remains of that tick, so a program takes as
 long as its stages do. Signals are read as they were at the tick's beginning, those that the program itself has set in
@@ -268,7 +268,7 @@ def _waited(
 
 
 def _arrived(program: Program, at: int, held: Array) -> Array:
-    """Return where the joints (n,) are after the stage `at`."""
+    """Return the positions (n,) of the joints after the stage `at`."""
     plan = program.stages[at].plan
     if plan is None:
         return held

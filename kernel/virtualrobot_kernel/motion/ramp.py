@@ -10,7 +10,7 @@ import numpy as np
 from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.motion.polynomial import Array
 
-#: How much of a limit a ramp may take beyond it, in the samples that it is checked at.
+#: Share of a limit by which a ramp may exceed it, in the samples that it is checked at.
 SLACK = 0.005
 #: Lengths that are tried, in units of the plan's stop time: 0.11 to 5.2, each 1.2 times the one before; the first
 #: ones, up to 1.44, stop about as fast as is possible from top speed.

@@ -22,8 +22,8 @@ from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 #: this many m or rad for one of the parameter where the rate is smaller, as that of a TCP which is to stand still.
 _NODES, _EXACT, _SMALL = 9, 1e-6, 1e-2
 _SMALLEST_PIECE = 1e-4
-#: Which peaks are looked at more closely: those above this share of the greatest value, and above their neighbours by
-#: more than rounding; and at how many moments.
+#: Peaks that are looked at more closely: those above this share of the greatest value, and above their neighbours by
+#: more than rounding; and the number of moments.
 _PEAK, _SAME, _CLOSE = 0.97, 1e-7, 33
 _ONCE = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 12))
 _ONCE_COEFFICIENTS = np.linalg.inv(np.vander(_ONCE, increasing=True))

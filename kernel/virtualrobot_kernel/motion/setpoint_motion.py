@@ -1,4 +1,4 @@
-"""A motion that follows setpoints: positions or velocities that somebody sends as it goes. Pure, as `running` is.
+"""Motion that follows setpoints: positions or velocities that somebody sends as it goes. Pure, as `running` is.
 
 In each tick the joints go on towards the newest setpoint, each on its own, within their limits of position, velocity,
 acceleration and jerk (`online`). Position setpoints that come one after the other are taken for a goal that moves on at
@@ -231,7 +231,7 @@ class SetpointMotion:
         return (0.0,) * len(self.counted)
 
     def _next_goal(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Return where setpoints are and how fast they move, now that the newest one counts.
+        """Return the filtered positions and velocities (k,) of the setpoints, the newest one included.
 
         The critically damped g-h filter (Brookner, Tracking and Kalman Filtering Made Easy, 1998, section 1.2.6: the
         least squares line whose memory fades): setpoints of constant speed are met exactly.

@@ -7,7 +7,7 @@ from enum import Enum
 from typing import NamedTuple
 
 SignalValue = bool | int | float | str | tuple[bool, ...]
-"""A value of a signal: on or off, a whole number, a number, words, or a group of booleans."""
+"""Value of a signal: on or off, a whole number, a number, words, or a group of booleans."""
 
 
 class Comparison(Enum):
@@ -46,7 +46,7 @@ class Condition(NamedTuple):
         return value is not None and bool(OPERATORS[self.comparison](value, self.value))
 
     def __str__(self) -> str:
-        """Return what the signal must be, in words."""
+        """Return the condition in words."""
         if isinstance(self.value, bool) and self.comparison is Comparison.EQUAL:
             return "on" if self.value else "off"
         return f"{self.comparison.value} {self.value!r}"

@@ -1,4 +1,4 @@
-"""The spline through poses: the tool centre point passes each one; velocity and acceleration never jump on its way.
+"""Spline through poses: the tool centre point passes each one; velocity and acceleration never jump on its way.
 
 The parameter u grows with the chords, sqrt(distance² + (0.1 m/rad times turn)²) from pose to pose, so that a curve is
 gone evenly. Velocities and accelerations at the poses are those of the cubic spline, which on chords approximates a
@@ -31,7 +31,7 @@ from virtualrobot_kernel.motion.pose_check import check_pose
 MOST_GOALS = 1000
 #: Poses nearer to each other than this are the same, in m and in rad.
 SAME = 1e-5
-#: What a turn of one radian counts as, in meters.
+#: Length in meters that a turn of one radian counts as.
 TURN_LENGTH = 0.1
 #: At a pose the velocity is at most this times the smaller of the mean ones before and after it, and the acceleration
 #: this much of it by the longer of both times: else a curve would swing out where far poses follow near ones, or turn
@@ -101,7 +101,7 @@ class Spline(Course):
         return rates
 
     def place(self, u: float) -> tuple[str, dict[str, object]]:
-        """Return where `u` is, as of every course, and which goal is the nearest on the way."""
+        """Return the place of `u`, as of every course, and the nearest goal on the way."""
         words, metadata = super().place(u)
         nearest = int(np.argmin(np.abs(self.u - u)))
         goal = "the start" if nearest == 0 else f"goals[{nearest - 1}]"

@@ -20,7 +20,7 @@ from virtualrobot_kernel.motion.rates import Rate, greatest_stretch, stretch_nee
 
 #: Sides of the polygon that stands for the circle of the accelerations of a position or a rotation.
 _SIDES = 16
-#: How often it is solved again with less where the last solution exceeded the limits between its nodes.
+#: Number of further solutions with less, where the last one exceeded the limits between its nodes.
 _ROUNDS = 2
 #: A solution that has to be slowed down by no more than this is not solved again.
 _GOOD = 1.0005

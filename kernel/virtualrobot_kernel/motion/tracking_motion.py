@@ -1,4 +1,4 @@
-"""A motion that goes along with a frame which another robot's joint moves, such as a conveyor's belt. Pure.
+"""Motion that goes along with a frame which another robot's joint moves, such as a conveyor's belt. Pure.
 
 The motion itself is any other one, planned as if the frame stood still where it was. In each tick the joints that it
 has are taken along: to where the tool centre point is the same seen from the frame, which the belt has moved. First the
@@ -23,7 +23,7 @@ WINDOW_LEFT, TRACKING_LOST = "WINDOW_LEFT", "TRACKING_LOST"
 """Names of `EndCause`."""
 
 _ROUNDING = 1e-9
-#: How much more than said the frame's joint may be faster and accelerate more; a ramp may take 0.5% of a limit more.
+#: Factor of the stated velocity and acceleration that the frame's joint may reach; a ramp may exceed a limit by 0.5%.
 _SLACK = 1.02
 #: Time between the points that velocity and acceleration come from, in s.
 _STEP = 1e-4

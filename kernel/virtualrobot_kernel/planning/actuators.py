@@ -70,7 +70,7 @@ def first_beyond(
     path: PiecewisePolynomial,
     actuators: Sequence[Actuator] | None = None,
 ) -> tuple[float, LimitError] | None:
-    """Return where a path, whose columns are joints of one robot, first leads an actuator (None: any) beyond its ends.
+    """Return the place where a path of joints of one robot first leads an actuator (None: any) beyond its ends.
 
     That is a share of the path, and the refusal. Exact also between samples: an actuator's position is a linear
     combination of the joints' paths, so it is a piecewise polynomial as they are. Joints that the plan does not move
@@ -107,7 +107,7 @@ def _check_together(snapshot: Snapshot, actuator: Actuator, moves: Sequence[Plan
 
 
 def _standing(snapshot: Snapshot, robot: Node, actuator: Actuator, moved: Sequence[str]) -> float:
-    """Return what the joints add to the position of an actuator that are not among the `moved` ones."""
+    """Return the part of an actuator's position that comes from joints which are not among the `moved` ones."""
     return sum(
         ratio * float(snapshot.state.q[single_joint(snapshot.structure, robot, joint)[1]])
         for joint, ratio in actuator.terms

@@ -54,7 +54,7 @@ class BlendGroup:
         return True
 
     def positions(self, steps: Sequence[PlannedStep]) -> list[Position]:
-        """Return where the tool centre points of the robots of steps are, by the joints of all columns."""
+        """Return the positions of the steps' tool centre points, as functions of the joints of all columns."""
         snapshot = steps[0].snapshot
         robots = {(one.robot.uid, one.group): one.robot for step in steps for one in step.moves}
         found: list[Position] = []
@@ -92,7 +92,7 @@ class BlendGroup:
         return Track(whole.path, law_through(whole, rates))
 
     def _rates(self, path: PiecewisePolynomial, steps: Sequence[PlannedStep], whole: Rounded) -> list[Rate]:
-        """Return what has limits along the path of steps, with the ranges of their moves and corners."""
+        """Return the limited rates along the path of steps, with the ranges of their moves and corners."""
         joints = [JointBound(*part, self._shares(step)) for part, step in zip(whole.moves, steps, strict=True)]
         tcps = [self._placed(one, part) for part, step in zip(whole.moves, steps, strict=True) for one in step.moves]
         seen = [
@@ -133,7 +133,7 @@ class BlendGroup:
         return np.where(shares > 0.0, shares, 1.0)
 
     def _placed(self, one: PlannedMove, part: tuple[float, float]) -> TcpBound | None:
-        """Return what an arm keeps of its tool centre point, on a part of a path and in its columns."""
+        """Return the bound of an arm's tool centre point, on a part of a path and in its columns."""
         if one.tcp is None:
             return None
         columns = np.array([self.places[one.robot.name, name] for name in one.joint_names])
@@ -146,7 +146,7 @@ class BlendGroup:
         return np.stack([limits.velocity * self._shares(*pair), limits.acceleration, jerk])
 
     def cartesian_through(self, pair: Sequence[PlannedStep]) -> list[TcpBound]:
-        """Return what tool centre points keep in the corner between two steps.
+        """Return the bounds of tool centre points in the corner between two steps.
 
         The larger limits of those that are led along a course on both sides; one that is led on one side and stands
         still on the other keeps that side's.
@@ -169,7 +169,7 @@ def _larger(one: CartesianLimits, other: CartesianLimits) -> CartesianLimits:
 
 
 def _position(snapshot: Snapshot, arm: Arm, q_index: NDArray[np.int32]) -> Position:
-    """Return what tells where a robot's tool centre point is by the joints of the columns `q_index`."""
+    """Return the function of a robot's tool centre point by the joints of the columns `q_index`."""
     tip, point = tip_of(snapshot, arm), tip_t_tcp(snapshot, arm)[:, 3]
     own = [int(np.flatnonzero(arm.q_index == index)[0]) for index in q_index if index in arm.q_index]
     columns = np.flatnonzero(np.isin(q_index, arm.q_index))

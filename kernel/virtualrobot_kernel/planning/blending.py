@@ -120,7 +120,7 @@ class _Part:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Corner:
-    """A corner between two steps that can be gone over: its room, and whether the steps are one path through it."""
+    """Corner between two steps that can be gone over: its room, and whether the steps are one path through it."""
 
     room: Room
     through: bool
@@ -270,7 +270,7 @@ def _stays(group: BlendGroup, piece: PiecewisePolynomial, room: Room) -> bool:
 
 
 def _overlap(group: BlendGroup, pair: Sequence[PlannedStep], before: _Part, after: _Part, room: Room) -> Overlap | None:
-    """Return how the last step of a part goes over into the first of the next one within a zone."""
+    """Return the overlap of a part's last step and the first of the next one within a zone; None without one."""
     path, law = before.track.path, before.track.time_law
     leave = law.end - nominal_time(law, path.end - room.shares[0] * before.ends[1], 0.0)
     path, law = after.track.path, after.track.time_law

@@ -1,4 +1,4 @@
-"""A robot as rigid bodies: every moving link with all that is fixed to it, tools and held parts included."""
+"""Robot as rigid bodies: every moving link with all that is fixed to it, tools and held parts included."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bodies:
-    """The b bodies of a robot as `numeric.dynamics.inverse_dynamics` takes them; the first is its base.
+    """Rigid bodies (b) of a robot as `numeric.dynamics.inverse_dynamics` takes them; the first is its base.
 
     joints are the k joints of one coordinate that move them, q_index (k,) says where these are in the world's q.
     `payload` is the mass (kg) of what hangs on the robot besides its own links.

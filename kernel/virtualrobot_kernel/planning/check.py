@@ -86,7 +86,7 @@ def _looked_at(
     given_up: GivenUp,
     first_contact: FirstContact | None,
 ) -> Checked:
-    """Return what a planned motion violates of the limits of `snapshot`."""
+    """Return the check of a planned motion against the limits of `snapshot`."""
     program, joints = planned.command.program, planned.command.joints
     arms = moved_arms(planned_on, spec.every_move)
     samples = sampled(planned_on, program, joints, _times(program, snapshot.tick_seconds), given_up, arms)

@@ -1,4 +1,4 @@
-"""The dynamics of robots as they stand in a snapshot: which torques a movement takes, tools and held parts included."""
+"""Inverse dynamics of robots as they stand in a snapshot: torques of a movement, tools and held parts included."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class EffortViolation:
-    """An effort (N m or N) above its joint's limit, at a sample (from 0)."""
+    """Effort (N m or N) above its joint's limit, at a sample (from 0)."""
 
     joint: str
     sample: int
@@ -59,7 +59,7 @@ def solve_inverse_dynamics(
     velocities: Floats | None = None,
     accelerations: Floats | None = None,
 ) -> Dynamics:
-    """Return which efforts a movement takes; other joints and the robot's base stand as they are in the snapshot.
+    """Return the efforts of a movement; other joints and the robot's base stand as they are in the snapshot.
 
     Args:
         snapshot: the world, whose tools, held parts and robots on the robot are carried along.
@@ -139,7 +139,7 @@ def first_violation(joints: Sequence[Joint], efforts: Floats) -> EffortViolation
 
 
 def _columns(robot: Node, bodies: Bodies, names: Sequence[str]) -> list[int]:
-    """Return which of the bodies' joints are named; without names all."""
+    """Return the places of the named joints among the bodies' joints; without names all."""
     known = [joint.name for joint in bodies.joints]
     if not known:
         raise KernelError(

@@ -62,7 +62,7 @@ def wish_of(
     start: NDArray[np.float64],
     near_of: NearOf | None = None,
 ) -> Wish | None:
-    """Return what is wished of the joints (k,) of an arm; None without a wish or without a joint to spare.
+    """Return the wish for the joints (k,) of an arm; None without a wish or without a joint to spare.
 
     `snapshot` is the world that distances are measured in, `jacobian` gives (6, k), `start` (k,) is where its lengths
     are made comparable, `near_of` measures the distances. Raises UnknownNameError for a joint of a
@@ -161,7 +161,7 @@ def _preferred(
     options: InverseOptions,
     wish: Wish,
 ) -> InverseResult:
-    """Return what a wish makes of solutions: each the best near one of them, the best first, with its own name."""
+    """Return solutions improved by a wish: each the best near one of them, the best first, with its own name."""
 
     def deviation(q: NDArray[np.float64]) -> NDArray[np.float64]:
         reached = solver.forward(q)[-1]

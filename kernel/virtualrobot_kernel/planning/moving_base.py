@@ -65,7 +65,7 @@ class MovingBase:
         return standing_at(self.snapshot, self.q_index, self.at(1.0)[0])
 
     def frame(self, arm: Arm, reference: int, moving: bool) -> Callable[[float], tuple[Array, Array]]:
-        """Return what gives base_t_frame (4, 4) and its twist (6,) by u, for the base of an arm.
+        """Return the function of base_t_frame (4, 4) and its twist (6,) by u, for the base of an arm.
 
         The frame is that of the node `reference`, or, when it is not `moving`, where that is at the start.
         """

@@ -70,7 +70,7 @@ class RelativeFrame:
 def relative_frame(
     snapshot: Snapshot, reference: int, node: int, node_t_point: Pose, q_index: Integers
 ) -> RelativeFrame:
-    """Return where the point `node_t_point` (4, 4) of a node (uid) is in the frame of `reference` (uid)."""
+    """Return the pose of the point `node_t_point` (4, 4) of a node (uid) in the frame of `reference` (uid)."""
     structure = snapshot.structure
     above_reference, above_node = rows_above(structure, reference), rows_above(structure, node)
     order = [*above_reference, *(row for row in above_node if row not in above_reference)]
@@ -114,5 +114,5 @@ class RelativeTcp:
     limits: CartesianLimits
 
     def by(self, q_index: Integers) -> RelativeFrame:
-        """Return where it is in that frame, for joints at these places (k,) in all coordinates."""
+        """Return its pose in that frame, for joints at these places (k,) in all coordinates."""
         return relative_frame(self.snapshot, self.reference, self.node, self.node_t_tcp, q_index)

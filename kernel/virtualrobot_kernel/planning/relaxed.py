@@ -34,7 +34,7 @@ def relaxed(snapshot: Snapshot, robots: Collection[int], timed: Collection[tuple
 
 
 def solver_in(snapshot: Snapshot, solver_of: SolverOf) -> SolverOf:
-    """Return what gives the arms of a relaxed world the components that they have in `snapshot`."""
+    """Return the lookup that gives the arms of a relaxed world the components that they have in `snapshot`."""
 
     def solver(_: Snapshot, arm: Arm):  # noqa: ANN202 as `solver_of`
         return solver_of(snapshot, arm_of(snapshot, snapshot.structure.nodes[arm.robot.uid], arm.group))

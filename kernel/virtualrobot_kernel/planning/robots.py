@@ -1,4 +1,4 @@
-"""The serial chains of robots as they stand in a snapshot: of a robot or one of its groups, tool included."""
+"""Serial chains of robots as they stand in a snapshot: of a robot or one of its groups, tool included."""
 
 from __future__ import annotations
 
@@ -223,7 +223,7 @@ def arms_of(snapshot: Snapshot, groups: Iterable[tuple[Node, Group]]) -> list[Ar
 
 
 def kind_of_joint(arm: Arm) -> str:
-    """Return what a joint of an arm is called in errors."""
+    """Return the name of an arm's joint for errors."""
     end = "flange" if arm.group == WHOLE else "end"
     return f"joint that moves the {end} of {arm.robot.name!r}{arm.group}"
 
@@ -258,7 +258,7 @@ def arm_on_path(snapshot: Snapshot, robot: Node, redundancy: Redundancy, group: 
 
 
 def tip_of(snapshot: Snapshot, arm: Arm) -> Callable[[NDArray[np.float64]], Pose]:
-    """Return what gives base_t_tip (4, 4) of an arm at q (k,): the tree's forward pass, of the arm's rows only."""
+    """Return the function of base_t_tip (4, 4) of an arm by q (k,): the tree's forward pass, of the arm's rows only."""
     forest, rows = snapshot.structure.forest, arm.path
     coordinate = {int(place): i for i, place in enumerate(arm.q_index)}
     multiplier, offset = forest.multiplier[rows], forest.offset[rows]
@@ -295,7 +295,7 @@ def tcp_frame(snapshot: Snapshot, robot: Node, arm: Arm | None = None) -> Pose:
 
 
 def tip_t_tcp(snapshot: Snapshot, arm: Arm) -> Pose:
-    """Return where the arm's tool centre point is in the frame of its tip, shape (4, 4)."""
+    """Return the pose tip_t_tcp (4, 4) of the arm's tool centre point in the frame of its tip."""
     return inverse(snapshot.world_t(arm.tip)) @ tcp_frame(snapshot, arm.robot, arm)
 
 

@@ -66,7 +66,7 @@ class RobotSamples:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Samples:
-    """A motion in n samples: times (n,) in s from its start, the step (n,) that each belongs to, and its robots."""
+    """Motion in n samples: times (n,) in s from its start, the step (n,) that each belongs to, and its robots."""
 
     times: Floats
     steps: NDArray[np.int32]
@@ -108,7 +108,7 @@ def sampled(
     given_up: GivenUp,
     arms: Sequence[Arm] = (),
 ) -> Samples:
-    """Return what a motion planned on `snapshot` does at `times` (n,), growing from 0, at full speed factors.
+    """Return the samples of a motion planned on `snapshot` at `times` (n,), growing from 0, at full speed factors.
 
     `joints` names the program's columns as (robot, joint). All else stands as it is in the snapshot; gravity, tools and
     held parts count as in `solve_inverse_dynamics`; for efforts a base that the motion moves stands still. `arms` are

@@ -90,7 +90,7 @@ class Solver:
         return self._asked(checked, "inverse", base_t_tip.copy(), replace(options, seed=seed))
 
     def _asked(self, checked: Callable[[object], Answer], method: str, *arguments: object) -> Answer:
-        """Return what a method answers, once it is checked; nonsense is a fault of the component."""
+        """Return a method's answer, once it is checked; nonsense is a fault of the component."""
         answer = self.running.call(method, *arguments)
         try:
             return checked(answer)
@@ -122,14 +122,14 @@ class Tried:
 
     @property
     def ends_so_far(self) -> int:
-        """Return how often its process has ended, this one included; long good work is not held against it."""
+        """Return the number of ends of its process, this one included; long good work is not held against it."""
         running = self.solver.running
         return (running.fault is not None) + (self.ends if running.calls < FORGIVEN_CALLS else 0)
 
 
 @dataclass(frozen=True, slots=True)
 class Use:
-    """A component at work for a robot, or for its group of this name."""
+    """Component at work for a robot, or for its group of this name."""
 
     robot: str
     group: str
@@ -204,7 +204,7 @@ class Solvers:
         return kept.kinematics if kept is not None else ""
 
     def _kept_as_chosen(self, node: Node, group: Group) -> Tried | _Refused | None:
-        """Return what is kept for a robot or its group, None where it is to have another by now."""
+        """Return the component, or refusal, kept for a robot or its group, None where it is to have another by now."""
         kept = None if group.is_ad_hoc else self._kept.get((node.uid, group.name))
         return kept if kept is not None and (kept.asked, kept.settings) == chosen(node, group) else None
 
@@ -253,7 +253,7 @@ class Solvers:
                         self._catalog.find(ComponentKind.KINEMATICS, choice.kinematics)
 
     def uses(self, structure: Structure) -> tuple[Use, ...]:
-        """Return which components work for which robots."""
+        """Return the components at work, with their robots."""
         self._drop_all_but(structure)
         found = []
         for (uid, group), kept in sorted(self._kept.copy().items(), key=lambda item: item[0]):
@@ -348,7 +348,7 @@ class Solvers:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Refused:
-    """A component that could not be made or did not fit, and why."""
+    """Refusal of a component that could not be made or did not fit."""
 
     chain: SerialChain
     asked: str

@@ -50,7 +50,7 @@ def solved_robots(snapshot: Snapshot, moves: Iterable[Move]) -> set[int]:
 
 
 def preconditions_by(snapshot: Snapshot, moves: Iterable[Move], joints: Iterable[tuple[str, str]]) -> Preconditions:
-    """Return what the plan of these moves, which moves these joints (robot, joint), assumes of the world."""
+    """Return the assumptions about the world of the plan of these moves, which moves these joints (robot, joint)."""
     structure = snapshot.structure
     ways: list[TcpPath] = []
     postures: list[tuple[int, str]] = []

@@ -69,7 +69,7 @@ def tool_chain(snapshot: Snapshot, robot: Node, group: Group = WHOLE) -> ToolCha
 
 
 def tool_states(chain: ToolChain, q: Floats, v: Floats) -> ToolStates:
-    """Return where a tool centre point is and how fast, for the world's coordinates q and their rates v, (n, nq) each.
+    """Return pose and velocity of a tool centre point, for the world's coordinates q and their rates v, (n, nq) each.
 
     The rates of joints that are not single coordinates count as 0.
     """

@@ -208,7 +208,7 @@ def _rates(tracking_arm: TrackingArm, q: Array, v: Array, a: Array, e: float, ne
 def budget(
     rates: Sequence[tuple[Rates, JointLimits]], velocity: float, acceleration: float, joint: str, unit: str
 ) -> Budget:
-    """Return what keeping up with a joint of this greatest velocity and acceleration takes of all arms' limits.
+    """Return the budget of all arms' limits for keeping up with a joint of this greatest velocity and acceleration.
 
     Raises LimitError that names the greatest velocity that would do, when this one leaves too little or nothing.
     """

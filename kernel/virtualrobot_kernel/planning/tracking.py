@@ -272,7 +272,7 @@ def _checked(
 
 
 def _place(snapshot: Snapshot, program: Program, robot: Node, arm: Arm, frame: _Frame) -> Place:
-    """Return what names places of the motion and of the frame."""
+    """Return the function that names places of the motion and of the frame."""
     tip, point = tip_of(snapshot, arm), tip_t_tcp(snapshot, arm)
 
     def place(number: int, time: float, displacement: float, q: Array) -> tuple[str, dict[str, object]]:

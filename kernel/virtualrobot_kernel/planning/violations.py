@@ -314,7 +314,7 @@ def _stage_at(program: Program, time: float) -> int:
 
 
 def _fraction(program: Program, joints: Sequence[tuple[str, str]], found: _Found) -> float | None:
-    """Return how much of its step's path is done, by the path parameter of the track that the violation is on."""
+    """Return the share of its step's path that is done, by the path parameter of the track that the violation is on."""
     own = {found.column} if found.column >= 0 else {at for at, (robot, _) in enumerate(joints) if robot == found.robot}
     place = _stage_at(program, found.time)
     stage, begin = program.stages[place], program.begins[place]

@@ -55,7 +55,7 @@ class Room:
 def room_for(
     zone: Zone, before: PiecewisePolynomial, after: PiecewisePolynomial, positions: Sequence[Position]
 ) -> Room:
-    """Return what two paths that meet at a corner have room for.
+    """Return the room of two paths that meet at a corner.
 
     A distance is the radius of a sphere about the corner: the zone begins where the first tool centre point comes into
     its own sphere for good, and ends where the first one leaves its own. A percentage is of each path's parameter; in
@@ -94,12 +94,12 @@ class _Half:
         self.room = float(self.distances.max(initial=0.0))
 
     def distance(self, place: int, share: float) -> float:
-        """Return how far from the corner a tool centre point is, in m, at a share of the path from the corner."""
+        """Return the distance of a tool centre point from the corner, in m, at a share of the path from the corner."""
         there = self.positions[place](self.path.evaluate(self._at(share)))
         return float(np.linalg.norm(there - self.corner[place]))
 
     def farthest(self, place: int, share: float) -> float:
-        """Return how far from the corner a tool centre point gets, in m, up to a share of the path."""
+        """Return the greatest distance of a tool centre point from the corner, in m, up to a share of the path."""
         return max(self.distance(place, share), float(self.distances[place][self.shares <= share].max()))
 
     def share_of(self, radius: float) -> float:

@@ -17,7 +17,7 @@ from virtualrobot_kernel.world.figures import Figure, Mesh
 
 
 def files_of(meshes: MeshLibrary, files: Iterable[nodes_pb2.AssetFile]) -> Files:
-    """Return where a request's files come from: what was uploaded, then the kernel's disk."""
+    """Return the sources of a request's files: what was uploaded, then the kernel's disk."""
     return Files(meshes.store, {file.uri: file.sha256 for file in files}, Resolver())
 
 

@@ -67,7 +67,7 @@ def _meshes(structure: Structure) -> list[Mesh]:
 
 
 def _robot_state(snapshot: Snapshot, robot: Node) -> robot_pb2.RobotState:
-    """Return what a scene file keeps of a robot's state; without tools there is none to choose."""
+    """Return the part of a robot's state that a scene file keeps; without tools there is none to choose."""
     structure, state = snapshot.structure, snapshot.state
     selection = state.selections.get(robot.uid, Selection())
     tools = structure.tools_of(robot.uid)

@@ -1,1 +1,1 @@
-"""The world: frozen structure, state in arrays, pure commands, one queue, one thread, immutable snapshots."""
+"""World: frozen structure, state in arrays, pure commands, one queue, one thread, immutable snapshots."""

@@ -20,7 +20,7 @@ def actuators_of(robot: Node) -> tuple[Actuator, ...]:
 
 
 def actuator_positions(structure: Structure, robot: Node, q: NDArray[np.float64]) -> list[float]:
-    """Return where the actuators of a robot are, in its order and their units, for all coordinates q of the world."""
+    """Return the positions of a robot's actuators, in its order and their units, for all coordinates q of the world."""
     places = _places(structure, robot)
     return [_position(one, {joint: float(q[places[joint]]) for joint, _ in one.terms}) for one in actuators_of(robot)]
 
@@ -62,7 +62,7 @@ def beyond(robot: Node, actuator: Actuator, position: float, where: str = "") ->
 
 
 def joint_positions(robot: Node, positions: Mapping[str, float]) -> dict[str, float]:
-    """Return where actuators have the joints of their terms, rad or m by name, from actuator positions by name.
+    """Return the positions of the joints of actuators' terms, rad or m by name, from actuator positions by name.
 
     Raises:
         UnknownNameError: for an actuator that the robot lacks.

@@ -1,4 +1,4 @@
-"""The pure heart: `(world, commands) -> world`, all or none."""
+"""Pure application of commands: `(world, commands) -> world`, all or none."""
 
 from __future__ import annotations
 

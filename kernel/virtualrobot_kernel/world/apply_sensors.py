@@ -59,7 +59,7 @@ def set_range_components(change: Change, command: SetRangeComponents, forward: F
 
 
 def with_components(data: RangeSensor, command: SetRangeComponents) -> RangeSensor:
-    """Return how a range sensor is set once it has the components of a command."""
+    """Return a range sensor's settings with the components of a command."""
     if command.ray_caster is not None:
         data = replace(data, ray_caster=command.ray_caster[0], ray_caster_settings=command.ray_caster[1])
     if command.sensor_model is not None:

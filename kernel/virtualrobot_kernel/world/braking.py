@@ -70,7 +70,7 @@ class Way:
 
 
 def braking(structure: Structure, state: State, tick_seconds: float, forward: Forward) -> Way:
-    """Return where the world goes when all that moves begins to brake now, from the present tick on.
+    """Return the way of the world when all that moves begins to brake now, from the present tick on.
 
     Motions on plans and by setpoints are asked for their brakes, which is quicker, and to rounding the same, as making
     the ticks; the ticks are made where a motion goes along with a joint, or tools change their states on the way. It
@@ -113,7 +113,7 @@ def _alone(motion: Motion) -> bool:
 
 
 def _way(motion: Motion, override: float, dt: float) -> tuple[NDArray[np.float64], RunningMotion]:
-    """Return where the joints of a motion (n,) go while it brakes from now on, (m, n), a tick apart.
+    """Return the positions (m, n) of a motion's joints while it brakes from now on, a tick apart.
 
     With it comes the motion as it is in the end; where that is told by its brakes at once, as it is before.
     """
@@ -132,7 +132,7 @@ def _way(motion: Motion, override: float, dt: float) -> tuple[NDArray[np.float64
 
 
 def _reached(end: RunningMotion) -> tuple[float, ...] | None:
-    """Return where each track of a stage comes to, of a motion as `_way` tells it; None where there is no path."""
+    """Return the path parameter at the end of each track of a stage (see `_way`); None where there is no path."""
     if not isinstance(end, ProgramRun) or end.running is None:
         return None
     if brakes := end.running.brakes:
@@ -162,7 +162,7 @@ def _on_plan(now: RunningMotion, dt: float, override: float) -> tuple[RunningMot
 
 
 def _rest(now: RunningMotion, dt: float) -> NDArray[np.float64] | None:
-    """Return where the joints of a motion (n,) that brakes go from the next tick on, (m, n), at once; or None."""
+    """Return the positions (m, n) of a braking motion's joints from the next tick on, at once; or None."""
     if isinstance(now, SetpointMotion) and now.phase is Phase.STOPPING:
         way, _ = online.brake(now.now, now.bounds, dt)
         count = math.ceil(way.duration / dt)
@@ -178,7 +178,7 @@ def _rest(now: RunningMotion, dt: float) -> NDArray[np.float64] | None:
 
 
 def _places(now: ProgramRun, plan: Plan, laws: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
-    """Return where the joints of a program (n,) are, (m, n), where the tracks of its plan are at the places u (m,)."""
+    """Return the positions (m, n) of a program's joints where the tracks of its plan are at the places u (m,)."""
     rows = np.concatenate([track.path.states(u, 0)[0] for track, u in zip(plan.tracks, laws, strict=True)], axis=1)
     columns = now.program.places[now.at]
     if columns is None:

@@ -140,7 +140,7 @@ def relocated(structure: Structure, motion: Motion) -> Motion:
 
 
 def place_of(structure: Structure, uid: int, name: str) -> tuple[int, int] | None:
-    """Return where a robot's joint begins in q and in v, None when there is no such robot or joint any more."""
+    """Return the first places of a robot's joint in q and in v, None when there is no such robot or joint any more."""
     robot = structure.robots.get(uid)
     if robot is None or name not in robot.joint_names:
         return None
@@ -151,7 +151,7 @@ def place_of(structure: Structure, uid: int, name: str) -> tuple[int, int] | Non
 def joint_places(
     structure: Structure, joints: tuple[tuple[int, str], ...]
 ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Return where single-coordinate joints, given as (robot uid, joint name), are in q and in v."""
+    """Return the places in q and in v of single-coordinate joints, given as (robot uid, joint name)."""
     q_index, v_index = [], []
     for uid, name in joints:
         robot = structure.robots[uid]

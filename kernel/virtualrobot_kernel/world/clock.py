@@ -55,7 +55,7 @@ class Pacer:
         self._window = (now, 0)
 
     def wait_seconds(self, now: float) -> float | None:
-        """Return how long until the next tick is due (0: now), or None when ticks only come by Step."""
+        """Return the time (s) until the next tick is due (0: now), or None when ticks only come by Step."""
         return max(0.0, self._due - now) if self.clock.mode is Mode.REALTIME else None
 
     def ticked(self, now: float) -> None:

@@ -36,7 +36,7 @@ class CollisionSettings:
     paddings: Mapping[int, float] = field(default_factory=dict)
 
     def mode_of(self, robot: int) -> CollisionMode:
-        """Return what is done about collisions of a robot (a uid)."""
+        """Return the collision mode of a robot (a uid)."""
         return self.modes.get(robot, self.mode)
 
     def among(self, alive: Container[int]) -> CollisionSettings:

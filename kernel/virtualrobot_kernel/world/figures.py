@@ -24,21 +24,21 @@ def identity() -> Pose:
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """A box about the origin; `size` holds the edge lengths."""
+    """Box about the origin; `size` holds the edge lengths."""
 
     size: tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class Sphere:
-    """A sphere about the origin."""
+    """Sphere about the origin."""
 
     radius: float
 
 
 @dataclass(frozen=True, slots=True)
 class Cylinder:
-    """A cylinder about the origin, along z."""
+    """Cylinder about the origin, along z."""
 
     radius: float
     length: float
@@ -46,7 +46,7 @@ class Cylinder:
 
 @dataclass(frozen=True, slots=True)
 class Cone:
-    """A cone along z, its base at -length/2 and its tip at +length/2."""
+    """Cone along z, its base at -length/2 and its tip at +length/2."""
 
     radius: float
     length: float
@@ -54,7 +54,7 @@ class Cone:
 
 @dataclass(frozen=True, slots=True)
 class Capsule:
-    """A cylinder of `length` along z about the origin, with half spheres on both ends."""
+    """Cylinder of `length` along z about the origin, with half spheres on both ends."""
 
     radius: float
     length: float

@@ -78,7 +78,7 @@ def preconditions_of(
     postures: Iterable[tuple[int, str]] = (),
     tool_states: Iterable[tuple[int, str]] = (),
 ) -> Preconditions:
-    """Return what a plan assumes that was made in this world.
+    """Return the preconditions of a plan that was made in this world.
 
     Args:
         structure: the world's structure when it was planned.

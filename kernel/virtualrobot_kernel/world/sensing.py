@@ -58,7 +58,7 @@ class Fan:
 
 @dataclass(frozen=True, slots=True)
 class Spinning:
-    """A head with beams above each other that turns once about z, from -x over -y, x and y."""
+    """Head with beams above each other that turns once about z, from -x over -y, x and y."""
 
     columns: int
     elevations_radians: tuple[float, ...]

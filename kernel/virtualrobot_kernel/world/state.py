@@ -25,7 +25,7 @@ class SignalDirection(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Signal:
-    """A signal; its type is that of its value and never changes. `owner` is a node (a uid; 0: nobody)."""
+    """Signal; its type is that of its value and never changes. `owner` is a node (a uid; 0: nobody)."""
 
     name: str
     value: SignalValue
@@ -193,7 +193,7 @@ class Snapshot:
         return self.state.tick * self.tick_seconds
 
     def world_t(self, uid: int) -> NDArray[np.float64]:
-        """Return where a node is in the world's frame, shape (4, 4)."""
+        """Return the pose world_t_node (4, 4) of a node in the world's frame."""
         return self.world_t_node[self.structure.rows[uid]]
 
 

@@ -126,12 +126,12 @@ class World:
 
     @property
     def clock(self) -> Clock:
-        """Return how time runs now."""
+        """Return the clock as it is now."""
         return self._pacer.clock
 
     @property
     def journal(self) -> Journal:
-        """Return where applied batches are written."""
+        """Return the journal of applied batches."""
         return self._journal
 
     def start(self) -> None:

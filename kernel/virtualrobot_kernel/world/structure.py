@@ -262,13 +262,13 @@ class RobotIndex:
 
     @property
     def q_slice(self) -> slice:
-        """Return where the robot's coordinates are in q; they lie side by side."""
+        """Return the places of the robot's coordinates in q; they lie side by side."""
         count = sum(joint.type.coordinate_count for joint in self.joints)
         return slice(self.q_start[0], self.q_start[0] + count) if count else slice(0, 0)
 
     @property
     def v_slice(self) -> slice:
-        """Return where the robot's velocities are in v; they lie side by side."""
+        """Return the places of the robot's velocities in v; they lie side by side."""
         count = sum(joint.type.velocity_count for joint in self.joints)
         return slice(self.v_start[0], self.v_start[0] + count) if count else slice(0, 0)
 

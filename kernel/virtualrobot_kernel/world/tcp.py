@@ -30,7 +30,7 @@ def chosen_tcp(structure: Structure, state: State, robot: Node, tip: int = 0) ->
 def world_t_tcp(
     structure: Structure, state: State, world_t_node: NDArray[np.float64], robot: Node, tip: int = 0
 ) -> Pose:
-    """Return where the chosen tool centre point is (4, 4), without a tool the flange, or the `tip` of a group's chain.
+    """Return the pose (4, 4) of the chosen tool centre point: without a tool of the flange, or of the `tip` of a group.
 
     `world_t_node` is (N, 4, 4).
     """

@@ -120,7 +120,7 @@ def in_order(motions: Sequence[Motion]) -> Sequence[Motion]:
 
 
 def _search(structure: Structure, state: State, motion: Motion, forward: Forward) -> Search:
-    """Return what the search of a motion came to in this state."""
+    """Return the result of a motion's search in this state."""
     robot = structure.nodes[motion.searcher]
     positions = state.q[motion.q_index].tolist()
     named = zip(motion.joints, positions, strict=True)

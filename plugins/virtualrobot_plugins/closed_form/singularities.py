@@ -10,9 +10,9 @@ from virtualrobot_sdk.kinematics import Floats
 from virtualrobot_plugins.closed_form.model import PARALLEL, SPHERICAL
 
 SINGULAR = 2e-5
-"""Below this (of 1, or of the arm's reach) shoulder, elbow or wrist count as singular, and are looked at again."""
+"""Bound (of 1, or of the arm's reach) below which shoulder, elbow or wrist are singular, and are looked at again."""
 SINGULAR_OF_SEVEN = 1e-4
-"""The same of an arm of seven axes, which may be near two singularities at once and whose posture they blur more."""
+"""The same bound for seven axes, which may be near two singularities at once and whose posture they blur more."""
 SHOULDER, ELBOW, WRIST, LOOSE = 1, 2, 4, 8
 """Bit flags of an answer: at the singularity of that name, or with angles that need polish."""
 

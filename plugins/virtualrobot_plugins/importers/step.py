@@ -49,8 +49,8 @@ class StepSettings:
     """Settings of the STEP importer.
 
     Attributes:
-        linear_tolerance_meters: how far a triangle may be off its surface.
-        angular_tolerance_radians: how much the surface may turn from one triangle to the next.
+        linear_tolerance_meters: largest distance of a triangle from its surface (m).
+        angular_tolerance_radians: largest turn of the surface from one triangle to the next (rad).
     """
 
     linear_tolerance_meters: Annotated[float, Meta(description="How far a triangle may be off its surface.")] = 2e-4

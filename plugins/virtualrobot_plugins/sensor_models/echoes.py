@@ -25,9 +25,9 @@ class Echo:
     strength: Floats
     """(n,) reflectance times cosine, as mean over the beam: what misses or belongs to another echo counts as 0."""
     found: Booleans
-    """(n,) whether there is one."""
+    """(n,) true where there is an echo."""
     summed_power: Floats | None = None
-    """(n,) what `power` returns, where it is not that of one surface alone."""
+    """(n,) power of the echo (1/m^2), as `power` returns it; None where each echo is that of one surface alone."""
 
     def power(self) -> Floats:
         """Return what the receiver gets (n,): the strength over the squared distance, of all surfaces (1/m^2)."""

@@ -22,7 +22,7 @@ from virtualrobot_plugins.sensor_models.saying import WithoutEcho, readings
 LEAST_COSINE = 0.01
 """Least cosine of the incidence angle in the noise: where the beam grazes a surface, the noise grows no further."""
 _SURE = 6.0
-"""From how many spreads off the threshold an echo is found, or lost, for certain (by chance in 1 of 10^9)."""
+"""Spreads off the threshold from which on an echo is found, or lost, for certain (by chance in 1 of 10^9)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,9 +27,9 @@ def pose_instances(
         set_transform: address of rtcSetGeometryTransform.
         commit: address of rtcCommitGeometry.
         geometries: (e,) the instances.
-        is_new: (e,) whether an instance has no pose yet, or another shape.
-        poses: (e, 4, 4) where they are.
-        kept: (e, 4, 4) where they were; overwritten.
+        is_new: (e,) true where an instance has no pose yet, or another shape.
+        poses: (e, 4, 4) their poses.
+        kept: (e, 4, 4) their poses before; overwritten.
         rotations: (e, 9) row by row; overwritten.
     """
     transform = np.empty(12, np.float32)

@@ -74,7 +74,7 @@ class Library(NamedTuple):
 
     Attributes:
         functions: its functions, with the types of their arguments; a call lets go of the GIL.
-        device: where all scenes are made; threads may share it.
+        device: Embree's device, on which all scenes are made; threads may share it.
         path: the file.
     """
 

@@ -54,7 +54,7 @@ class SensorTag:
         name: as the tag has it.
         kind: of the node, such as `range_sensor`.
         values: its fields.
-        link_t_sensor: (4, 4) where the node is in the frame from which the tag's pose counts, the camera's turned so
+        link_t_sensor: (4, 4) the node's pose in the frame from which the tag's pose counts, a camera's turned so
             that it looks along z.
         relative_to: the frame that the tag's pose names; empty means the link or joint that it is in.
     """

@@ -27,7 +27,7 @@ from virtualrobot_sdk.gazebo.tags import (
 from virtualrobot_sdk.kinematics import Floats
 
 BODY_T_OPTICAL = np.array([[0.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
-"""From the frame that looks along x to the one that looks along z (REP 103)."""
+"""(4, 4) pose of the frame that looks along z in the one that looks along x (REP 103)."""
 
 _COLOR, _DEPTH, _LABELS = "IMAGE_KIND_COLOR", "IMAGE_KIND_DEPTH", "IMAGE_KIND_SEGMENTATION"
 IMAGES = {

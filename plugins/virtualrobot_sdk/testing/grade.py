@@ -39,8 +39,8 @@ def grade(
             name) or `my_package.arm:MyArm` (something that makes the component of a chain).
         settings: plain values, as in a scene file.
         chains: by name; None: those of the kit.
-        complete: whether it is a law too that all solutions within limits are returned.
-        seed: what random postures come from; None: that of VIRTUALROBOT_TEST_SEED, or another each time.
+        complete: true: it is a law too that all solutions within limits are returned.
+        seed: the seed of the random postures; None: that of VIRTUALROBOT_TEST_SEED, or another each time.
 
     Raises PluginError when there is no such component, and PluginError or ComponentFault when its plugin fails.
     """

@@ -14,7 +14,7 @@ from virtualrobot_sdk.testing.bench import Bench
 from virtualrobot_sdk.testing.laws import LawBroken, Measured
 
 MEMORY_SECONDS = 1.5
-"""For how long the component is called at most while its memory is watched."""
+"""Longest time (s) for which the component is called while its memory is watched."""
 _BLOCKS = 12
 _ROUNDS_A_BLOCK = 500
 LEAK_BYTES = 40.0

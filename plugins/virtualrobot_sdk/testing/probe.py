@@ -30,9 +30,9 @@ class Probe:
 
         Args:
             value: the plugin's module, or with an empty `name` a factory as `module:attribute`.
-            name: what the plugin registered.
+            name: the name that the plugin registered.
             settings: plain values.
-            chain: what the component is made for.
+            chain: the chain that the component is made for.
         """
         self._package = package_of(value)
         self._component: Kinematics = self._contained("making it", _make, value, name, settings, chain)

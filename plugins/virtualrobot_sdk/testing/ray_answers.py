@@ -17,7 +17,7 @@ from virtualrobot_sdk.testing.trial import Trial, numbers
 _NORMAL = 1e-3
 """Largest error of a normal from the triangle's (length of the difference)."""
 _GRAZING = 1e-3
-"""At a smaller slant (cosine to the normal) than this a hit may be no farther off than at this one."""
+"""Slant (cosine to the normal) below which a hit may be no farther off than at this one."""
 
 
 @dataclass(frozen=True, slots=True)

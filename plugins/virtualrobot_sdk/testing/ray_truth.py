@@ -94,7 +94,7 @@ class Truth:
 
     Attributes:
         hits: as a ray caster gives them.
-        sure: (n,) whether no ray passes so close to an edge, or surfaces are so close, that rounding decides.
+        sure: (n,) false where a ray passes so close to an edge, or surfaces are so close, that rounding decides.
     """
 
     hits: Hits

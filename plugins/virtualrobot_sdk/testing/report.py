@@ -18,9 +18,9 @@ class Row:
     Attributes:
         law: its name.
         state: FAILED where it failed on any chain, NOT_TRIED where it was tried on none.
-        tried: how many postures, cases or calls.
+        tried: number of postures, cases or calls.
         worst: the worst deviations of all chains by their unit.
-        said: what is wrong, by chain.
+        said: the fault in words, by chain.
     """
 
     law: str
@@ -57,7 +57,7 @@ class Report:
 
     Attributes:
         component: as it was named.
-        seed: what all random postures came from.
+        seed: the seed of all random postures.
         taken: the chains that it was made for.
         declined: those that it declined, with its reasons.
         rows: the laws in the order in which they were tried; the first is whether it can be made at all.

@@ -31,9 +31,9 @@ class Stage:
         """Make the component.
 
         Args:
-            kind: what it is for.
+            kind: the component's kind.
             value: the plugin's module, or with an empty `name` a factory as `module:attribute`.
-            name: what the plugin registered.
+            name: the name that the plugin registered.
             settings: plain values.
         """
         self._package = package_of(value)

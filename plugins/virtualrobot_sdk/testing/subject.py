@@ -23,7 +23,7 @@ class Subject:
     Attributes:
         component: as its author writes it.
         value: the plugin's module, or a factory as `module:attribute`.
-        name: what the plugin registered; empty for a factory.
+        name: the name that the plugin registered; empty for a factory.
         settings: plain values.
         deadline_seconds: the longest that a call may take.
     """
@@ -39,7 +39,7 @@ def locate(kind: ComponentKind, component: str, settings: Mapping[str, Any]) -> 
     """Return the component of this kind and name.
 
     Args:
-        kind: what it is for.
+        kind: the component's kind.
         component: `my_arm` (of an installed plugin), `my_package/my_arm` (the plugin's module and the component's
             name) or `my_package.arm:MyArm` (something that makes the component, without settings).
         settings: plain values.

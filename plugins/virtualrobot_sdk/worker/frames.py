@@ -7,7 +7,7 @@ import struct
 
 _HEADER = struct.Struct("<QQ")
 _AT_ONCE = 1 << 16
-"""Up to this size header and content go in one piece: one system call, and the reader wakes up once."""
+"""Largest size (bytes) with which header and content go in one piece: one system call, and the reader wakes up once."""
 _LONGEST = 1 << 34
 
 

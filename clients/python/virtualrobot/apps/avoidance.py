@@ -39,8 +39,8 @@ class Cell:
 
     Attributes:
         model: the arm's file.
-        start: where its joints begin.
-        post: where the post stands: x, y.
+        start: the joint positions that it begins at (rad).
+        post: position of the post in the world's frame: x, y (m).
         ball: points (n, 3) that the ball passes at even times.
     """
 
@@ -81,7 +81,7 @@ def main(
         client: of the kernel whose world is replaced.
         cell: one of CELLS.
         hold: the tool stays where it is, instead of going round.
-        seconds: how long each of both takes, in simulation time.
+        seconds: duration of each of both, in s of simulation time.
         file: of the picture, an SVG.
         headless: open no browser.
     """

@@ -106,8 +106,8 @@ def follow(
     Args:
         client: of the kernel.
         robot: an arm with more than six joints.
-        course: what the tool shall do.
-        seconds: for how long.
+        course: the poses and velocities that the tool shall have.
+        seconds: the duration, in s of simulation time.
         gains: the constants of the law.
         each: is called at the beginning of each cycle with the seconds since the start.
     """
@@ -161,7 +161,7 @@ def command(
         near: distances of links and tool to obstacles.
         told: the Jacobians of tool and nearest points, in the order of `near`.
         names: the k joints that lead the tool.
-        wish: what the tool shall do.
+        wish: the pose and velocities that the tool shall have.
         gains: the constants of the law.
         weights: the diagonal of W (k,).
         limits: the joints' greatest velocities (k,).

@@ -52,7 +52,7 @@ def limit_weights(q: Floats, going: Floats, lower: Floats, upper: Floats) -> Flo
     Automation 11(2), 1995: 1 + |dH/dq| of H = (upper - lower)^2 / (4 (upper - q) (q - lower)).
 
     Args:
-        q: (k,) where the joints are.
+        q: (k,) positions of the joints.
         going: (k,) their velocities.
         lower: (k,) limits; joints without one (-inf) always have 1.
         upper: (k,) likewise.
@@ -97,9 +97,9 @@ def repulsive_velocity(
     Args:
         points: (n, 3) on the tool, each the nearest to an obstacle.
         obstacles: (n, 3) the nearest points of the obstacles.
-        reach: from which distance on obstacles count (m).
+        reach: distance (m) below which obstacles count.
         greatest: the size near contact (m/s).
-        steepness: how sharply it grows about half the reach, without unit.
+        steepness: slope of its growth about half the reach, without unit.
     """
     away = points - obstacles
     distances = np.linalg.norm(away, axis=1)

@@ -132,7 +132,7 @@ def main(
         ultrasonic: with the ultrasonic sensor instead of the laser.
         resolution: edge of a voxel in meters; 0: 0.04, ultrasonic 0.05.
         model: another sensor model, with its own default settings.
-        save: where the map goes: `.bt` or `.ot` (octree), or `.npz` (voxels, log-odds).
+        save: file of the map: `.bt` or `.ot` (octree), or `.npz` (voxels, log-odds).
         headless: open no browser.
     """
     kind = Sonar if ultrasonic else Laser

@@ -55,6 +55,6 @@ def _event(event: Event) -> collision_pb2.CollisionEvent:
 
 
 def cost_message(cost: GuardCost) -> collision_pb2.GuardCost:
-    """Return what guarding has cost as a message."""
+    """Return the cost of guarding as a message."""
     mean = cost.seconds / cost.ticks if cost.ticks else 0.0
     return collision_pb2.GuardCost(ticks=cost.ticks, mean_seconds=mean, worst_seconds=cost.worst_seconds)

@@ -28,7 +28,7 @@ CAUSES = {cause: getattr(collision_pb2, f"ALLOWED_CAUSE_{cause.name}") for cause
 
 
 def detail_of(request: collision_pb2.CheckCollisionRequest) -> Detail:
-    """Return how much a check is to tell; raise KernelError for a number that means nothing."""
+    """Return the detail of a check; raise KernelError for a number that means nothing."""
     check_enum(request, "detail")
     return DETAILS[request.detail]
 
@@ -82,7 +82,7 @@ def pair_message(names: tuple[str, str], found: Collision) -> collision_pb2.Coll
 
 
 def distance_message(structure: Structure, found: Nearest) -> collision_pb2.DistancePair:
-    """Return how far two nodes are apart as a message."""
+    """Return the distance of two nodes as a message."""
     return collision_pb2.DistancePair(
         first=structure.nodes[found.first].name,
         second=structure.nodes[found.second].name,

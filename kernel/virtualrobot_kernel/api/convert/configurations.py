@@ -17,7 +17,7 @@ from virtualrobot_kernel.world.structure import Joint, Kind, Node, Structure
 def configuration_rows(
     structure: Structure, messages: Sequence[collision_pb2.RobotConfigurations]
 ) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-    """Return which coordinates differ in n configurations, (k,), and what they are, (n, k).
+    """Return the coordinates (k,) that differ in n configurations, and their values (n, k).
 
     Raises:
         KernelError: a robot or joint named twice, arrays of a wrong shape, numbers that are not finite.
@@ -51,7 +51,7 @@ def configuration_rows(
 def robot_rows(
     structure: Structure, message: collision_pb2.RobotConfigurations, field: str
 ) -> tuple[list[int], NDArray[np.float64]]:
-    """Return which coordinates of one robot differ in n configurations, (k), and what they are, (n, k).
+    """Return the coordinates (k,) of one robot that differ in n configurations, and their values (n, k).
 
     Raises as `configuration_rows`, naming `field`.
     """
@@ -69,7 +69,7 @@ def robot_rows(
 def block_message(
     structure: Structure, found: NDArray[np.int64]
 ) -> tuple[geometry_pb2.NumericArray, list[collision_pb2.CollisionPair]]:
-    """Return which pair touches in each of m rows, -1 where it is free, and these pairs.
+    """Return the index of the touching pair in each of m rows, -1 where it is free, and these pairs.
 
     Args:
         structure: knows the names.

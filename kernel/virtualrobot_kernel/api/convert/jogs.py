@@ -65,7 +65,7 @@ def cartesian_jog(robot: str, jog: motion_pb2.CartesianJog, factor: float, what:
 
 
 def _distance(jog: motion_pb2.JointJog | motion_pb2.CartesianJog, what: str) -> float | None:
-    """Return how far, None for as far as it goes."""
+    """Return the distance of a jog, None for as far as it goes."""
     if not jog.HasField("distance"):
         return None
     distance = finite(jog.distance, f"{what}.distance")

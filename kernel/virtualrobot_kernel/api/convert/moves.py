@@ -90,7 +90,7 @@ def _tool_state(robot: str, message: motion_pb2.ToolStateMove, factor: float, wh
 
 
 def point_goal(message: motion_pb2.PointToPoint, what: str) -> dict[str, float] | PoseGoal | str | ActuatorGoal:
-    """Return where a point-to-point move goes; raise KernelError that names the field that is wrong."""
+    """Return the goal of a point-to-point move; raise KernelError that names the field that is wrong."""
     kind = message.WhichOneof("goal")
     if kind == "joints":
         positions = by_name(message.joints.joint_positions)
@@ -113,7 +113,7 @@ def _pose_goal(message: motion_pb2.PoseGoal, what: str) -> PoseGoal:
 
 
 def _path_goal(message: motion_pb2.PoseGoal, what: str) -> PoseGoal:
-    """Return where a path of the tool centre point leads; raise KernelError when it names a configuration."""
+    """Return the goal of a path of the tool centre point; raise KernelError when it names a configuration."""
     if message.configuration:
         raise KernelError(
             f"{what}.configuration is {message.configuration!r}; a line, an arc or a spline keeps the configuration "

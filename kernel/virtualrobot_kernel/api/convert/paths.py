@@ -34,7 +34,7 @@ PERCENT = 50.0
 
 
 def path_options(request: path_pb2.FindPathRequest) -> PathOptions:
-    """Return how a path is to be looked for; raise KernelError for what cannot be, by its field."""
+    """Return the options of a path search; raise KernelError that names the field that is wrong."""
     seconds = finite(request.time_limit_seconds, "time_limit_seconds") or SECONDS
     if not 0.0 < seconds <= MOST_SECONDS:
         raise LimitError(
@@ -60,7 +60,7 @@ def start_of(request: path_pb2.FindPathRequest) -> dict[str, float]:
 
 
 def found_message(query: PathQuery, found: Mapping[str, Any]) -> path_pb2.FoundPath:
-    """Return what `find_path` found as a message."""
+    """Return the result of `find_path` as a message."""
     waypoints = found["waypoints"]
     return path_pb2.FoundPath(
         joint_names=query.joint_names,

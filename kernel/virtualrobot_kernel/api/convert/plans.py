@@ -52,7 +52,7 @@ def _robot_message(robot: RobotSamples) -> motion_pb2.RobotTrajectory:
 
 
 def check_message(checked: Checked) -> motion_pb2.CheckMotionResponse:
-    """Return what a check found, without its stamp."""
+    """Return the result of a check as a message, without its stamp."""
     first = checked.first_violation
     return motion_pb2.CheckMotionResponse(
         first_violation=None if first is None else violation_message(first),

@@ -27,7 +27,7 @@ MOST_PERCENT = 50.0
 
 
 def motion_spec(message: motion_pb2.StartMotionRequest) -> MotionSpec:
-    """Return what a motion shall do; raise KernelError that names the field, and the step, that is wrong."""
+    """Return the specification of a motion; raise KernelError that names the field, and the step, that is wrong."""
     moves = tuple(requested_move(move, f"moves[{place}]") for place, move in enumerate(message.moves))
     steps = []
     for place, step in enumerate(message.steps):
@@ -40,7 +40,7 @@ def motion_spec(message: motion_pb2.StartMotionRequest) -> MotionSpec:
 
 
 def note_messages(notes: Iterable[Note]) -> list[motion_pb2.PlanNote]:
-    """Return what a planner made other than it was asked to."""
+    """Return the notes on a plan as messages."""
     return [
         motion_pb2.PlanNote(
             kind=KINDS[note.kind],

@@ -74,7 +74,7 @@ def rays(request: ray_pb2.CastRaysRequest, world_t_frame: Floats) -> Rays:
 
 
 def cast_message(cast: Cast, elements: Elements, snapshot: Snapshot, world_t_frame: Floats) -> ray_pb2.CastRaysResponse:
-    """Return what rays hit as a message, normals in the frame; each node that is hit is named once."""
+    """Return the hits of rays as a message, normals in the frame; each node that is hit is named once."""
     hits = cast.hits
     is_hit = hits.element != NO_ELEMENT
     nodes, places = np.unique(elements.uids[hits.element[is_hit]], return_inverse=True)
@@ -91,7 +91,7 @@ def cast_message(cast: Cast, elements: Elements, snapshot: Snapshot, world_t_fra
 
 
 def comparison_message(comparison: Comparison) -> ray_pb2.RayCasterComparison:
-    """Return how a component did as a message."""
+    """Return the comparison of a component as a message."""
     return ray_pb2.RayCasterComparison(
         ray_caster=comparison.ray_caster,
         fault=comparison.fault,

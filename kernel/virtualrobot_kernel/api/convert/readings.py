@@ -76,7 +76,7 @@ def robot_of(snapshot: Snapshot, uid: int) -> int:
 
 
 def frame_t_sensor(reading: Reading, frame: sensor_pb2.ReadingFrame) -> NDArray[np.float64]:
-    """Return where the sensor is in the frame that points are asked for in, (4, 4)."""
+    """Return the sensor's pose (4, 4) in the frame that points are asked for in."""
     if frame == sensor_pb2.READING_FRAME_WORLD:
         return reading.world_t_sensor
     if frame == sensor_pb2.READING_FRAME_ROBOT:

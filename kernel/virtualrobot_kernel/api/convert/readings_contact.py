@@ -9,7 +9,7 @@ from virtualrobot_kernel.sensing.contact_content import Contact, ContactContent
 
 
 def contact_reading_message(content: ContactContent) -> sensor_pb2.ContactReading:
-    """Return what a contact sensor said as a message."""
+    """Return a contact sensor's reading as a message."""
     return sensor_pb2.ContactReading(contacts=map(_contact, content.contacts))
 
 

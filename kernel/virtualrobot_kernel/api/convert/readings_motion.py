@@ -9,7 +9,7 @@ from virtualrobot_kernel.sensing.motion_content import EncoderContent, ImuConten
 
 
 def imu_message(content: ImuContent) -> sensor_pb2.ImuReading:
-    """Return what an inertial unit said as a message."""
+    """Return an inertial unit's reading as a message."""
     return sensor_pb2.ImuReading(
         angular_velocity=vector_message(content.angular_velocity),
         linear_acceleration=vector_message(content.linear_acceleration),
@@ -18,7 +18,7 @@ def imu_message(content: ImuContent) -> sensor_pb2.ImuReading:
 
 
 def encoder_message(content: EncoderContent) -> sensor_pb2.EncoderReading:
-    """Return what encoders said as a message."""
+    """Return the encoders' reading as a message."""
     return sensor_pb2.EncoderReading(
         joint_names=content.joint_names,
         positions=content.positions.tolist(),
@@ -27,12 +27,12 @@ def encoder_message(content: EncoderContent) -> sensor_pb2.EncoderReading:
 
 
 def pose_reading_message(content: PoseContent) -> sensor_pb2.PoseReading:
-    """Return what a pose sensor said as a message."""
+    """Return a pose sensor's reading as a message."""
     return sensor_pb2.PoseReading(
         world_t_node=pose_message(content.world_t_node), linear_velocity=vector_message(content.linear_velocity)
     )
 
 
 def wrench_message(content: WrenchContent) -> sensor_pb2.WrenchReading:
-    """Return what a force and torque sensor said as a message."""
+    """Return a force and torque sensor's reading as a message."""
     return sensor_pb2.WrenchReading(force=vector_message(content.force), torque=vector_message(content.torque))

@@ -15,7 +15,7 @@ _PREFERENCES = {
 
 
 def requested_redundancy(message: robot_pb2.Redundancy, what: str) -> Redundancy:
-    """Return what a message says; raise KernelError that names the field that is wrong."""
+    """Return the redundancy of a message; raise KernelError that names the field that is wrong."""
     if not message.ListFields():
         return FREE
     check_enum(message, "preference")

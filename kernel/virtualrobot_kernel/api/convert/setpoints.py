@@ -55,7 +55,7 @@ def setpoint(message: motion_pb2.StreamSetpointsRequest, joint_names: tuple[str,
 
 
 def progress(snapshot: Snapshot, motion: Motion, given: int) -> motion_pb2.StreamSetpointsResponse:
-    """Return how a motion follows its setpoints, of which it has been given so many."""
+    """Return the progress of a motion on its setpoints, of which it has been given so many."""
     # Of the motion itself: once it has ended, its robot may be gone or elsewhere in the world's arrays.
     positions, velocities, _ = motion.running.sample()
     return motion_pb2.StreamSetpointsResponse(

@@ -24,7 +24,7 @@ LEAST_RATE = 1e-6
 
 
 def shot_of(message: view_pb2.Shot, structure: Structure) -> Shot:
-    """Return how a picture is to be taken; raise KernelError where it cannot be."""
+    """Return the shot of a picture; raise KernelError where it cannot be taken."""
     check_enum(message, "format")
     eye, sensor = _from(message, "shot", structure)
     return Shot(
@@ -80,7 +80,7 @@ def pixel_of(message: view_pb2.PickPixelRequest, snapshot: Snapshot) -> tuple[Sh
 
 
 def pick_message(picked: Picked | None, snapshot: Snapshot) -> view_pb2.PickPixelResponse:
-    """Return what is under a pixel as a message."""
+    """Return the hit under a pixel as a message."""
     response = view_pb2.PickPixelResponse(stamp=stamp(snapshot))
     if picked is None:
         response.distance_meters = math.inf

@@ -87,7 +87,7 @@ def _search_message(snapshot: Snapshot, search: Search) -> motion_pb2.SearchResu
 
 
 def clock_message(clock: Clock) -> kernel_pb2.Clock:
-    """Return how time runs as a message."""
+    """Return the clock as a message."""
     return kernel_pb2.Clock(
         mode=MODES[clock.mode],
         speed_factor=clock.speed_factor,

@@ -57,7 +57,7 @@ DEFAULT = ViewSettings()
 
 
 def camera(message: view_pb2.Camera, what: str = "camera") -> Camera:
-    """Return where a message looks from; raise KernelError, naming `what`, for numbers that are not finite."""
+    """Return the viewpoint of a message; raise KernelError, naming `what`, for numbers that are not finite."""
     return Camera(
         vector(message.position, f"{what}.position"),
         vector(message.target, f"{what}.target"),

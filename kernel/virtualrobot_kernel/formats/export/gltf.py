@@ -1,4 +1,4 @@
-"""A part of the world as one binary glTF file: a tree of nodes with the scene's names, as it stands now.
+"""Part of the world as one binary glTF file: a tree of nodes with the scene's names, as it stands now.
 
 Source: Khronos Group, glTF 2.0 Specification. Only what can be seen is written: visual figures of nodes that are not
 hidden. Each figure is a child of its node, named `NODE figure K`, so that the nodes keep their own frames.

@@ -51,7 +51,7 @@ class MeshTable:
         self._image_list: list[dict[str, Any]] = []
 
     def index(self, figure: Figure) -> int | None:
-        """Return which mesh shows a figure; None where it holds nothing (points and lines may be empty)."""
+        """Return the index of a figure's mesh; None where it holds nothing (points and lines may be empty)."""
         color = figure.material.color if figure.material else None
         shape = same_content(figure.geometry) if isinstance(figure.geometry, Mesh) else figure.geometry
         key = (shape, color)
@@ -146,7 +146,7 @@ class MeshTable:
 
 
 def _name(geometry: Geometry) -> str:
-    """Return what a mesh is called: its file's name, or the kind of primitive."""
+    """Return the name of a mesh: its file's name, or the kind of primitive."""
     if isinstance(geometry, Mesh):
         return geometry.uri.replace("\\", "/").rpartition("/")[2] or "mesh"
     return type(geometry).__name__.lower()

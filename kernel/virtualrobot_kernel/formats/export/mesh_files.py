@@ -1,4 +1,4 @@
-"""The mesh files beside a URDF file: each shape once, under a name of its own, with what it names beside it.
+"""Mesh files beside a URDF file: each shape once, under a name of its own, with what it names beside it.
 
 STL, OBJ and COLLADA files, which readers of URDF know, stay as they are. Everything else that the kernel reads becomes
 OBJ with MTL and PNG, which keeps colours and textures; primitives that URDF lacks become binary STL.

@@ -1,4 +1,4 @@
-"""A robot as URDF can say it: a tree of named links, each with the joint before it and its shapes.
+"""Robot as URDF can say it: a tree of named links, each with the joint before it and its shapes.
 
 Links and joints keep their names but for signs that other programs stumble over. Tools and adapters become links that
 are fixed where they are mounted, tool centre points empty links below them. Where the robot's own frame is more than

@@ -1,4 +1,4 @@
-"""A robot's tree written as URDF text. Format: http://wiki.ros.org/urdf/XML."""
+"""Robot's tree written as URDF text. Format: http://wiki.ros.org/urdf/XML."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ class JointSpec:
         name: unique in the model.
         parent: full name of a link, or WORLD.
         child: full name of a link.
-        model_t_joint: where it is at zero.
+        model_t_joint: (4, 4) its pose at position 0 in the model's frame (m).
         axes: as scene files have them, in the joint's frame; none for a fixed joint, two for universal ones.
         element: for errors.
         place: for errors.

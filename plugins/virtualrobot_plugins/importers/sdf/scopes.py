@@ -45,7 +45,7 @@ class Scope:
         links: of the model itself.
         joints: of the model itself, by name.
         nested: models inside, by name.
-        static: whether nothing in it moves.
+        static: true where nothing in it moves.
         canonical: the link that the model's own frame is fixed to, when the file names one.
     """
 

@@ -22,7 +22,7 @@ class _Polygons:
         points: (n, 3).
         corners: (k,) rows of `points`, polygon after polygon.
         lengths: (p,) corners of each polygon.
-        places: (k,) where in `coordIndex`, and so in the other index fields, each corner stands.
+        places: (k,) index of each corner in `coordIndex`, and so in the other index fields.
     """
 
     points: NDArray[np.float64]
