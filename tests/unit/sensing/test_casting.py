@@ -110,7 +110,7 @@ def test_nonsense_is_a_fault_with_the_ray_and_a_refusal_is_none() -> None:
     with pytest.raises(KernelError, match=r"the ray from \[3, 0, 0\] along \[1, 0, 0\] gives an element") as failed:
         cast_rays(running, BOX, *along_x(5), np.inf, lambda part: True)
     assert failed.value.reason is Reason.PLUGIN_FAILED
-    assert running.fault is not None
+    assert running.latest is not None
     refusing = start(offer_of(Refusing), {})
     with pytest.raises(KernelError, match="it is too dark") as refused:
         cast_rays(refusing, BOX, *along_x(5), np.inf, lambda part: True)
@@ -134,7 +134,7 @@ def test_a_caster_is_kept_until_a_fault_or_another_offer() -> None:
         with pytest.raises(KernelError, match="an element that is not there"):
             ask("wrong")
         assert Counting.made == before + 1
-    assert [running.fault is None for running in casters.uses()] == [True, False]
+    assert [running.latest is None for running in casters.uses()] == [True, False]
     casters.close()
     assert casters.uses() == ()
     with pytest.raises(KernelError) as ended:
