@@ -139,7 +139,7 @@ def test_one_that_never_ends_is_ended(world: World, caplog: pytest.LogCaptureFix
     assert "supervisors" in caplog.text
 
 
-def test_a_failing_overseer_stops_neither_time_nor_commands(world: World, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_failing_supervisor_stops_neither_time_nor_commands(world: World, caplog: pytest.LogCaptureFixture) -> None:
     def fail(*_: Snapshot) -> Sequence[Command]:
         raise ZeroDivisionError
 
