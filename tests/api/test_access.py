@@ -104,6 +104,7 @@ def test_a_watch_of_health_wants_the_token(guarded: KernelProcess) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows limits no descriptors")
+@pytest.mark.long
 def test_who_connects_and_says_nothing_locks_nobody_out(start_kernel: StartKernel) -> None:
     """More than there are descriptors; each is closed, at once or when it has said nothing for some seconds."""
     import resource
@@ -197,6 +198,7 @@ def test_a_signal_ends_the_kernel_cleanly(start_kernel: StartKernel, number: sig
     assert not [line for line in kernel.lines if "Traceback" in line or "ERROR" in line], kernel.lines
 
 
+@pytest.mark.long
 def test_an_ending_kernel_says_so_to_who_waits_for_long_work(start_kernel: StartKernel) -> None:
     """Some check configurations, one tries some, two take pictures: each for much longer than a kernel takes to end."""
     kernel = start_kernel()

@@ -195,6 +195,7 @@ def test_refused_exports_say_what_would_be_right(stepped: Stubs) -> None:
         assert "nothing to be seen at or below 'bare'" in refusal(lambda: export(stepped, "bare")).message
 
 
+@pytest.mark.long
 def test_the_same_world_gives_the_same_bytes_in_another_kernel(
     stepped: Stubs, start_kernel: StartKernel, seed: int
 ) -> None:

@@ -127,6 +127,7 @@ def test_the_tcp_goes_as_far_as_it_can_and_is_told_what_ends_it(ready: Stubs) ->
     assert finished(ready, back.motion.id).phase == SUCCEEDED
 
 
+@pytest.mark.long
 def test_a_tool_turns_farther_than_half_a_turn_until_a_joint_ends_it(ready: Stubs) -> None:
     put(ready, "arm", {**READY, "lbr_iiwa_joint_7": -2.5})
     first = matrix(state(ready, "arm").world_t_tcp)

@@ -86,6 +86,7 @@ def positions(stubs: Stubs) -> dict[str, float]:
 
 
 @pytest.mark.parametrize("kind", ["iiwa", "panda"])
+@pytest.mark.long
 def test_an_arm_comes_round_a_wall_and_touches_nothing_on_its_way(stepped: Stubs, kind: str, seed: int) -> None:
     right = cell(stepped, kind)
     straight = motion_pb2.Move(robot="arm", point_to_point=joint_goal(right))

@@ -75,6 +75,7 @@ def test_the_same_start_gives_the_same_joints(client: virtualrobot.Client) -> No
     assert np.ptp(one.positions, axis=0).min() > 0.0
 
 
+@pytest.mark.long
 def test_the_command_draws_its_picture(kernel: KernelProcess, tmp_path: Path) -> None:
     file = tmp_path / "avoidance.svg"
     arguments = ["avoid", "--address", kernel.address, "--hold", "--seconds", "1", "--plot", str(file)]

@@ -16,6 +16,7 @@ TICKS = 25
 """Of a step; each of them is checked."""
 
 
+@pytest.mark.long
 def test_the_cell_is_watched_and_nothing_touches(monkeypatch) -> None:  # noqa: ANN001 pytest's
     """Two layers of two boxes, in STEPPED mode: the monitor looks at each tick."""
     monkeypatch.setattr(demo, "ROWS", 1)

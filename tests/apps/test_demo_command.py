@@ -44,6 +44,7 @@ def lines_until(process: subprocess.Popen[str], beginning: str) -> list[str]:
 
 
 @pytest.mark.timeout(300)
+@pytest.mark.long
 def test_it_runs_to_its_end() -> None:
     with started(25) as process:
         output, _ = process.communicate(timeout=280)
@@ -70,6 +71,7 @@ def test_an_interrupt_ends_it_and_its_kernel(sign: signal.Signals) -> None:
         assert not Path(f"/proc/{kernel}").exists(), "the kernel runs on"
 
 
+@pytest.mark.long
 def test_a_film_of_it_opens_though_it_is_interrupted(tmp_path: Path) -> None:
     film = tmp_path / "film.mp4"
     with started(5, "--record", str(film)) as process:

@@ -51,6 +51,7 @@ def running(kernel: KernelProcess, speed: float, **options: bool | int) -> Itera
     assert not thread.is_alive(), "the demo did not hear that its connection was closed"
 
 
+@pytest.mark.long
 def test_loop_clears_the_pallets_and_starts_over() -> None:
     with KernelProcess(headless=True) as kernel, virtualrobot.connect(kernel.address) as watcher:
         with running(kernel, 20.0, loop=True, layers=1) as lines:

@@ -159,6 +159,7 @@ def test_a_file_that_searches_and_one_that_goes_on(run: Run, client: Client, arm
 
 
 @pytest.mark.skipif(os.name == "nt", reason="a process cannot be sent Ctrl-C alone on Windows")
+@pytest.mark.long
 def test_ctrl_c_cancels_a_program(client: Client, environment: None, arm: Robot, tmp_path: Path) -> None:
     file = tmp_path / "waits.yaml"
     file.write_text("schema_version: 1\nsteps:\n  - wait_signal: {condition: {signal: part, value: {boolean: true}}}\n")

@@ -71,6 +71,7 @@ def drawn(snapshot: Snapshot, scene: CollisionScene, rng: np.random.Generator, c
 
 
 @pytest.mark.parametrize(("kind", "count"), [("iiwa", 600), ("panda", 300), ("xarm", 100)])
+@pytest.mark.long
 def test_no_contact_is_missed(kind: str, count: int, rng: np.random.Generator) -> None:
     """On ways from a free place to one that collides, the first contact is found no later than any that coal sees.
 

@@ -8,6 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[3]
 PATHS = os.pathsep.join(str(ROOT / folder) for folder in ("kernel", "plugins"))
 REPORT = """
@@ -40,6 +42,7 @@ def run(program: str, **environment: str) -> dict:
     return json.loads(done.stdout)
 
 
+@pytest.mark.long
 def test_first_start_says_what_it_compiles_and_the_second_says_nothing(tmp_path: Path) -> None:
     first = run(REPORT, NUMBA_CACHE_DIR=str(tmp_path))
     names = [name for _, _, name in first["calls"]]
@@ -65,6 +68,7 @@ def test_a_place_that_cannot_be_written_gives_way_to_a_temporary_one(tmp_path: P
     assert not directory.exists()  # it went with its process
 
 
+@pytest.mark.long
 def test_threads_may_ask_for_the_same_code_at_once(tmp_path: Path) -> None:
     program = """
 import json, threading
