@@ -19,6 +19,8 @@ from tests.api.asking import IIWA, apply, box, create, load, refusal
 from tests.api.reading import array, values
 from tests.kernels import KernelProcess, Stubs
 
+pytestmark = pytest.mark.long
+
 
 def rows_of(
     positions: ArrayLike, robot: str = "arm", joint_names: Sequence[str] = ()

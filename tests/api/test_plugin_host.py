@@ -19,6 +19,8 @@ from tests.kernels import EMPTY_SCENE, KernelProcess, StartKernel
 from tests.plugins.install import environment, install
 from tests.tiers import every_fifth
 
+pytestmark = pytest.mark.long
+
 REACHED = pose(0.5, 0.1, 0.5, roll=np.pi)
 COMPONENTS = ("odd_inside", "odd")
 
@@ -134,7 +136,6 @@ def test_a_client_that_leaves_while_a_component_is_tried_leaves_no_process(
     wait_until(lambda: not processes(odd_kernel))
 
 
-@pytest.mark.long
 def test_calls_that_wait_for_one_robot_hold_up_no_other(
     odd_kernel: KernelProcess, client: Client, arm: Robot, tmp_path: Path
 ) -> None:

@@ -15,6 +15,8 @@ from tests.api.test_ray import ball
 from tests.kernels import KernelProcess, StartKernel, Stubs
 from tests.plugins.install import environment, install
 
+pytestmark = pytest.mark.long
+
 BUNDLED = ["embree", "bullet", "reference"]
 
 

@@ -16,6 +16,8 @@ import virtualrobot
 from virtualrobot.apps import mapping
 from virtualrobot.kernel_process import KernelProcess
 
+pytestmark = pytest.mark.long
+
 pytest.importorskip("pyoctomap", reason="pip install pyoctomap")
 COMMAND = [sys.executable, "-m", "virtualrobot", "map", "--headless", "--speed"]
 

@@ -31,6 +31,8 @@ from virtualrobot_kernel.world.structure import Joint, JointType, Kind, LinkData
 from tests.drawing.cell import at
 from tests.drawing.conftest import FRONT, HEIGHT, WIDTH, Stage
 
+pytestmark = pytest.mark.long
+
 BACKGROUND = np.array([51, 102, 153])
 
 

@@ -7,6 +7,8 @@ import pytest
 import virtualrobot
 from virtualrobot import Client, Motion, Robot
 
+pytestmark = pytest.mark.long
+
 READY = {"lbr_iiwa_joint_2": 0.6, "lbr_iiwa_joint_4": -1.4, "lbr_iiwa_joint_6": 1.1}
 
 

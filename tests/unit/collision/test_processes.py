@@ -30,6 +30,8 @@ from tests.unit.collision.jobs import PATH
 from tests.unit.collision.worlds import LIBRARY, SHAPES, after, somewhere, with_robots, world
 from tests.unit.world.builders import shifted
 
+pytestmark = pytest.mark.long
+
 LONG = 60.0
 """Seconds within which anything happens on any machine."""
 

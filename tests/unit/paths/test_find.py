@@ -39,6 +39,8 @@ from tests.unit.paths.cells import (
 )
 from tests.unit.world.builders import link, shifted
 
+pytestmark = pytest.mark.long
+
 GOALS = {"iiwa": RIGHT, "panda": PANDA_RIGHT}
 
 

@@ -20,6 +20,8 @@ from virtualrobot_sdk.testing.subject import Subject, locate
 
 from tests.plugins.install import WRONG, install
 
+pytestmark = pytest.mark.long
+
 CHAINS = {"puma560": puma560()}
 
 SUITES = """
