@@ -19,7 +19,7 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 pytest_plugins = ["tests.kernels"]
 
 GIVEN_SEED = os.environ.get("VIRTUALROBOT_TEST_SEED", "")
-"""What repeats a failure, or hunts for one; without it each test has the seed of its name."""
+"""Seed that repeats a failure, or hunts for one; without it each test has the seed of its name."""
 
 
 def seed_of(node: pytest.Item | pytest.Collector) -> int:

@@ -63,7 +63,7 @@ class KernelProcess:
 
     process: subprocess.Popen[str]
     mode: kernel_pb2.ClockMode
-    """How its time runs when nobody changes that."""
+    """Mode of its clock when nobody changes that."""
     lines: list[str] = field(default_factory=list)
     address: str = ""
     token: str = ""

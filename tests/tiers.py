@@ -1,4 +1,4 @@
-"""What `make test` leaves to `make test-all`."""
+"""Parameters that `make test` leaves to `make test-all`."""
 
 from __future__ import annotations
 

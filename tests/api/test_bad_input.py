@@ -81,7 +81,7 @@ def test_bad_scene_files(stepped: Stubs, text: str, line: int, said: str) -> Non
 
 
 def test_a_world_and_a_batch_have_limits(stepped: Stubs) -> None:
-    """What would hold up the kernel for seconds is refused before it is begun."""
+    """Work that would hold up the kernel for seconds is refused before it is begun."""
     nodes = "".join(f"- {{name: n{number}, object: {{}}}}\n" for number in range(20_000))  # and the world itself
     scene = scene_pb2.LoadSceneRequest(text=f"schema_version: 1\nnodes:\n{nodes}- {{name: last, object: {{}}}}\n")
     many = [create(nodes_pb2.Node(name=f"n{number}", object=nodes_pb2.SceneObject())) for number in range(20_000)]

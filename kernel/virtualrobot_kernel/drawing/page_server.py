@@ -24,7 +24,7 @@ from websockets.http11 import Request, Response
 from virtualrobot_kernel.errors import KernelError, Reason
 
 PORTS_TRIED = 50
-"""How many ports are tried, from the one that was asked for."""
+"""Number of ports that are tried, from the one that was asked for."""
 
 THIS_MACHINE = ("localhost", "127.0.0.1", "::1")
 

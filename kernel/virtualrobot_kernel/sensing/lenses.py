@@ -16,7 +16,7 @@ WIDTH, HEIGHT = 640, 480
 FIELD = 1.0
 """Between the left and the right edge where it is not said, in radians; a spherical picture shows all around."""
 NEAR, FAR = 0.01, 100.0
-"""What is seen where it is not said, in meters."""
+"""Nearest and farthest distance (m) that is seen where none is said."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

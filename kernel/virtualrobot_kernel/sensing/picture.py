@@ -23,7 +23,7 @@ from virtualrobot_kernel.world.sensing import ImageKind
 Color = tuple[float, float, float]
 
 BACKGROUND: Color = (0.90, 0.92, 0.94)
-"""What is seen where nothing is, as sRGB: the viewer shows the same."""
+"""Colour of what is seen where nothing is, as sRGB: the viewer shows the same."""
 BAND = 32768
 """So many rays are traced and shaded at a time: measured, their arrays stay in the processor's cache, and are not had
 anew from the system for each picture. Smaller ones ask for the interpreter more often than they gain."""
