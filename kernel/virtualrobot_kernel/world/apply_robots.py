@@ -113,7 +113,7 @@ def place_part(change: Change, command: PlacePart, forward: Forward) -> Change:
 def set_joint_positions(change: Change, command: SetJointPositions, forward: Forward) -> Change:
     """Put joints somewhere at once; refused while the robot moves."""
     node, robot = change.structure.robot(command.robot)
-    refuse_while_moving(change, node, {(robot.uid, name) for name in robot.joint_names})
+    refuse_while_moving(change, node, {(robot.uid, name) for name in robot.coordinates})
     refuse_measured(change, node)
     q = change.state.q.copy()
     if command.coordinates is not None:
@@ -122,6 +122,7 @@ def set_joint_positions(change: Change, command: SetJointPositions, forward: For
         joint, place, _ = single_joint(change.structure, node, name)
         check_joint_value(node.name, joint, value)
         q[place] = value
+    q[robot.q_slice] = check_coordinates(node, robot.joints, q[robot.q_slice], limited=False)
     check_actuators(change.structure, node, q)
     return replace(change, state=replace(change.state, q=q))
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.limits import JointLimits
+from virtualrobot_kernel.motion.orientation import unit
 from virtualrobot_kernel.motion.plan import plan_ptp
 from virtualrobot_kernel.planning.free_joints import reached
 from virtualrobot_kernel.planning.moves.move import Move
@@ -89,7 +90,10 @@ class PointToPoint(Move):
 
     def _positions(self, snapshot: Snapshot, node: Node) -> Mapping[str, float]:
         """Return the joint values of a goal that is no pose; of a posture those of the group's joints."""
-        joints = None if self.group == WHOLE else joints_of(snapshot.structure, node, self.group)
+        if self.group == WHOLE:
+            return goal_positions(node, self.goal)
+        own, index = joints_of(snapshot.structure, node, self.group), snapshot.structure.robots[node.uid]
+        joints = [name for name in index.coordinates if index.joint_of(name) in own]
         return goal_positions(node, self.goal, joints)
 
 
@@ -124,6 +128,8 @@ def move_to_joints(
     names = tuple(positions)
     limits, start = joint_limits(snapshot, node, names)
     goal = np.array([positions[name] for name in names])
+    for columns in map(list, limits.quaternions):
+        goal[columns] = unit(goal[columns], f"the goal of {node.name!r}")
     speed_factor = speed_factor or 1.0
     return PlannedMove(node, names, plan_ptp(start, goal, limits, speed_factor, time_law), speed_factor=speed_factor)
 
