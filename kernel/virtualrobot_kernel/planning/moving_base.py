@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -130,7 +130,7 @@ def in_order(carrying: Sequence[set[int]], names: Sequence[str]) -> list[int]:
     return order
 
 
-def check_turns(moves: Sequence[PlannedMove], carried: Node) -> None:
+def check_turns(moves: Iterable[PlannedMove], carried: Node) -> None:
     """Raise KernelError where one of the moves that go together with a carried one turns a floating joint."""
     for one in moves:
         if one.plan.tracks[0].quasi is not None:

@@ -114,10 +114,10 @@ def _each(snapshot: Snapshot, moves: Sequence[Move], solver_of: SolverOf, near_o
                 error.metadata["base"] = snapshot.structure.nodes[base].name
             raise
     carried = next((one for one in planned.values() if one.relative_tcp), None)
-    for place, move in enumerate(moves if carried else ()):
-        if move.timed:
-            raise no_common_law(f"joint trajectory of {move.robot!r} has times of its own", carried.robot)
-        check_turns([planned[place]], carried.robot)
+    if carried is not None:
+        check_turns(planned.values(), carried.robot)
+        if timed := next((move for move in moves if move.timed), None):
+            raise no_common_law(f"joint trajectory of {timed.robot!r} has times of its own", carried.robot)
     return [planned[place] for place in range(len(moves))]
 
 

@@ -14,7 +14,7 @@ from virtualrobot_kernel.motion.orientation import unit
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.state import JointValues, Motion, Rated, Signal, State
-from virtualrobot_kernel.world.structure import QUATERNION, Coordinate, Joint, JointType, Node, Structure
+from virtualrobot_kernel.world.structure import Coordinate, Joint, JointType, Node, Structure
 
 Forward = Callable[[Structure, State], NDArray[np.float64]]
 """Forward pass: returns world_t_node (N, 4, 4). Given from outside, because it is compiled."""
@@ -169,7 +169,7 @@ def coordinate_of(structure: Structure, robot: Node, name: str) -> Coordinate:
     joint = next((joint for joint in found.joints if joint.name == name), None)
     if joint is None:
         raise UnknownNameError(f"joint of {robot.name!r} that can be moved", name, found.coordinates)
-    own = ", ".join(repr(name + suffix) for suffix in joint.type.value[2])
+    own = ", ".join(map(repr, joint.coordinate_names))
     raise KernelError(
         f"the joint {name!r} of {robot.name!r} is {joint.type.value[0]} and has several coordinates; name {own}",
         robot=robot.name,
@@ -194,13 +194,13 @@ def joint_limits(structure: Structure, robot: Node, names: Sequence[str]) -> Joi
         elif one.joint.type is JointType.PRISMATIC:
             shifts.setdefault(one.place, []).append(column)
     for place, columns in turns.items():
-        if len(columns) < len(QUATERNION):
-            name = structure.robots[robot.uid].joints[place].name
-            own = ", ".join(repr(name + suffix) for suffix in QUATERNION)
+        if len(columns) < 4:
+            joint = structure.robots[robot.uid].joints[place]
+            own = ", ".join(map(repr, joint.coordinate_names[3:]))
             raise KernelError(
-                f"the joint {name!r} of {robot.name!r} turns by a quaternion; name all of {own} or none",
+                f"the joint {joint.name!r} of {robot.name!r} turns by a quaternion; name all of {own} or none",
                 robot=robot.name,
-                joint=name,
+                joint=joint.name,
             )
     quaternions = tuple(tuple(column for _, column in sorted(columns.items())) for columns in turns.values())
     vectors = (*map(tuple, shifts.values()), *(columns[:3] for columns in quaternions))
@@ -224,6 +224,22 @@ def check_joint_value(robot: str, joint: Joint, value: float) -> None:
             upper=upper,
             **about,
         )
+
+
+def with_positions(
+    structure: Structure, robot: Node, q: NDArray[np.float64], positions: Mapping[str, float]
+) -> NDArray[np.float64]:
+    """Return all coordinates q (nq,) with some of a robot's, by name, elsewhere.
+
+    Raises as `coordinate_of`, `check_joint_value` and `check_coordinates` do.
+    """
+    index, q = structure.robots[robot.uid], q.copy()
+    for name, value in positions.items():
+        found = coordinate_of(structure, robot, name)
+        check_joint_value(robot.name, found.joint, value)
+        q[found.q] = value
+    q[index.q_slice] = check_coordinates(robot, index.joints, q[index.q_slice], limited=False)
+    return q
 
 
 def check_coordinates(

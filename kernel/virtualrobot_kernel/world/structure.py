@@ -6,7 +6,7 @@ A node's row is its place in every per-node array. Rows follow the order of crea
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Any, NamedTuple
@@ -42,10 +42,6 @@ class Kind(Enum):
     LIGHT = "light"
 
 
-QUATERNION = ("/qx", "/qy", "/qz", "/qw")
-"""Coordinates of a floating joint that are no lengths, as they are named."""
-
-
 class JointType(Enum):
     """Type of a joint, as in URDF; the value is (name, code of the compiled pass, coordinates, count of velocities).
 
@@ -56,7 +52,7 @@ class JointType(Enum):
     REVOLUTE = ("revolute", 1, ("",), 1)
     CONTINUOUS = ("continuous", 1, ("",), 1)
     PRISMATIC = ("prismatic", 2, ("",), 1)
-    FLOATING = ("floating", 3, ("/x", "/y", "/z", *QUATERNION), 6)
+    FLOATING = ("floating", 3, ("/x", "/y", "/z", "/qx", "/qy", "/qz", "/qw"), 6)
     PLANAR = ("planar", 4, ("/x", "/y", "/theta"), 3)
 
     @property
@@ -112,6 +108,11 @@ class Joint:
     axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
     limits: JointLimits = JointLimits()
     mimic: Mimic | None = None
+
+    @property
+    def coordinate_names(self) -> tuple[str, ...]:
+        """Return the names of its coordinates: its own, or of several `base/x` and so on."""
+        return tuple(self.name + suffix for suffix in self.type.value[2])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -289,13 +290,13 @@ class RobotIndex:
 
     def _coordinates_of(self, place: int) -> Iterator[Coordinate]:
         joint, q, v = self.joints[place], self.q_start[place], self.v_start[place]
-        for at, suffix in enumerate(joint.type.value[2]):
-            if not suffix:
-                yield Coordinate(joint, place, q, v)
-                continue
-            kind = JointType.PRISMATIC if suffix in ("/x", "/y", "/z") else JointType.CONTINUOUS
-            limits = replace(joint.limits, lower=-math.inf, upper=math.inf)
-            yield Coordinate(Joint(joint.name + suffix, kind, limits=limits), place, q + at, -1 if at == 6 else v + at)
+        if joint.type.coordinate_count == 1:
+            yield Coordinate(joint, place, q, v)
+            return
+        limits = replace(joint.limits, lower=-math.inf, upper=math.inf)
+        for at, name in enumerate(joint.coordinate_names):
+            kind = JointType.PRISMATIC if name[-2:] in ("/x", "/y", "/z") else JointType.CONTINUOUS
+            yield Coordinate(Joint(name, kind, limits=limits), place, q + at, v + at if at < 6 else -1)
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -305,6 +306,10 @@ class RobotIndex:
     def joint_of(self, coordinate: str) -> str:
         """Return the name of the joint that a coordinate is of."""
         return self.joints[self.coordinates[coordinate].place].name
+
+    def coordinates_of(self, joints: Collection[str]) -> tuple[str, ...]:
+        """Return the names of the coordinates of some joints, in the robot's order."""
+        return tuple(name for joint in self.joints if joint.name in joints for name in joint.coordinate_names)
 
     @property
     def q_slice(self) -> slice:

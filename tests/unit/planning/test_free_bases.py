@@ -87,7 +87,7 @@ def test_a_floating_base_turns_as_slerp_does_and_shifts_straight(
         ends = pinocchio.Quaternion(start[3:]), pinocchio.Quaternion(goal[3:])
         angle = min(ends[0].angularDistance(ends[1]), 2 * np.pi - ends[0].angularDistance(ends[1]))
         if law is TimeLaw.JERK_LIMITED and angle > 1.0:
-            way = max(np.linalg.norm(goal[:3] - start[:3]), angle)
+            way = max(float(np.linalg.norm(goal[:3] - start[:3])), angle)
             assert world.state.motions[0].running.duration == pytest.approx(ramp(way))
         world, q, v = run(world)
         share = np.linalg.norm(q[:, :3] - start[:3], axis=1) / np.linalg.norm(goal[:3] - start[:3])

@@ -39,8 +39,9 @@ def uid(change: Change) -> int:
 
 
 def move(goal: float, start: float = 0.0, joint: str = "a") -> StartMotion:
-    one = (np.array([value]) for value in (-2.0, 2.0, 1.0, 4.0, 40.0))
-    return StartMotion((("arm", joint),), of_plan(plan_ptp([start], [goal], JointLimits((joint,), *one))))
+    lower, upper, *rates = (np.array([value]) for value in (-2.0, 2.0, 1.0, 4.0, 40.0))
+    limits = JointLimits((joint,), lower, upper, rates[0], rates[1], rates[2])
+    return StartMotion((("arm", joint),), of_plan(plan_ptp([start], [goal], limits)))
 
 
 def test_without_readings_both_are_the_same_arrays(cell: Change) -> None:

@@ -20,6 +20,7 @@ from virtualrobot_kernel.planning.planned_move import PlannedMove, PoseGoal, joi
 from virtualrobot_kernel.planning.redundancy import FREE, NearOf, Redundancy
 from virtualrobot_kernel.planning.robots import SolverOf, arm_of
 from virtualrobot_kernel.world.actuators import joint_positions
+from virtualrobot_kernel.world.change import coordinate_of
 from virtualrobot_kernel.world.groups import WHOLE, joints_of
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Node, RobotData
@@ -92,9 +93,8 @@ class PointToPoint(Move):
         """Return the joint values of a goal that is no pose; of a posture those of the group's joints."""
         if self.group == WHOLE:
             return goal_positions(node, self.goal)
-        own, index = joints_of(snapshot.structure, node, self.group), snapshot.structure.robots[node.uid]
-        joints = [name for name in index.coordinates if index.joint_of(name) in own]
-        return goal_positions(node, self.goal, joints)
+        own = joints_of(snapshot.structure, node, self.group)
+        return goal_positions(node, self.goal, snapshot.structure.robots[node.uid].coordinates_of(own))
 
 
 def goal_positions(
@@ -124,8 +124,8 @@ def goal_positions(
 def move_to_joints(
     snapshot: Snapshot, node: Node, positions: Mapping[str, float], speed_factor: float, time_law: TimeLaw
 ) -> PlannedMove:
-    """Return the straight line in joint space to joint positions by name (rad or m)."""
-    names = tuple(positions)
+    """Return the straight line in joint space to joint positions by name (rad or m), columns in the robot's order."""
+    names = tuple(sorted(positions, key=lambda name: coordinate_of(snapshot.structure, node, name).q))
     limits, start = joint_limits(snapshot, node, names)
     goal = np.array([positions[name] for name in names])
     for columns in map(list, limits.quaternions):
