@@ -16,6 +16,8 @@ from virtualrobot_kernel.motion.plan import Plan, plan_lin, plan_ptp
 from virtualrobot_kernel.motion.plan_execution import PlanExecution
 from virtualrobot_kernel.motion.running_motion import Phase
 
+from tests.tiers import Draws
+
 from .motions import (
     FINE,
     TICK,
