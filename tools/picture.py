@@ -13,7 +13,7 @@ import click
 import numpy as np
 import virtualrobot
 from virtualrobot.kernel_process import KernelProcess
-from virtualrobot.pictures import Picture
+from virtualrobot.view.pictures import Picture
 from virtualrobot_apps.demos.palletizing import palletize
 
 SIZE = 1280, 800

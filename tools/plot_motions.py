@@ -13,9 +13,9 @@ import click
 import numpy as np
 import virtualrobot
 from numpy.typing import NDArray
-from virtualrobot import moves
 from virtualrobot.kernel_process import KernelProcess
-from virtualrobot.plans import MotionPlan, RobotTrajectory, Wish
+from virtualrobot.motions import moves
+from virtualrobot.motions.plans import MotionPlan, RobotTrajectory, Wish
 from virtualrobot_apps.chart import Panel, chart
 
 IIWA, PANDA = "package://pybullet_data/kuka_iiwa/model.urdf", "package://pybullet_data/franka_panda/panda.urdf"

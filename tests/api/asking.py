@@ -9,7 +9,7 @@ from pathlib import Path
 import grpc
 from google.rpc import error_details_pb2
 from grpc_status import rpc_status
-from virtualrobot.signal_values import SignalValue, set_command
+from virtualrobot._wire.signal_values import SignalValue, set_command
 from virtualrobot.v1 import geometry_pb2, motion_pb2, nodes_pb2, scene_pb2
 
 from tests.kernels import Stubs

@@ -9,7 +9,7 @@ import grpc
 import numpy as np
 from google.protobuf.field_mask_pb2 import FieldMask
 from google.protobuf.message import Message
-from virtualrobot.signal_values import set_command, value_message
+from virtualrobot._wire.signal_values import set_command, value_message
 from virtualrobot.v1 import (
     geometry_pb2,
     kernel_pb2,

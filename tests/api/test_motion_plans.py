@@ -7,7 +7,7 @@ import time
 import grpc
 import numpy as np
 import pytest
-from virtualrobot.signal_values import condition
+from virtualrobot._wire.signal_values import condition
 from virtualrobot.v1 import motion_pb2, scene_pb2, signal_pb2
 
 from tests.api.asking import IIWA, PANDA, apply, joints, load, refusal, start

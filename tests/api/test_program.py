@@ -7,7 +7,7 @@ from itertools import pairwise
 import grpc
 import numpy as np
 import pytest
-from virtualrobot.signal_values import condition, value_message
+from virtualrobot._wire.signal_values import condition, value_message
 from virtualrobot.v1 import kernel_pb2, motion_pb2, scene_pb2, signal_pb2
 
 from tests.api.asking import IIWA, PANDA, apply, joints, load, refusal, set_signals

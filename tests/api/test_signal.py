@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import grpc
 import pytest
-from virtualrobot.signal_values import SignalValue, condition, set_command, value_message, value_of
+from virtualrobot._wire.signal_values import SignalValue, condition, set_command, value_message, value_of
 from virtualrobot.v1 import motion_pb2, nodes_pb2, scene_pb2, signal_pb2
 
 from tests.api.asking import IIWA, apply, box, create, load, refusal, set_signals

@@ -11,7 +11,7 @@ import numpy as np
 import virtualrobot
 from numpy.typing import NDArray
 from virtualrobot.kernel_process import KernelProcess
-from virtualrobot.robot_values import JointLimits, RobotState
+from virtualrobot.robots.values import JointLimits, RobotState
 from virtualrobot.v1 import nodes_pb2, robot_pb2, signal_pb2
 from virtualrobot_apps.demos.palletizing import palletize
 

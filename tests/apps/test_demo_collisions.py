@@ -8,7 +8,7 @@ from contextlib import redirect_stdout, suppress
 
 import pytest
 import virtualrobot
-from virtualrobot.collision_watch import CollisionReport
+from virtualrobot.collisions.watch import CollisionReport
 from virtualrobot.kernel_process import KernelProcess
 from virtualrobot_apps.demos.palletizing import cell, palletize
 

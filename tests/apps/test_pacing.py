@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, cast
 
 import pytest
-from virtualrobot.pictures import Picture
+from virtualrobot.view.pictures import Picture
 from virtualrobot_apps.demos.palletizing.pacing import MOST_BEHIND, Pace
 
 KEPT = 10_000

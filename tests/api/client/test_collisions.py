@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import virtualrobot
 from virtualrobot import Client, Robot
-from virtualrobot.collision_watch import CollisionEvent
+from virtualrobot.collisions.watch import CollisionEvent
 
 from tests.api.client.conftest import Run
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import virtualrobot
 from virtualrobot import Client, Robot
-from virtualrobot.paths import PathProgress
+from virtualrobot.motions.paths import PathProgress
 
 from tests.api.client.conftest import Run
 from tests.unit.paths.cells import LEFT, RIGHT

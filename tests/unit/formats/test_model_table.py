@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
-from virtualrobot.resolver import Resolver
+from virtualrobot.files.resolver import Resolver
 from virtualrobot.v1 import scene_pb2
 from virtualrobot_kernel.errors import KernelError, MalformedFileError, MissingFileError, UnknownNameError
 from virtualrobot_kernel.formats import model_table

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from virtualrobot.signal_values import value_message
+from virtualrobot._wire.signal_values import value_message
 from virtualrobot.v1 import motion_pb2
 from virtualrobot_kernel.errors import MalformedFileError
 from virtualrobot_kernel.formats.program_file import parse

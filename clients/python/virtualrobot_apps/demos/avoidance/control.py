@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from virtualrobot import Client, Robot
-from virtualrobot.collisions import Distance
-from virtualrobot.robot_values import Jacobians
-from virtualrobot.setpoints import SetpointStream
+from virtualrobot.collisions.collisions import Distance
+from virtualrobot.motions.setpoints import SetpointStream
+from virtualrobot.robots.values import Jacobians
 
 from virtualrobot_apps.demos.avoidance import law
 

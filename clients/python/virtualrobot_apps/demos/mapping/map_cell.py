@@ -15,7 +15,7 @@ import virtualrobot
 from numpy.typing import NDArray
 from virtualrobot import Client
 from virtualrobot.errors import UnreachableError
-from virtualrobot.node import Node
+from virtualrobot.scene.node import Node
 
 from virtualrobot_apps.demos.mapping.bayes_grid import BayesGrid, Cone
 from virtualrobot_apps.demos.mapping.octree_map import Keys, OctreeMap, centers_of

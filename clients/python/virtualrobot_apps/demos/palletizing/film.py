@@ -8,7 +8,7 @@ from pathlib import Path
 
 from virtualrobot import Client
 from virtualrobot.errors import VirtualRobotError
-from virtualrobot.pictures import Picture
+from virtualrobot.view.pictures import Picture
 
 from virtualrobot_apps.demos.palletizing.pacing import Pace
 
