@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pybullet
 import pybullet_data
-from virtualrobot.resolver import Resolver
+from virtualrobot.files.resolver import Resolver
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.importing import Importers
 from virtualrobot_kernel.formats.assets import AssetStore

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pybullet_data
-from virtualrobot.resolver import Resolver
+from virtualrobot.files.resolver import Resolver
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary

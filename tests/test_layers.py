@@ -65,7 +65,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # The mapping application grows its octree by OctoMap; clients that don't map need not have it.
     f"{CLIENT}/apps/octree_map.py": ("virtualrobot", "numpy", "pyoctomap"),
     # Films are written by FFmpeg, where its package is installed.
-    f"{CLIENT}/film.py": ("virtualrobot", "numpy", "av"),
+    f"{CLIENT}/view/film.py": ("virtualrobot", "numpy", "av"),
     # The composition root knows every room; `serve` writes the token where the client's rule says.
     KERNEL: (*ANYONE, "virtualrobot_kernel", "virtualrobot_sdk.worker"),
     f"{KERNEL}/serve.py": (*ANYONE, "virtualrobot_kernel", "virtualrobot_sdk.compiled.cache", "virtualrobot.session"),
@@ -88,10 +88,10 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{KERNEL}/messages": room("messages", *CONTRACT, "virtualrobot_sdk.denavit_hartenberg"),
     # The resolver is path logic that both ends share.
     f"{KERNEL}/formats": room(
-        *("formats", "virtualrobot_sdk", "virtualrobot.resolver", *CONTRACT),
+        *("formats", "virtualrobot_sdk", "virtualrobot.files.resolver", *CONTRACT),
         *("trimesh", "lxml", "yaml", "collada", "PIL"),
     ),
-    f"{KERNEL}/scenes": room("scenes", "virtualrobot.resolver", "virtualrobot.v1"),
+    f"{KERNEL}/scenes": room("scenes", "virtualrobot.files.resolver", "virtualrobot.v1"),
     # FCL holds the interpreter's lock: whoever asks it goes through the bounded calls of this room.
     f"{KERNEL}/collision": room("collision", "fcl", "virtualrobot_sdk"),
     # OMPL holds the interpreter's lock: it runs in a process of its own, and only this file imports it.
@@ -213,10 +213,10 @@ def test_every_rule_is_about_something() -> None:
 @pytest.mark.parametrize(
     ("path", "source", "name"),
     [
-        (f"{CLIENT}/robot.py", "import virtualrobot_kernel", "virtualrobot_kernel"),
+        (f"{CLIENT}/robots/robot.py", "import virtualrobot_kernel", "virtualrobot_kernel"),
         (f"{CLIENT}/cli/serve.py", "def f():\n    from virtualrobot_kernel import serve", "virtualrobot_kernel.serve"),
         (f"{CLIENT}/cli/serve.py", "import_module('virtualrobot_kernel.serve')", "virtualrobot_kernel.serve"),
-        (f"{CLIENT}/robot.py", "import scipy.spatial", "scipy.spatial"),
+        (f"{CLIENT}/robots/robot.py", "import scipy.spatial", "scipy.spatial"),
         (f"{CLIENT}/apps/demo.py", "import grpc", "grpc"),
         (f"{KERNEL}/world/state.py", "import numba", "numba"),
         (f"{KERNEL}/world/state.py", "from ..drawing import viewer", "virtualrobot_kernel.drawing.viewer"),
@@ -260,7 +260,7 @@ def test_a_planted_violation_is_found(tmp_path: Path, path: str, source: str, na
         (f"{KERNEL}/motion/profile.py", "from ruckig import Ruckig\nfrom ..errors import LimitError\nimport numpy"),
         (f"{KERNEL}/world/state.py", "from . import structure\nfrom ..motion.path import Path\nimport threading"),
         (f"{KERNEL}/api/server.py", "import grpc.aio\nfrom google.rpc import code_pb2\nfrom ..world import store"),
-        (f"{KERNEL}/formats/scene.py", "from virtualrobot.v1 import scene_pb2\nimport virtualrobot.resolver"),
+        (f"{KERNEL}/formats/scene.py", "from virtualrobot.v1 import scene_pb2\nimport virtualrobot.files.resolver"),
     ],
 )
 def test_what_the_rules_name_passes(tmp_path: Path, path: str, source: str) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 import virtualrobot
 from virtualrobot.apps import demo
 from virtualrobot.kernel_process import KernelProcess
-from virtualrobot.pictures import Picture
+from virtualrobot.view.pictures import Picture
 
 SIZE = 1280, 800
 

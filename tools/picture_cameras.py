@@ -14,8 +14,8 @@ import virtualrobot
 from numpy.typing import ArrayLike, NDArray
 from PIL import Image
 from virtualrobot.apps import cell
-from virtualrobot.cameras import CameraReading
 from virtualrobot.kernel_process import KernelProcess
+from virtualrobot.sensors.cameras import CameraReading
 from virtualrobot.v1.sensing_pb2 import CameraSensor
 
 GAP = 8

@@ -9,7 +9,7 @@ from pathlib import Path
 import grpc
 from google.rpc import error_details_pb2
 from grpc_status import rpc_status
-from virtualrobot.signal_values import SignalValue, set_command
+from virtualrobot._wire.signal_values import SignalValue, set_command
 from virtualrobot.v1 import geometry_pb2, motion_pb2, nodes_pb2, scene_pb2
 
 from tests.kernels import Stubs
@@ -91,7 +91,9 @@ def start(
     leave: motion_pb2.DisconnectPolicy = motion_pb2.DISCONNECT_POLICY_CONTINUE,
 ) -> motion_pb2.Motion:
     """Start a motion that goes on without a watch."""
-    request = motion_pb2.StartMotionRequest(moves=moves, busy_policy=busy, on_disconnect=leave)
+    request = motion_pb2.StartMotionRequest(
+        spec=motion_pb2.MotionSpec(moves=moves), busy_policy=busy, on_disconnect=leave
+    )
     return stubs.motion.StartMotion(request).motion
 
 

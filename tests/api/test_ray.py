@@ -8,8 +8,8 @@ import re
 import grpc
 import numpy as np
 import pytest
+from virtualrobot._wire.messages import array_message, array_of
 from virtualrobot.v1 import geometry_pb2, nodes_pb2, plugin_pb2, plugin_pb2_grpc, ray_pb2, scene_pb2
-from virtualrobot.wire import array_message, array_of
 
 from tests.api.asking import IIWA, apply, box, create, load, refusal
 from tests.api.reading import scene

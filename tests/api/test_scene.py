@@ -8,7 +8,7 @@ import grpc
 import numpy as np
 import pytest
 from google.protobuf.field_mask_pb2 import FieldMask
-from virtualrobot.signal_values import value_message
+from virtualrobot._wire.signal_values import value_message
 from virtualrobot.v1 import (
     collision_pb2,
     geometry_pb2,

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import grpc
 import pytest
-from virtualrobot.signal_values import SignalValue, condition, set_command, value_message, value_of
+from virtualrobot._wire.signal_values import SignalValue, condition, set_command, value_message, value_of
 from virtualrobot.v1 import motion_pb2, nodes_pb2, scene_pb2, signal_pb2
 
 from tests.api.asking import IIWA, apply, box, create, load, refusal, set_signals
@@ -212,7 +212,9 @@ def test_a_lease_of_the_owner_guards_its_signals_but_inputs(stubs: Stubs, kernel
 
 def waiting(condition: motion_pb2.SignalCondition) -> motion_pb2.StartMotionRequest:
     step = motion_pb2.ProgramStep(wait_signal=motion_pb2.WaitSignalStep(condition=condition))
-    return motion_pb2.StartMotionRequest(steps=[step], on_disconnect=motion_pb2.DISCONNECT_POLICY_CONTINUE)
+    return motion_pb2.StartMotionRequest(
+        spec=motion_pb2.MotionSpec(steps=[step]), on_disconnect=motion_pb2.DISCONNECT_POLICY_CONTINUE
+    )
 
 
 @pytest.mark.parametrize(

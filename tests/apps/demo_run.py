@@ -12,7 +12,7 @@ import virtualrobot
 from numpy.typing import NDArray
 from virtualrobot.apps import demo
 from virtualrobot.kernel_process import KernelProcess
-from virtualrobot.robot_values import JointLimits, RobotState
+from virtualrobot.robots.values import JointLimits, RobotState
 from virtualrobot.v1 import nodes_pb2, robot_pb2, signal_pb2
 
 SPEED = 15.0

@@ -9,7 +9,7 @@ from contextlib import redirect_stdout, suppress
 import pytest
 import virtualrobot
 from virtualrobot.apps import cell, demo
-from virtualrobot.collision_watch import CollisionReport
+from virtualrobot.collisions.watch import CollisionReport
 from virtualrobot.kernel_process import KernelProcess
 
 TICKS = 25

@@ -6,7 +6,7 @@ from typing import Any, cast
 
 import pytest
 from virtualrobot.apps.pacing import MOST_BEHIND, Pace
-from virtualrobot.pictures import Picture
+from virtualrobot.view.pictures import Picture
 
 KEPT = 10_000
 """How many pictures the kernel keeps (docs/pictures-and-films.md)."""

@@ -16,68 +16,68 @@ import importlib
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from virtualrobot.cameras import CameraReading as CameraReading
-    from virtualrobot.cameras import camera as camera
-    from virtualrobot.cameras import light as light
-    from virtualrobot.cameras import looking_at as looking_at
     from virtualrobot.connection import Client as Client
     from virtualrobot.connection import connect as connect
-    from virtualrobot.contact_sensors import Contact as Contact
-    from virtualrobot.contact_sensors import contact_sensor as contact_sensor
-    from virtualrobot.dynamics import inertial as inertial
     from virtualrobot.errors import *  # noqa: F403 every exception class; the names are listed below
-    from virtualrobot.figures import box as box
-    from virtualrobot.figures import capsule as capsule
-    from virtualrobot.figures import cone as cone
-    from virtualrobot.figures import cylinder as cylinder
-    from virtualrobot.figures import sphere as sphere
     from virtualrobot.geometry import pose as pose
     from virtualrobot.geometry import pose_from_quaternion as pose_from_quaternion
     from virtualrobot.geometry import quaternion_of as quaternion_of
     from virtualrobot.geometry import roll_pitch_yaw_of as roll_pitch_yaw_of
-    from virtualrobot.ghosts import Ghost as Ghost
-    from virtualrobot.groups import Group as Group
     from virtualrobot.leases import Lease as Lease
     from virtualrobot.leases import LeaseInfo as LeaseInfo
-    from virtualrobot.motion import Motion as Motion
-    from virtualrobot.motion import Phase as Phase
-    from virtualrobot.motion import Search as Search
-    from virtualrobot.motion import Tracking as Tracking
-    from virtualrobot.motion_sensors import EncoderReading as EncoderReading
-    from virtualrobot.motion_sensors import ImuReading as ImuReading
-    from virtualrobot.motion_sensors import PoseReading as PoseReading
-    from virtualrobot.motion_sensors import WrenchReading as WrenchReading
-    from virtualrobot.motion_sensors import encoders as encoders
-    from virtualrobot.motion_sensors import force_torque_sensor as force_torque_sensor
-    from virtualrobot.motion_sensors import imu as imu
-    from virtualrobot.motion_sensors import noise as noise
-    from virtualrobot.motion_sensors import pose_sensor as pose_sensor
-    from virtualrobot.paths import FreePath as FreePath
-    from virtualrobot.plans import MotionCheck as MotionCheck
-    from virtualrobot.plans import MotionPlan as MotionPlan
-    from virtualrobot.plans import Violation as Violation
-    from virtualrobot.plans import ViolationKind as ViolationKind
-    from virtualrobot.program import Program as Program
-    from virtualrobot.range_sensors import RangeReading as RangeReading
-    from virtualrobot.range_sensors import beams as beams
-    from virtualrobot.range_sensors import fan as fan
-    from virtualrobot.range_sensors import range_sensor as range_sensor
-    from virtualrobot.range_sensors import raster as raster
-    from virtualrobot.range_sensors import ring as ring
-    from virtualrobot.range_sensors import spinning as spinning
-    from virtualrobot.readings import Reading as Reading
-    from virtualrobot.readings import SensorStatus as SensorStatus
-    from virtualrobot.robot import Robot as Robot
-    from virtualrobot.robot_values import JointGroup as JointGroup
-    from virtualrobot.sensors import Sensor as Sensor
-    from virtualrobot.setpoints import SetpointStream as SetpointStream
-    from virtualrobot.setpoints import StreamState as StreamState
+    from virtualrobot.motions.motion import Motion as Motion
+    from virtualrobot.motions.motion import Phase as Phase
+    from virtualrobot.motions.motion import Search as Search
+    from virtualrobot.motions.motion import Tracking as Tracking
+    from virtualrobot.motions.paths import FreePath as FreePath
+    from virtualrobot.motions.plans import MotionCheck as MotionCheck
+    from virtualrobot.motions.plans import MotionPlan as MotionPlan
+    from virtualrobot.motions.plans import Violation as Violation
+    from virtualrobot.motions.plans import ViolationKind as ViolationKind
+    from virtualrobot.motions.program import Program as Program
+    from virtualrobot.motions.setpoints import SetpointStream as SetpointStream
+    from virtualrobot.motions.setpoints import StreamState as StreamState
+    from virtualrobot.robots.dynamics import inertial as inertial
+    from virtualrobot.robots.group import Group as Group
+    from virtualrobot.robots.robot import Robot as Robot
+    from virtualrobot.robots.values import JointGroup as JointGroup
+    from virtualrobot.scene.figures import box as box
+    from virtualrobot.scene.figures import capsule as capsule
+    from virtualrobot.scene.figures import cone as cone
+    from virtualrobot.scene.figures import cylinder as cylinder
+    from virtualrobot.scene.figures import sphere as sphere
+    from virtualrobot.sensors.cameras import CameraReading as CameraReading
+    from virtualrobot.sensors.cameras import camera as camera
+    from virtualrobot.sensors.cameras import light as light
+    from virtualrobot.sensors.cameras import looking_at as looking_at
+    from virtualrobot.sensors.contact_sensors import Contact as Contact
+    from virtualrobot.sensors.contact_sensors import contact_sensor as contact_sensor
+    from virtualrobot.sensors.motion_sensors import EncoderReading as EncoderReading
+    from virtualrobot.sensors.motion_sensors import ImuReading as ImuReading
+    from virtualrobot.sensors.motion_sensors import PoseReading as PoseReading
+    from virtualrobot.sensors.motion_sensors import WrenchReading as WrenchReading
+    from virtualrobot.sensors.motion_sensors import encoders as encoders
+    from virtualrobot.sensors.motion_sensors import force_torque_sensor as force_torque_sensor
+    from virtualrobot.sensors.motion_sensors import imu as imu
+    from virtualrobot.sensors.motion_sensors import noise as noise
+    from virtualrobot.sensors.motion_sensors import pose_sensor as pose_sensor
+    from virtualrobot.sensors.range_sensors import RangeReading as RangeReading
+    from virtualrobot.sensors.range_sensors import beams as beams
+    from virtualrobot.sensors.range_sensors import fan as fan
+    from virtualrobot.sensors.range_sensors import range_sensor as range_sensor
+    from virtualrobot.sensors.range_sensors import raster as raster
+    from virtualrobot.sensors.range_sensors import ring as ring
+    from virtualrobot.sensors.range_sensors import spinning as spinning
+    from virtualrobot.sensors.readings import Reading as Reading
+    from virtualrobot.sensors.readings import SensorStatus as SensorStatus
+    from virtualrobot.sensors.sensors import Sensor as Sensor
+    from virtualrobot.view.ghosts import Ghost as Ghost
 
 _MODULES = {
-    "cameras": ("CameraReading", "camera", "light", "looking_at"),
+    "sensors.cameras": ("CameraReading", "camera", "light", "looking_at"),
     "connection": ("Client", "connect"),
-    "contact_sensors": ("Contact", "contact_sensor"),
-    "dynamics": ("inertial",),
+    "sensors.contact_sensors": ("Contact", "contact_sensor"),
+    "robots.dynamics": ("inertial",),
     "errors": (
         "AssetError", "AuthenticationError", "CallTimeoutError", "ClientClosedError", "CollisionError",
         "InvalidArgumentError", "KernelFaultError", "KernelGoneError", "LeaseEndedError", "LeasedError", "LimitError",
@@ -86,25 +86,25 @@ _MODULES = {
         "PluginFailedError", "RobotBusyError", "SingularityError", "StaleRevisionError", "TooLargeError",
         "UnknownNameError", "UnreachableError", "VersionError", "VirtualRobotError", "WrongStateError",
     ),
-    "figures": ("box", "capsule", "cone", "cylinder", "sphere"),
-    "ghosts": ("Ghost",),
-    "groups": ("Group",),
+    "scene.figures": ("box", "capsule", "cone", "cylinder", "sphere"),
+    "view.ghosts": ("Ghost",),
+    "robots.group": ("Group",),
     "leases": ("Lease", "LeaseInfo"),
     "geometry": ("pose", "pose_from_quaternion", "quaternion_of", "roll_pitch_yaw_of"),
-    "motion": ("Motion", "Phase", "Tracking", "Search"),
-    "motion_sensors": (
+    "motions.motion": ("Motion", "Phase", "Tracking", "Search"),
+    "sensors.motion_sensors": (
         "EncoderReading", "ImuReading", "PoseReading", "WrenchReading", "encoders", "force_torque_sensor", "imu",
         "noise", "pose_sensor",
     ),
-    "paths": ("FreePath",),
-    "plans": ("MotionCheck", "MotionPlan", "Violation", "ViolationKind"),
-    "program": ("Program",),
-    "range_sensors": ("RangeReading", "beams", "fan", "range_sensor", "raster", "ring", "spinning"),
-    "readings": ("Reading", "SensorStatus"),
-    "robot": ("Robot",),
-    "robot_values": ("JointGroup",),
-    "sensors": ("Sensor",),
-    "setpoints": ("SetpointStream", "StreamState"),
+    "motions.paths": ("FreePath",),
+    "motions.plans": ("MotionCheck", "MotionPlan", "Violation", "ViolationKind"),
+    "motions.program": ("Program",),
+    "sensors.range_sensors": ("RangeReading", "beams", "fan", "range_sensor", "raster", "ring", "spinning"),
+    "sensors.readings": ("Reading", "SensorStatus"),
+    "robots.robot": ("Robot",),
+    "robots.values": ("JointGroup",),
+    "sensors.sensors": ("Sensor",),
+    "motions.setpoints": ("SetpointStream", "StreamState"),
 }  # fmt: skip
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
 

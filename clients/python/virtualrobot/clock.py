@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from virtualrobot.robot_values import RobotState
-from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
-from virtualrobot.signal_values import SignalValue, value_of
+from virtualrobot._wire.messages import Stamp, stamp_of
+from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
+from virtualrobot._wire.signal_values import SignalValue, value_of
+from virtualrobot.robots.values import RobotState
 from virtualrobot.v1 import kernel_pb2, motion_pb2
-from virtualrobot.wire import Stamp, stamp_of
 
 _MODES = {kernel_pb2.CLOCK_MODE_REALTIME: "realtime", kernel_pb2.CLOCK_MODE_STEPPED: "stepped"}
 

@@ -8,29 +8,30 @@ from typing import Unpack
 
 from numpy.typing import ArrayLike
 
-from virtualrobot import motion, plans
-from virtualrobot.assets import Assets
+from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
+from virtualrobot._wire.transport import Channel, open_channel
 from virtualrobot.clock import Clock
-from virtualrobot.collisions import Collisions
-from virtualrobot.denavit_hartenberg import Row, table_message
-from virtualrobot.editor import Direct
+from virtualrobot.collisions.collisions import Collisions
 from virtualrobot.errors import AuthenticationError, InvalidArgumentError, VersionError, WrongStateError
+from virtualrobot.files.assets import Assets
+from virtualrobot.files.scene_files import model_request
 from virtualrobot.leases import Lease, LeaseInfo, acquire, list_leases
-from virtualrobot.models import KnownModel, known_models
-from virtualrobot.paths import Paths
+from virtualrobot.motions import motion, plans
+from virtualrobot.motions.paths import Paths
+from virtualrobot.motions.program import Program, read
 from virtualrobot.plugins import Plugins
-from virtualrobot.program import Program, read
-from virtualrobot.rays import Rays
-from virtualrobot.robot import Robot
-from virtualrobot.scene import Scene
-from virtualrobot.scene_files import model_request
-from virtualrobot.sensors import Sensors
-from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
+from virtualrobot.robots.denavit_hartenberg import Row, table_message
+from virtualrobot.robots.description import described
+from virtualrobot.robots.models import KnownModel, known_models
+from virtualrobot.robots.robot import Robot
+from virtualrobot.scene.editor import Direct
+from virtualrobot.scene.scene import Scene
+from virtualrobot.sensors.rays import Rays
+from virtualrobot.sensors.sensors import Sensors
 from virtualrobot.session import default_address, find_token, split_address, token_path
 from virtualrobot.signals import Signals
-from virtualrobot.transport import Channel, open_channel
 from virtualrobot.v1 import kernel_pb2, motion_pb2, robot_pb2, scene_pb2
-from virtualrobot.view import View
+from virtualrobot.view.view import View
 
 API_VERSION = "virtualrobot.v1"
 
@@ -55,7 +56,7 @@ class Client:
     def __init__(self, channel: Channel, address: str, info: kernel_pb2.GetInfoResponse) -> None:
         """Take a channel to a kernel that has answered."""
         self._channel = channel
-        self._services = Services.on(channel, address)
+        self._services = Services(channel, address)
         self.address = address
         self.info = info
         self.scene = Scene(self._services)
@@ -76,7 +77,7 @@ class Client:
 
     def robot(self, name: str) -> Robot:
         """Return the robot of this name; raises UnknownNameError, which lists the right ones."""
-        self._services.robot.GetRobot(robot_pb2.GetRobotRequest(name=name))
+        described(self._services, name)  # raises when there is none
         return Robot(self._services, name)
 
     def robots(self) -> list[Robot]:
@@ -349,9 +350,7 @@ def connect(
     certificate = None if root_certificate is None else Path(root_certificate)
     channel = open_channel(target, host, token, certificate, timeout_seconds)
     try:
-        info = Services.on(channel, target).kernel.GetInfo(
-            kernel_pb2.GetInfoRequest(), timeout=min(timeout_seconds, 10.0)
-        )
+        info = Services(channel, target).kernel.GetInfo(kernel_pb2.GetInfoRequest(), timeout=min(timeout_seconds, 10.0))
         if info.api_version != API_VERSION:
             raise VersionError(
                 f"the kernel at {target} (VirtualRobot {info.version}) speaks {info.api_version or 'nothing known'}, "

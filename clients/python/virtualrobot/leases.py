@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
+from virtualrobot._wire.services import Services
+from virtualrobot._wire.transport import Stream
 from virtualrobot.errors import KernelGoneError, LeaseEndedError, VirtualRobotError
-from virtualrobot.services import Services
-from virtualrobot.transport import Stream
 from virtualrobot.v1 import lease_pb2
 
 GRACE_SECONDS = 1.0

@@ -8,9 +8,9 @@ from typing import Any
 
 from google.protobuf.internal.enum_type_wrapper import EnumTypeWrapper
 
-from virtualrobot.services import LONG_TIMEOUT_SECONDS, Services
+from virtualrobot._wire.messages import settings_of
+from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot.v1 import plugin_pb2
-from virtualrobot.wire import settings_of
 
 
 def _words(enum: EnumTypeWrapper, prefix: str) -> dict[int, str]:

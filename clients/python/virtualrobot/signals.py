@@ -6,10 +6,10 @@ import operator
 from collections.abc import Iterator, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass
 
-from virtualrobot.editor import Direct
+from virtualrobot._wire.services import Services
+from virtualrobot._wire.signal_values import SignalValue, set_command, value_of
 from virtualrobot.errors import CallTimeoutError, InvalidArgumentError
-from virtualrobot.services import Services
-from virtualrobot.signal_values import SignalValue, set_command, value_of
+from virtualrobot.scene.editor import Direct
 from virtualrobot.v1 import scene_pb2, signal_pb2
 
 _COMPARED = {

@@ -5,11 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from html import escape
+from typing import TYPE_CHECKING
 
-from virtualrobot.robot_values import JointLimits, RobotState
-from virtualrobot.v1 import nodes_pb2, robot_pb2
+from virtualrobot.robots.values import RobotState
+from virtualrobot.v1 import nodes_pb2
 
-_TURNING = (nodes_pb2.JOINT_TYPE_REVOLUTE, nodes_pb2.JOINT_TYPE_CONTINUOUS)
+if TYPE_CHECKING:
+    from virtualrobot.robots.robot import Robot
+
+_COUNTS = {"planar": (3, 3), "floating": (7, 6)}
+"""Coordinates and velocities of joints that have more than one."""
 
 
 def scene_tree(nodes: Sequence[nodes_pb2.Node], links: bool = True) -> str:
@@ -56,27 +61,27 @@ def aligned(rows: Sequence[Sequence[str]], left: int = 1) -> list[str]:
     ]
 
 
-def joint_rows(robot: robot_pb2.GetRobotResponse, state: RobotState, degrees: bool = False) -> list[list[str]]:
+def joint_rows(robot: Robot, state: RobotState, degrees: bool = False) -> list[list[str]]:
     """Return for each joint its name, position, velocity and limits as text, after a row of headings.
 
     Radians and meters; with `degrees` the values of joints that only turn are in degrees.
     """
     rows = [["joint", "position", "velocity", "lower", "upper"]]
-    position, velocity = 0, 0
-    for joint in robot.joints:
-        limits = JointLimits.of(joint.limits)
-        unit = 180.0 / math.pi if degrees and joint.type in _TURNING else 1.0
-        here = state.positions[position : position + joint.coordinate_count]
-        speed = state.velocities[velocity : velocity + joint.velocity_count]
-        columns = ([*here], [*speed], [limits.lower], [limits.upper])
-        rows.append([joint.name, *(" ".join(f"{unit * value:z.4f}" for value in column) for column in columns)])
-        position, velocity = position + joint.coordinate_count, velocity + joint.velocity_count
+    position, velocity, limits = 0, 0, robot.limits
+    for name, kind in robot.joint_types.items():
+        unit = 180.0 / math.pi if degrees and kind in ("revolute", "continuous") else 1.0
+        coordinates, velocities = _COUNTS.get(kind, (1, 1))
+        here = state.positions[position : position + coordinates]
+        speed = state.velocities[velocity : velocity + velocities]
+        columns = ([*here], [*speed], [limits[name].lower], [limits[name].upper])
+        rows.append([name, *(" ".join(f"{unit * value:z.4f}" for value in column) for column in columns)])
+        position, velocity = position + coordinates, velocity + velocities
     return rows
 
 
-def joint_table_html(name: str, robot: robot_pb2.GetRobotResponse, state: RobotState) -> str:
+def joint_table_html(robot: Robot) -> str:
     """Return a robot's joints as an HTML table."""
-    head, *rows = joint_rows(robot, state)
+    head, *rows = joint_rows(robot, robot.state)
     cells = ["<tr>" + "".join(f"<th>{escape(cell)}</th>" for cell in head) + "</tr>"]
     cells += ["<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows]
-    return f"<b>{escape(name)}</b> (radians, meters)<table>{''.join(cells)}</table>"
+    return f"<b>{escape(robot.name)}</b> (radians, meters)<table>{''.join(cells)}</table>"

@@ -83,6 +83,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
                     limits=LIMITS.write(joint.limits),
                     coordinate_count=joint.type.coordinate_count,
                     velocity_count=joint.type.velocity_count,
+                    coordinate_names=joint.coordinate_names,
                 )
                 for joint in index.joints
             ],
@@ -90,7 +91,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
             tools=[tool.name for tool in structure.tools_of(node.uid)],
             flange=structure.nodes[arm.tip].name if arm is not None else "",
             kinematics=kinematics,
-            chain_joints=arm.joint_names if arm is not None else joints_of(structure, node, group),
+            chain_joints=arm.joint_names if arm else index.coordinates_of(joints_of(structure, node, group)),
             kinematics_settings=settings_message(settings) if settings else None,
             kinematics_fault=self._rooms.solvers.fault_of(node, group),
         )

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable
 from posixpath import normpath
 
-from virtualrobot.resolver import is_relative
+from virtualrobot.files.resolver import is_relative
 
 from virtualrobot_kernel.formats.references import counted_from
 from virtualrobot_kernel.world.figures import Mesh

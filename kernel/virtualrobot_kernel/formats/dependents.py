@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from virtualrobot.resolver import join_uri
+from virtualrobot.files.resolver import join_uri
 
 from virtualrobot_kernel.errors import MissingFileError
 from virtualrobot_kernel.formats.collada import image_names, material_warnings, parse_collada

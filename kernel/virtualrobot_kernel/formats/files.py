@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from urllib.parse import unquote
 
-from virtualrobot.resolver import Resolver, UnresolvedUriError, is_relative, join_uri
+from virtualrobot.files.resolver import Resolver, UnresolvedUriError, is_relative, join_uri
 
 from virtualrobot_kernel.errors import MissingFileError
 from virtualrobot_kernel.formats.assets import AssetStore
@@ -45,7 +45,7 @@ class Files:
         """Return the file that `referrer` (the key of the file that names it; empty: the request) names as `uri`.
 
         What a file names must lie in its own folder or in a known package, or have the content that it states for it
-        (`sha256`); see `virtualrobot.resolver`. An uploaded file has no folder on the kernel's disk.
+        (`sha256`); see `virtualrobot.files.resolver`. An uploaded file has no folder on the kernel's disk.
 
         Raises:
             MissingFileError: when it is neither uploaded nor found; the message names the file, who names it and each

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from posixpath import relpath
 from urllib.parse import unquote
 
-from virtualrobot.resolver import is_relative, join_uri
+from virtualrobot.files.resolver import is_relative, join_uri
 
 from virtualrobot_kernel.errors import KernelError, MalformedFileError
 from virtualrobot_kernel.formats import scene_file

@@ -12,7 +12,7 @@ import trimesh
 from numpy.typing import NDArray
 from PIL import Image
 from trimesh.resolvers import Resolver as TrimeshResolver
-from virtualrobot.resolver import join_uri
+from virtualrobot.files.resolver import join_uri
 
 from virtualrobot_kernel.formats import gltf_looks
 from virtualrobot_kernel.shapes.submesh import Submesh, frozen, transformed

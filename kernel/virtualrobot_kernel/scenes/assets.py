@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import partial
 
-from virtualrobot.resolver import Resolver
+from virtualrobot.files.resolver import Resolver
 from virtualrobot.v1 import nodes_pb2
 
 from virtualrobot_kernel.formats.files import Files

@@ -9,8 +9,8 @@ import pytest
 import virtualrobot
 from google.protobuf.field_mask_pb2 import FieldMask
 from virtualrobot import Client, Ghost, Robot, pose
+from virtualrobot._wire.messages import array_message
 from virtualrobot.v1 import collision_pb2, view_pb2
-from virtualrobot.wire import array_message
 
 from tests.api.client.conftest import Run
 

@@ -13,7 +13,7 @@ import pytest
 import virtualrobot
 from PIL import Image
 from virtualrobot import Client, InvalidArgumentError, Robot, UnknownNameError
-from virtualrobot.film import FilmFile
+from virtualrobot.view.film import FilmFile
 
 from tests.api.client.conftest import Run
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import virtualrobot
 from virtualrobot import Client, pose
+from virtualrobot._wire.messages import array_of
 from virtualrobot.v1 import nodes_pb2
-from virtualrobot.wire import array_of
 
 from tests.api.client.conftest import IIWA
 

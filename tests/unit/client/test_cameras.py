@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from virtualrobot.cameras import CameraReading, camera, camera_reading_of, image_kinds, light, looking_at
+from virtualrobot._wire.messages import array_message
 from virtualrobot.errors import InvalidArgumentError
+from virtualrobot.sensors.cameras import CameraReading, camera, camera_reading_of, image_kinds, light, looking_at
 from virtualrobot.v1 import sensing_pb2, sensor_pb2
-from virtualrobot.wire import array_message
 from virtualrobot_kernel.messages.sensing import SENSORS
 from virtualrobot_kernel.sensing.lenses import Lens, lens_of
 

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import click
 import msgspec
 import pytest
-from virtualrobot import wire
+from virtualrobot._wire import messages as wire
 from virtualrobot.cli.settings import settings_from, settings_lines
 from virtualrobot_sdk.settings import make_settings, schema
 

@@ -167,7 +167,7 @@ def test_a_place_without_angles_keeps_the_orientation() -> None:
 def test_help_and_resolver_load_no_heavy_library() -> None:
     """Start-up is quick because nothing heavy is imported; counted, since a clock on a busy machine lies."""
     code = (
-        "import sys, virtualrobot.cli, virtualrobot.resolver, virtualrobot.session\n"
+        "import sys, virtualrobot.cli, virtualrobot.files.resolver, virtualrobot.session\n"
         "try: virtualrobot.cli.main(['--help'])\n"
         "except SystemExit: pass\n"
         "print(sorted({'grpc', 'numpy', 'google.protobuf', 'platformdirs'} & set(sys.modules)))"

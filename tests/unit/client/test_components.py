@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from virtualrobot._wire.messages import settings_message
 from virtualrobot.cli.plugins import describe
-from virtualrobot.kinematics_check import KinematicsCheck
 from virtualrobot.plugins import Component, ComponentUse, Plugin
+from virtualrobot.robots.kinematics_check import KinematicsCheck
 from virtualrobot.v1 import plugin_pb2, robot_pb2
-from virtualrobot.wire import settings_message
 from virtualrobot_sdk.registration import ComponentKind
 
 SCHEMA = {"type": "object", "properties": {"gain": {"type": "number", "default": 0.5}}}

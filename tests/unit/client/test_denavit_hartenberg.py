@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 import virtualrobot
-from virtualrobot.denavit_hartenberg import table_message
-from virtualrobot.robot_values import JointLimits
+from virtualrobot._wire.messages import pose_of
+from virtualrobot.robots.denavit_hartenberg import table_message
+from virtualrobot.robots.values import JointLimits
 from virtualrobot.v1 import nodes_pb2, scene_pb2
-from virtualrobot.wire import pose_of
 
 
 def row(given: Any) -> scene_pb2.DenavitHartenbergRow:  # noqa: ANN401 what it must not be, too

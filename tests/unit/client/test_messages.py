@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 import virtualrobot
-from virtualrobot import figures, moves, wire
+from virtualrobot._wire import messages as wire
+from virtualrobot.motions import moves
+from virtualrobot.scene import figures
 from virtualrobot.tables import scene_tree
 from virtualrobot.v1 import geometry_pb2, nodes_pb2
 

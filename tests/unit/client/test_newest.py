@@ -9,9 +9,9 @@ from contextlib import closing
 from typing import Any, cast
 
 import pytest
+from virtualrobot._wire.newest import newest
+from virtualrobot._wire.transport import Stream
 from virtualrobot.errors import KernelGoneError
-from virtualrobot.newest import newest
-from virtualrobot.transport import Stream
 
 
 class Told:

@@ -9,8 +9,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from virtualrobot import packages
-from virtualrobot.resolver import Resolver, UnresolvedUriError, is_relative, join_uri
+from virtualrobot.files import packages
+from virtualrobot.files.resolver import Resolver, UnresolvedUriError, is_relative, join_uri
 
 GAZEBO_VARIABLES = ("GZ_SIM_RESOURCE_PATH", "GAZEBO_MODEL_PATH", "SDF_PATH")
 

@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 import virtualrobot
+from virtualrobot.files.writing import write_beside, write_file
 from virtualrobot.v1 import nodes_pb2
-from virtualrobot.writing import write_beside, write_file
 
 
 class Held:

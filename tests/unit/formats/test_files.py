@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from virtualrobot.resolver import Resolver
+from virtualrobot.files.resolver import Resolver
 from virtualrobot_kernel.errors import KernelError, MissingFileError, Reason
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.files import Files

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from virtualrobot.resolver import Resolver
+from virtualrobot.files.resolver import Resolver
 from virtualrobot_kernel.errors import KernelError, MissingFileError
 from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from virtualrobot import Client, Robot
 from virtualrobot.apps import avoidance_law as law
-from virtualrobot.collisions import Distance
-from virtualrobot.robot_values import Jacobians
-from virtualrobot.setpoints import SetpointStream
+from virtualrobot.collisions.collisions import Distance
+from virtualrobot.motions.setpoints import SetpointStream
+from virtualrobot.robots.values import Jacobians
 
 Floats = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from virtualrobot import Client
 from virtualrobot.apps.pacing import Pace
 from virtualrobot.errors import VirtualRobotError
-from virtualrobot.pictures import Picture
+from virtualrobot.view.pictures import Picture
 
 FILM_RATE = 25.0
 """Pictures a second of simulation time."""

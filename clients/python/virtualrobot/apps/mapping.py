@@ -22,7 +22,7 @@ from virtualrobot.apps.bayes_grid import BayesGrid, Cone
 from virtualrobot.apps.octree_map import Keys, OctreeMap, centers_of
 from virtualrobot.apps.surface_truth import Comparison, compare, seen_from, surface_points
 from virtualrobot.errors import UnreachableError
-from virtualrobot.node import Node
+from virtualrobot.scene.node import Node
 
 Floats = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 
 from virtualrobot.clock import Clock
-from virtualrobot.pictures import Picture
+from virtualrobot.view.pictures import Picture
 
 MOST_BEHIND, LEAST_BEHIND = 3_000, 1_500
 """Waiting pictures above which time goes slower, until no more than the second number wait; the kernel keeps 10,000."""

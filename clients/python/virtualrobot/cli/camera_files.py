@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from virtualrobot.cameras import CameraReading
-    from virtualrobot.readings import Reading
+    from virtualrobot.sensors.cameras import CameraReading
+    from virtualrobot.sensors.readings import Reading
 
 KINDS = ("color", "depth", "segmentation", "normals")
 

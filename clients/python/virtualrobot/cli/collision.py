@@ -10,12 +10,12 @@ import click
 from virtualrobot.cli.options import FiniteRange, Target, target_options
 
 if TYPE_CHECKING:
-    from virtualrobot.allowed_pairs import AllowedPair, SampledPair
-    from virtualrobot.collision_meshes import CollisionMesh
-    from virtualrobot.collision_settings import CollisionSettings, GuardCost
-    from virtualrobot.collision_values import Collision
-    from virtualrobot.collision_watch import CollisionReport
-    from virtualrobot.collisions import Distance
+    from virtualrobot.collisions.allowed_pairs import AllowedPair, SampledPair
+    from virtualrobot.collisions.collisions import Distance
+    from virtualrobot.collisions.meshes import CollisionMesh
+    from virtualrobot.collisions.settings import CollisionSettings, GuardCost
+    from virtualrobot.collisions.values import Collision
+    from virtualrobot.collisions.watch import CollisionReport
     from virtualrobot.connection import Client
 
 MODES = ("off", "monitor", "stop", "guard", "inherit")
@@ -184,7 +184,7 @@ def find(target: Target, robot: str, samples: int, seed: int) -> None:
 
 def collision_lines(found: Sequence[Collision]) -> Iterator[str]:
     """Yield what touches as lines."""
-    from virtualrobot.collision_values import where
+    from virtualrobot.collisions.values import where
 
     if not found:
         yield "nothing touches that may not"

@@ -52,7 +52,7 @@ def jog(
 
     Ctrl-C, like a key that is released, stops it on its path.
     """
-    from virtualrobot import moves
+    from virtualrobot.motions import moves
 
     if (joint is not None) + (along is not None) + (about is not None) != 1:
         raise click.UsageError("say what moves, in one way: a JOINT, --along or --about")

@@ -11,9 +11,9 @@ from virtualrobot.cli.options import GO_ON, Target, target_options
 from virtualrobot.cli.orders import Order, order_options
 
 if TYPE_CHECKING:
-    from virtualrobot.groups import Group
-    from virtualrobot.motion import Motion
-    from virtualrobot.robot import Robot
+    from virtualrobot.motions.motion import Motion
+    from virtualrobot.robots.group import Group
+    from virtualrobot.robots.robot import Robot
     from virtualrobot.v1 import motion_pb2
 
 _BAR_WIDTH = 30

@@ -14,8 +14,8 @@ import click
 from virtualrobot.cli.options import Numbers, degrees_option, pose_of_numbers
 
 if TYPE_CHECKING:
-    from virtualrobot.groups import Group
-    from virtualrobot.robot import Robot
+    from virtualrobot.robots.group import Group
+    from virtualrobot.robots.robot import Robot
     from virtualrobot.v1 import motion_pb2
 
 
@@ -139,15 +139,14 @@ def joint_goal(robot: Robot | Group, words: Sequence[str], degrees: bool) -> dic
         raise click.UsageError(f"{' '.join(words)!r} are no joint values: name=value,... or numbers") from None
     if not degrees:
         return dict(zip((e.rpartition("=")[0] for e in entries), values, strict=True)) if all(named) else values
-    description = robot.description
     sliding = sliding_joints(robot)
-    every = [joint.name for joint in description.joints]
+    every = list(robot.joint_types)
     if all(named):
         names = [entry.rpartition("=")[0] for entry in entries]
         if unknown := sorted(set(names) - set(every)):
             raise UnknownNameError(f"the robot {robot.name!r} has no joint {unknown[0]!r}; it has {', '.join(every)}")
     else:
-        chain = list(description.chain_joints)
+        chain = robot.chain_joint_names
         names = every if len(values) == len(every) and robot.group_selection is None else chain
         if len(names) != len(values):
             return values  # the robot says what is wrong
@@ -156,6 +155,4 @@ def joint_goal(robot: Robot | Group, words: Sequence[str], degrees: bool) -> dic
 
 def sliding_joints(robot: Robot | Group) -> set[str]:
     """Return the names of the joints whose positions are meters and no angles."""
-    from virtualrobot.v1 import nodes_pb2
-
-    return {joint.name for joint in robot.description.joints if joint.type == nodes_pb2.JOINT_TYPE_PRISMATIC}
+    return {name for name, kind in robot.joint_types.items() if kind == "prismatic"}

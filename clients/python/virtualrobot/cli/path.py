@@ -12,7 +12,7 @@ from virtualrobot.cli.options import FiniteRange, Numbers, Target, degrees_optio
 from virtualrobot.cli.orders import Part, group_options, joint_goal, part_of
 
 if TYPE_CHECKING:
-    from virtualrobot.paths import FreePath, PathProgress
+    from virtualrobot.motions.paths import FreePath, PathProgress
 
 _EXAMPLES = """
 \b
@@ -65,7 +65,7 @@ def path(
             goal = pose_of_numbers(pose, degrees, handle.tcp if not reference else None)
         else:
             given = posture or joint_goal(handle, words, degrees)
-            goal = dict(zip(handle.description.chain_joints, given, strict=True)) if isinstance(given, list) else given
+            goal = dict(zip(handle.chain_joint_names, given, strict=True)) if isinstance(given, list) else given
         found = client.paths.find(
             robot,
             goal,

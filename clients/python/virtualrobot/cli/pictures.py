@@ -12,8 +12,8 @@ import click
 from virtualrobot.cli.options import FiniteRange, Numbers, Target, target_options
 
 if TYPE_CHECKING:
-    from virtualrobot.measuring import Measure, Place
-    from virtualrobot.pictures import Camera, Picture
+    from virtualrobot.view.measuring import Measure, Place
+    from virtualrobot.view.pictures import Camera, Picture
 
 DEFAULT_RATE = 25.0
 ABOVE_ZERO = FiniteRange(0.0, min_open=True)
@@ -77,7 +77,7 @@ def capture(
     plain: bool,
 ) -> None:
     """Write a picture of the world as it is now to OUTPUT, a .png or .jpg; it needs no browser."""
-    from virtualrobot.pictures import format_of
+    from virtualrobot.view.pictures import format_of
 
     format = format_of(output)
     with target.connect() as client:

@@ -14,9 +14,9 @@ from virtualrobot.cli.options import FiniteRange, Target, target_options
 from virtualrobot.cli.orders import Order, order_options, sliding_joints
 
 if TYPE_CHECKING:
-    from virtualrobot.plans import MotionCheck, MotionPlan, RobotTrajectory
-    from virtualrobot.robot import Robot
-    from virtualrobot.robot_values import JointLimits
+    from virtualrobot.motions.plans import MotionCheck, MotionPlan, RobotTrajectory
+    from virtualrobot.robots.robot import Robot
+    from virtualrobot.robots.values import JointLimits
 
 _PLAN_EXAMPLES = """
 \b

@@ -12,7 +12,7 @@ from virtualrobot.cli.settings import settings_from, settings_lines, settings_op
 
 if TYPE_CHECKING:
     from virtualrobot.plugins import Component, ComponentUse, Plugin
-    from virtualrobot.robot import Robot
+    from virtualrobot.robots.robot import Robot
 
 
 _EXAMPLES = """

@@ -11,7 +11,7 @@ import click
 from virtualrobot.cli.options import Numbers, Target, target_options
 
 if TYPE_CHECKING:
-    from virtualrobot.rays import RayCasterComparison, RayHits
+    from virtualrobot.sensors.rays import RayCasterComparison, RayHits
 
 _BAR_WIDTH = 40
 

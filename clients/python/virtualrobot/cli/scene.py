@@ -151,7 +151,7 @@ def _warnings_shown() -> Iterator[None]:
         def emit(self, record: logging.LogRecord) -> None:
             click.echo(f"warning: {record.getMessage()}", err=True)
 
-    log, handler = logging.getLogger("virtualrobot.scene_files"), Shown(logging.INFO)
+    log, handler = logging.getLogger("virtualrobot.files.scene_files"), Shown(logging.INFO)
     level = log.level
     log.addHandler(handler)
     log.setLevel(logging.INFO)

@@ -15,7 +15,7 @@ from virtualrobot.cli.sensor_words import contact_lines, said
 from virtualrobot.cli.settings import settings_from, settings_option
 
 if TYPE_CHECKING:
-    from virtualrobot.readings import Reading, SensorPreset, SensorStatus
+    from virtualrobot.sensors.readings import Reading, SensorPreset, SensorStatus
 
 _EXAMPLES = """
 \b
@@ -177,7 +177,7 @@ def reading_line(reading: Reading) -> str:
 
 def reading_lines(reading: Reading) -> Iterator[str]:
     """Yield a reading in several lines."""
-    from virtualrobot.range_sensors import RangeReading
+    from virtualrobot.sensors.range_sensors import RangeReading
 
     yield reading_line(reading)
     if isinstance(reading.value, RangeReading):
@@ -221,7 +221,7 @@ def write_points(path: Path, reading: Reading) -> None:
 def _said(reading: Reading) -> str:
     import numpy as np
 
-    from virtualrobot.range_sensors import RangeReading
+    from virtualrobot.sensors.range_sensors import RangeReading
 
     value = reading.value
     if value is None:

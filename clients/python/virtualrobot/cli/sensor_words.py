@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 from virtualrobot.cli.camera_files import picture_words
 
 if TYPE_CHECKING:
-    from virtualrobot.contact_sensors import Contact
+    from virtualrobot.sensors.contact_sensors import Contact
 
 
 def said(value: Any) -> str:  # noqa: ANN401 the value of any reading
     """Return what a camera, a motion or a contact sensor said in words; of others only the name of the value."""
-    from virtualrobot.cameras import CameraReading
-    from virtualrobot.motion_sensors import EncoderReading, ImuReading, PoseReading, WrenchReading
+    from virtualrobot.sensors.cameras import CameraReading
+    from virtualrobot.sensors.motion_sensors import EncoderReading, ImuReading, PoseReading, WrenchReading
 
     if isinstance(value, tuple):
         return _contacts(value)

@@ -9,7 +9,7 @@ import click
 from virtualrobot.cli.options import Target, target_options
 
 if TYPE_CHECKING:
-    from virtualrobot.signal_values import SignalValue
+    from virtualrobot._wire.signal_values import SignalValue
     from virtualrobot.signals import Signal
 
 _EXAMPLES = """

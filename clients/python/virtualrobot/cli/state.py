@@ -14,7 +14,7 @@ from virtualrobot.cli.signals import signal_text
 
 if TYPE_CHECKING:
     from virtualrobot.connection import Client
-    from virtualrobot.motion import Motion
+    from virtualrobot.motions.motion import Motion
 
 _WATCH_SECONDS = 0.2
 
@@ -83,7 +83,7 @@ def describe(client: Client, robots: Sequence[str], degrees: bool) -> str:
         lines += ["", f"{robot.name}  speed factor {now.speed_factor:g}  {_tools(now.tool, now.tool_states)}".rstrip()]
         lines.append("  tcp  " + _place(now.world_t_tcp, degrees))
         lines += [f"  groups  {names}"] if (names := ", ".join(robot.groups)) else []
-        lines += [f"  {line}" for line in aligned(joint_rows(robot.description, now, degrees))]
+        lines += [f"  {line}" for line in aligned(joint_rows(robot, now, degrees))]
     if not robots:
         lines += [""] * bool(client.signals)
         lines += [f"signal {signal.name}: {signal_text(signal)}" for signal in client.signals.read()]

@@ -1,0 +1,238 @@
+"""One channel to a kernel: adds token, leases and a time limit to each call and turns statuses into exceptions."""
+
+from __future__ import annotations
+
+import ssl
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+import grpc
+from google.rpc import error_details_pb2
+from grpc_status import rpc_status
+
+from virtualrobot._wire.descriptions import Descriptions
+from virtualrobot.errors import (
+    BY_REASON,
+    AuthenticationError,
+    CallTimeoutError,
+    ClientClosedError,
+    InvalidArgumentError,
+    KernelFaultError,
+    KernelGoneError,
+    TooLargeError,
+    VersionError,
+    VirtualRobotError,
+)
+from virtualrobot.session import is_loopback
+
+Message = TypeVar("Message")
+MAX_MESSAGE_BYTES = 256 * 1024 * 1024
+LEASE_KEY = "virtualrobot-lease"
+_CLOSE_SECONDS = 1.0
+_NO_ERROR_INFO: dict[grpc.StatusCode, type[VirtualRobotError]] = {
+    grpc.StatusCode.INVALID_ARGUMENT: InvalidArgumentError,
+    grpc.StatusCode.UNAUTHENTICATED: AuthenticationError,
+    grpc.StatusCode.RESOURCE_EXHAUSTED: TooLargeError,
+    grpc.StatusCode.INTERNAL: KernelFaultError,
+}
+
+
+class Stream(Generic[Message]):
+    """Messages of a watch or download as they come; ends when the kernel ends it or `cancel` is called."""
+
+    def __init__(self, call: Any, address: str, descriptions: Descriptions) -> None:  # noqa: ANN401 grpcio has no type for a running call
+        """Read from a running call to the kernel at `address`; `descriptions` hear of each message."""
+        self._call = call
+        self._address = address
+        self._descriptions = descriptions
+        self._cancelled = False
+
+    def __iter__(self) -> Iterator[Message]:
+        """Return itself."""
+        return self
+
+    def __next__(self) -> Message:
+        """Wait for the next message."""
+        try:
+            message = next(self._call)
+        except grpc.RpcError as error:
+            if self._cancelled:
+                raise StopIteration from None
+            raise translated(error, self._address) from None
+        if (stamp := getattr(message, "stamp", None)) is not None:
+            self._descriptions.saw(stamp)
+        return message
+
+    def cancel(self) -> None:
+        """End the stream; the kernel is told."""
+        self._cancelled = True
+        self._call.cancel()
+
+    def __enter__(self) -> Stream[Message]:
+        """Return itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End the stream."""
+        self.cancel()
+
+
+class Channel:
+    """A gRPC channel whose calls carry token and leases, have a time limit and raise exceptions of this library.
+
+    It wraps the calls itself: grpcio's own interceptors make each call anew, which costs time, and a call on a channel
+    that was closed crashes the process (grpcio 1.85).
+    """
+
+    def __init__(self, channel: grpc.Channel, address: str, token: str | None, timeout_seconds: float) -> None:
+        """Wrap a channel to `address`."""
+        self._channel = channel
+        self._address = address
+        # Never changed but replaced, since other threads call meanwhile.
+        self._metadata: tuple[tuple[str, str], ...] = (("authorization", f"Bearer {token}"),) if token else ()
+        self._timeout_seconds = timeout_seconds
+        self.descriptions = Descriptions()
+        self._closed = False
+        self._carrying = threading.Lock()
+
+    def carry(self, lease: str) -> None:
+        """Send the token of a lease with each call from now on."""
+        with self._carrying:
+            self._metadata = (*self._metadata, (LEASE_KEY, lease))
+
+    def drop(self, lease: str) -> None:
+        """Send the token of a lease no more."""
+        with self._carrying:
+            self._metadata = tuple(entry for entry in self._metadata if entry != (LEASE_KEY, lease))
+
+    def unary_unary(self, method: str, **options: Any) -> Callable[..., Any]:  # noqa: ANN401 as the generated stubs call it
+        """Return the function that makes a call with one answer."""
+        return self._whole(self._channel.unary_unary(method, **options))
+
+    def stream_unary(self, method: str, **options: Any) -> Callable[..., Any]:  # noqa: ANN401
+        """Return the function that makes a call with many requests and one answer."""
+        return self._whole(self._channel.stream_unary(method, **options))
+
+    def unary_stream(self, method: str, **options: Any) -> Callable[..., Stream[Any]]:  # noqa: ANN401
+        """Return the function that makes a call with many answers; it has no time limit unless one is given."""
+        return self._streaming(self._channel.unary_stream(method, **options))
+
+    def stream_stream(self, method: str, **options: Any) -> Callable[..., Stream[Any]]:  # noqa: ANN401
+        """Return the function that makes a call with many requests and many answers, without a time limit."""
+        return self._streaming(self._channel.stream_stream(method, **options))
+
+    def _streaming(self, call: Callable[..., Any]) -> Callable[..., Stream[Any]]:
+        def start(request: object, timeout: float | None = None) -> Stream[Any]:
+            self._check_open()
+            return Stream(call(request, timeout=timeout, metadata=self._metadata), self._address, self.descriptions)
+
+        return start
+
+    def _whole(self, call: Callable[..., Any]) -> Callable[..., Any]:
+        def make(request: object, timeout: float | None = None) -> Any:  # noqa: ANN401 the answer
+            limit = self._timeout_seconds if timeout is None else timeout
+            self._check_open()
+            asked_at = time.monotonic()
+            try:
+                answer = call(request, timeout=limit, metadata=self._metadata)
+            except grpc.RpcError as error:
+                # The cause would tell the same once more, in 20 lines of grpc's.
+                raise translated(error, self._address) from None
+            if (stamp := getattr(answer, "stamp", None)) is not None:
+                self.descriptions.saw(stamp, asked_at)
+            return answer
+
+        return make
+
+    def close(self) -> None:
+        """Close the channel; calls under way end.
+
+        grpc waits without end where Ctrl-C struck while it began a call: such a channel is left to the process's end.
+        """
+        self._closed = True
+        closing = threading.Thread(target=self._channel.close, daemon=True)
+        closing.start()
+        closing.join(_CLOSE_SECONDS)
+
+    def _check_open(self) -> None:
+        if self._closed:
+            raise ClientClosedError("this client is closed: connect again")
+
+
+def open_channel(
+    address: str, host: str, token: str | None, root_certificate: Path | None, timeout_seconds: float
+) -> Channel:
+    """Return a channel to `address`, in the clear on this machine and by TLS beyond it or with `root_certificate`.
+
+    Raises:
+        InvalidArgumentError: when the certificate cannot be read or is none.
+    """
+    options = [
+        ("grpc.max_receive_message_length", MAX_MESSAGE_BYTES),
+        ("grpc.max_send_message_length", MAX_MESSAGE_BYTES),
+        # After a lost connection the next call shall try at once and not after minutes.
+        ("grpc.max_reconnect_backoff_ms", 1000),
+        # What a watch's reader leaves unread waits in a window; a small one lets the kernel skip states early. By
+        # default it grows to megabytes: seconds of stale states. Measured: files travel as fast as before.
+        ("grpc.http2.bdp_probe", 0),
+        ("grpc.http2.lookahead_bytes", 4096),
+    ]
+    local = is_loopback(host)
+    if local:
+        # A proxy set for the web must not stand between programs on one machine.
+        options.append(("grpc.enable_http_proxy", 0))
+    if local and root_certificate is None:
+        channel = grpc.insecure_channel(address, options)
+    else:
+        pem = None if root_certificate is None else _certificate(root_certificate)
+        channel = grpc.secure_channel(address, grpc.ssl_channel_credentials(pem), options)
+    return Channel(channel, address, token, timeout_seconds)
+
+
+def translated(error: grpc.RpcError, address: str) -> VirtualRobotError:
+    """Return the exception that a failed call to the kernel at `address` raises."""
+    call: Any = error
+    code, text = call.code(), call.details() or ""
+    status = rpc_status.from_call(call)
+    for detail in status.details if status is not None else ():
+        info = error_details_pb2.ErrorInfo()
+        if detail.Unpack(info) and info.domain == "virtualrobot":
+            kind = BY_REASON.get(info.reason, VirtualRobotError)
+            return kind(text, info.reason, dict(info.metadata), code.name)
+    if code is grpc.StatusCode.UNAVAILABLE:
+        return KernelGoneError(
+            f"no kernel answers at {address}: {_cause(text)}; start one with 'virtualrobot serve'", code=code.name
+        )
+    if code is grpc.StatusCode.DEADLINE_EXCEEDED:
+        return CallTimeoutError(f"the kernel at {address} did not answer in time", code=code.name)
+    if code is grpc.StatusCode.UNIMPLEMENTED:
+        return VersionError(f"what listens at {address} does not know this call: {text}", code=code.name)
+    if code is grpc.StatusCode.CANCELLED:
+        return ClientClosedError("the call was cancelled by this client", code=code.name)
+    return _NO_ERROR_INFO.get(code, VirtualRobotError)(text or code.name, code=code.name)
+
+
+def _cause(text: str) -> str:
+    """Return the telling end of gRPC's words for a connection that failed."""
+    for sign, cause in (
+        ("Connection refused", "nothing listens there"),
+        ("WRONG_VERSION_NUMBER", "it does not speak TLS"),
+        ("CERTIFICATE_VERIFY_FAILED", "its certificate is not signed by the given root certificate"),
+        ("DNS resolution failed", "the host name is unknown"),
+        ("Socket closed", "the connection was closed"),
+    ):
+        if sign in text:
+            return cause
+    return text.rpartition("last error: ")[2] or "no connection"
+
+
+def _certificate(path: Path) -> bytes:
+    try:
+        pem = path.read_bytes()
+        ssl.create_default_context(cadata=pem.decode("ascii"))
+    except (OSError, UnicodeDecodeError, ssl.SSLError) as error:
+        raise InvalidArgumentError(f"{path} is no root certificate in PEM: {error}") from error
+    return pem

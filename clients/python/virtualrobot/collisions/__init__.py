@@ -1,0 +1,1 @@
+"""Collisions: what touches, what may, and how far things are apart."""

@@ -1,0 +1,121 @@
+"""Allowed collisions: pairs of nodes of one kernel that may touch each other, and the reasons."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+from virtualrobot._wire.services import Services
+from virtualrobot.v1 import collision_pb2, nodes_pb2, scene_pb2
+
+
+@dataclass(frozen=True, slots=True)
+class AllowedPair:
+    """Two nodes that may touch.
+
+    Attributes:
+        first: the name of a node, and `second` that of another one.
+        cause: rigid, adjacent, mounted, held, file or client.
+        reason: why, in the words of the file or the client.
+    """
+
+    first: str
+    second: str
+    cause: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class SampledPair:
+    """Two nodes of a robot that may not touch, and the number of the configurations tried in which they did."""
+
+    first: str
+    second: str
+    touched: int
+    samples: int
+
+    @property
+    def always(self) -> bool:
+        """True where they touched in each of the configurations."""
+        return self.touched == self.samples
+
+    @property
+    def never(self) -> bool:
+        """True where they touched in none of the configurations."""
+        return self.touched == 0
+
+
+class AllowedPairs:
+    """Allowed collisions: pairs of nodes of one kernel that may touch each other.
+
+    Example:
+        >>> client.collisions.allowed.add("arm.link_0", "table", "stands on it")
+    """
+
+    def __init__(self, services: Services) -> None:
+        """Handle the pairs of one kernel."""
+        self._services = services
+
+    def __iter__(self) -> Iterator[AllowedPair]:
+        """Yield all pairs that may touch, in the order of the nodes."""
+        return iter(self.list())
+
+    def list(self, *nodes: str) -> list[AllowedPair]:
+        """Return the pairs that may touch, all or those with one of these nodes or what hangs below them."""
+        response = self._services.collision.ListAllowedPairs(collision_pb2.ListAllowedPairsRequest(nodes=nodes))
+        names = collision_pb2.AllowedCause.Name
+        return [
+            AllowedPair(pair.first, pair.second, names(pair.cause).removeprefix("ALLOWED_CAUSE_").lower(), pair.reason)
+            for pair in response.pairs
+        ]
+
+    def add(self, first: str, second: str, reason: str = "") -> None:
+        """Let two nodes touch each other; saved with the scene."""
+        self.change(allow=[(first, second, reason)])
+
+    def remove(self, first: str, second: str) -> None:
+        """Let two nodes touch no more; raises UnknownNameError when no client had allowed it."""
+        self.change(forbid=[(first, second)])
+
+    def change(self, allow: Iterable[tuple[str, str, str]] = (), forbid: Iterable[tuple[str, str]] = ()) -> None:
+        """Let pairs touch no more, then let others (name, name, why) touch, as one change."""
+        allow, forbid = tuple(allow), tuple(forbid)
+        if not allow and not forbid:
+            return
+        self._services.apply([pairs_command(allow, forbid)])
+
+    def find(
+        self, robot: str, *, samples: int = 0, seed: int = 0, progress: Callable[[float], None] | None = None
+    ) -> Sequence[SampledPair]:
+        """Return how often nodes of a robot touch in random configurations, those that do most often first.
+
+        Nothing is changed. To allow what always touches, give these pairs to `change`.
+
+        Args:
+            robot: the robot.
+            samples: number of configurations; 0 means 1,000.
+            seed: the seed that they are drawn with.
+            progress: is called with the part that is done, 0 to 1; what it raises ends the search.
+
+        Raises:
+            UnknownNameError: when there is no such robot.
+            LimitError: for more than 100,000 samples.
+        """
+        request = collision_pb2.FindAllowedPairsRequest(robot=robot, samples=samples, seed=seed)
+        found: Sequence[SampledPair] = ()
+        with self._services.collision.FindAllowedPairs(request) as stream:
+            for response in stream:
+                if progress is not None:
+                    progress(response.progress)
+                tried = response.samples
+                found = [SampledPair(pair.first, pair.second, pair.touched, tried) for pair in response.pairs]
+        return found
+
+
+def pairs_command(allow: Iterable[tuple[str, str, str]], forbid: Iterable[tuple[str, str]]) -> scene_pb2.Command:
+    """Return the command that lets pairs touch no more, then others (name, name, why) touch."""
+    command = collision_pb2.SetAllowedPairs(
+        allow=[nodes_pb2.NodePair(first=first, second=second, reason=why) for first, second, why in allow],
+        forbid=[nodes_pb2.NodePair(first=first, second=second) for first, second in forbid],
+    )
+    return scene_pb2.Command(set_allowed_pairs=command)

@@ -1,0 +1,1 @@
+"""Files: found on this machine, sent to the kernel with all that they name, and written here."""

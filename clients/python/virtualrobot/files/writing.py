@@ -1,0 +1,60 @@
+"""Files that the kernel gives, written to this machine."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+
+from virtualrobot.errors import InvalidArgumentError, VirtualRobotError
+from virtualrobot.files.assets import Assets
+from virtualrobot.files.resolver import is_relative
+from virtualrobot.v1 import nodes_pb2
+
+
+def write_beside(
+    folder: Path, files: Iterable[nodes_pb2.AssetFile], assets: Assets, *, replace: bool = True
+) -> list[Path]:
+    """Download files and write them below a folder, by their names; return their paths.
+
+    Raises:
+        VirtualRobotError: when a name would lead out of the folder; nothing has been written then.
+        InvalidArgumentError: when one cannot be written, or, unless `replace`, when one is there with other bytes.
+    """
+    files = list(files)
+    for file in files:
+        # Windows reads backslashes and colons in names as parts of a path.
+        if not is_relative(file.uri) or {"\\", ":"} & set(file.uri) or {"", ".", ".."} & set(file.uri.split("/")):
+            raise VirtualRobotError(f"the kernel names a file outside the folder {folder}: {file.uri!r}")
+    if not replace and (others := [file.uri for file in files if _has_other_bytes(folder / file.uri, file.sha256)]):
+        raise InvalidArgumentError(
+            f"{folder / others[0]} is there already and is something else: choose another folder"
+        )
+    return [write_file(folder / file.uri, assets.download(file.sha256)) for file in files]
+
+
+def _has_other_bytes(path: Path, sha256: str) -> bool:
+    return path.is_file() and hashlib.sha256(path.read_bytes()).hexdigest() != sha256
+
+
+def write_file(path: Path, data: bytes) -> Path:
+    """Write a file as a whole or not at all; return its path."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        try:
+            with os.fdopen(descriptor, "wb") as file:
+                file.write(data)
+            # mkstemp makes files that only their owner can read; what is saved is an ordinary file.
+            mask = os.umask(0)
+            os.umask(mask)
+            os.chmod(temporary, 0o666 & ~mask)
+            os.replace(temporary, path)
+        except BaseException:
+            os.unlink(temporary)
+            raise
+    except OSError as error:
+        raise InvalidArgumentError(f"{path} cannot be written: {error.strerror or error}") from error
+    return path

@@ -1,0 +1,1 @@
+"""Motions: moves, programs, plans, paths and setpoints."""

@@ -1,0 +1,192 @@
+"""Free ways of arms around what stands in between."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Unpack
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from virtualrobot._wire.messages import group_message, joint_map
+from virtualrobot._wire.services import Services
+from virtualrobot.errors import UnknownNameError, WrongStateError
+from virtualrobot.motions import moves
+from virtualrobot.motions.motion import Motion, StartOptions
+from virtualrobot.motions.program import Program
+from virtualrobot.robots.description import joints_now
+from virtualrobot.v1 import motion_pb2, path_pb2
+
+PLANNERS = {
+    "": path_pb2.PATH_PLANNER_UNSPECIFIED,
+    "RRTConnect": path_pb2.PATH_PLANNER_RRT_CONNECT,
+    "RRT": path_pb2.PATH_PLANNER_RRT,
+    "KPIECE1": path_pb2.PATH_PLANNER_KPIECE1,
+    "BKPIECE1": path_pb2.PATH_PLANNER_BKPIECE1,
+    "LBKPIECE1": path_pb2.PATH_PLANNER_LBKPIECE1,
+    "RRTstar": path_pb2.PATH_PLANNER_RRT_STAR,
+    "InformedRRTstar": path_pb2.PATH_PLANNER_INFORMED_RRT_STAR,
+}
+"""The planners by the names that OMPL gives them; the empty one is the default."""
+PLANNER_NAMES = {number: name for name, number in PLANNERS.items()}
+
+AT_START = 1e-4
+"""Largest distance of each joint from the path's start, in rad or m."""
+
+
+@dataclass(frozen=True, slots=True)
+class PathProgress:
+    """Progress of the search for a path.
+
+    Attributes:
+        elapsed_seconds: time since the search began (s).
+        states: number of configurations that the search has joined so far.
+        checks: number of configurations and lines that have been checked.
+    """
+
+    elapsed_seconds: float
+    states: int
+    checks: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FreePath:
+    """A path on which an arm touches nothing that it may not, as the world was when it was looked for.
+
+    Attributes:
+        joint_names: the joints (k,) that move the robot's flange.
+        waypoints: (n, k) joint values from the start to the goal, radians or meters; the straight lines between them
+            are free.
+        straight: true where the straight way to the goal is free: then it is the path.
+        length: of the path, in the space of the joints.
+        straight_length: of the straight way, free or not.
+        program: point-to-point moves with rounded corners; the motion that the kernel makes of them from the path's
+            start was proven to touch nothing.
+        duration: the duration of that motion (s).
+        planner: the planner that was asked.
+        planning_seconds: the time that finding it took (s).
+        checks: number of configurations and lines that were checked, and `states`, of those that the search has joined.
+    """
+
+    joint_names: tuple[str, ...]
+    waypoints: NDArray[np.float64]
+    straight: bool
+    length: float
+    straight_length: float
+    program: Program = field(repr=False)
+    duration: float
+    planner: str
+    planning_seconds: float
+    checks: int
+    states: int
+    _services: Services = field(repr=False)
+
+    def start(self, **options: Unpack[StartOptions]) -> Motion:
+        """Go along the path; the options are those of `Robot`.
+
+        Raises WrongStateError when the robot is not at the path's start: nobody has looked at the way from elsewhere.
+        """
+        robot = self.program.spec.steps[0].move.moves[0].robot
+        here = joints_now(self._services, robot)
+        for name, value in zip(self.joint_names, self.waypoints[0].tolist(), strict=True):
+            if abs(here[name] - value) > AT_START:
+                raise WrongStateError(
+                    f"{robot!r} is not where the path starts: {name!r} is at {here[name]:.6g} and not at {value:.6g}; "
+                    "move it there, or look for a path from here"
+                )
+        return self.program.start(**options)
+
+
+class Paths:
+    """Free ways in the world of one kernel.
+
+    Example:
+        >>> path = client.paths.find("arm", {"lbr_iiwa_joint_1": 1.5})
+        >>> path.start()
+    """
+
+    def __init__(self, services: Services) -> None:
+        """Look for paths in the world of one kernel."""
+        self._services = services
+
+    def find(
+        self,
+        robot: str,
+        goal: Mapping[str, float] | str | ArrayLike,
+        *,
+        start: Mapping[str, float] | None = None,
+        reference: str = "",
+        configuration: str = "",
+        planner: str = "",
+        seed: int = 0,
+        time_limit: float = 0.0,
+        speed_factor: float = 0.0,
+        zone_percent: float | None = None,
+        group: str | tuple[str, str] = "",
+        progress: Callable[[PathProgress], None] | None = None,
+    ) -> FreePath:
+        """Return a path on which an arm touches nothing that it may not. Nothing moves.
+
+        All else stands as it does now; the part that the robot holds goes along.
+
+        Args:
+            robot: the robot.
+            goal: joint values by name, the name of a posture, or a 4x4 pose of the tool centre point.
+            start: joints that are elsewhere at the start of the path; without it, it begins where the robot stands.
+            reference: the node in whose frame the pose is; empty means the world.
+            configuration: the only configuration that will do for a pose; empty means that all are tried.
+            planner: RRTConnect (the default), RRT, KPIECE1, BKPIECE1 and LBKPIECE1 end with the first path; RRTstar and
+                InformedRRTstar use all the time for a shorter one.
+            seed: the seed of the search; with the first ones equal seeds find equal paths.
+            time_limit: in s; 0 means 10.
+            speed_factor: of the moves, above 0, up to 1; 0 means 1.
+            zone_percent: the most by which corners are rounded off, 0 to 50; None means 50.
+            group: the group of the robot whose joints move, by name or as (base link, tip link); empty means its own
+                chain.
+            progress: is called about four times a second; what it raises ends the search.
+
+        Raises:
+            CollisionError: when the robot touches something at the start or at every goal.
+            UnreachableError: when a pose is out of reach, or no path was found in time.
+            UnknownNameError: for a robot, joint, posture or planner that there is not.
+            LimitError: when a joint cannot be there.
+            WrongStateError: when the kernel does not have the library ompl.
+        """
+        if planner not in PLANNERS:
+            raise UnknownNameError(f"there is no planner {planner!r}; give one of {', '.join(filter(None, PLANNERS))}")
+        move = moves.point_to_point(robot, goal, reference=reference, configuration=configuration)
+        request = path_pb2.FindPathRequest(
+            robot=robot,
+            start=motion_pb2.JointGoal(joint_positions=joint_map(start or {})),
+            goal=move.point_to_point,
+            planner=PLANNERS[planner],
+            seed=seed,
+            time_limit_seconds=time_limit,
+            speed_factor=speed_factor,
+            blend_percent=zone_percent,
+            group=group_message(group),
+        )
+        last = path_pb2.FindPathResponse()
+        with self._services.path.FindPath(request) as stream:
+            for last in stream:
+                if progress is not None:
+                    progress(PathProgress(last.elapsed_seconds, last.states, last.checks))
+        return self._path(last)
+
+    def _path(self, last: path_pb2.FindPathResponse) -> FreePath:
+        path = last.path
+        return FreePath(
+            tuple(path.joint_names),
+            np.array([waypoint.positions for waypoint in path.waypoints]),
+            path.straight,
+            path.length,
+            path.straight_length,
+            Program(self._services, path.spec),
+            path.duration_seconds,
+            PLANNER_NAMES[path.planner],
+            path.planning_seconds,
+            last.checks,
+            last.states,
+            self._services,
+        )

@@ -1,0 +1,117 @@
+"""Programs: many moves, signals, waits and dwells, one after the other, as one motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Unpack
+
+from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
+from virtualrobot._wire.signal_values import SignalValue, condition, value_message
+from virtualrobot.errors import InvalidArgumentError
+from virtualrobot.motions import motion, plans
+from virtualrobot.motions.moves import unstarted
+from virtualrobot.v1 import motion_pb2
+
+
+class Program:
+    """Steps that one motion makes one after the other, planned as a whole before anything moves.
+
+    Each method adds a step and returns the program. Moves are those of `Robot.ptp`, `Robot.linear` and their like.
+
+    Example:
+        >>> program = client.program()
+        >>> program.move(robot.linear(above), zone=0.02)
+        >>> program.move(robot.linear(at))
+        >>> program.set("gripper", True)
+        >>> program.wait("part", True, timeout=5.0)
+        >>> program.dwell(0.2)
+        >>> program.move(robot.linear(above))
+        >>> program.start()
+    """
+
+    def __init__(self, services: Services, spec: motion_pb2.MotionSpec | None = None) -> None:
+        """Begin empty, or with what a spec says; `Client.program` makes one."""
+        self._services = services
+        self.spec = motion_pb2.MotionSpec() if spec is None else spec
+        """The program as the contract describes it."""
+
+    def move(self, *moves: motion_pb2.Move, zone: float = 0.0, zone_percent: float = 0.0) -> Program:
+        """Add moves that start and end together.
+
+        With `zone`, in meters of the tool centre point's way, or `zone_percent`, of these moves and of the next ones,
+        up to 50, the corner is rounded off towards the next moves instead of stopping there; `Motion.notes` tells what
+        became of it.
+        """
+        if zone and zone_percent:
+            raise InvalidArgumentError("a zone has a distance or a percentage: give one of zone and zone_percent")
+        given = unstarted(moves)
+        step = self.spec.steps.add().move
+        step.moves.extend(given)
+        if zone:
+            step.blend_distance_meters = zone
+        if zone_percent:
+            step.blend_percent = zone_percent
+        return self
+
+    def set(self, signal: str, value: SignalValue | Sequence[bool] = True) -> Program:
+        """Add a step that sets a signal; between moves with a zone it is set in the zone's middle."""
+        self.spec.steps.add(set_signal=motion_pb2.SetSignalStep(signal=signal, value=value_message(value)))
+        return self
+
+    def wait(self, signal: str, value: SignalValue = True, timeout: float = 0.0, comparison: str = "==") -> Program:
+        """Add a step that stands still until a signal compares so with a value (`==`, `!=`, `<`, `<=`, `>`, `>=`).
+
+        After `timeout` seconds of simulation time (0: never) the motion is cancelled as SIGNAL_TIMEOUT.
+        """
+        wait = motion_pb2.WaitSignalStep(condition=condition(signal, value, comparison), timeout_seconds=timeout)
+        self.spec.steps.add(wait_signal=wait)
+        return self
+
+    def dwell(self, seconds: float) -> Program:
+        """Add a step that stands still for some seconds of simulation time."""
+        self.spec.steps.add(dwell=motion_pb2.DwellStep(seconds=seconds))
+        return self
+
+    def start(self, **options: Unpack[motion.StartOptions]) -> motion.Motion:
+        """Plan all steps and start; the options are those of `Robot`.
+
+        An error of the planner names the step, in its message and as `metadata["step"]`; then nothing moves.
+        """
+        return motion.start_spec(self._services, self.spec, **options)
+
+    def plan(self, *, sample_seconds: float = 0.0) -> plans.MotionPlan:
+        """Return what it would do, in samples; see `Client.plan`. Nothing moves."""
+        return plans.plan(self._services, self.spec, sample_seconds=sample_seconds)
+
+    def check(self, *, min_singular_value: float = 0.0, collisions: bool = True) -> plans.MotionCheck:
+        """Return whether it keeps all limits and touches nothing, and else what it violates; see `Client.check`.
+
+        Example:
+            >>> found = program.check()
+            >>> if not found.ok:
+            ...     print(found.first_violation.step, found.first_violation)
+        """
+        return plans.check(self._services, self.spec, min_singular_value=min_singular_value, collisions=collisions)
+
+    def __len__(self) -> int:
+        """Return the number of steps."""
+        return len(self.spec.steps)
+
+    def __iter__(self) -> Iterator[motion_pb2.ProgramStep]:
+        """Return the steps as the contract describes them."""
+        return iter(self.spec.steps)
+
+    def __repr__(self) -> str:
+        """Return a line for people."""
+        return f"<Program of {len(self)} steps>"
+
+
+def read(services: Services, file: str | Path) -> Program:
+    """Return what a program file says; see `Client.read_program`."""
+    try:
+        text = Path(file).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InvalidArgumentError(f"{file} is no program file: {error}") from error
+    request = motion_pb2.ReadProgramRequest(text=text, uri=str(file))
+    return Program(services, services.motion.ReadProgram(request, timeout=LONG_TIMEOUT_SECONDS).spec)

@@ -1,0 +1,219 @@
+"""Streams of setpoints: a program moves joints as it goes, by positions or velocities."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from virtualrobot._wire.services import Services
+from virtualrobot._wire.transport import Stream
+from virtualrobot.errors import (
+    CallTimeoutError,
+    InvalidArgumentError,
+    UnknownNameError,
+    VirtualRobotError,
+)
+from virtualrobot.motions.motion import Motion, Phase, raise_early_end
+from virtualrobot.v1 import motion_pb2
+
+MODES = {"position": motion_pb2.SETPOINT_MODE_POSITION, "velocity": motion_pb2.SETPOINT_MODE_VELOCITY}
+
+Setpoint: TypeAlias = Mapping[str, float] | ArrayLike
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StreamState:
+    """State of joints that follow their setpoints.
+
+    Attributes:
+        joint_names: the joints, in the order of the arrays.
+        positions: their positions, shape (k,), radians or meters.
+        velocities: their velocities, shape (k,), rad/s or m/s.
+        time_seconds: simulation time of that state (s).
+        phase: the phase of the motion.
+    """
+
+    joint_names: tuple[str, ...]
+    positions: NDArray[np.float64]
+    velocities: NDArray[np.float64]
+    time_seconds: float
+    phase: Phase
+
+
+class SetpointStream:
+    """Joints that follow the setpoints which this program sends; `Robot.stream` opens one. A context manager.
+
+    It may be used from several threads. At the end of the block the joints come to rest, at their last setpoint where
+    that is a position; when the block fails they stop at once, smoothly.
+
+    Example:
+        >>> with robot.stream("velocity", ["lbr_iiwa_joint_1"]) as stream:
+        ...     for state in stream:
+        ...         stream.send([0.5])
+        ...         if state.positions[0] > 1.0:
+        ...             break
+    """
+
+    def __init__(self, services: Services, target: motion_pb2.SetpointTarget) -> None:
+        """Start a motion that follows setpoints; `Robot.stream` makes the usual ones."""
+        self.joint_names = tuple(target.joint_names)
+        self._changed = threading.Condition()
+        self._newest: NDArray[np.float64] | None = None
+        self._version = 0
+        self._sent = 0
+        self._under_way: deque[tuple[int, int]] = deque()
+        self._arrived = 0
+        self._closed = False
+        self._ended = False
+        self._cancelled = False
+        self._error: VirtualRobotError | None = None
+        self._call: Stream[motion_pb2.StreamSetpointsResponse] = services.motion.StreamSetpoints(self._requests(target))
+        try:
+            first = next(self._call)
+        except BaseException:
+            self._end(None)
+            raise
+        self.motion = Motion(services, first.motion)
+        self._response = first
+        at_rest = target.mode == motion_pb2.SETPOINT_MODE_VELOCITY
+        self._last = np.zeros(len(self.joint_names)) if at_rest else np.array(first.positions)
+        threading.Thread(target=self._read, name=f"setpoints of {first.motion.id}", daemon=True).start()
+
+    @property
+    def state(self) -> StreamState:
+        """State of the joints, as it was last told: at most 60 times a second."""
+        response = self._response
+        return StreamState(
+            self.joint_names,
+            np.array(response.positions),
+            np.array(response.velocities),
+            response.stamp.simulation_time_seconds,
+            Phase(response.motion.phase),
+        )
+
+    def send(self, setpoint: Setpoint, *, wait: bool = False) -> None:
+        """Send a setpoint: radians or meters, or per second; one that has not left yet is replaced.
+
+        Values in the order of `joint_names`, or by name; joints that are not named keep their last setpoint. With
+        `wait` it returns once the motion has got it: so a program that steps the clock knows in which tick it counts.
+
+        Raises:
+            LimitError, InvalidArgumentError: when an earlier setpoint was refused; the motion has stopped.
+            MotionCancelledError: when the motion was cancelled.
+            MotionAbortedError: when the kernel had to end it, such as because no setpoint came in time.
+            LeasedError, LeaseEndedError: when somebody else has the robot now.
+            KernelGoneError: when the kernel ended.
+        """
+        with self._changed:
+            self._last = self._newest = self._values(setpoint)
+            self._version += 1
+            version = self._version
+            self._raise_if_over()
+            self._changed.notify_all()
+            while wait and self._arrived < version:
+                self._changed.wait(0.5)
+                self._raise_if_over()
+
+    def close(self, timeout: float | None = None) -> None:
+        """End the stream well and wait until the joints rest, for at most `timeout` seconds; raises as `send` does."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+            if not self._changed.wait_for(lambda: self._ended, timeout):
+                raise CallTimeoutError(f"the joints of {self.motion.id} do not rest after {timeout} s; they go on")
+            if Phase(self._response.motion.phase) is not Phase.SUCCEEDED:
+                self._raise_if_over()
+
+    def cancel(self) -> None:
+        """Stop the joints at once, smoothly, and end the stream; the motion is aborted, as when a client is gone."""
+        self._cancelled = True
+        self._call.cancel()
+        self._end(None)
+
+    def __iter__(self) -> Iterator[StreamState]:
+        """Yield the latest state again and again, each at most once; raises as `send` does when the motion is over."""
+        seen = None
+        while True:
+            with self._changed:
+                while self._response is seen:
+                    self._raise_if_over()
+                    self._changed.wait(0.5)
+                seen = self._response
+            yield self.state
+
+    def __enter__(self) -> SetpointStream:
+        """Return itself."""
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        """Let the joints come to rest; stop them when the block failed."""
+        if kind is not None:
+            self.cancel()
+        elif not self._cancelled:
+            self.close()
+
+    def __repr__(self) -> str:
+        """Return a line for people."""
+        return f"<SetpointStream {self.motion.id} of {', '.join(self.joint_names)}>"
+
+    def _values(self, setpoint: Setpoint) -> NDArray[np.float64]:
+        if isinstance(setpoint, Mapping):
+            values = self._last.copy()
+            for name, value in setpoint.items():
+                if name not in self.joint_names:
+                    raise UnknownNameError(f"the stream moves {', '.join(self.joint_names)}, not {name!r}")
+                values[self.joint_names.index(name)] = value
+            return values
+        values = np.array(setpoint, dtype=float)
+        if values.shape != (len(self.joint_names),):
+            raise InvalidArgumentError(
+                f"a setpoint has one value for each of {', '.join(self.joint_names)}, not the shape {values.shape}"
+            )
+        return values
+
+    def _raise_if_over(self) -> None:
+        if self._error is not None:
+            raise self._error
+        if self._ended or self._closed:
+            told = self._response.motion
+            raise_early_end(told)
+            raise VirtualRobotError(f"the stream of {self.motion.id} is closed")
+
+    def _requests(self, target: motion_pb2.SetpointTarget) -> Iterator[motion_pb2.StreamSetpointsRequest]:
+        """Yield the target and then the newest setpoint whenever gRPC has sent the one before."""
+        yield motion_pb2.StreamSetpointsRequest(target=target)
+        while True:
+            with self._changed:
+                while self._newest is None and not (self._closed or self._ended):
+                    self._changed.wait(0.5)
+                if self._newest is None or self._ended:
+                    return
+                values, self._newest = self._newest, None
+                self._sent += 1
+                self._under_way.append((self._sent, self._version))
+            yield motion_pb2.StreamSetpointsRequest(values=values.tolist())
+
+    def _read(self) -> None:
+        try:
+            for response in self._call:
+                with self._changed:
+                    self._response = response
+                    while self._under_way and self._under_way[0][0] <= response.setpoint_count:
+                        self._arrived = self._under_way.popleft()[1]
+                    self._changed.notify_all()
+        except VirtualRobotError as error:
+            self._end(error)
+        else:
+            self._end(None)
+
+    def _end(self, error: VirtualRobotError | None) -> None:
+        with self._changed:
+            self._ended = True
+            self._error = self._error or error
+            self._changed.notify_all()

@@ -1,0 +1,1 @@
+"""Robots: what they are, where they are, and what is computed of them."""

@@ -1,0 +1,231 @@
+"""Robots: where they are, where they can go, and their motions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import closing
+
+import numpy as np
+from numpy.typing import NDArray
+
+from virtualrobot._wire.newest import newest
+from virtualrobot.errors import InvalidArgumentError
+from virtualrobot.geometry import Matrix
+from virtualrobot.leases import Lease, acquire
+from virtualrobot.motions.setpoints import MODES, SetpointStream
+from virtualrobot.robots.group import Group
+from virtualrobot.robots.move_maker import JointPositions
+from virtualrobot.robots.solver import Solver
+from virtualrobot.robots.tool import Tool
+from virtualrobot.robots.values import (
+    Actuator,
+    JointGroup,
+    JointLimits,
+    LinkPair,
+    RobotState,
+)
+from virtualrobot.scene.editor import Direct
+from virtualrobot.v1 import motion_pb2, robot_pb2, scene_pb2
+
+
+class Robot(Solver):
+    """A robot by its name: an arm, a conveyor, a turntable, a vehicle, whatever has joints.
+
+    Positions are radians or meters, poses 4x4 arrays. Its motions and their options are those of `Mover`
+    and `Jogger`, what is computed of it is in `Solver`.
+    """
+
+    @property
+    def joint_names(self) -> list[str]:
+        """The joints that can be moved, in the order of `positions`."""
+        return [joint.name for joint in self._description.joints]
+
+    @property
+    def limits(self) -> dict[str, JointLimits]:
+        """Limits of each joint, by name."""
+        return {joint.name: JointLimits.of(joint.limits) for joint in self._description.joints}
+
+    @property
+    def links(self) -> list[str]:
+        """The names of the links, parents before children."""
+        return list(self._description.links)
+
+    @property
+    def flange(self) -> str:
+        """The link that tools are mounted on."""
+        return self._description.flange
+
+    @property
+    def postures(self) -> dict[str, dict[str, float]]:
+        """Postures with a name, for `move_to`."""
+        return {posture.name: dict(posture.joint_positions) for posture in self._description.robot.postures}
+
+    @property
+    def groups(self) -> dict[str, JointGroup]:
+        """Groups of joints by name, as an SRDF file or `set_groups` gives them; `group` handles one of them."""
+        return {group.name: JointGroup.of(group) for group in self._description.robot.groups}
+
+    def group(self, name: str = "", *, base: str = "", tip: str = "") -> Group:
+        """Return a handle for a part of the robot that is solved and moved by itself.
+
+        Args:
+            name: one of `groups`.
+            base: instead of a name, the link that a chain begins at; without it the robot's base.
+            tip: the link that it ends at, below `base`; without it the flange.
+
+        Raises:
+            UnknownNameError: when the robot has no such group or link; it lists the right ones.
+            InvalidArgumentError: when no chain leads from `base` to `tip`.
+
+        Example:
+            >>> robot.group("left_arm").move_linear(goal)
+            >>> robot.group(base="torso", tip="left_gripper").solve_inverse(goal)
+        """
+        if not (name or base or tip):
+            raise InvalidArgumentError(f"name a group of {self.name!r}, or the base and tip link of a chain")
+        group = Group(self._services, self.name, name, base, tip)
+        _ = group._description  # raises when there is none
+        return group
+
+    def set_groups(self, groups: Iterable[JointGroup]) -> None:
+        """Give the robot these groups, in place of those that it has; chains need no joint names.
+
+        Example:
+            >>> robot.set_groups([virtualrobot.JointGroup("left_arm", base_link="torso", tip_link="left_gripper")])
+        """
+        Direct(self._services).set_groups(self.name, groups)
+
+    @property
+    def actuators(self) -> list[Actuator]:
+        """Actuators of the joints, in the order of `RobotState.actuator_positions`; empty where motors are joints."""
+        return [Actuator.of(message) for message in self._description.robot.actuators]
+
+    @property
+    def allowed_collisions(self) -> list[LinkPair]:
+        """Pairs of links that may touch: adjacent ones, and those that the model says."""
+        return [LinkPair(pair.first, pair.second, pair.reason) for pair in self._description.robot.allowed_collisions]
+
+    @property
+    def state(self) -> RobotState:
+        """State of joints, tool centre point and tools now."""
+        request = robot_pb2.GetRobotStatesRequest(names=[self.name])
+        response = self._services.robot.GetRobotStates(request)
+        return RobotState.of(response.robots[0], response.stamp)
+
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """All joint coordinates now, in radians and meters."""
+        return self.state.positions
+
+    @property
+    def tcp(self) -> Matrix:
+        """`world_t_tcp`, 4x4: where the chosen tool centre point is (without a tool: the flange)."""
+        return self.state.world_t_tcp
+
+    def watch(self, max_rate_hertz: float = 0.0) -> Iterator[RobotState]:
+        """Yield the state now and whenever it has changed, at most 30 times a second by default."""
+        request = robot_pb2.WatchRobotStatesRequest(names=[self.name], max_rate_hertz=max_rate_hertz)
+        stream = self._services.robot.WatchRobotStates(request)
+        with closing(newest(stream, lambda said: ((one.name, (one, said.stamp)) for one in said.robots))) as states:
+            for robot, stamp in states:
+                yield RobotState.of(robot, stamp)
+
+    @property
+    def speed_factor(self) -> float:
+        """Factor by which its motions are slowed, above 0, up to 1; setting it changes running ones smoothly."""
+        return self.state.speed_factor
+
+    @speed_factor.setter
+    def speed_factor(self, factor: float) -> None:
+        Direct(self._services).set_speed_factor(factor, self.name)
+
+    def set_positions(self, positions: JointPositions) -> None:
+        """Put joints somewhere at once, without a motion; values by name, or all coordinates in order."""
+        named = self._named(positions) if isinstance(positions, Mapping) else positions
+        Direct(self._services).set_joint_positions(self.name, named)
+
+    def lease(self, *, take: bool = False, owner: str = "") -> Lease:
+        """Lease it, so that nobody but this client moves it; see `Client.lease`.
+
+        Example:
+            >>> with robot.lease():
+            ...     robot.move_to("home")
+        """
+        return acquire(self._services, [self.name], owner, take)
+
+    def stream(
+        self,
+        mode: str = "position",
+        joints: Sequence[str] | None = None,
+        *,
+        timeout: float = 0.2,
+        preempt: bool = False,
+    ) -> SetpointStream:
+        """Open a stream of setpoints, which moves joints as this program sends them.
+
+        Args:
+            mode: the quantity of the setpoints, `position` or `velocity`.
+            joints: the joints, in the order of the values; without them all joints of one coordinate.
+            timeout: after how many seconds of simulation time without a setpoint the joints stop.
+            preempt: cancel motions in the way instead of being refused.
+
+        Raises:
+            RobotBusyError: when one of the joints moves already.
+            UnknownNameError: when the robot has no such joint.
+            LeasedError: when somebody else has leased the robot.
+
+        Example:
+            >>> with robot.stream("velocity", ["lbr_iiwa_joint_1"]) as stream:
+            ...     stream.send([0.5])
+        """
+        if mode not in MODES:
+            raise InvalidArgumentError(f"mode is 'position' or 'velocity', not {mode!r}")
+        if joints is None:
+            joints = [joint.name for joint in self._description.joints if joint.coordinate_count == 1]
+        if not joints:
+            raise InvalidArgumentError(f"a stream of {self.name!r} needs joints to move")
+        target = motion_pb2.SetpointTarget(
+            robot=self.name,
+            joint_names=joints,
+            mode=MODES[mode],
+            timeout_seconds=timeout,
+            busy_policy=motion_pb2.BUSY_POLICY_PREEMPT if preempt else motion_pb2.BUSY_POLICY_REJECT,
+        )
+        return SetpointStream(self._services, target)
+
+    # Tools and parts.
+
+    @property
+    def tools(self) -> list[str]:
+        """The names of the tools mounted on it."""
+        return list(self._description.tools)
+
+    def tool(self, name: str = "") -> Tool:
+        """Return a handle for a tool of this robot; without a name the chosen one.
+
+        Example:
+            >>> robot.tool("hand").open()
+        """
+        return Tool.of(self._services, self.name, name)
+
+    def pick(self, part: str = "", max_distance_meters: float = 0.0) -> str:
+        """Fix a part to the chosen tool and return its name.
+
+        Without a name it is the one nearest to the tool centre point, within 0.2 m.
+        """
+        command = scene_pb2.PickPart(robot=self.name, part=part, max_distance_meters=max_distance_meters)
+        return self._services.apply([scene_pb2.Command(pick_part=command)]).picked_parts[0]
+
+    def place(self, part: str = "", parent: str = "") -> None:
+        """Let a part go, or all; it stays where it is, fixed to `parent` (empty: world)."""
+        Direct(self._services).place(self.name, part, parent)
+
+    def __repr__(self) -> str:
+        """Return a line for people."""
+        return f"<Robot {self.name!r} at {self._services.address}>"
+
+    def _repr_html_(self) -> str:
+        """Return a table of the joints for notebooks."""
+        from virtualrobot.tables import joint_table_html
+
+        return joint_table_html(self)

@@ -1,0 +1,96 @@
+"""Tools: their states, such as open and closed, and the points that motions refer to."""
+
+from __future__ import annotations
+
+from typing import Unpack
+
+from google.protobuf.field_mask_pb2 import FieldMask
+
+from virtualrobot._wire.messages import pose_of
+from virtualrobot._wire.services import Services
+from virtualrobot.errors import UnknownNameError, WrongStateError
+from virtualrobot.geometry import Matrix
+from virtualrobot.motions import motion
+from virtualrobot.robots.description import described
+from virtualrobot.scene.editor import Direct
+from virtualrobot.v1 import motion_pb2, nodes_pb2, robot_pb2, scene_pb2
+
+
+class Tool:
+    """A tool of a robot by its name."""
+
+    def __init__(self, services: Services, robot: str, name: str) -> None:
+        """Handle the tool `name` of the robot `robot`."""
+        self._services = services
+        self.robot = robot
+        self.name = name
+
+    @staticmethod
+    def of(services: Services, robot: str, name: str = "") -> Tool:
+        """Return the tool of this name; without a name the chosen one, or the only one.
+
+        Raises:
+            UnknownNameError: when the robot has no such tool.
+            WrongStateError: when no name is given and none is chosen.
+        """
+        tools = list(described(services, robot).tools)
+        has = f"its tools are {', '.join(map(repr, tools))}" if tools else "it has none"
+        if name and name not in tools:
+            raise UnknownNameError(
+                f"the robot {robot!r} has no tool named {name!r}; {has}", metadata={"valid": "\n".join(tools)}
+            )
+        if not name:
+            name = _state(services, robot).tool or (tools[0] if len(tools) == 1 else "")
+            if not name:
+                raise WrongStateError(f"no tool of the robot {robot!r} is chosen; {has}")
+        return Tool(services, robot, name)
+
+    @property
+    def state(self) -> str:
+        """The state that it is in."""
+        return _state(self._services, self.robot).tool_states[self.name]
+
+    @property
+    def states(self) -> dict[str, dict[str, float]]:
+        """States that it can be told to take: the joint positions of each, radians or meters."""
+        return {state.name: dict(state.joint_positions) for state in self._message.states}
+
+    @property
+    def tool_center_points(self) -> dict[str, Matrix]:
+        """`tool_t_tcp`, 4x4, by name."""
+        return {point.name: pose_of(point.tool_t_tcp) for point in self._message.tool_center_points}
+
+    def set(self, state: str, *, wait: bool = True, **options: Unpack[motion.GoingOptions]) -> motion.Motion:
+        """Move its joints to where a state has them; then it is in that state."""
+        return motion.start(self._services, [self.state_move(state)], wait=wait, **options)
+
+    def open(self, **options: Unpack[motion.GoingOptions]) -> motion.Motion:
+        """Move to the state `open`."""
+        return self.set("open", **options)
+
+    def close(self, **options: Unpack[motion.GoingOptions]) -> motion.Motion:
+        """Move to the state `closed`."""
+        return self.set("closed", **options)
+
+    def state_move(self, state: str) -> motion_pb2.Move:
+        """Return the move to a state, for `Client.move_together`."""
+        return motion_pb2.Move(robot=self.robot, tool_state=motion_pb2.ToolStateMove(tool=self.name, state=state))
+
+    def select(self, tool_center_point: str = "") -> Tool:
+        """Let the robot work with this tool and this point of it (empty: its first); return the tool."""
+        Direct(self._services).select_tool(self.robot, self.name, tool_center_point)
+        return self
+
+    @property
+    def _message(self) -> nodes_pb2.Tool:
+        request = scene_pb2.GetSceneRequest(names=[self.name], read_mask=FieldMask(paths=["name", "tool"]))
+        read = self._services.descriptions.get(("tool", self.name), lambda: self._services.scene.GetScene(request))
+        return read.nodes[0].tool
+
+    def __repr__(self) -> str:
+        """Return a line for people."""
+        return f"<Tool {self.name!r} of {self.robot!r}>"
+
+
+def _state(services: Services, robot: str) -> robot_pb2.RobotState:
+    return services.robot.GetRobotStates(robot_pb2.GetRobotStatesRequest(names=[robot])).robots[0]

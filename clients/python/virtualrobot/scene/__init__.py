@@ -1,0 +1,1 @@
+"""The scene: its nodes, their shapes, and changes of both."""

@@ -1,0 +1,355 @@
+"""The changes that a scene can be told; the scene applies each at once, a batch all together."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Generic, TypeVar
+
+from google.protobuf.field_mask_pb2 import FieldMask
+from numpy.typing import ArrayLike
+
+from virtualrobot._wire.messages import array_message, joint_map, pose_message, settings_message
+from virtualrobot._wire.services import Services
+from virtualrobot._wire.signal_values import SignalValue, set_command, value_message
+from virtualrobot.collisions.allowed_pairs import pairs_command
+from virtualrobot.collisions.settings import collision_command
+from virtualrobot.errors import InvalidArgumentError
+from virtualrobot.robots.values import JointGroup
+from virtualrobot.scene.figures import Figures, figure_list
+from virtualrobot.v1 import nodes_pb2, robot_pb2, scene_pb2, sensing_pb2, sensor_pb2, signal_pb2
+
+_DIRECTIONS = {
+    "input": signal_pb2.SIGNAL_DIRECTION_INPUT,
+    "output": signal_pb2.SIGNAL_DIRECTION_OUTPUT,
+    "internal": signal_pb2.SIGNAL_DIRECTION_INTERNAL,
+}
+
+Created = TypeVar("Created")
+
+
+class Editor(ABC, Generic[Created]):
+    """Changes of the world, one method for each command of the contract."""
+
+    @abstractmethod
+    def _submit(self, command: scene_pb2.Command) -> None:
+        """Take a command."""
+
+    @abstractmethod
+    def add(self, node: nodes_pb2.Node) -> Created:
+        """Add a node as the contract describes it; the other `add_` methods make such nodes."""
+
+    def _add(self, name: str, parent: str, pose: ArrayLike | None, figures: Figures, **kind: object) -> Created:
+        node = nodes_pb2.Node(name=name, parent=parent, figures=figure_list(figures), **kind)  # pyright: ignore[reportArgumentType] one field of the oneof
+        if pose is not None:
+            node.parent_t_node.CopyFrom(pose_message(pose))
+        return self.add(node)
+
+    def add_object(
+        self, name: str, figures: Figures = (), *, pose: ArrayLike | None = None, parent: str = "world"
+    ) -> Created:
+        """Add a piece of the environment: a table, a fence, or without figures a frame of reference.
+
+        `pose` is `parent_t_node`, 4x4, meters; without it the node is at its parent's origin.
+        """
+        return self._add(name, parent, pose, figures, object=nodes_pb2.SceneObject())
+
+    def add_part(
+        self,
+        name: str,
+        figures: Figures,
+        *,
+        pose: ArrayLike | None = None,
+        parent: str = "world",
+        mass_kilograms: float = 0.0,
+        inertial: nodes_pb2.Inertial | None = None,
+    ) -> Created:
+        """Add a thing that robots handle.
+
+        A mass of 0 means unknown; without `inertial` (see `virtualrobot.inertial`) it is a point at the part's origin.
+
+        Example:
+            >>> scene.add_part("box-1", virtualrobot.box(0.1, 0.1, 0.1, color="red"), pose=virtualrobot.pose(0.5))
+        """
+        part = nodes_pb2.Part(mass_kilograms=mass_kilograms, inertial=inertial)
+        return self._add(name, parent, pose, figures, part=part)
+
+    def add_adapter(self, name: str, parent: str, figures: Figures = (), *, pose: ArrayLike | None = None) -> Created:
+        """Add what stands between a flange (the link `parent`) and a tool."""
+        return self._add(name, parent, pose, figures, adapter=nodes_pb2.Adapter())
+
+    def add_tool(
+        self,
+        name: str,
+        parent: str,
+        figures: Figures = (),
+        *,
+        pose: ArrayLike | None = None,
+        tool_center_points: Mapping[str, ArrayLike] | None = None,
+        states: Mapping[str, Mapping[str, float]] | None = None,
+        inertial: nodes_pb2.Inertial | None = None,
+    ) -> Created:
+        """Mount a tool on a flange or adapter (`parent`).
+
+        `tool_center_points` gives `tool_t_tcp` (4x4) by name, the first is chosen at the start. `states` gives the
+        joint positions of each state by name, radians or meters; the first is the state at the start. `inertial` is the
+        tool's mass, as `virtualrobot.inertial` makes it.
+        """
+        tool = nodes_pb2.Tool(
+            tool_center_points=[
+                nodes_pb2.ToolCenterPoint(name=point, tool_t_tcp=pose_message(tool_t_tcp))
+                for point, tool_t_tcp in (tool_center_points or {}).items()
+            ],
+            states=[
+                nodes_pb2.ToolState(name=state, joint_positions=joint_map(positions))
+                for state, positions in (states or {}).items()
+            ],
+            inertial=inertial,
+        )
+        return self._add(name, parent, pose, figures, tool=tool)
+
+    def add_camera(
+        self,
+        name: str,
+        settings: sensing_pb2.CameraSensor | None = None,
+        figures: Figures = (),
+        *,
+        pose: ArrayLike | None = None,
+        parent: str = "world",
+    ) -> Created:
+        """Add a camera; it looks along z of its pose (`parent_t_camera`), x to the right of the picture and y down.
+
+        `virtualrobot.camera` makes the settings, `virtualrobot.looking_at` the pose. It does not see its own figures.
+        """
+        return self._add(name, parent, pose, figures, camera_sensor=settings or sensing_pb2.CameraSensor())
+
+    def add_range_sensor(
+        self,
+        name: str,
+        settings: sensing_pb2.RangeSensor | None = None,
+        figures: Figures = (),
+        *,
+        pose: ArrayLike | None = None,
+        parent: str = "world",
+    ) -> Created:
+        """Add a range sensor; it looks along x of its pose (`parent_t_sensor`), z upwards.
+
+        `virtualrobot.range_sensor` makes the settings. It does not see its own figures.
+        """
+        return self._add(name, parent, pose, figures, range_sensor=settings or sensing_pb2.RangeSensor())
+
+    def add_light(
+        self,
+        name: str,
+        settings: sensing_pb2.Light | None = None,
+        figures: Figures = (),
+        *,
+        pose: ArrayLike | None = None,
+        parent: str = "world",
+    ) -> Created:
+        """Add a light, as `virtualrobot.light` makes it; spots and directional ones shine along z of their pose.
+
+        Its own figures cast shadows like all others: leave room between them and its origin, or give it none.
+        """
+        return self._add(name, parent, pose, figures, light=settings or sensing_pb2.Light())
+
+    def add_motion_sensor(
+        self,
+        name: str,
+        settings: sensing_pb2.MotionSensor,
+        figures: Figures = (),
+        *,
+        parent: str,
+        pose: ArrayLike | None = None,
+    ) -> Created:
+        """Fix a motion sensor to something that moves; `pose` is `parent_t_sensor`.
+
+        `virtualrobot.imu`, `encoders`, `pose_sensor` and `force_torque_sensor` make the settings.
+        """
+        return self._add(name, parent, pose, figures, motion_sensor=settings)
+
+    def add_contact_sensor(
+        self,
+        name: str,
+        settings: sensing_pb2.ContactSensor | None = None,
+        figures: Figures = (),
+        *,
+        parent: str = "world",
+        pose: ArrayLike | None = None,
+    ) -> Created:
+        """Add a contact sensor, as `virtualrobot.contact_sensor` makes it; without a `watched` node its parent feels.
+
+        `pose` (`parent_t_sensor`) says where the box of its region is.
+        """
+        return self._add(name, parent, pose, figures, contact_sensor=settings or sensing_pb2.ContactSensor())
+
+    def add_annotation(
+        self, name: str, figures: Figures, *, pose: ArrayLike | None = None, parent: str = "world"
+    ) -> Created:
+        """Add something that is drawn for people only."""
+        return self._add(name, parent, pose, figures, annotation=nodes_pb2.Annotation())
+
+    def update(self, name: str, node: nodes_pb2.Node, *fields: str) -> None:
+        """Change the named `fields` of a node to those of `node`."""
+        mask = FieldMask(paths=fields)
+        self._submit(scene_pb2.Command(update_node=scene_pb2.UpdateNode(name=name, node=node, update_mask=mask)))
+
+    def rename(self, name: str, new_name: str) -> None:
+        """Give a node another name."""
+        self.update(name, nodes_pb2.Node(name=new_name), "name")
+
+    def hide(self, name: str, hidden: bool = True) -> None:
+        """Hide a node and what hangs below, or show it again."""
+        self.update(name, nodes_pb2.Node(hidden=hidden), "hidden")
+
+    def set_pose(self, name: str, parent_t_node: ArrayLike) -> None:
+        """Put a node somewhere else in its parent's frame, at once."""
+        self.update(name, nodes_pb2.Node(parent_t_node=pose_message(parent_t_node)), "parent_t_node")
+
+    def set_figures(self, name: str, figures: Figures) -> None:
+        """Give a node other shapes."""
+        self.update(name, nodes_pb2.Node(figures=figure_list(figures)), "figures")
+
+    def remove(self, name: str) -> None:
+        """Take a node and all below it out of the world."""
+        self._submit(scene_pb2.Command(remove_node=scene_pb2.RemoveNode(name=name)))
+
+    def attach(self, name: str, parent: str = "world", pose: ArrayLike | None = None) -> None:
+        """Give a node another parent; without `pose` (`parent_t_node`) it stays where it is in the world."""
+        where = None if pose is None else pose_message(pose)
+        command = scene_pb2.AttachNode(name=name, parent=parent, parent_t_node=where)
+        self._submit(scene_pb2.Command(attach_node=command))
+
+    def pick(self, robot: str, part: str = "", max_distance_meters: float = 0.0) -> None:
+        """Fix a part to the robot's chosen tool; without a name the one nearest to the tool centre point.
+
+        `max_distance_meters` 0 means 0.2 when no part is named, and any distance when one is.
+        """
+        command = scene_pb2.PickPart(robot=robot, part=part, max_distance_meters=max_distance_meters)
+        self._submit(scene_pb2.Command(pick_part=command))
+
+    def place(self, robot: str, part: str = "", parent: str = "") -> None:
+        """Let a part of the robot's chosen tool go, or all parts; it stays where it is, fixed to `parent`."""
+        self._submit(scene_pb2.Command(place_part=scene_pb2.PlacePart(robot=robot, part=part, parent=parent)))
+
+    def set_joint_positions(self, robot: str, positions: Mapping[str, float] | ArrayLike) -> None:
+        """Put joints somewhere at once: values by joint name, or all coordinates in order; radians and meters."""
+        command = scene_pb2.SetJointPositions(robot=robot)
+        if isinstance(positions, Mapping):
+            command.joint_positions.update(joint_map(positions))
+        else:
+            command.coordinates.CopyFrom(array_message(positions))
+        self._submit(scene_pb2.Command(set_joint_positions=command))
+
+    def set_groups(self, robot: str, groups: Iterable[JointGroup]) -> None:
+        """Give a robot these groups of joints, in place of those that it has."""
+        command = scene_pb2.SetGroups(robot=robot, groups=[group.message for group in groups])
+        self._submit(scene_pb2.Command(set_groups=command))
+
+    def select_tool(self, robot: str, tool: str = "", tool_center_point: str = "") -> None:
+        """Choose what a robot works with; no tool means the flange, no point the tool's first."""
+        command = scene_pb2.SelectTool(robot=robot, tool=tool, tool_center_point=tool_center_point)
+        self._submit(scene_pb2.Command(select_tool=command))
+
+    def set_tool_state(self, tool: str, state: str) -> None:
+        """Put a tool into a state at once, without a motion."""
+        self._submit(scene_pb2.Command(set_tool_state=scene_pb2.SetToolState(tool=tool, state=state)))
+
+    def create_signal(
+        self,
+        name: str,
+        value: SignalValue | Sequence[bool] = False,
+        description: str = "",
+        *,
+        unit: str = "",
+        direction: str = "internal",
+        owner: str = "",
+    ) -> None:
+        """Add a signal, whose type is that of `value`; `direction` is "input", "output" or "internal"."""
+        if direction not in _DIRECTIONS:
+            raise InvalidArgumentError(f"a signal's direction is one of {', '.join(_DIRECTIONS)}, not {direction!r}")
+        signal = signal_pb2.Signal(
+            name=name,
+            value=value_message(value),
+            description=description,
+            unit=unit,
+            direction=_DIRECTIONS[direction],
+            owner=owner,
+        )
+        self._submit(scene_pb2.Command(create_signal=scene_pb2.CreateSignal(signal=signal)))
+
+    def remove_signal(self, name: str) -> None:
+        """Take a signal out of the world."""
+        self._submit(scene_pb2.Command(remove_signal=scene_pb2.RemoveSignal(name=name)))
+
+    def set_signal(self, name: str, value: SignalValue | Sequence[bool]) -> None:
+        """Set a signal to a value of its type."""
+        self._submit(set_command(name, value))
+
+    def set_speed_factor(self, factor: float, robot: str = "") -> None:
+        """Slow the motions of one robot, or with no name of all: above 0, up to 1; running ones change smoothly."""
+        self._submit(scene_pb2.Command(set_speed_factor=scene_pb2.SetSpeedFactor(robot=robot, factor=factor)))
+
+    def set_kinematics(self, robot: str, kinematics: str = "", settings: Mapping[str, object] | None = None) -> None:
+        """Give a robot another kinematics component, tried at its first use; `Robot.set_kinematics` tries it now."""
+        command = robot_pb2.KinematicsChoice(
+            robot=robot, kinematics=kinematics, settings=settings_message(settings or {})
+        )
+        self._submit(scene_pb2.Command(set_kinematics=command))
+
+    def set_collisions(
+        self,
+        mode: str = "",
+        *,
+        robots: Mapping[str, str] | None = None,
+        look_ahead_seconds: float | None = None,
+        paddings: Mapping[str, float] | None = None,
+    ) -> None:
+        """Change what is done about collisions, as `client.collisions.set` does; what is not given stays."""
+        self._submit(collision_command(mode, robots, look_ahead_seconds, paddings))
+
+    def set_allowed_pairs(
+        self, allow: Iterable[tuple[str, str, str]] = (), forbid: Iterable[tuple[str, str]] = ()
+    ) -> None:
+        """Let pairs touch no more, then let others (name, name, why) touch."""
+        self._submit(pairs_command(allow, forbid))
+
+    def start_sensors(self, *names: str) -> None:
+        """Let sensors read at their rates (none named: all)."""
+        self._submit(scene_pb2.Command(start_sensors=sensor_pb2.StartSensors(sensors=names)))
+
+    def stop_sensors(self, *names: str) -> None:
+        """Let sensors read no more (none named: all)."""
+        self._submit(scene_pb2.Command(stop_sensors=sensor_pb2.StopSensors(sensors=names)))
+
+
+class Batch(Editor[str]):
+    """Commands that are collected and applied together; see `Scene.batch`."""
+
+    def __init__(self) -> None:
+        """Begin with no command."""
+        self.commands: list[scene_pb2.Command] = []
+
+    def _submit(self, command: scene_pb2.Command) -> None:
+        self.commands.append(command)
+
+    def add(self, node: nodes_pb2.Node) -> str:
+        """Add a node as the contract describes it; return its name."""
+        self._submit(scene_pb2.Command(create_node=scene_pb2.CreateNode(node=node)))
+        return node.name
+
+
+class Direct(Editor[str]):
+    """Applies each command at once; for handles that make single changes."""
+
+    def __init__(self, services: Services) -> None:
+        """Change the world of these services' kernel."""
+        self._services = services
+
+    def _submit(self, command: scene_pb2.Command) -> None:
+        self._services.apply([command])
+
+    def add(self, node: nodes_pb2.Node) -> str:
+        """Add a node as the contract describes it; return its name."""
+        response = self._services.apply([scene_pb2.Command(create_node=scene_pb2.CreateNode(node=node))])
+        return response.created[0].name

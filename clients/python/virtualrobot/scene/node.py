@@ -1,0 +1,80 @@
+"""One node of the scene: read live, changed at once."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from numpy.typing import ArrayLike
+
+from virtualrobot._wire.messages import pose_of
+from virtualrobot.geometry import Matrix
+from virtualrobot.scene.figures import Figures
+from virtualrobot.v1 import nodes_pb2
+
+if TYPE_CHECKING:
+    from virtualrobot.scene.scene import Scene
+
+
+class Node:
+    """A node of the scene by its name. What it tells is read anew each time; `name`, `uid` and `kind` are kept."""
+
+    def __init__(self, scene: Scene, message: nodes_pb2.Node) -> None:
+        """Handle a node that was read; `Scene.node` and the `add_` methods make them."""
+        self._scene = scene
+        self.name = message.name
+        self.uid = message.uid
+        self.kind = message.WhichOneof("kind") or ""
+
+    @property
+    def message(self) -> nodes_pb2.Node:
+        """The node as the contract describes it, as it is now."""
+        return self._scene.read([self.name])[0][0]
+
+    @property
+    def parent(self) -> str:
+        """The name of the node that it is fixed to."""
+        return self.message.parent
+
+    @property
+    def hidden(self) -> bool:
+        """True where it is hidden by itself (its ancestors may be hidden too)."""
+        return self.message.hidden
+
+    @property
+    def pose(self) -> Matrix:
+        """`world_t_node`, 4x4: its pose in the world's frame."""
+        return self._scene.pose(self.name)
+
+    @property
+    def parent_t_node(self) -> Matrix:
+        """Pose in its parent's frame, 4x4; setting it moves the node at once."""
+        return pose_of(self.message.parent_t_node)
+
+    @parent_t_node.setter
+    def parent_t_node(self, parent_t_node: ArrayLike) -> None:
+        self._scene.set_pose(self.name, parent_t_node)
+
+    def attach(self, parent: str = "world", pose: ArrayLike | None = None) -> None:
+        """Give it another parent; without `pose` (`parent_t_node`) it stays where it is in the world."""
+        self._scene.attach(self.name, parent, pose)
+
+    def rename(self, new_name: str) -> None:
+        """Give it another name."""
+        self._scene.rename(self.name, new_name)
+        self.name = new_name
+
+    def hide(self, hidden: bool = True) -> None:
+        """Hide it and what hangs below, or show it again."""
+        self._scene.hide(self.name, hidden)
+
+    def set_figures(self, figures: Figures) -> None:
+        """Give it other shapes."""
+        self._scene.set_figures(self.name, figures)
+
+    def remove(self) -> None:
+        """Take it and all below it out of the world."""
+        self._scene.remove(self.name)
+
+    def __repr__(self) -> str:
+        """Return a line for people."""
+        return f"<Node {self.name!r} ({self.kind})>"

@@ -1,0 +1,258 @@
+"""The scene: its nodes, its changes, and its files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from google.protobuf.field_mask_pb2 import FieldMask
+from numpy.typing import ArrayLike
+
+from virtualrobot._wire.messages import Stamp, array_of, settings_message, stamp_of, vector_message
+from virtualrobot._wire.services import Services
+from virtualrobot.files import scene_files
+from virtualrobot.files.assets import Assets
+from virtualrobot.files.scene_files import Export
+from virtualrobot.geometry import Matrix, poses_from_rows
+from virtualrobot.scene.editor import Batch, Editor
+from virtualrobot.scene.node import Node
+from virtualrobot.tables import scene_tree
+from virtualrobot.v1 import nodes_pb2, scene_pb2
+
+if TYPE_CHECKING:
+    from virtualrobot.robots.robot import Robot
+
+
+@dataclass(frozen=True, slots=True)
+class SceneChange:
+    """Change of a scene, from `Scene.watch`: the first holds everything.
+
+    Attributes:
+        stamp: the instant of this state.
+        nodes: nodes that are new or changed.
+        removed: the names of nodes that are gone.
+        poses: `world_t_node`, 4x4, of the nodes that moved, by name.
+    """
+
+    stamp: Stamp
+    nodes: tuple[nodes_pb2.Node, ...]
+    removed: tuple[str, ...]
+    poses: dict[str, Matrix]
+
+
+class Scene(Editor[Node]):
+    """The tree of nodes of one kernel. Each change here is applied at once; `batch` applies several as one.
+
+    Example:
+        >>> scene = client.scene
+        >>> table = scene.add_object("table", virtualrobot.box(1, 1, 0.1, color="grey"))
+        >>> print(scene.tree())
+    """
+
+    def __init__(self, services: Services) -> None:
+        """Handle the scene of one kernel."""
+        self._services = services
+        self._assets = Assets(services)
+        self._warnings: tuple[scene_files.FileWarning, ...] = ()
+
+    # Reading.
+
+    def read(self, names: Sequence[str] = (), fields: Sequence[str] = ()) -> tuple[list[nodes_pb2.Node], Matrix]:
+        """Return nodes (all, or these) with the wanted fields (all, or these), and `world_t_node` (n, 4, 4)."""
+        mask = FieldMask(paths=fields) if fields else None
+        response = self._services.scene.GetScene(scene_pb2.GetSceneRequest(names=names, read_mask=mask))
+        return list(response.nodes), poses_from_rows(array_of(response.world_t_node))
+
+    def nodes(self, kind: str = "") -> list[Node]:
+        """Return all nodes, parents before children, or those of a kind such as `part` or `robot`."""
+        messages, _ = self.read(fields=("uid", "name", *_KINDS))
+        return [Node(self, message) for message in messages if not kind or message.WhichOneof("kind") == kind]
+
+    def node(self, name: str) -> Node:
+        """Return the node of this name; raises UnknownNameError when there is none."""
+        return Node(self, self.read([name])[0][0])
+
+    def pose(self, name: str) -> Matrix:
+        """Return `world_t_node`, 4x4: where a node is in the world now."""
+        return self.read([name], ("name",))[1][0]
+
+    def poses(self, names: Sequence[str] = ()) -> dict[str, Matrix]:
+        """Return `world_t_node`, 4x4, by name, of all nodes or of these, all of the same instant."""
+        nodes, poses = self.read(names, ("name",))
+        return {node.name: world_t_node for node, world_t_node in zip(nodes, poses, strict=True)}
+
+    @property
+    def revision(self) -> int:
+        """The revision of the structure, for `batch(expected_revision=...)`."""
+        request = scene_pb2.GetSceneRequest(names=["world"], read_mask=FieldMask(paths=["name"]))
+        return self._services.scene.GetScene(request).stamp.structure_revision
+
+    def tree(self, links: bool = True) -> str:
+        """Return the scene as a drawn tree; without `links` what hangs there is shown at the robot."""
+        return scene_tree(self.read(fields=("name", "parent", "hidden", *_KINDS))[0], links)
+
+    def watch(self, names: Sequence[str] = (), max_rate_hertz: float = 0.0) -> Iterator[SceneChange]:
+        """Yield the whole scene and then what changes, at most 30 times a second by default."""
+        request = scene_pb2.WatchSceneRequest(names=names, max_rate_hertz=max_rate_hertz)
+        name_of: dict[int, str] = {}
+        with self._services.scene.WatchScene(request) as stream:
+            for response in stream:
+                removed = tuple(name_of.pop(uid) for uid in response.removed_uids if uid in name_of)
+                name_of |= {node.uid: node.name for node in response.nodes}
+                rows = poses_from_rows(array_of(response.world_t_node)) if response.moved_uids else np.empty((0, 4, 4))
+                moved = zip(response.moved_uids, rows, strict=True)
+                poses = {name_of[uid]: world_t_node for uid, world_t_node in moved}
+                yield SceneChange(stamp_of(response.stamp), tuple(response.nodes), removed, poses)
+
+    # Changing; the other changes are those of Editor.
+
+    def _submit(self, command: scene_pb2.Command) -> None:
+        self.apply([command])
+
+    def add(self, node: nodes_pb2.Node) -> Node:
+        """Add a node as the contract describes it; return its handle."""
+        created = self.apply([scene_pb2.Command(create_node=scene_pb2.CreateNode(node=node))]).created[0]
+        message = nodes_pb2.Node()
+        message.CopyFrom(node)
+        message.uid, message.name = created.uid, created.name
+        return Node(self, message)
+
+    def apply(
+        self, commands: Sequence[scene_pb2.Command], expected_revision: int | None = None
+    ) -> scene_pb2.ApplyResponse:
+        """Apply commands of the contract between two ticks, all or none of them."""
+        return self._services.apply(commands, expected_revision)
+
+    @contextmanager
+    def batch(self, expected_revision: int | None = None) -> Iterator[Batch]:
+        """Collect changes and apply them as one at the end of the block, all or none.
+
+        With `expected_revision` the change is refused with StaleRevisionError when somebody else has changed the
+        structure since. When the block fails nothing is applied.
+
+        Example:
+            >>> with scene.batch() as batch:
+            ...     batch.add_part("box", virtualrobot.box(0.1, 0.1, 0.1))
+            ...     batch.attach("box", "table", virtualrobot.pose(z=0.1))
+        """
+        batch = Batch()
+        yield batch
+        if batch.commands:
+            self.apply(batch.commands, expected_revision)
+
+    # Files.
+
+    def load(
+        self,
+        file: str | Path,
+        *,
+        name: str = "",
+        pose: ArrayLike | None = None,
+        parent: str = "",
+        packages: Mapping[str, str | Path] | None = None,
+        base: str = "fixed",
+        as_part: bool = False,
+        scale: float | Sequence[float] = 1.0,
+        settings: Mapping[str, object] | None = None,
+        srdf: str | Path | None = None,
+        strict: bool = False,
+    ) -> Node:
+        """Load a model (URDF, a mesh, or what an importer reads) and return its node: a robot, an object or a part.
+
+        A file of this machine is sent with all that it names, so the kernel may run elsewhere; other names are looked
+        for on the kernel's machine. What is odd about a file but does no harm to how it moves is logged (`logging`,
+        level WARNING), shown by the viewer and kept in `warnings`.
+
+        Args:
+            file: a path, a URI such as `package://pybullet_data/kuka_iiwa/model.urdf`, or `model://` with a name of
+                `client.models()`.
+            name: the node's name; empty means the one that the file gives, with a number if that is taken.
+            pose: `parent_t_node`, 4x4.
+            parent: the node that it is fixed to; empty means the world.
+            packages: folders by package name, for `package://` names.
+            base: for robots: `fixed`, or `floating` or `planar` for vehicles and legged robots.
+            as_part: for meshes: whether robots handle it; else it belongs to the environment.
+            scale: for meshes: one factor or three.
+            settings: those of the importer that reads the file; for xacro `{"arguments": {"prefix": "left_"}}`.
+            srdf: for robots: a file with groups, postures and pairs of links that may touch, found as `file` is.
+            strict: whether to refuse a file that there is a warning about.
+
+        Raises:
+            MissingFileError: when the file or one that it names is nowhere; the message lists the places tried.
+            MalformedFileError: when the file says something impossible.
+            PluginFailedError: when the importer raised, hung or died.
+        """
+        factors = (scale,) * 3 if isinstance(scale, int | float) else tuple(scale)
+        request = scene_files.model_request(name, pose, parent, base)
+        request.as_part, request.strict = as_part, strict
+        request.scale.CopyFrom(vector_message(factors, "a scale"))
+        if settings:
+            request.settings.CopyFrom(settings_message(settings))
+        response = scene_files.load_model(self._services, self._assets, request, file, srdf, packages or {})
+        self._warnings = scene_files.file_warnings(response.warnings)
+        return self.node(response.created[0].name)
+
+    @property
+    def warnings(self) -> tuple[scene_files.FileWarning, ...]:
+        """Warnings about the model or scene file that was loaded last, and about what it names; empty for none."""
+        return self._warnings
+
+    def export(self, node: str | Node | Robot, file: str | Path) -> Export:
+        """Write a robot as URDF (`.urdf`), or whatever hangs below a node as binary glTF (`.glb`), to this machine.
+
+        An empty `node` means the whole world. Meshes that the file names go beside it.
+
+        Raises:
+            InvalidArgumentError: when the ending is no such format, a file cannot be written, or one beside it is there
+                already and belongs to another export.
+
+        Example:
+            >>> client.scene.export("iiwa", "iiwa.urdf").warnings
+            ()
+        """
+        name = node if isinstance(node, str) else node.name
+        return scene_files.export_model(self._services, self._assets, name, Path(file))
+
+    def load_scene(
+        self,
+        file: str | Path,
+        *,
+        add: bool = False,
+        packages: Mapping[str, str | Path] | None = None,
+        strict: bool = False,
+    ) -> list[str]:
+        """Replace the world by a scene file of this machine, or `add` it; return the names of the created nodes.
+
+        What is odd about its files goes the way that `load` tells.
+        """
+        response = scene_files.load_scene(self._services, self._assets, Path(file), add, packages or {}, strict)
+        self._warnings = scene_files.file_warnings(response.warnings)
+        return [created.name for created in response.created]
+
+    def clear(self) -> None:
+        """Take everything out of the world: all nodes and signals; motions end."""
+        self._services.scene.LoadScene(scene_pb2.LoadSceneRequest(text="schema_version: 1\n"))
+
+    def save(self, file: str | Path, *, bundle: bool = False) -> list[Path]:
+        """Write the world to a scene file; with `bundle` put the files that it names beside it, under `assets/`.
+
+        Returns the files that were written.
+        """
+        return scene_files.save_scene(self._services, self._assets, Path(file), bundle)
+
+    def __repr__(self) -> str:
+        """Return a line for people."""
+        return f"<Scene of the kernel at {self._services.address}>"
+
+    def _repr_html_(self) -> str:
+        """Return the tree for notebooks."""
+        from html import escape
+
+        return f"<pre>{escape(self.tree(links=False))}</pre>"
+
+
+_KINDS = tuple(field.name for field in nodes_pb2.Node.DESCRIPTOR.oneofs_by_name["kind"].fields)

@@ -1,0 +1,1 @@
+"""Sensors: their settings, what they say, and rays."""

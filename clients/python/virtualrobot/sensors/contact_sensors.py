@@ -1,0 +1,85 @@
+"""Contact sensors, and what they say is near or touches."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from virtualrobot._wire.messages import vector_message
+from virtualrobot.v1 import geometry_pb2, sensing_pb2, sensor_pb2
+
+
+def contact_sensor(
+    watched: str = "",
+    *,
+    range_meters: float = 0.0,
+    region: ArrayLike | None = None,
+    ignored: Iterable[str] = (),
+    rate: float = 0.0,
+    running: bool = False,
+) -> sensing_pb2.ContactSensor:
+    """Return a contact sensor for `scene.add_contact_sensor`.
+
+    Args:
+        watched: the node that feels, with all below it; empty means the sensor's parent. What is not of its own robot
+            is felt.
+        range_meters: largest distance of a thing that is told; 0 means that only what touches is.
+        region: the edges (3,) of a box about the sensor in meters: only points inside it are told; None means all.
+        ignored: nodes that are not felt, with all below them.
+        rate: readings a second of simulation time while it runs; 0 means 10.
+        running: whether it reads from the start.
+
+    Example:
+        >>> scene.add_contact_sensor("skin", virtualrobot.contact_sensor(range_meters=0.1), parent="panda.hand")
+    """
+    return sensing_pb2.ContactSensor(
+        watched=watched,
+        range_meters=range_meters,
+        region_size=None if region is None else vector_message(region, "the region"),
+        ignored=[ignored] if isinstance(ignored, str) else ignored,
+        rate_hertz=rate,
+        running=running,
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Contact:
+    """Two elements that are near, or a point where they touch.
+
+    Attributes:
+        element: the node that feels, such as a link.
+        other: the node that is felt.
+        distance: in meters; 0 where they touch.
+        point: (3,) the nearest point of `element` in the world, or where they touch.
+        other_point: (3,) that of `other`.
+        normal: (3,) from `element` to `other` where they touch, else None.
+    """
+
+    element: str
+    other: str
+    distance: float
+    point: NDArray[np.float64]
+    other_point: NDArray[np.float64]
+    normal: NDArray[np.float64] | None
+
+
+def contacts_of(message: sensor_pb2.ContactReading) -> tuple[Contact, ...]:
+    """Return what a contact sensor said from a message, the nearest first."""
+    return tuple(
+        Contact(
+            one.element,
+            one.other,
+            one.distance_meters,
+            _vector(one.point),
+            _vector(one.other_point),
+            _vector(one.normal) if one.HasField("normal") else None,
+        )
+        for one in message.contacts
+    )
+
+
+def _vector(message: geometry_pb2.Vector3) -> NDArray[np.float64]:
+    return np.array([message.x, message.y, message.z])

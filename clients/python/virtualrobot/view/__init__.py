@@ -1,0 +1,1 @@
+"""The view: its set-up, pictures, films and what is measured in it."""

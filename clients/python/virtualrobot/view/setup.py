@@ -1,0 +1,205 @@
+"""Set-up of the picture: background, grid, camera, and overlays over the world."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+
+import numpy as np
+from google.protobuf.field_mask_pb2 import FieldMask
+from numpy.typing import ArrayLike, NDArray
+
+from virtualrobot._wire.messages import color_message, vector_message
+from virtualrobot._wire.services import Services
+from virtualrobot.errors import InvalidArgumentError
+from virtualrobot.v1 import view_pb2
+from virtualrobot.view import measuring
+from virtualrobot.view.ghosts import Ghost, Positions, ghost_message, ghost_of
+from virtualrobot.view.measuring import Place
+
+_POINT_COLORS = {"distance": view_pb2.POINT_COLOR_DISTANCE, "intensity": view_pb2.POINT_COLOR_INTENSITY}
+
+
+class ViewSetup:
+    """Overlays and camera of every open viewer of one kernel."""
+
+    def __init__(self, services: Services) -> None:
+        """Handle the set-up of one kernel's picture."""
+        self._services = services
+
+    def read(self) -> view_pb2.View:
+        """Return the set-up as the contract describes it."""
+        return self._services.view.GetView(view_pb2.GetViewRequest()).view
+
+    def watch(self) -> Iterator[view_pb2.View]:
+        """Yield the set-up now and after each change."""
+        with self._services.view.WatchView(view_pb2.WatchViewRequest()) as stream:
+            yield from (response.view for response in stream)
+
+    @property
+    def viewer_count(self) -> int:
+        """Number of browsers that show it now."""
+        return self._services.view.GetView(view_pb2.GetViewRequest()).viewer_count
+
+    @property
+    def background(self) -> NDArray[np.float64]:
+        """The colour behind everything, red, green, blue, 0 to 1; set it to anything that names a colour."""
+        color = self.read().background
+        return np.array([color.red, color.green, color.blue])
+
+    @background.setter
+    def background(self, color: str | ArrayLike) -> None:
+        self._update(view_pb2.View(background=color_message(color)), "background")
+
+    @property
+    def grid(self) -> bool:
+        """True where the grid on the floor is shown."""
+        return not self.read().grid_hidden
+
+    @grid.setter
+    def grid(self, shown: bool) -> None:
+        self._update(view_pb2.View(grid_hidden=not shown), "grid_hidden")
+
+    @property
+    def collisions(self) -> bool:
+        """True where nodes that the collision monitor finds to touch are red, and the background rose meanwhile."""
+        return not self.read().collisions_hidden
+
+    @collisions.setter
+    def collisions(self, shown: bool) -> None:
+        self._update(view_pb2.View(collisions_hidden=not shown), "collisions_hidden")
+
+    @property
+    def joint_axes(self) -> list[str]:
+        """The robots whose joint axes are shown."""
+        return list(self.read().joint_axes)
+
+    @joint_axes.setter
+    def joint_axes(self, robots: Iterable[str]) -> None:
+        self._update(view_pb2.View(joint_axes=list(robots)), "joint_axes")
+
+    @property
+    def bounding_boxes(self) -> list[str]:
+        """The nodes whose bounding boxes are shown."""
+        return list(self.read().bounding_boxes)
+
+    @bounding_boxes.setter
+    def bounding_boxes(self, nodes: Iterable[str]) -> None:
+        self._update(view_pb2.View(bounding_boxes=list(nodes)), "bounding_boxes")
+
+    @property
+    def measurements(self) -> dict[str, tuple[Place, Place]]:
+        """The distances that are shown, by name; set it to show others.
+
+        A distance is between two points that move with nodes: a node's name (empty: the world) and meters in its frame.
+
+        Example:
+            >>> client.view.measurements = {"gap": (("table", [0, 0, 0.7]), ("iiwa.lbr_iiwa_link_7", [0, 0, 0]))}
+        """
+        return {
+            one.name: (
+                (one.first.node, measuring.vector_of(one.first.point)),
+                (one.second.node, measuring.vector_of(one.second.point)),
+            )
+            for one in self.read().measurements
+        }
+
+    @measurements.setter
+    def measurements(self, places: Mapping[str, tuple[Place, Place]]) -> None:
+        shown = [
+            view_pb2.Measurement(
+                name=name, first=measuring.place_message(first), second=measuring.place_message(second)
+            )
+            for name, (first, second) in places.items()
+        ]
+        self._update(view_pb2.View(measurements=shown), "measurements")
+
+    @property
+    def clearances(self) -> dict[str, tuple[list[str], list[str]]]:
+        """The least distances that are shown between what can collide, by name; set it to show others.
+
+        Each is from some nodes (a name, or several) to others; none of these means everything else. Each node counts
+        with all below it, and the line goes from surface to surface, wherever they are nearest.
+
+        Example:
+            >>> client.view.clearances = {"gap": ("arm", "box"), "all around": ("arm", [])}
+        """
+        return {one.name: (list(one.first), list(one.second)) for one in self.read().clearances}
+
+    @clearances.setter
+    def clearances(self, nodes: Mapping[str, tuple[str | Iterable[str], str | Iterable[str]]]) -> None:
+        def names(given: str | Iterable[str]) -> list[str]:
+            return [given] if isinstance(given, str) else list(given)
+
+        shown = [
+            view_pb2.Clearance(name=name, first=names(first), second=names(second))
+            for name, (first, second) in nodes.items()
+        ]
+        self._update(view_pb2.View(clearances=shown), "clearances")
+
+    @property
+    def ghosts(self) -> dict[str, Ghost]:
+        """Robots that are shown, translucent, where they are not, by name; set it to show others.
+
+        Each is a `Ghost`, or (robot, positions) of one; of many positions 20 are shown, picked out evenly.
+
+        Example:
+            >>> client.view.ghosts = {"path": ("arm", client.paths.find("arm", goal))}
+            >>> client.view.ghosts = {}
+        """
+        return {one.name: ghost_of(one) for one in self.read().ghosts}
+
+    @ghosts.setter
+    def ghosts(self, ghosts: Mapping[str, Ghost | tuple[str, Positions]]) -> None:
+        shown = [ghost_message(name, one if isinstance(one, Ghost) else Ghost(*one)) for name, one in ghosts.items()]
+        self._update(view_pb2.View(ghosts=shown), "ghosts")
+
+    @property
+    def sensors(self) -> dict[str, view_pb2.SensorOverlay]:
+        """Overlays of sensors, by the sensors' names."""
+        return {one.sensor: one for one in self.read().sensors}
+
+    def show_sensor(
+        self,
+        sensor: str,
+        *,
+        points: bool = True,
+        rays: bool = False,
+        color_by: str = "distance",
+        frustum: bool = True,
+        image: bool = True,
+    ) -> None:
+        """Show what a sensor says, in every open viewer; what was shown of it before is replaced.
+
+        Args:
+            sensor: its name; what says nothing about its kind is passed over.
+            points: range sensors: the echoes as points.
+            rays: range sensors: the beams as lines.
+            color_by: quantity behind both colours, `distance` (nearest violet, farthest red) or `intensity` (0 to 1).
+            frustum: cameras: the pyramid that they see.
+            image: cameras: the latest picture in it.
+        """
+        if color_by not in _POINT_COLORS:
+            raise InvalidArgumentError(f"color_by is {color_by!r}; give {' or '.join(_POINT_COLORS)}")
+        overlay = view_pb2.SensorOverlay(
+            sensor=sensor, points=points, rays=rays, color_by=_POINT_COLORS[color_by], frustum=frustum, image=image
+        )
+        self._show_sensors([*(one for name, one in self.sensors.items() if name != sensor), overlay])
+
+    def hide_sensor(self, *sensors: str) -> None:
+        """Show nothing of these sensors; without a name, of none. One that is not shown is none to hide."""
+        self._show_sensors([one for name, one in self.sensors.items() if sensors and name not in sensors])
+
+    def _show_sensors(self, overlays: list[view_pb2.SensorOverlay]) -> None:
+        self._update(view_pb2.View(sensors=overlays), "sensors")
+
+    def set_camera(self, position: ArrayLike, target: ArrayLike = (0.0, 0.0, 0.0), field_of_view: float = 0.0) -> None:
+        """Look from `position` at `target`, meters in the world's frame; `field_of_view` in radians, 0 means 0.9."""
+        camera = view_pb2.Camera(
+            position=vector_message(position, "the camera's position"),
+            target=vector_message(target, "the camera's target"),
+            field_of_view_radians=field_of_view,
+        )
+        self._update(view_pb2.View(camera=camera), "camera")
+
+    def _update(self, view: view_pb2.View, field: str) -> None:
+        self._services.view.UpdateView(view_pb2.UpdateViewRequest(view=view, update_mask=FieldMask(paths=[field])))

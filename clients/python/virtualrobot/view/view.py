@@ -1,0 +1,213 @@
+"""The picture: taken, filmed, measured in, and with figures of its own."""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from numpy.typing import ArrayLike
+
+from virtualrobot._wire.services import Services
+from virtualrobot.scene import figures
+from virtualrobot.scene.node import Node
+from virtualrobot.scene.scene import Scene
+from virtualrobot.v1 import kernel_pb2
+from virtualrobot.view import film, measuring, pictures
+from virtualrobot.view.measuring import Measure, Place
+from virtualrobot.view.pictures import Camera, Picked, Picture, Recording
+from virtualrobot.view.setup import ViewSetup
+
+
+class View(ViewSetup):
+    """Picture in every open viewer of one kernel.
+
+    Example:
+        >>> client.view.background = "white"
+        >>> path = client.view.add_lines([[0, 0, 0], [1, 0, 1]], color="red")
+        >>> path.remove()
+    """
+
+    def __init__(self, services: Services, scene: Scene) -> None:
+        """Handle the picture of one kernel."""
+        super().__init__(services)
+        self._scene = scene
+
+    def measure(self, first: Place, second: Place) -> Measure:
+        """Return how far two points are apart now.
+
+        Example:
+            >>> client.view.measure(("world", [0, 0, 0]), ("iiwa.lbr_iiwa_link_7", [0, 0, 0])).distance
+            1.261
+        """
+        return measuring.measure(self._services, first, second)
+
+    def watch_measure(self, first: Place, second: Place, max_rate: float = 0.0) -> Iterator[Measure]:
+        """Yield how far two points are apart now and whenever the world changes, `max_rate` (0: 30) times a second."""
+        return measuring.watch_measure(self._services, first, second, max_rate)
+
+    def capture(
+        self,
+        camera: Camera | None = None,
+        *,
+        size: tuple[int, int] = (0, 0),
+        format: str = "png",
+        plain: bool = False,
+    ) -> Picture:
+        """Return a picture of the world as it is now; it needs no browser.
+
+        Args:
+            camera: the point of view: (eye, target) or (eye, target, field of view), meters in the world's frame
+                and radians; or the name of a camera of the scene. Without one it is the view's, which frames the world
+                until it is set.
+            size: width and height in pixels, at most 4096 each; 0 means 1280 and 720, or the camera's own.
+            format: `png`, `jpeg`, or `raw` for `pixels`.
+            plain: leaves out annotations, bounding boxes, joint axes, measurements, ghosts, what is shown of sensors
+                and of collisions.
+
+        Example:
+            >>> client.view.capture(([2, -2, 1.5], [0, 0, 0.5])).save("cell.png")
+            >>> client.view.capture("wrist camera", format="raw").pixels.shape
+            (480, 640, 3)
+        """
+        return pictures.capture(self._services, camera, size, format, plain)
+
+    def record(
+        self,
+        camera: Camera | None = None,
+        *,
+        size: tuple[int, int] = (0, 0),
+        format: str = "jpeg",
+        plain: bool = False,
+        rate: float = 25.0,
+        seconds: float = 0.0,
+    ) -> Recording:
+        """Return pictures at equal steps of simulation time, none left out, however long each takes to be drawn.
+
+        Args:
+            camera: as in `capture`, so also `size`, `format` and `plain`.
+            size: as above.
+            format: as above.
+            plain: as above.
+            rate: pictures a second of simulation time, at most one a tick.
+            seconds: duration in simulation time (s); 0 means until the recording is cancelled.
+
+        Raises:
+            TooLargeError: from the iterator, when drawing is too far behind.
+
+        Example:
+            >>> with client.view.record(seconds=2.0) as recording:
+            ...     times = [picture.simulation_time for picture in recording]
+        """
+        return pictures.record(self._services, camera, size, format, plain, rate, seconds)
+
+    def film(
+        self,
+        path: str | Path,
+        camera: Camera | None = None,
+        *,
+        seconds: float = 0.0,
+        size: tuple[int, int] = (0, 0),
+        plain: bool = False,
+        rate: float = 25.0,
+        told: Callable[[Picture], None] | None = None,
+    ) -> int:
+        """Film so much simulation time, and return how many pictures there are; arguments are those of `record`.
+
+        `path` ends with .mp4 or .gif; `told` is called for each picture. It needs the package `av`
+        (`pip install 'virtualrobot[video]'`). Ctrl-C leaves a film of what is drawn.
+
+        Example:
+            >>> client.view.film("cell.mp4", seconds=10.0)
+            250
+        """
+        with film.FilmFile(path, rate) as file, self._filming(camera, size, plain, rate, seconds) as recording:
+            return film.write(recording, file, told)
+
+    def start_film(
+        self,
+        path: str | Path,
+        camera: Camera | None = None,
+        *,
+        size: tuple[int, int] = (0, 0),
+        plain: bool = False,
+        rate: float = 25.0,
+        told: Callable[[Picture], None] | None = None,
+    ) -> film.FilmThread:
+        """Begin to film while the program goes on; the end of the block draws the rest and closes the file.
+
+        The arguments are those of `film`. Without a block, `finish()` does the same, and tells how many there are.
+
+        Example:
+            >>> with client.view.start_film("move.mp4"):
+            ...     robot.move_joints(goal)
+        """
+
+        def now() -> float:
+            response = self._services.kernel.GetClock(kernel_pb2.GetClockRequest())
+            return response.stamp.simulation_time_seconds
+
+        file = film.FilmFile(path, rate)
+        return film.FilmThread(file, self._filming(camera, size, plain, rate, 0.0), now, told)
+
+    def _filming(
+        self, camera: Camera | None, size: tuple[int, int], plain: bool, rate: float, seconds: float
+    ) -> Recording:
+        return self.record(camera, size=size, format="raw", plain=plain, rate=rate, seconds=seconds)
+
+    def pick(
+        self, column: float, row: float, camera: Camera | None = None, *, size: tuple[int, int] = (0, 0)
+    ) -> Picked:
+        """Return what is under a pixel of a picture that `capture` takes with this camera and size.
+
+        The middle of the upper left pixel is (0, 0).
+
+        Example:
+            >>> found = client.view.pick(640, 360)
+            >>> found.node, found.distance
+            ('iiwa.lbr_iiwa_link_3', 2.14)
+        """
+        return pictures.pick(self._services, column, row, camera, size)
+
+    def add_points(
+        self,
+        positions: ArrayLike,
+        *,
+        color: str | ArrayLike | None = None,
+        colors: ArrayLike | None = None,
+        size: float = 0.0,
+        name: str = "",
+        pose: ArrayLike | None = None,
+        parent: str = "world",
+    ) -> Node:
+        """Show points (n, 3) in meters, with one colour or `colors` (n, 3), 0 to 255; `remove()` takes them away.
+
+        They stand at `pose` (`parent_t_node`) on the node `parent` and go with it. Without `name` they get one.
+        """
+        return self._add("points", name, figures.points(positions, color=color, colors=colors, size=size), pose, parent)
+
+    def add_lines(
+        self,
+        segments: ArrayLike,
+        *,
+        color: str | ArrayLike | None = None,
+        width_pixels: float = 0.0,
+        name: str = "",
+        pose: ArrayLike | None = None,
+        parent: str = "world",
+    ) -> Node:
+        """Show line segments (n, 2, 3), or a line through points (n, 3), in meters; options as in `add_points`."""
+        return self._add("lines", name, figures.lines(segments, color=color, width_pixels=width_pixels), pose, parent)
+
+    def add_frame(
+        self, pose: ArrayLike | None = None, *, length: float = 0.0, name: str = "", parent: str = "world"
+    ) -> Node:
+        """Show a frame, x red, y green, z blue, at `pose` (`parent_t_node`); `length` 0 means 0.1 m."""
+        return self._add("frame", name, figures.frame(length), pose, parent)
+
+    def add_label(self, text: str, pose: ArrayLike | None = None, *, name: str = "", parent: str = "world") -> Node:
+        """Show words at `pose` (`parent_t_node`)."""
+        return self._add("label", name, figures.label(text), pose, parent)
+
+    def _add(self, kind: str, name: str, figure: figures.Figures, pose: ArrayLike | None, parent: str) -> Node:
+        return self._scene.add_annotation(name or f"{kind}-{uuid.uuid4().hex[:8]}", figure, pose=pose, parent=parent)
