@@ -34,7 +34,7 @@ AMOUNT = Pair(lambda value, what: _signed(not_negative(value, what), what), _sam
 
 def _table(made: type[V], message: type[M], /, *without: str, **codecs: Codec | OneOf) -> Table[V, M]:
     """Return the table of a class whose numbers are 0 or above, where no codec says that they may be below."""
-    return Table(made, message, without=without, numbers=AMOUNT, check=CHECKS.get(made), **codecs)
+    return Table(made, message, names=None, without=without, numbers=AMOUNT, check=CHECKS.get(made), **codecs)
 
 
 BEAMS = rows(None, 3)
