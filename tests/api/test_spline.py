@@ -1,4 +1,4 @@
-"""Splines of the tool centre point, looked at in each tick and under random steering; refusals of what is none."""
+"""Splines of the tool centre point in frames of several nodes; refusals of what is none."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Going along with a conveyor and a turntable, over TCP, tick by tick: where the tool and a picked part are."""
+"""Going along with a conveyor, over TCP, tick by tick: where the tool and a picked part are."""
 
 from __future__ import annotations
 
