@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 import virtualrobot
 from PIL import Image
-from virtualrobot.apps import demo
 from virtualrobot.kernel_process import KernelProcess
+from virtualrobot_apps.demos.palletizing import palletize
 
 from tools.screenshot import find_chromium, opened, picture
 
@@ -37,7 +37,7 @@ def running(kernel: KernelProcess, speed: float, **options: bool | int) -> Itera
 
     def work() -> None:
         with suppress(virtualrobot.VirtualRobotError):  # its connection was closed
-            demo.main(client, **options)  # pyright: ignore[reportArgumentType] the options of main
+            palletize.main(client, **options)  # pyright: ignore[reportArgumentType] the options of main
 
     with virtualrobot.connect(kernel.address) as client, redirect_stdout(Lines()) as lines:
         client.clock.speed_factor = speed
@@ -65,6 +65,7 @@ def test_loop_clears_the_pallets_and_starts_over() -> None:
             assert time.monotonic() < deadline, "arms go on without their program"
 
 
+@pytest.mark.long
 @pytest.mark.skipif(find_chromium() is None, reason="no Chromium: install the package chromium to see the demo")
 def test_a_browser_shows_the_cell_at_work() -> None:
     with (
