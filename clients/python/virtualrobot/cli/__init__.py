@@ -16,7 +16,7 @@ _COMMANDS = {
     "map": ("virtualrobot.cli.mapping", "Watch an arm map a cell by laser or ultrasound."),
     "avoid": ("virtualrobot.cli.avoidance", "Watch an arm avoid obstacles while its tool goes its way."),
     "load": ("virtualrobot.cli.scene", "Load a model or a scene file."),
-    "models": ("virtualrobot.cli.scene", "Show the robots that the kernel knows by name."),
+    "models": ("virtualrobot.cli.scene", "Show the robots and grippers that the kernel knows by name."),
     "save": ("virtualrobot.cli.scene", "Save the world to a scene file."),
     "export": ("virtualrobot.cli.scene", "Write a robot as URDF, or anything as glTF."),
     "ls": ("virtualrobot.cli.scene", "Draw the scene tree."),
