@@ -66,7 +66,9 @@ def busy(address: str, arms: int = ARMS) -> None:
                 robot=f"arm{place}", speed_factor=0.002, point_to_point=motion_pb2.PointToPoint(joints=goal)
             )
             keep = motion_pb2.DISCONNECT_POLICY_CONTINUE
-            motion.StartMotion(motion_pb2.StartMotionRequest(moves=[slow], on_disconnect=keep))
+            motion.StartMotion(
+                motion_pb2.StartMotionRequest(spec=motion_pb2.MotionSpec(moves=[slow]), on_disconnect=keep)
+            )
 
 
 def watch(address: str, ended: threading.Event, counted: list[int]) -> None:

@@ -91,7 +91,9 @@ def start(
     leave: motion_pb2.DisconnectPolicy = motion_pb2.DISCONNECT_POLICY_CONTINUE,
 ) -> motion_pb2.Motion:
     """Start a motion that goes on without a watch."""
-    request = motion_pb2.StartMotionRequest(moves=moves, busy_policy=busy, on_disconnect=leave)
+    request = motion_pb2.StartMotionRequest(
+        spec=motion_pb2.MotionSpec(moves=moves), busy_policy=busy, on_disconnect=leave
+    )
     return stubs.motion.StartMotion(request).motion
 
 

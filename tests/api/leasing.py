@@ -29,7 +29,9 @@ class Holder:
 
     def start(self, move: motion_pb2.Move, **fields: Any) -> str:  # noqa: ANN401 fields of the request
         """Start a move and return the motion's id."""
-        request = motion_pb2.StartMotionRequest(moves=[move], on_disconnect=CONTINUE, **fields)
+        request = motion_pb2.StartMotionRequest(
+            spec=motion_pb2.MotionSpec(moves=[move]), on_disconnect=CONTINUE, **fields
+        )
         return self.stubs.motion.StartMotion(request, metadata=self.metadata).motion.id
 
     def apply(self, *commands: scene_pb2.Command) -> None:

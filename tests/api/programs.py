@@ -217,7 +217,7 @@ class Program:
     def start(self, *moves: motion_pb2.Move, steps: Sequence[motion_pb2.ProgramStep] = ()) -> None:
         """Start a motion that goes on without a watch."""
         request = motion_pb2.StartMotionRequest(
-            moves=moves, steps=steps, on_disconnect=motion_pb2.DISCONNECT_POLICY_CONTINUE
+            spec=motion_pb2.MotionSpec(moves=moves, steps=steps), on_disconnect=motion_pb2.DISCONNECT_POLICY_CONTINUE
         )
         if answer := self.ask(self.stubs.motion.StartMotion, request):
             self.motions.append(answer.motion.id)

@@ -74,9 +74,15 @@ def test_a_number_that_is_not_finite_is_refused_wherever_it_stands(stepped: Stub
             stepped.scene.ImportModel,
             scene_pb2.ImportModelRequest(model=scene_pb2.ModelSource(uri=IIWA, parent_t_node=place)),
         ),
-        (stepped.motion.StartMotion, motion_pb2.StartMotionRequest(moves=[joints("arm", 1.0, **READY)])),
-        (stepped.motion.StartMotion, motion_pb2.StartMotionRequest(moves=[move])),
-        *((stepped.motion.StartMotion, motion_pb2.StartMotionRequest(moves=[one])) for one in rounds),
+        (
+            stepped.motion.StartMotion,
+            motion_pb2.StartMotionRequest(spec=motion_pb2.MotionSpec(moves=[joints("arm", 1.0, **READY)])),
+        ),
+        (stepped.motion.StartMotion, motion_pb2.StartMotionRequest(spec=motion_pb2.MotionSpec(moves=[move]))),
+        *(
+            (stepped.motion.StartMotion, motion_pb2.StartMotionRequest(spec=motion_pb2.MotionSpec(moves=[one])))
+            for one in rounds
+        ),
         (stepped.robot.SolveForward, robot_pb2.SolveForwardRequest(robot="arm", joint_positions=READY)),
         (stepped.robot.SolveInverse, robot_pb2.SolveInverseRequest(robot="arm", reference_t_tcp=place, seed=READY)),
         (stepped.view.UpdateView, view),

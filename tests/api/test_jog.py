@@ -24,7 +24,9 @@ LIMIT = 2.96705972839
 def started(stubs: Stubs, move: motion_pb2.Move) -> motion_pb2.StartMotionResponse:
     """Start a motion that goes on without a watch; return all that is answered."""
     leave = motion_pb2.DISCONNECT_POLICY_CONTINUE
-    return stubs.motion.StartMotion(motion_pb2.StartMotionRequest(moves=[move], on_disconnect=leave))
+    return stubs.motion.StartMotion(
+        motion_pb2.StartMotionRequest(spec=motion_pb2.MotionSpec(moves=[move]), on_disconnect=leave)
+    )
 
 
 @pytest.fixture
@@ -179,21 +181,21 @@ def test_jogs_that_are_none_are_refused(ready: Stubs) -> None:
 
 def test_a_jog_is_planned_and_checked_before_it_moves(ready: Stubs) -> None:
     outward = matrix(state(ready, "arm").world_t_tcp)[:3, 3] * (1.0, 1.0, 0.0)
-    request = motion_pb2.StartMotionRequest(moves=[jog("arm", outward, velocity=0.5)])
+    spec = motion_pb2.MotionSpec(moves=[jog("arm", outward, velocity=0.5)])
     with unchanged(ready):
-        answer = ready.motion.PlanMotion(motion_pb2.PlanMotionRequest(motion=request, sample_seconds=0.1))
+        answer = ready.motion.PlanMotion(motion_pb2.PlanMotionRequest(spec=spec, sample_seconds=0.1))
         assert [note.kind for note in answer.notes] == [motion_pb2.PLAN_NOTE_KIND_JOG_ENDS]
         speeds = values(answer.robots[0].tcp_speeds)
         assert 0.0 < speeds.max() <= 0.5 * (1.0 + 1e-6)
-        checked = ready.motion.CheckMotion(motion_pb2.CheckMotionRequest(motion=request))
+        checked = ready.motion.CheckMotion(motion_pb2.CheckMotionRequest(spec=spec))
         assert not checked.HasField("first_violation")
         assert checked.duration_seconds == pytest.approx(answer.duration_seconds)
         for wrong, kind in (
             (joint_jog("arm", FIRST, 99.0), motion_pb2.VIOLATION_KIND_JOINT_VELOCITY),
             (jog("arm", outward, velocity=0.5, distance=1.0), None),
         ):
-            request = motion_pb2.StartMotionRequest(moves=[wrong])
-            checked = ready.motion.CheckMotion(motion_pb2.CheckMotionRequest(motion=request))
+            spec = motion_pb2.MotionSpec(moves=[wrong])
+            checked = ready.motion.CheckMotion(motion_pb2.CheckMotionRequest(spec=spec))
             assert checked.HasField("first_violation") == (kind is not None), checked
             if kind is not None:
                 assert checked.first_violation.joint == FIRST

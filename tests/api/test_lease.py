@@ -74,7 +74,9 @@ def test_anyone_may_stop_and_pause_but_not_resume(cell: Stubs, kernel: KernelPro
 def test_a_start_that_would_preempt_the_holder_stops_nothing(cell: Stubs, kernel: KernelProcess) -> None:
     stubs = cell
     ada = Holder(kernel, "left")
-    group = motion_pb2.StartMotionRequest(moves=[slow("left"), slow("right")], on_disconnect=CONTINUE)
+    group = motion_pb2.StartMotionRequest(
+        spec=motion_pb2.MotionSpec(moves=[slow("left"), slow("right")]), on_disconnect=CONTINUE
+    )
     id = ada.stubs.motion.StartMotion(group, metadata=ada.metadata).motion.id
     for robot in ("left", "right"):  # the motion of `right` moves `left` as well
         move = joints(robot, lbr_iiwa_joint_1=0.5)
@@ -92,7 +94,9 @@ def test_several_robots_are_leased_all_or_none(cell: Stubs, kernel: KernelProces
     bob = Holder(kernel, "right", owner="Bob")
     both = (*ada.metadata, *bob.metadata)
     together = motion_pb2.StartMotionRequest(
-        moves=[slow("left"), slow("right")], on_disconnect=CONTINUE, busy_policy=motion_pb2.BUSY_POLICY_PREEMPT
+        spec=motion_pb2.MotionSpec(moves=[slow("left"), slow("right")]),
+        on_disconnect=CONTINUE,
+        busy_policy=motion_pb2.BUSY_POLICY_PREEMPT,
     )
     assert refusal(lambda: stubs.motion.StartMotion(together, metadata=ada.metadata)).metadata["robot"] == "right"
     stubs.motion.StartMotion(together, metadata=both)
@@ -178,7 +182,8 @@ told = leases.KeepLeaseAlive(lease_pb2.KeepLeaseAliveRequest(token=token))
 next(told)
 goal = motion_pb2.JointGoal(joint_positions={"lbr_iiwa_joint_1": 2.0})
 move = motion_pb2.Move(robot=robot, speed_factor=0.003, point_to_point=motion_pb2.PointToPoint(joints=goal))
-request = motion_pb2.StartMotionRequest(moves=[move], on_disconnect=motion_pb2.DISCONNECT_POLICY_CONTINUE)
+spec = motion_pb2.MotionSpec(moves=[move])
+request = motion_pb2.StartMotionRequest(spec=spec, on_disconnect=motion_pb2.DISCONNECT_POLICY_CONTINUE)
 print(motions.StartMotion(request, metadata=[("virtualrobot-lease", token)]).motion.id, flush=True)
 for _ in told:
     pass
@@ -257,11 +262,13 @@ def test_a_start_that_waits_is_refused_when_the_robot_is_leased_meanwhile(
     load(stepped, IIWA, "arm")
     ada = Holder(stepped_kernel, "arm") if who == "the holder" else None
     metadata = ada.metadata if ada else ()
-    going = motion_pb2.StartMotionRequest(moves=[slow("arm")], on_disconnect=CONTINUE)
+    going = motion_pb2.StartMotionRequest(spec=motion_pb2.MotionSpec(moves=[slow("arm")]), on_disconnect=CONTINUE)
     id = stepped.motion.StartMotion(going, metadata=metadata).motion.id
     step(stepped, 50)
     preempting = motion_pb2.StartMotionRequest(
-        moves=[joints("arm", lbr_iiwa_joint_1=-0.5)], on_disconnect=CONTINUE, busy_policy=motion_pb2.BUSY_POLICY_PREEMPT
+        spec=motion_pb2.MotionSpec(moves=[joints("arm", lbr_iiwa_joint_1=-0.5)]),
+        on_disconnect=CONTINUE,
+        busy_policy=motion_pb2.BUSY_POLICY_PREEMPT,
     )
     call = stepped.motion.StartMotion.future(preempting, metadata=metadata)
     waiting = threading.Event()
@@ -283,7 +290,9 @@ def test_once_a_robot_is_taken_nothing_of_others_starts(cell: Stubs, kernel: Ker
     stubs = cell
     load(stubs, PANDA, "panda")
     running = motion_pb2.ListMotionsRequest(running_only=True)
-    request = motion_pb2.StartMotionRequest(moves=[joints("panda", panda_joint1=0.5)], on_disconnect=CONTINUE)
+    request = motion_pb2.StartMotionRequest(
+        spec=motion_pb2.MotionSpec(moves=[joints("panda", panda_joint1=0.5)]), on_disconnect=CONTINUE
+    )
     for _ in range(20):
         calls = [stubs.motion.StartMotion.future(request) for _ in range(4)]
         ada = Holder(kernel, "panda", take=True)

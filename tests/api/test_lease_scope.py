@@ -139,7 +139,7 @@ def test_a_program_of_a_leased_robot_is_refused_before_it_is_planned(cell: Stubs
     move = motion_pb2.Move(robot="left", point_to_point=motion_pb2.PointToPoint(joints=goal))
     step = motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=[move]))
     dwell = motion_pb2.ProgramStep(dwell=motion_pb2.DwellStep(seconds=1.0))
-    program = motion_pb2.StartMotionRequest(steps=[dwell, step])
+    program = motion_pb2.StartMotionRequest(spec=motion_pb2.MotionSpec(steps=[dwell, step]))
     assert refusal(lambda: cell.motion.StartMotion(program)).reason == "LEASED"
     refused = refusal(lambda: ada.stubs.motion.StartMotion(program, metadata=ada.metadata))
     assert "elbow" in refused.message

@@ -34,7 +34,7 @@ def test_a_busy_robot_is_refused_or_preempted(stepped: Stubs) -> None:
     assert refused.metadata["motion"] == first.id
     assert motion(stepped, first.id).phase == RUNNING
     request = motion_pb2.StartMotionRequest(
-        moves=[joints("arm", lbr_iiwa_joint_1=0.0)],
+        spec=motion_pb2.MotionSpec(moves=[joints("arm", lbr_iiwa_joint_1=0.0)]),
         busy_policy=motion_pb2.BUSY_POLICY_PREEMPT,
         on_disconnect=motion_pb2.DISCONNECT_POLICY_CONTINUE,
     )
@@ -225,7 +225,9 @@ def test_clearing_the_world_ends_its_motions(stepped: Stubs) -> None:
 
 def test_a_start_that_is_repeated_starts_nothing_and_is_answered_the_same(stepped: Stubs) -> None:
     load(stepped, IIWA, "arm")
-    request = motion_pb2.StartMotionRequest(moves=[joints("arm", 0.1, lbr_iiwa_joint_1=1.0)], request_id="5f0c")
+    request = motion_pb2.StartMotionRequest(
+        spec=motion_pb2.MotionSpec(moves=[joints("arm", 0.1, lbr_iiwa_joint_1=1.0)]), request_id="5f0c"
+    )
     request.on_disconnect = motion_pb2.DISCONNECT_POLICY_CONTINUE
     first = stepped.motion.StartMotion(request)
     step(stepped, 10)
@@ -233,7 +235,7 @@ def test_a_start_that_is_repeated_starts_nothing_and_is_answered_the_same(steppe
     running = stepped.motion.ListMotions(motion_pb2.ListMotionsRequest(running_only=True)).motions
     assert [one.id for one in running] == [first.motion.id]
     request.busy_policy = motion_pb2.BUSY_POLICY_PREEMPT
-    assert "that of another request" in refusal(lambda: stepped.motion.StartMotion(request)).message
+    assert "belongs to another request" in refusal(lambda: stepped.motion.StartMotion(request)).message
     finished(stepped, stepped.motion.CancelMotion(motion_pb2.CancelMotionRequest(id=first.motion.id)).motion.id)
     request.request_id = ""
     assert stepped.motion.StartMotion(request).motion.id != first.motion.id
@@ -241,14 +243,16 @@ def test_a_start_that_is_repeated_starts_nothing_and_is_answered_the_same(steppe
 
 def test_a_refused_start_is_not_remembered(stepped: Stubs) -> None:
     load(stepped, IIWA, "arm")
-    request = motion_pb2.StartMotionRequest(moves=[joints("arm", 0.1, lbr_iiwa_joint_1=0.1)], request_id="again")
+    request = motion_pb2.StartMotionRequest(
+        spec=motion_pb2.MotionSpec(moves=[joints("arm", 0.1, lbr_iiwa_joint_1=0.1)]), request_id="again"
+    )
     request.on_disconnect = motion_pb2.DISCONNECT_POLICY_CONTINUE
     other = start(stepped, joints("arm", 0.1, lbr_iiwa_joint_1=0.1))
     assert refusal(lambda: stepped.motion.StartMotion(request)).reason == "ROBOT_BUSY"
     finished(stepped, other.id)
     assert stepped.motion.StartMotion(request).motion.id != other.id
-    request.request_id = "x" * 257
-    assert "256 characters" in refusal(lambda: stepped.motion.StartMotion(request)).message
+    request.request_id = "x" * 201
+    assert "200 characters" in refusal(lambda: stepped.motion.StartMotion(request)).message
 
 
 def test_answers_say_when_they_were_true(stepped: Stubs) -> None:

@@ -26,7 +26,8 @@ address, robot, policy, speed = sys.argv[1:]
 stub = motion_pb2_grpc.MotionServiceStub(grpc.insecure_channel(address))
 goal = motion_pb2.JointGoal(joint_positions={"lbr_iiwa_joint_1": 2.0})
 move = motion_pb2.Move(robot=robot, speed_factor=float(speed), point_to_point=motion_pb2.PointToPoint(joints=goal))
-motion = stub.StartMotion(motion_pb2.StartMotionRequest(moves=[move], on_disconnect=int(policy))).motion
+spec = motion_pb2.MotionSpec(moves=[move])
+motion = stub.StartMotion(motion_pb2.StartMotionRequest(spec=spec, on_disconnect=int(policy))).motion
 for message in stub.WatchMotion(motion_pb2.WatchMotionRequest(id=motion.id)):
     print(message.motion.id, flush=True)
 """
@@ -153,7 +154,9 @@ def test_two_clients_move_two_robots(stubs: Stubs, kernel: KernelProcess) -> Non
 
 def test_many_starts_at_once_for_one_robot_let_one_pass(stubs: Stubs) -> None:
     load(stubs, IIWA, "arm")
-    request = motion_pb2.StartMotionRequest(moves=[joints("arm", 0.003, lbr_iiwa_joint_1=1.0)], on_disconnect=CONTINUE)
+    request = motion_pb2.StartMotionRequest(
+        spec=motion_pb2.MotionSpec(moves=[joints("arm", 0.003, lbr_iiwa_joint_1=1.0)]), on_disconnect=CONTINUE
+    )
     calls = [stubs.motion.StartMotion.future(request) for _ in range(8)]
     refused = [call for call in calls if call.exception(60) is not None]
     assert len(refused) == len(calls) - 1
@@ -173,7 +176,7 @@ def test_a_world_replaced_under_a_watched_motion(stubs: Stubs) -> None:
 @pytest.mark.parametrize("field", ["busy_policy", "on_disconnect"])
 def test_numbers_that_no_policy_has_are_refused(stepped: Stubs, field: str) -> None:
     load(stepped, IIWA, "arm")
-    request = motion_pb2.StartMotionRequest(moves=[joints("arm", lbr_iiwa_joint_1=0.1)])
+    request = motion_pb2.StartMotionRequest(spec=motion_pb2.MotionSpec(moves=[joints("arm", lbr_iiwa_joint_1=0.1)]))
     setattr(request, field, 77)
     refused = refusal(lambda: stepped.motion.StartMotion(request))
     assert (refused.reason, refused.metadata["field"]) == ("INVALID_ARGUMENT", field)

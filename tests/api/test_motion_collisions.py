@@ -16,8 +16,8 @@ COLLISION = motion_pb2.VIOLATION_KIND_COLLISION
 
 
 def checked(stubs: Stubs, *moves: motion_pb2.Move, **options: object) -> motion_pb2.CheckMotionResponse:
-    motion = motion_pb2.StartMotionRequest(moves=moves)
-    return stubs.motion.CheckMotion(motion_pb2.CheckMotionRequest(motion=motion, **options))  # pyright: ignore[reportArgumentType]
+    spec = motion_pb2.MotionSpec(moves=moves)
+    return stubs.motion.CheckMotion(motion_pb2.CheckMotionRequest(spec=spec, **options))  # pyright: ignore[reportArgumentType]
 
 
 def touching(stubs: Stubs) -> set[tuple[str, str]]:

@@ -18,23 +18,23 @@ from tests.kernels import Stubs
 Wish = motion_pb2.Move | motion_pb2.ProgramStep
 
 
-def motion_of(*wishes: Wish, expected_revision: int | None = None) -> motion_pb2.StartMotionRequest:
+def motion_of(*wishes: Wish) -> motion_pb2.MotionSpec:
     moves = [wish for wish in wishes if isinstance(wish, motion_pb2.Move)]
     steps = [wish for wish in wishes if isinstance(wish, motion_pb2.ProgramStep)]
-    return motion_pb2.StartMotionRequest(
-        moves=moves,
-        steps=steps,
-        on_disconnect=motion_pb2.DISCONNECT_POLICY_CONTINUE,
-        expected_structure_revision=expected_revision,
-    )
+    return motion_pb2.MotionSpec(moves=moves, steps=steps)
+
+
+def started(stubs: Stubs, *wishes: Wish) -> motion_pb2.Motion:
+    leave = motion_pb2.DISCONNECT_POLICY_CONTINUE
+    return stubs.motion.StartMotion(motion_pb2.StartMotionRequest(spec=motion_of(*wishes), on_disconnect=leave)).motion
 
 
 def plan(stubs: Stubs, *wishes: Wish, seconds: float = 0.0) -> motion_pb2.PlanMotionResponse:
-    return stubs.motion.PlanMotion(motion_pb2.PlanMotionRequest(motion=motion_of(*wishes), sample_seconds=seconds))
+    return stubs.motion.PlanMotion(motion_pb2.PlanMotionRequest(spec=motion_of(*wishes), sample_seconds=seconds))
 
 
 def check(stubs: Stubs, *wishes: Wish, margin: float = 0.0) -> motion_pb2.CheckMotionResponse:
-    return stubs.motion.CheckMotion(motion_pb2.CheckMotionRequest(motion=motion_of(*wishes), min_singular_value=margin))
+    return stubs.motion.CheckMotion(motion_pb2.CheckMotionRequest(spec=motion_of(*wishes), min_singular_value=margin))
 
 
 def ready(stubs: Stubs, name: str = "arm") -> np.ndarray:
@@ -66,7 +66,7 @@ def test_the_world_does_what_was_planned(stepped: Stubs) -> None:
     arm, other = told.robots
     assert (arm.robot, other.robot) == ("arm", "other")
     assert list(other.joint_names) == ["panda_joint1", "panda_joint4"]
-    ask = stepped.motion.StartMotion(motion_of(*wishes)).motion
+    ask = started(stepped, *wishes)
     assert ask.planned_duration_seconds == told.duration_seconds
     poses, efforts = matrices(arm.world_t_tcp), values(arm.efforts)
     assert efforts.shape == (len(times), 7) and np.abs(efforts[:, 1]).max() > 10.0
@@ -174,18 +174,18 @@ def test_the_revision_that_a_motion_is_meant_for(stepped: Stubs) -> None:
     ready(stepped)
     move = joints("arm", lbr_iiwa_joint_1=0.5)
     told = plan(stepped, move)
-    meant = motion_of(move, expected_revision=told.stamp.structure_revision)
+    meant = {"spec": motion_of(move), "expected_structure_revision": told.stamp.structure_revision}
     load(stepped, PANDA, "other")
     for call in (
-        lambda: stepped.motion.StartMotion(meant),
-        lambda: stepped.motion.PlanMotion(motion_pb2.PlanMotionRequest(motion=meant)),
-        lambda: stepped.motion.CheckMotion(motion_pb2.CheckMotionRequest(motion=meant)),
+        lambda: stepped.motion.StartMotion(motion_pb2.StartMotionRequest(**meant)),
+        lambda: stepped.motion.PlanMotion(motion_pb2.PlanMotionRequest(**meant)),
+        lambda: stepped.motion.CheckMotion(motion_pb2.CheckMotionRequest(**meant)),
     ):
         refused = refusal(call)
         assert (refused.code, refused.reason) == (grpc.StatusCode.ABORTED, "STALE_REVISION")
         assert refused.metadata["expected_revision"] == str(told.stamp.structure_revision)
-    now = plan(stepped, move).stamp.structure_revision
-    assert stepped.motion.StartMotion(motion_of(move, expected_revision=now)).motion.id
+    meant["expected_structure_revision"] = plan(stepped, move).stamp.structure_revision
+    assert stepped.motion.StartMotion(motion_pb2.StartMotionRequest(**meant)).motion.id
 
 
 def test_a_busy_arm_can_be_planned_for(stepped: Stubs) -> None:
@@ -203,7 +203,7 @@ def test_a_client_that_gives_up_ends_the_work(stepped: Stubs) -> None:
     ready(stepped)
     names, goal = ["lbr_iiwa_joint_1"], [[0.3], [1.0]]
     long = motion_of(trajectory("arm", names, [0.0, 100000.0], goal))
-    calls = [stepped.motion.CheckMotion.future(motion_pb2.CheckMotionRequest(motion=long)) for _ in range(8)]
+    calls = [stepped.motion.CheckMotion.future(motion_pb2.CheckMotionRequest(spec=long)) for _ in range(8)]
     time.sleep(0.1)
     for call in calls:
         call.cancel()

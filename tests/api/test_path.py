@@ -69,7 +69,9 @@ def touching(stubs: Stubs) -> list[tuple[str, str]]:
 def drive(stubs: Stubs, steps: list[motion_pb2.ProgramStep], ticks: int = 3) -> set[tuple[str, str]]:
     """Run a program tick by tick; return what touched on its way."""
     leave = motion_pb2.DISCONNECT_POLICY_CONTINUE
-    id = stubs.motion.StartMotion(motion_pb2.StartMotionRequest(steps=steps, on_disconnect=leave)).motion.id
+    id = stubs.motion.StartMotion(
+        motion_pb2.StartMotionRequest(spec=motion_pb2.MotionSpec(steps=steps), on_disconnect=leave)
+    ).motion.id
     touched = set()
     for _ in range(10_000):
         touched |= set(touching(stubs))
@@ -98,8 +100,8 @@ def test_an_arm_comes_round_a_wall_and_touches_nothing_on_its_way(stepped: Stubs
         and path.length > path.straight_length > 0.0
         and path.planner == path_pb2.PATH_PLANNER_RRT_CONNECT
     )
-    assert len(path.steps) == len(path.waypoints) - 1 >= 2 and path.planning_seconds > 0.0
-    assert drive(stepped, list(path.steps)) == set()
+    assert len(path.spec.steps) == len(path.waypoints) - 1 >= 2 and path.planning_seconds > 0.0
+    assert drive(stepped, list(path.spec.steps)) == set()
     reached = positions(stepped)
     assert {name: reached[name] for name in right} == pytest.approx(right)
 
@@ -135,7 +137,7 @@ def test_the_held_part_goes_along(stepped: Stubs) -> None:
     assert before == []
     path = found(stepped, asked(RIGHT, time_limit_seconds=60.0))
     assert not path.straight
-    assert drive(stepped, list(path.steps)) == set()
+    assert drive(stepped, list(path.spec.steps)) == set()
 
 
 def test_a_pose_is_reached_from_elsewhere(stepped: Stubs) -> None:
@@ -150,7 +152,7 @@ def test_a_pose_is_reached_from_elsewhere(stepped: Stubs) -> None:
     first = dict(zip(path.joint_names, path.waypoints[0].positions, strict=True))
     assert {name: first[name] for name in LEFT} == pytest.approx(LEFT)
     put(stepped, LEFT)
-    assert drive(stepped, list(path.steps)) == set()
+    assert drive(stepped, list(path.spec.steps)) == set()
     reached = state(stepped, "arm").world_t_tcp
     np.testing.assert_allclose(matrix(reached), matrix(there), atol=1e-6)
 
@@ -158,7 +160,7 @@ def test_a_pose_is_reached_from_elsewhere(stepped: Stubs) -> None:
 def test_equal_seeds_find_equal_paths(stepped: Stubs) -> None:
     right = cell(stepped)
     paths = [found(stepped, asked(right, seed=7, time_limit_seconds=60.0)) for _ in range(2)]
-    assert paths[0].waypoints == paths[1].waypoints and paths[0].steps == paths[1].steps
+    assert paths[0].waypoints == paths[1].waypoints and paths[0].spec == paths[1].spec
 
 
 def test_who_goes_away_ends_the_search_and_the_next_one_begins(stepped: Stubs) -> None:
@@ -186,7 +188,9 @@ def test_time_goes_on_while_a_path_is_looked_for(stubs: Stubs) -> None:
     threading.Thread(target=watch, daemon=True).start()
     moved = stubs.motion.StartMotion(
         motion_pb2.StartMotionRequest(
-            moves=[motion_pb2.Move(robot="arm", point_to_point=joint_goal({"lbr_iiwa_joint_7": 0.1}))],
+            spec=motion_pb2.MotionSpec(
+                moves=[motion_pb2.Move(robot="arm", point_to_point=joint_goal({"lbr_iiwa_joint_7": 0.1}))]
+            ),
             on_disconnect=motion_pb2.DISCONNECT_POLICY_CONTINUE,
         )
     ).motion.id

@@ -46,10 +46,14 @@ def dwell(seconds: float) -> motion_pb2.ProgramStep:
 
 
 def run(
-    stubs: Stubs, *steps: motion_pb2.ProgramStep, policy: int = motion_pb2.DISCONNECT_POLICY_CONTINUE
+    stubs: Stubs,
+    *steps: motion_pb2.ProgramStep,
+    policy: motion_pb2.DisconnectPolicy = motion_pb2.DISCONNECT_POLICY_CONTINUE,
 ) -> motion_pb2.StartMotionResponse:
     """Start a program."""
-    return stubs.motion.StartMotion(motion_pb2.StartMotionRequest(steps=steps, on_disconnect=policy))  # pyright: ignore
+    return stubs.motion.StartMotion(
+        motion_pb2.StartMotionRequest(spec=motion_pb2.MotionSpec(steps=steps), on_disconnect=policy)
+    )
 
 
 def ready(stubs: Stubs, name: str = "arm") -> np.ndarray:
@@ -198,7 +202,9 @@ def test_a_search_finds_and_does_not_find(stepped: Stubs) -> None:
     signals(stepped, "touch")
     down = linear("arm", shifted(at, z=-0.1))
     down.linear.until.CopyFrom(condition("touch", True))
-    request = motion_pb2.StartMotionRequest(moves=[down], on_disconnect=motion_pb2.DISCONNECT_POLICY_CONTINUE)
+    request = motion_pb2.StartMotionRequest(
+        spec=motion_pb2.MotionSpec(moves=[down]), on_disconnect=motion_pb2.DISCONNECT_POLICY_CONTINUE
+    )
     ask = stepped.motion.StartMotion(request).motion
     assert not ask.HasField("search")
     step(stepped, 60)
@@ -227,7 +233,7 @@ def test_a_waiting_program_makes_way_at_once(stepped: Stubs) -> None:
     waiting = run(stepped, wait("go"), move(joints("arm", lbr_iiwa_joint_1=0.1))).motion
     step(stepped, 3)
     request = motion_pb2.StartMotionRequest(
-        steps=[move(joints("arm", lbr_iiwa_joint_1=0.2))],
+        spec=motion_pb2.MotionSpec(steps=[move(joints("arm", lbr_iiwa_joint_1=0.2))]),
         busy_policy=motion_pb2.BUSY_POLICY_PREEMPT,
         on_disconnect=motion_pb2.DISCONNECT_POLICY_CONTINUE,
     )
@@ -309,7 +315,7 @@ def test_nothing_moves_when_a_step_cannot_be_planned(stepped: Stubs) -> None:
 def test_a_program_file_is_read(stepped: Stubs) -> None:
     text = "schema_version: 1\nsteps:\n  - dwell: {seconds: 0.1}\n"
     request = motion_pb2.ReadProgramRequest(text=text)
-    assert stepped.motion.ReadProgram(request).motion == motion_pb2.StartMotionRequest(steps=[dwell(0.1)])
+    assert stepped.motion.ReadProgram(request).spec == motion_pb2.MotionSpec(steps=[dwell(0.1)])
     bad = motion_pb2.ReadProgramRequest(text=text.replace("dwell", "dwel"), uri="cell.yaml")
     refused = refusal(lambda: stepped.motion.ReadProgram(bad))
     assert refused.reason == "MALFORMED_FILE"

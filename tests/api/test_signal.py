@@ -212,7 +212,9 @@ def test_a_lease_of_the_owner_guards_its_signals_but_inputs(stubs: Stubs, kernel
 
 def waiting(condition: motion_pb2.SignalCondition) -> motion_pb2.StartMotionRequest:
     step = motion_pb2.ProgramStep(wait_signal=motion_pb2.WaitSignalStep(condition=condition))
-    return motion_pb2.StartMotionRequest(steps=[step], on_disconnect=motion_pb2.DISCONNECT_POLICY_CONTINUE)
+    return motion_pb2.StartMotionRequest(
+        spec=motion_pb2.MotionSpec(steps=[step]), on_disconnect=motion_pb2.DISCONNECT_POLICY_CONTINUE
+    )
 
 
 @pytest.mark.parametrize(

@@ -85,7 +85,7 @@ def test_a_part_is_picked_from_the_running_belt(cell: Stubs) -> None:
         motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=[to(cell, above)])),
     ]
     apply(cell, scene_pb2.Command(create_signal=scene_pb2.CreateSignal(signal=signal_pb2.Signal(name="held"))))
-    request = motion_pb2.StartMotionRequest(steps=steps, tracking=tracking(0.9))
+    request = motion_pb2.StartMotionRequest(spec=motion_pb2.MotionSpec(steps=steps, tracking=tracking(0.9)))
     id = go(cell, request).id
     places: list[np.ndarray] = []
     lift: list[float] = []
@@ -117,7 +117,9 @@ def test_in_step_the_line_is_one_on_the_belt_at_each_tick(cell: Stubs, rng: np.r
     step(cell, int(rng.integers(50, 150)))
     first = seen(cell)
     goal = first @ at(*rng.uniform(-0.05, 0.05, 3))
-    ask = go(cell, motion_pb2.StartMotionRequest(moves=[to(cell, goal)], tracking=tracking(0.6)))
+    ask = go(
+        cell, motion_pb2.StartMotionRequest(spec=motion_pb2.MotionSpec(moves=[to(cell, goal)], tracking=tracking(0.6)))
+    )
     way = goal[:3, 3] - first[:3, 3]
     begun = False
     while (told := motion(cell, ask.id)).phase == RUNNING:
@@ -138,7 +140,9 @@ def test_the_window_ends(cell: Stubs) -> None:
     ask = go(
         cell,
         motion_pb2.StartMotionRequest(
-            moves=[to(cell, seen(cell) @ at(z=0.05), max_velocity_meters_per_second=0.01)], tracking=tracking(0.3)
+            spec=motion_pb2.MotionSpec(
+                moves=[to(cell, seen(cell) @ at(z=0.05), max_velocity_meters_per_second=0.01)], tracking=tracking(0.3)
+            )
         ),
     )
     before = state(cell, "arm").world_t_tcp.position.y
@@ -151,7 +155,9 @@ def test_the_window_ends(cell: Stubs) -> None:
 def test_a_belt_that_is_faster_than_said(cell: Stubs) -> None:
     run_belt(cell)
     step(cell, 200)
-    slow = motion_pb2.StartMotionRequest(moves=[to(cell, seen(cell) @ at(z=0.05))], tracking=tracking(fastest=0.1))
+    slow = motion_pb2.StartMotionRequest(
+        spec=motion_pb2.MotionSpec(moves=[to(cell, seen(cell) @ at(z=0.05))], tracking=tracking(fastest=0.1))
+    )
     told = finished(cell, go(cell, slow).id)
     assert (told.phase, told.end_cause) == (ABORTED, motion_pb2.END_CAUSE_TRACKING_LOST)
     assert "0.2 per second; 0.1 was the most" in told.end_reason
@@ -160,7 +166,7 @@ def test_a_belt_that_is_faster_than_said(cell: Stubs) -> None:
 
 def test_the_arm_is_busy_as_a_whole_while_it_goes_along(cell: Stubs) -> None:
     moves = [joints("arm", lbr_iiwa_joint_7=0.3)]
-    ask = go(cell, motion_pb2.StartMotionRequest(moves=moves, tracking=tracking()))
+    ask = go(cell, motion_pb2.StartMotionRequest(spec=motion_pb2.MotionSpec(moves=moves, tracking=tracking())))
     assert refusal(lambda: start(cell, joints("arm", lbr_iiwa_joint_1=0.3))).reason == "ROBOT_BUSY"
     assert finished(cell, ask.id).phase == SUCCEEDED
     assert state(cell, "arm").positions[6] == pytest.approx(0.3)
@@ -192,7 +198,9 @@ REFUSED = {
 @pytest.mark.parametrize("what", REFUSED)
 def test_what_cannot_be_followed_is_refused(cell: Stubs, what: str) -> None:
     wish, reason, words = REFUSED[what]
-    request = motion_pb2.StartMotionRequest(moves=[to(cell, seen(cell) @ at(z=0.05))], tracking=wish)
+    request = motion_pb2.StartMotionRequest(
+        spec=motion_pb2.MotionSpec(moves=[to(cell, seen(cell) @ at(z=0.05))], tracking=wish)
+    )
     with unchanged(cell):
         told = refusal(lambda: go(cell, request))
     assert told.reason == reason, told
@@ -200,22 +208,30 @@ def test_what_cannot_be_followed_is_refused(cell: Stubs, what: str) -> None:
 
 
 def test_a_place_that_cannot_be_followed_is_named(cell: Stubs) -> None:
-    request = motion_pb2.StartMotionRequest(moves=[to(cell, seen(cell) @ at(z=0.05))], tracking=tracking(3.0))
+    request = motion_pb2.StartMotionRequest(
+        spec=motion_pb2.MotionSpec(moves=[to(cell, seen(cell) @ at(z=0.05))], tracking=tracking(3.0))
+    )
     told = refusal(lambda: go(cell, request))
     beyond = float(told.metadata["displacement"])
     assert 0.1 < beyond < 3.0
     assert float(told.metadata["tracked_position"]) == pytest.approx(beyond)
     assert 0.0 <= float(told.metadata["fraction"]) <= 1.0
     # Nearly so far it can.
-    request.tracking.window = beyond - 0.05
+    request.spec.tracking.window = beyond - 0.05
     go(cell, request)
 
 
 def test_the_motion_may_not_move_the_belt_itself(cell: Stubs) -> None:
     moves = [to(cell, seen(cell) @ at(z=0.05)), joints("conveyor", belt=1.0)]
-    told = refusal(lambda: go(cell, motion_pb2.StartMotionRequest(moves=moves, tracking=tracking())))
+    told = refusal(
+        lambda: go(cell, motion_pb2.StartMotionRequest(spec=motion_pb2.MotionSpec(moves=moves, tracking=tracking())))
+    )
     assert "it is moved by 'belt' of 'conveyor', which the motion moves itself" in told.message
-    told = refusal(lambda: go(cell, motion_pb2.StartMotionRequest(moves=moves[1:], tracking=tracking())))
+    told = refusal(
+        lambda: go(
+            cell, motion_pb2.StartMotionRequest(spec=motion_pb2.MotionSpec(moves=moves[1:], tracking=tracking()))
+        )
+    )
     assert told.reason == "INVALID_ARGUMENT"
 
 
@@ -237,7 +253,12 @@ def test_a_turntable(cell: Stubs, rng: np.random.Generator) -> None:
     first = seen(cell, "fixture")
     move = linear("arm", first @ at(z=0.05))
     move.linear.goal.reference = "fixture"
-    ask = go(cell, motion_pb2.StartMotionRequest(moves=[move], tracking=tracking(-0.8, 0.35, "fixture")))
+    ask = go(
+        cell,
+        motion_pb2.StartMotionRequest(
+            spec=motion_pb2.MotionSpec(moves=[move], tracking=tracking(-0.8, 0.35, "fixture"))
+        ),
+    )
     offs = []
     while (told := motion(cell, ask.id)).phase == RUNNING:
         step(cell)
@@ -249,7 +270,7 @@ def test_a_turntable(cell: Stubs, rng: np.random.Generator) -> None:
 
 def test_refusals_are_calls_that_failed(cell: Stubs) -> None:
     with pytest.raises(grpc.RpcError):
-        go(cell, motion_pb2.StartMotionRequest(tracking=tracking()))
+        go(cell, motion_pb2.StartMotionRequest(spec=motion_pb2.MotionSpec(tracking=tracking())))
 
 
 def test_a_belt_that_is_too_fast_is_refused_with_the_speed_that_would_do(cell: Stubs) -> None:
@@ -259,24 +280,46 @@ def test_a_belt_that_is_too_fast_is_refused_with_the_speed_that_would_do(cell: S
     belt.joint.limits.CopyFrom(nodes_pb2.JointLimits(velocity=20.0, acceleration=20.0, jerk=200.0))
     apply(cell, update("conveyor.belt", "link", link=belt))
     move = to(cell, seen(cell) @ at(z=0.05))
-    told = refusal(lambda: go(cell, motion_pb2.StartMotionRequest(moves=[move], tracking=tracking(fastest=0.0))))
+    told = refusal(
+        lambda: go(
+            cell,
+            motion_pb2.StartMotionRequest(spec=motion_pb2.MotionSpec(moves=[move], tracking=tracking(fastest=0.0))),
+        )
+    )
     assert told.reason == "LIMIT_EXCEEDED"
     assert "cannot keep up with the joint 'belt' at 20 m/s; give a max_velocity of at most" in told.message
     assert 0.5 < float(told.metadata["limit"]) < 20.0
     fitting = tracking(fastest=0.999 * float(told.metadata["limit"]))
-    assert finished(cell, go(cell, motion_pb2.StartMotionRequest(moves=[move], tracking=fitting)).id).phase == SUCCEEDED
+    assert (
+        finished(
+            cell, go(cell, motion_pb2.StartMotionRequest(spec=motion_pb2.MotionSpec(moves=[move], tracking=fitting))).id
+        ).phase
+        == SUCCEEDED
+    )
 
 
 def test_a_node_that_two_joints_move_and_a_rail_that_moves_too(cell: Stubs) -> None:
     load(cell, "model://positioner", "table")
     move = linear("arm", matrix(state(cell, "arm").world_t_tcp) @ at(z=0.05))
-    told = refusal(lambda: go(cell, motion_pb2.StartMotionRequest(moves=[move], tracking=tracking(node="table.plate"))))
+    told = refusal(
+        lambda: go(
+            cell,
+            motion_pb2.StartMotionRequest(
+                spec=motion_pb2.MotionSpec(moves=[move], tracking=tracking(node="table.plate"))
+            ),
+        )
+    )
     assert "it is moved by 'turn' of 'table', 'tilt' of 'table'; name a node that exactly one" in told.message
     load(cell, "model://rail")
     apply(cell, attach("arm", "rail.carriage"))
     bend = joints("arm", lbr_iiwa_joint_7=0.1)
     told = refusal(
-        lambda: go(cell, motion_pb2.StartMotionRequest(moves=[bend, joints("rail", slide=0.2)], tracking=tracking()))
+        lambda: go(
+            cell,
+            motion_pb2.StartMotionRequest(
+                spec=motion_pb2.MotionSpec(moves=[bend, joints("rail", slide=0.2)], tracking=tracking())
+            ),
+        )
     )
     assert "while the same motion moves what carries it, 'slide' of 'rail'" in told.message
 
@@ -292,7 +335,10 @@ def test_an_arm_of_four_axes(stepped: Stubs) -> None:
     run_belt(stepped)
     step(stepped, 100)
     goal = seen(stepped) @ at(z=0.05)
-    ask = go(stepped, motion_pb2.StartMotionRequest(moves=[to(stepped, goal)], tracking=tracking(0.8)))
+    ask = go(
+        stepped,
+        motion_pb2.StartMotionRequest(spec=motion_pb2.MotionSpec(moves=[to(stepped, goal)], tracking=tracking(0.8))),
+    )
     while (told := motion(stepped, ask.id)).phase == RUNNING and told.progress < 1.0:
         step(stepped)
     np.testing.assert_allclose(seen(stepped), goal, atol=1e-5)
@@ -301,7 +347,12 @@ def test_an_arm_of_four_axes(stepped: Stubs) -> None:
     climbing[:3, :3] = Rotation.from_euler("zy", [90, -10], degrees=True).as_matrix()
     load(stepped, "model://conveyor", "ramp", parent_t_node=pose(climbing))
     bend = joints("arm", joint_4=0.1)
-    ask = go(stepped, motion_pb2.StartMotionRequest(moves=[bend], tracking=tracking(0.3, 0.1, "ramp.belt")))
+    ask = go(
+        stepped,
+        motion_pb2.StartMotionRequest(
+            spec=motion_pb2.MotionSpec(moves=[bend], tracking=tracking(0.3, 0.1, "ramp.belt"))
+        ),
+    )
     assert finished(stepped, ask.id).phase == SUCCEEDED
     table = at(tool[0] + 0.3, tool[1], 0.3)
     table[:3, :3] = Rotation.from_euler("x", 90, degrees=True).as_matrix()
@@ -315,6 +366,11 @@ def test_an_arm_of_four_axes(stepped: Stubs) -> None:
         create(nodes_pb2.Node(name="wheel.rim", parent="wheel", link=nodes_pb2.Link(joint=turn))),
     )
     told = refusal(
-        lambda: go(stepped, motion_pb2.StartMotionRequest(moves=[bend], tracking=tracking(0.3, 0.1, "wheel.rim")))
+        lambda: go(
+            stepped,
+            motion_pb2.StartMotionRequest(
+                spec=motion_pb2.MotionSpec(moves=[bend], tracking=tracking(0.3, 0.1, "wheel.rim"))
+            ),
+        )
     )
     assert told.reason == "UNREACHABLE"

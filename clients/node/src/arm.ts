@@ -56,7 +56,7 @@ export function alongLine(arm: Arm, referenceTTcp: Pose, reference = "world"): M
  * default a motion belongs to its watch, and one that nobody has watched for a second is cancelled.
  */
 export async function move(kernel: Kernel, ...moves: readonly Move[]): Promise<Motion> {
-  const started = await kernel.call(MotionService.method.startMotion, { moves: [...moves] });
+  const started = await kernel.call(MotionService.method.startMotion, { spec: { moves: [...moves] } });
   let motion = given(started.motion, "motion");
   for await (const progress of kernel.watch(MotionService.method.watchMotion, { id: motion.id })) {
     motion = given(progress.motion, "motion");

@@ -33,7 +33,9 @@ DEEPEST_MESSAGE = 100
 
 NAMED: dict[type, Callable[[Any], Iterable[str]]] = {
     motion_pb2.StartMotionRequest: lambda request: {
-        move.robot for moves in (request.moves, *(step.move.moves for step in request.steps)) for move in moves
+        move.robot
+        for moves in (request.spec.moves, *(step.move.moves for step in request.spec.steps))
+        for move in moves
     },
     robot_pb2.SetKinematicsRequest: lambda request: (request.choice.robot,),
 }

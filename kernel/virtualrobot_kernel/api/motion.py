@@ -17,9 +17,9 @@ from virtualrobot_kernel.api.convert.states import motion_message
 from virtualrobot_kernel.api.motion_calls import find_motion, make_way, requested
 from virtualrobot_kernel.api.motion_plans import checked_motion, planned_motion
 from virtualrobot_kernel.api.rates import rate
+from virtualrobot_kernel.api.repeats import Repeats
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.api.setpoints import stream_setpoints
-from virtualrobot_kernel.api.started_motions import Answer, StartedMotions
 from virtualrobot_kernel.collision.clearance import near_by
 from virtualrobot_kernel.formats import program_file
 from virtualrobot_kernel.messages.values import check_enum, expected_revision, stamp
@@ -39,7 +39,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         """Serve from these rooms."""
         self._rooms = rooms
         self._watchers: Counter[str] = Counter()
-        self._starts = StartedMotions()
+        self._repeats = Repeats()
         self._bound: dict[str, asyncio.TimerHandle] = {}
 
     async def StartMotion(
@@ -48,16 +48,12 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         """Plan in a worker thread, then start between two ticks."""
         check_enum(request, "busy_policy")
         check_enum(request, "on_disconnect")
-        async with self._starts.turn(request.request_id):
-            answer = self._starts.find(request) or await self._start(request, context)
-        # A caller that vanishes doesn't end it: the answer may be asked for again.
-        return await asyncio.shield(answer)
+        return await self._repeats.once(request, lambda: self._start(request, context))
 
-    async def _start(self, request: motion_pb2.StartMotionRequest, context: object) -> Answer:
-        """Plan a motion, give it to the world, and return its answer to come."""
+    async def _start(self, request: motion_pb2.StartMotionRequest, context: object) -> motion_pb2.StartMotionResponse:
         world, expected = self._rooms.world, expected_revision(request)
         check_revision(world.snapshot.structure, expected)
-        spec, joints, robots = await requested(self._rooms, request)
+        spec, joints, robots = await requested(self._rooms, request.spec)
         await make_way(self._rooms, lambda _: joints, request.busy_policy, context)
         near_of = near_by(self._rooms.collisions)
         # From the snapshot of the moment when it is planned: the robots may have moved while they waited.
@@ -69,16 +65,10 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         if request.on_disconnect != motion_pb2.DISCONNECT_POLICY_CONTINUE:
             # Not after an await: a client that vanishes there would leave a motion that nothing stops.
             applied.add_done_callback(partial(self._started, asyncio.get_running_loop()))
-
-        async def answered() -> motion_pb2.StartMotionResponse:
-            snapshot = (done := await asyncio.wrap_future(applied)).snapshot
-            motion = motion_message(snapshot, find_motion(snapshot, str(done.created[0])))
-            notes = note_messages(planned.notes)
-            return motion_pb2.StartMotionResponse(stamp=stamp(snapshot), motion=motion, notes=notes)
-
-        answer = asyncio.get_running_loop().create_task(answered())
-        self._starts.remember(request, answer)
-        return answer
+        snapshot = (done := await asyncio.wrap_future(applied)).snapshot
+        motion = motion_message(snapshot, find_motion(snapshot, str(done.created[0])))
+        notes = note_messages(planned.notes)
+        return motion_pb2.StartMotionResponse(stamp=stamp(snapshot), motion=motion, notes=notes)
 
     async def PlanMotion(self, request: motion_pb2.PlanMotionRequest, context: object) -> motion_pb2.PlanMotionResponse:
         """Tell what StartMotion would do."""
@@ -102,8 +92,8 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         self, request: motion_pb2.ReadProgramRequest, context: object
     ) -> motion_pb2.ReadProgramResponse:
         """Read a program file."""
-        motion = await self._rooms.read(partial(program_file.parse, request.text, request.uri or "program.yaml"))
-        return motion_pb2.ReadProgramResponse(motion=motion)
+        spec = await self._rooms.read(partial(program_file.parse, request.text, request.uri or "program.yaml"))
+        return motion_pb2.ReadProgramResponse(spec=spec)
 
     async def GetMotion(self, request: motion_pb2.GetMotionRequest, context: object) -> motion_pb2.GetMotionResponse:
         """Tell how a motion is doing."""

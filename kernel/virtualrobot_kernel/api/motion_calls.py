@@ -74,19 +74,17 @@ async def _later(rooms: Rooms, seen: Snapshot, braking: Motion) -> Snapshot:
         ) from error
 
 
-async def requested(
-    rooms: Rooms, request: motion_pb2.StartMotionRequest
-) -> tuple[MotionSpec, set[tuple[int, str]], set[int]]:
+async def requested(rooms: Rooms, message: motion_pb2.MotionSpec) -> tuple[MotionSpec, set[tuple[int, str]], set[int]]:
     """Return a motion's spec, the joints (robot uid, name) that it needs, and the robots (uids) to be solved."""
 
     def work() -> tuple[MotionSpec, set[tuple[int, str]], set[int]]:
-        snapshot, spec = rooms.world.snapshot, motion_spec(request)
+        snapshot, spec = rooms.world.snapshot, motion_spec(message)
         joints = joints_of(snapshot, spec.every_move)
         if spec.tracking is not None:
             joints = arms_joints(joints, moved_arms(snapshot, spec.every_move))
         return spec, joints, solved_robots(snapshot, spec.every_move)
 
-    if not request.steps:
+    if not message.steps:
         return work()
     # Thousands of steps would hold up every other call.
     return await asyncio.get_running_loop().run_in_executor(rooms.workers, work)

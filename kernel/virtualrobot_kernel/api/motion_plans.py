@@ -32,10 +32,10 @@ FINEST, COARSEST = 1e-6, 0.1
 async def planned_motion(rooms: Rooms, request: motion_pb2.PlanMotionRequest) -> motion_pb2.PlanMotionResponse:
     """Return a motion in samples, planned in a thread on the snapshot of that moment."""
     seconds = _sample_seconds(rooms.world.snapshot, request.sample_seconds)
-    spec, _, robots = await requested(rooms, request.motion)
+    spec, _, robots = await requested(rooms, request.spec)
 
     def work(given_up: GivenUp) -> motion_pb2.PlanMotionResponse:
-        snapshot = _snapshot(rooms, request.motion)
+        snapshot = _snapshot(rooms, request)
         planned = plan_motion(snapshot, spec, rooms.solvers.of, given_up, near_by(rooms.collisions))
         program, joints = planned.command.program, planned.command.joints
         arms = moved_arms(snapshot, spec.every_move)
@@ -52,11 +52,11 @@ async def checked_motion(rooms: Rooms, request: motion_pb2.CheckMotionRequest) -
     """Return the check of a motion, made in a thread on the snapshot of that moment."""
     margin = not_negative(request.min_singular_value, "min_singular_value")
     resolution = _resolution(request.resolution_meters)
-    spec, _, robots = await requested(rooms, request.motion)
+    spec, _, robots = await requested(rooms, request.spec)
     turns: set[int | str] = {*robots} if request.ignore_collisions else {*robots, TURN}
 
     def work(given_up: GivenUp) -> motion_pb2.CheckMotionResponse:
-        snapshot = _snapshot(rooms, request.motion)
+        snapshot = _snapshot(rooms, request)
 
         def first_contact(snapshot: Snapshot, command: StartMotion, until: float) -> Contact | None:
             with rooms.collisions.scene() as scene:
@@ -83,7 +83,7 @@ def contact_of(
     """Return the first contact of a motion that starts in a snapshot, before a time of it (s); None: there is none."""
     structure = snapshot.structure
     joints = tuple((structure.node(robot, Kind.ROBOT).uid, joint) for robot, joint in command.joints)
-    q_index, _ = joint_places(structure, joints)
+    q_index = joint_places(structure, joints)[0]
     tool_states = [(step, structure.node(tool).uid, state) for step, tool, state in command.tool_states]
     found = first_of_program(scene, snapshot, command.program, q_index, tool_states, until, resolution, given_up)
     if found is None:
@@ -101,10 +101,10 @@ def _resolution(meters: float) -> float:
     return meters or RESOLUTION
 
 
-def _snapshot(rooms: Rooms, motion: motion_pb2.StartMotionRequest) -> Snapshot:
-    """Return the world as it is; raise KernelError when the motion is meant for another one."""
+def _snapshot(rooms: Rooms, request: motion_pb2.PlanMotionRequest | motion_pb2.CheckMotionRequest) -> Snapshot:
+    """Return the world as it is; raise KernelError when the request is meant for another one."""
     snapshot = rooms.world.snapshot
-    check_revision(snapshot.structure, expected_revision(motion))
+    check_revision(snapshot.structure, expected_revision(request))
     return snapshot
 
 

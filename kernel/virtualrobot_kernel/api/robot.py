@@ -81,6 +81,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
                     limits=limits_message(joint.limits),
                     coordinate_count=joint.type.coordinate_count,
                     velocity_count=joint.type.velocity_count,
+                    coordinate_names=joint.coordinate_names,
                 )
                 for joint in index.joints
             ],
@@ -88,7 +89,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
             tools=[tool.name for tool in structure.tools_of(node.uid)],
             flange=structure.nodes[arm.tip].name if arm is not None else "",
             kinematics=kinematics,
-            chain_joints=arm.joint_names if arm is not None else joints_of(structure, node, group),
+            chain_joints=arm.joint_names if arm else index.coordinates_of(joints_of(structure, node, group)),
             kinematics_settings=settings_message(chosen(node, group)[1]),
             kinematics_fault=self._rooms.solvers.fault_of(node, group),
         )

@@ -1,4 +1,4 @@
-"""Program files: YAML 1.2 text to the message `StartMotionRequest`, read against its schema as scene files are."""
+"""Program files: YAML 1.2 text to the message `MotionSpec`, read against its schema as scene files are."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ SCHEMA_VERSION = 1
 """Version of the format that is read."""
 
 
-def parse(text: str, uri: str = "program.yaml", check: Check = lambda: None) -> motion_pb2.StartMotionRequest:
+def parse(text: str, uri: str = "program.yaml", check: Check = lambda: None) -> motion_pb2.MotionSpec:
     """Return the motion that `text` tells; `uri` names the file in errors, and `check` may end the reading.
 
     Raises:
@@ -21,6 +21,6 @@ def parse(text: str, uri: str = "program.yaml", check: Check = lambda: None) -> 
     root = composed(text, uri, "program", SCHEMA_VERSION, check)
     rest = [(key, value) for key, value in root.value if key.value != "schema_version"]
     fields = MappingNode(rest, root.line, root.tag)
-    motion = motion_pb2.StartMotionRequest()
-    SceneReader(uri, "program", check).fill(motion, fields, "")
-    return motion
+    spec = motion_pb2.MotionSpec()
+    SceneReader(uri, "program", check).fill(spec, fields, "")
+    return spec

@@ -54,7 +54,7 @@ def start_motion(change: Change, command: StartMotion, forward: Forward) -> Chan
     needed = coupled_joints(structure, joints)
     for uid in dict.fromkeys(uid for uid, _ in joints):
         refuse_while_moving(change, structure.nodes[uid], {joint for joint in needed if joint[0] == uid})
-    q_index, v_index = joint_places(structure, joints)
+    q_index, v_index, rated = joint_places(structure, joints)
     here = commanded(structure, state)[0][q_index]
     off = np.abs(here - program.start)
     if len(off) and off.max() > START_TOLERANCE:
@@ -77,6 +77,7 @@ def start_motion(change: Change, command: StartMotion, forward: Forward) -> Chan
         joints=joints,
         q_index=q_index,
         v_index=v_index,
+        rated=rated,
         running=program_run.start(program, 1.0),
         start_tick=state.tick,
         tool_states=tool_states,

@@ -28,7 +28,7 @@ _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 def read_tables() -> Iterator[Model]:
     """Yield the models of all tables; raise PluginError, naming table and model, where one is not as it must be."""
-    for file in sorted((files(__package__) / "tables").iterdir(), key=lambda file: file.name):
+    for file in sorted((files("virtualrobot_plugins.models") / "tables").iterdir(), key=lambda file: file.name):
         table = yaml.load(file.read_text("utf-8"), _LOADER)
         for name, entry in table["models"].items():
             try:

@@ -6,16 +6,18 @@ import importlib
 import sys
 from collections.abc import Callable, Mapping
 from importlib.metadata import EntryPoint
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from virtualrobot_sdk.errors import ArgumentError, ComponentFault, FaultKind, FilesNeeded, PluginError
-from virtualrobot_sdk.models import Model
 from virtualrobot_sdk.registration import ComponentKind, Registration
 from virtualrobot_sdk.worker.answers import Outcome, pack
 from virtualrobot_sdk.worker.blame import describe_error, package_of, traceback_of
 
-Loaded = tuple[str, tuple[Registration, ...], tuple[Model, ...]]
-"""Plugin's API version, components and models."""
+if TYPE_CHECKING:
+    from virtualrobot_sdk.models import Model
+
+    Loaded = tuple[str, tuple[Registration, ...], tuple[Model, ...]]
+    """Plugin's API version, components and models."""
 
 
 class Host:

@@ -99,7 +99,7 @@ def test_a_watch_tells_what_touches_stops_and_ends(cell: Client, iiwa: Robot, ru
     assert (stopped.robots, stopped.tick, stopped.motion_ids) == (("iiwa",), begun.tick, (motion.id,))
     assert stopped.reason == f"'{begun.nodes[0]}' touches 'box'"
     assert str(stopped) == f"{stopped.simulation_time:.3f} s  iiwa stopped: {stopped.reason}"
-    assert re.match(rf"\d\.\d{{3}} s  {begun.nodes[0]} and box touch at [-\d., ]+, about [\d.]+ mm deep$", str(begun))
+    assert re.match(rf"\d+\.\d{{3}} s  {begun.nodes[0]} and box touch at [-\d., ]+, about [\d.]+ mm deep$", str(begun))
     assert report.checks > 1 and report.check_seconds > 0.0 and report.stamp.tick >= stopped.tick
     assert re.match(
         r"(iiwa\.\w+ touches box at [-\d., ]+, about [\d.]+ mm deep\n)+$", run("collision", "watch", "--count", "0")

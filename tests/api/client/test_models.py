@@ -141,7 +141,7 @@ def test_known_models_are_listed_and_loaded(client: Client) -> None:
     assert list(known) == sorted(known)
     assert known["iiwa"].installed
     assert known["iiwa"].package == "pybullet"
-    assert known["ur5e"].maker == "Universal Robots" and known["ur5e"].payload_kilograms == 5.0 and not known["ur5e"].uri
+    assert (known["ur5e"].maker, known["ur5e"].payload_kilograms, known["ur5e"].uri) == ("Universal Robots", 5.0, "")
     assert [one.name for one in client.models("arm UR10", maker="universal")] == ["ur10", "ur10e"]
     robot = client.load_robot("model://iiwa", name="arm")
     assert len(robot.chain_joint_names) == 7

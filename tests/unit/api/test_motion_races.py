@@ -71,7 +71,7 @@ def served(world: World) -> api.MotionServicer:
 def start(goal: float, policy: motion_pb2.BusyPolicy = motion_pb2.BUSY_POLICY_REJECT) -> motion_pb2.StartMotionRequest:
     joints = motion_pb2.JointGoal(joint_positions={"a": goal})
     move = motion_pb2.Move(robot="arm", point_to_point=motion_pb2.PointToPoint(joints=joints))
-    return motion_pb2.StartMotionRequest(moves=[move], busy_policy=policy)
+    return motion_pb2.StartMotionRequest(spec=motion_pb2.MotionSpec(moves=[move]), busy_policy=policy)
 
 
 async def until(world: World, fact: Callable[[Motion], object]) -> float:

@@ -18,8 +18,6 @@ from tests.unit.formats.models import MODELS, XacroAndSdf, XacroOnly, disk, impo
 
 ROOT = Path(__file__).resolve().parents[3]
 STORE = AssetStore()
-
-
 LIBRARY = MeshLibrary(STORE, XacroAndSdf())
 
 

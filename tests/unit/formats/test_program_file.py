@@ -10,11 +10,11 @@ from virtualrobot_kernel.formats.program_file import parse
 
 PROGRAM = """\
 schema_version: 1
-on_disconnect: DISCONNECT_POLICY_CONTINUE
+tracking: {node: belt, window: 0.5}
 steps:
   - move:
       moves:
-        - {robot: arm, point_to_point: {posture: home}}
+        - {robot: arm, time_law: TIME_LAW_JERK_LIMITED, point_to_point: {posture: home}}
       blend_distance_meters: 0.02
   - set_signal: {signal: on, value: {boolean: true}}
   - wait_signal: {condition: {signal: "5", value: {boolean: false}}, timeout_seconds: 2}
@@ -24,10 +24,14 @@ steps:
 
 
 def test_a_program_is_the_message_of_the_contract() -> None:
-    move = motion_pb2.Move(robot="arm", point_to_point=motion_pb2.PointToPoint(posture="home"))
+    move = motion_pb2.Move(
+        robot="arm",
+        time_law=motion_pb2.TIME_LAW_JERK_LIMITED,
+        point_to_point=motion_pb2.PointToPoint(posture="home"),
+    )
     condition = motion_pb2.SignalCondition(signal="5", value=value_message(False))
-    assert parse(PROGRAM) == motion_pb2.StartMotionRequest(
-        on_disconnect=motion_pb2.DISCONNECT_POLICY_CONTINUE,
+    assert parse(PROGRAM) == motion_pb2.MotionSpec(
+        tracking=motion_pb2.Tracking(node="belt", window=0.5),
         steps=[
             motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=[move], blend_distance_meters=0.02)),
             motion_pb2.ProgramStep(set_signal=motion_pb2.SetSignalStep(signal="on", value=value_message(True))),
@@ -50,7 +54,7 @@ def test_a_program_is_the_message_of_the_contract() -> None:
         (("steps:", "stps:"), "cell.yaml:3: the program: there is no field 'stps'; did you mean 'steps'"),
         (("schema_version: 1", ""), "a program file begins with `schema_version: 1`"),
         (("schema_version: 1", "schema_version: 2"), "unknown version '2'; this kernel reads version 1"),
-        (("CONTINUE", "GO_ON"), "is no DisconnectPolicy"),
+        (("JERK_LIMITED", "SLOW"), "is no TimeLaw"),
         (("seconds: 0.1", "seconds: .nan"), "cell.yaml:11: steps[3].dwell.seconds: expected a number"),
     ],
 )

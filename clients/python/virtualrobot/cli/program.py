@@ -10,7 +10,7 @@ from virtualrobot.cli.plan import limits_only, verdict
 
 _EXAMPLE = """
 \b
-Example of a FILE; names are those of StartMotionRequest in the contract:
+Example of a FILE; names are those of MotionSpec in the contract:
   schema_version: 1
   steps:
     - move:

@@ -267,7 +267,7 @@ class Tracking:
 
 
 class GoingOptions(TypedDict, total=False):
-    """Options of every start besides `wait`; see `start_request`."""
+    """Options of every start besides `wait`; see `start_spec`."""
 
     preempt: bool | None
     on_disconnect: str | None
@@ -276,19 +276,19 @@ class GoingOptions(TypedDict, total=False):
 
 
 class StartOptions(GoingOptions, total=False):
-    """Options of a start; see `start_request`."""
+    """Options of a start; see `start_spec`."""
 
     wait: bool
 
 
 def start(services: Services, moves: Iterable[motion_pb2.Move], **options: Unpack[StartOptions]) -> Motion:
-    """Start moves that go together; the options are those of `start_request`."""
-    return start_request(services, motion_pb2.StartMotionRequest(moves=unstarted(moves)), **options)
+    """Start moves that go together; the options are those of `start_spec`."""
+    return start_spec(services, motion_pb2.MotionSpec(moves=unstarted(moves)), **options)
 
 
-def start_request(
+def start_spec(
     services: Services,
-    request: motion_pb2.StartMotionRequest,
+    spec: motion_pb2.MotionSpec,
     *,
     wait: bool = True,
     preempt: bool | None = None,
@@ -301,15 +301,14 @@ def start_request(
 
     `preempt` cancels motions in the way instead of being refused. `on_disconnect` says what the kernel does when this
     program vanishes: `stop` or `continue`. With an `expected_revision` of the structure the start is refused
-    (StaleRevisionError) when there is another one. With `tracking` it goes along with a frame that moves. None leaves
-    each as the request says.
+    (StaleRevisionError) when there is another one. With `tracking` it goes along with a frame that moves. None
+    leaves that to the spec.
     """
     if unknown:
         # Python's own error would name this function, which nobody has called by hand.
         known = ", ".join(sorted(StartOptions.__optional_keys__))
         raise TypeError(f"there is no option {next(iter(unknown))!r}; besides its move's own a start takes {known}")
-    asked = motion_pb2.StartMotionRequest()
-    asked.CopyFrom(request)
+    asked = motion_pb2.StartMotionRequest(spec=spec)
     policies = {"stop": motion_pb2.DISCONNECT_POLICY_STOP, "continue": motion_pb2.DISCONNECT_POLICY_CONTINUE}
     if on_disconnect is not None:
         if on_disconnect not in policies:
@@ -322,7 +321,7 @@ def start_request(
     if tracking is not None:
         if not isinstance(tracking, Tracking):
             raise InvalidArgumentError(f"tracking is a virtualrobot.Tracking(node, window), not {tracking!r}")
-        asked.tracking.CopyFrom(tracking.message)
+        asked.spec.tracking.CopyFrom(tracking.message)
     # A program of thousands of steps takes its time to plan.
     response = services.motion.StartMotion(asked, timeout=LONG_TIMEOUT_SECONDS)
     motion = Motion(services, response.motion, response.notes)

@@ -87,7 +87,7 @@ class FreePath:
 
         Raises WrongStateError when the robot is not at the path's start: nobody has looked at the way from elsewhere.
         """
-        robot = self.program.request.steps[0].move.moves[0].robot
+        robot = self.program.spec.steps[0].move.moves[0].robot
         here = joints_now(self._services, robot)
         for name, value in zip(self.joint_names, self.waypoints[0].tolist(), strict=True):
             if abs(here[name] - value) > AT_START:
@@ -182,7 +182,7 @@ class Paths:
             path.straight,
             path.length,
             path.straight_length,
-            Program(self._services, motion_pb2.StartMotionRequest(steps=path.steps)),
+            Program(self._services, path.spec),
             path.duration_seconds,
             PLANNER_NAMES[path.planner],
             path.planning_seconds,

@@ -240,15 +240,15 @@ class MotionCheck:
         )
 
 
-def plan(services: Services, motion: motion_pb2.StartMotionRequest, *, sample_seconds: float = 0.0) -> MotionPlan:
+def plan(services: Services, spec: motion_pb2.MotionSpec, *, sample_seconds: float = 0.0) -> MotionPlan:
     """Return what a motion would do; see `Client.plan`."""
-    request = motion_pb2.PlanMotionRequest(motion=motion, sample_seconds=sample_seconds)
+    request = motion_pb2.PlanMotionRequest(spec=spec, sample_seconds=sample_seconds)
     return MotionPlan.of(services.motion.PlanMotion(request, timeout=LONG_TIMEOUT_SECONDS))
 
 
 def check(
     services: Services,
-    motion: motion_pb2.StartMotionRequest,
+    spec: motion_pb2.MotionSpec,
     *,
     min_singular_value: float = 0.0,
     collisions: bool = True,
@@ -256,7 +256,7 @@ def check(
 ) -> MotionCheck:
     """Return whether a motion keeps all limits and touches nothing; see `Client.check`."""
     request = motion_pb2.CheckMotionRequest(
-        motion=motion,
+        spec=spec,
         min_singular_value=min_singular_value,
         ignore_collisions=not collisions,
         resolution_meters=resolution_meters,
@@ -264,7 +264,7 @@ def check(
     return MotionCheck.of(services.motion.CheckMotion(request, timeout=LONG_TIMEOUT_SECONDS))
 
 
-def motion_of(wishes: Iterable[Wish], tracking: Tracking | None = None) -> motion_pb2.StartMotionRequest:
+def motion_of(wishes: Iterable[Wish], tracking: Tracking | None = None) -> motion_pb2.MotionSpec:
     """Return the motion that is these moves together, or these steps."""
     given = list(wishes)
     moves = [wish for wish in given if isinstance(wish, motion_pb2.Move)]
@@ -272,4 +272,4 @@ def motion_of(wishes: Iterable[Wish], tracking: Tracking | None = None) -> motio
     if len(moves) + len(steps) < len(given) or (moves and steps):
         raise InvalidArgumentError("a motion is moves that go together, or the steps of a program")
     tracked = None if tracking is None else tracking.message
-    return motion_pb2.StartMotionRequest(moves=moves, steps=steps, tracking=tracked)
+    return motion_pb2.MotionSpec(moves=moves, steps=steps, tracking=tracked)

@@ -30,11 +30,11 @@ class Program:
         >>> program.start()
     """
 
-    def __init__(self, services: Services, request: motion_pb2.StartMotionRequest | None = None) -> None:
-        """Begin empty, or with what a request says; `Client.program` makes one."""
+    def __init__(self, services: Services, spec: motion_pb2.MotionSpec | None = None) -> None:
+        """Begin empty, or with what a spec says; `Client.program` makes one."""
         self._services = services
-        self.request = motion_pb2.StartMotionRequest() if request is None else request
-        """The request to StartMotion, without the options that `start` takes."""
+        self.spec = motion_pb2.MotionSpec() if spec is None else spec
+        """The program as the contract describes it."""
 
     def move(self, *moves: motion_pb2.Move, zone: float = 0.0, zone_percent: float = 0.0) -> Program:
         """Add moves that start and end together.
@@ -46,7 +46,7 @@ class Program:
         if zone and zone_percent:
             raise InvalidArgumentError("a zone has a distance or a percentage: give one of zone and zone_percent")
         given = unstarted(moves)
-        step = self.request.steps.add().move
+        step = self.spec.steps.add().move
         step.moves.extend(given)
         if zone:
             step.blend_distance_meters = zone
@@ -56,7 +56,7 @@ class Program:
 
     def set(self, signal: str, value: SignalValue | Sequence[bool] = True) -> Program:
         """Add a step that sets a signal; between moves with a zone it is set in the zone's middle."""
-        self.request.steps.add(set_signal=motion_pb2.SetSignalStep(signal=signal, value=value_message(value)))
+        self.spec.steps.add(set_signal=motion_pb2.SetSignalStep(signal=signal, value=value_message(value)))
         return self
 
     def wait(self, signal: str, value: SignalValue = True, timeout: float = 0.0, comparison: str = "==") -> Program:
@@ -65,12 +65,12 @@ class Program:
         After `timeout` seconds of simulation time (0: never) the motion is cancelled as SIGNAL_TIMEOUT.
         """
         wait = motion_pb2.WaitSignalStep(condition=condition(signal, value, comparison), timeout_seconds=timeout)
-        self.request.steps.add(wait_signal=wait)
+        self.spec.steps.add(wait_signal=wait)
         return self
 
     def dwell(self, seconds: float) -> Program:
         """Add a step that stands still for some seconds of simulation time."""
-        self.request.steps.add(dwell=motion_pb2.DwellStep(seconds=seconds))
+        self.spec.steps.add(dwell=motion_pb2.DwellStep(seconds=seconds))
         return self
 
     def start(self, **options: Unpack[motion.StartOptions]) -> motion.Motion:
@@ -78,11 +78,11 @@ class Program:
 
         An error of the planner names the step, in its message and as `metadata["step"]`; then nothing moves.
         """
-        return motion.start_request(self._services, self.request, **options)
+        return motion.start_spec(self._services, self.spec, **options)
 
     def plan(self, *, sample_seconds: float = 0.0) -> plans.MotionPlan:
         """Return what it would do, in samples; see `Client.plan`. Nothing moves."""
-        return plans.plan(self._services, self.request, sample_seconds=sample_seconds)
+        return plans.plan(self._services, self.spec, sample_seconds=sample_seconds)
 
     def check(self, *, min_singular_value: float = 0.0, collisions: bool = True) -> plans.MotionCheck:
         """Return whether it keeps all limits and touches nothing, and else what it violates; see `Client.check`.
@@ -92,15 +92,15 @@ class Program:
             >>> if not found.ok:
             ...     print(found.first_violation.step, found.first_violation)
         """
-        return plans.check(self._services, self.request, min_singular_value=min_singular_value, collisions=collisions)
+        return plans.check(self._services, self.spec, min_singular_value=min_singular_value, collisions=collisions)
 
     def __len__(self) -> int:
         """Return the number of steps."""
-        return len(self.request.steps)
+        return len(self.spec.steps)
 
     def __iter__(self) -> Iterator[motion_pb2.ProgramStep]:
         """Return the steps as the contract describes them."""
-        return iter(self.request.steps)
+        return iter(self.spec.steps)
 
     def __repr__(self) -> str:
         """Return a line for people."""
@@ -114,4 +114,4 @@ def read(services: Services, file: str | Path) -> Program:
     except (OSError, UnicodeDecodeError) as error:
         raise InvalidArgumentError(f"{file} is no program file: {error}") from error
     request = motion_pb2.ReadProgramRequest(text=text, uri=str(file))
-    return Program(services, services.motion.ReadProgram(request, timeout=LONG_TIMEOUT_SECONDS).motion)
+    return Program(services, services.motion.ReadProgram(request, timeout=LONG_TIMEOUT_SECONDS).spec)

@@ -171,23 +171,29 @@ SETPOINT_MODE_UNSPECIFIED: SetpointMode
 SETPOINT_MODE_POSITION: SetpointMode
 SETPOINT_MODE_VELOCITY: SetpointMode
 
-class StartMotionRequest(_message.Message):
-    __slots__ = ("moves", "busy_policy", "on_disconnect", "steps", "expected_structure_revision", "tracking", "request_id")
+class MotionSpec(_message.Message):
+    __slots__ = ("moves", "steps", "tracking")
     MOVES_FIELD_NUMBER: _ClassVar[int]
+    STEPS_FIELD_NUMBER: _ClassVar[int]
+    TRACKING_FIELD_NUMBER: _ClassVar[int]
+    moves: _containers.RepeatedCompositeFieldContainer[Move]
+    steps: _containers.RepeatedCompositeFieldContainer[ProgramStep]
+    tracking: Tracking
+    def __init__(self, moves: _Optional[_Iterable[_Union[Move, _Mapping]]] = ..., steps: _Optional[_Iterable[_Union[ProgramStep, _Mapping]]] = ..., tracking: _Optional[_Union[Tracking, _Mapping]] = ...) -> None: ...
+
+class StartMotionRequest(_message.Message):
+    __slots__ = ("spec", "busy_policy", "on_disconnect", "expected_structure_revision", "request_id")
+    SPEC_FIELD_NUMBER: _ClassVar[int]
     BUSY_POLICY_FIELD_NUMBER: _ClassVar[int]
     ON_DISCONNECT_FIELD_NUMBER: _ClassVar[int]
-    STEPS_FIELD_NUMBER: _ClassVar[int]
     EXPECTED_STRUCTURE_REVISION_FIELD_NUMBER: _ClassVar[int]
-    TRACKING_FIELD_NUMBER: _ClassVar[int]
     REQUEST_ID_FIELD_NUMBER: _ClassVar[int]
-    moves: _containers.RepeatedCompositeFieldContainer[Move]
+    spec: MotionSpec
     busy_policy: BusyPolicy
     on_disconnect: DisconnectPolicy
-    steps: _containers.RepeatedCompositeFieldContainer[ProgramStep]
     expected_structure_revision: int
-    tracking: Tracking
     request_id: str
-    def __init__(self, moves: _Optional[_Iterable[_Union[Move, _Mapping]]] = ..., busy_policy: _Optional[_Union[BusyPolicy, str]] = ..., on_disconnect: _Optional[_Union[DisconnectPolicy, str]] = ..., steps: _Optional[_Iterable[_Union[ProgramStep, _Mapping]]] = ..., expected_structure_revision: _Optional[int] = ..., tracking: _Optional[_Union[Tracking, _Mapping]] = ..., request_id: _Optional[str] = ...) -> None: ...
+    def __init__(self, spec: _Optional[_Union[MotionSpec, _Mapping]] = ..., busy_policy: _Optional[_Union[BusyPolicy, str]] = ..., on_disconnect: _Optional[_Union[DisconnectPolicy, str]] = ..., expected_structure_revision: _Optional[int] = ..., request_id: _Optional[str] = ...) -> None: ...
 
 class ProgramStep(_message.Message):
     __slots__ = ("move", "set_signal", "wait_signal", "dwell")
@@ -507,18 +513,20 @@ class ReadProgramRequest(_message.Message):
     def __init__(self, text: _Optional[str] = ..., uri: _Optional[str] = ...) -> None: ...
 
 class ReadProgramResponse(_message.Message):
-    __slots__ = ("motion",)
-    MOTION_FIELD_NUMBER: _ClassVar[int]
-    motion: StartMotionRequest
-    def __init__(self, motion: _Optional[_Union[StartMotionRequest, _Mapping]] = ...) -> None: ...
+    __slots__ = ("spec",)
+    SPEC_FIELD_NUMBER: _ClassVar[int]
+    spec: MotionSpec
+    def __init__(self, spec: _Optional[_Union[MotionSpec, _Mapping]] = ...) -> None: ...
 
 class PlanMotionRequest(_message.Message):
-    __slots__ = ("motion", "sample_seconds")
-    MOTION_FIELD_NUMBER: _ClassVar[int]
+    __slots__ = ("spec", "sample_seconds", "expected_structure_revision")
+    SPEC_FIELD_NUMBER: _ClassVar[int]
     SAMPLE_SECONDS_FIELD_NUMBER: _ClassVar[int]
-    motion: StartMotionRequest
+    EXPECTED_STRUCTURE_REVISION_FIELD_NUMBER: _ClassVar[int]
+    spec: MotionSpec
     sample_seconds: float
-    def __init__(self, motion: _Optional[_Union[StartMotionRequest, _Mapping]] = ..., sample_seconds: _Optional[float] = ...) -> None: ...
+    expected_structure_revision: int
+    def __init__(self, spec: _Optional[_Union[MotionSpec, _Mapping]] = ..., sample_seconds: _Optional[float] = ..., expected_structure_revision: _Optional[int] = ...) -> None: ...
 
 class PlanMotionResponse(_message.Message):
     __slots__ = ("stamp", "duration_seconds", "times", "steps", "robots", "notes")
@@ -569,16 +577,18 @@ class GroupTrajectory(_message.Message):
     def __init__(self, group: _Optional[_Union[_nodes_pb2.GroupSelection, _Mapping]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., tcp_speeds: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
 
 class CheckMotionRequest(_message.Message):
-    __slots__ = ("motion", "min_singular_value", "ignore_collisions", "resolution_meters")
-    MOTION_FIELD_NUMBER: _ClassVar[int]
+    __slots__ = ("spec", "min_singular_value", "ignore_collisions", "resolution_meters", "expected_structure_revision")
+    SPEC_FIELD_NUMBER: _ClassVar[int]
     MIN_SINGULAR_VALUE_FIELD_NUMBER: _ClassVar[int]
     IGNORE_COLLISIONS_FIELD_NUMBER: _ClassVar[int]
     RESOLUTION_METERS_FIELD_NUMBER: _ClassVar[int]
-    motion: StartMotionRequest
+    EXPECTED_STRUCTURE_REVISION_FIELD_NUMBER: _ClassVar[int]
+    spec: MotionSpec
     min_singular_value: float
     ignore_collisions: bool
     resolution_meters: float
-    def __init__(self, motion: _Optional[_Union[StartMotionRequest, _Mapping]] = ..., min_singular_value: _Optional[float] = ..., ignore_collisions: bool = ..., resolution_meters: _Optional[float] = ...) -> None: ...
+    expected_structure_revision: int
+    def __init__(self, spec: _Optional[_Union[MotionSpec, _Mapping]] = ..., min_singular_value: _Optional[float] = ..., ignore_collisions: bool = ..., resolution_meters: _Optional[float] = ..., expected_structure_revision: _Optional[int] = ...) -> None: ...
 
 class Violation(_message.Message):
     __slots__ = ("kind", "step", "robot", "joint", "time_seconds", "path_fraction", "world_t_tcp", "value", "limit", "message", "first", "second", "first_point", "second_point")

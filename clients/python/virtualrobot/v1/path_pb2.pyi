@@ -66,13 +66,13 @@ class FindPathResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., elapsed_seconds: _Optional[float] = ..., states: _Optional[int] = ..., checks: _Optional[int] = ..., path: _Optional[_Union[FoundPath, _Mapping]] = ...) -> None: ...
 
 class FoundPath(_message.Message):
-    __slots__ = ("joint_names", "waypoints", "straight", "length", "straight_length", "steps", "duration_seconds", "planner", "planning_seconds")
+    __slots__ = ("joint_names", "waypoints", "straight", "length", "straight_length", "spec", "duration_seconds", "planner", "planning_seconds")
     JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
     WAYPOINTS_FIELD_NUMBER: _ClassVar[int]
     STRAIGHT_FIELD_NUMBER: _ClassVar[int]
     LENGTH_FIELD_NUMBER: _ClassVar[int]
     STRAIGHT_LENGTH_FIELD_NUMBER: _ClassVar[int]
-    STEPS_FIELD_NUMBER: _ClassVar[int]
+    SPEC_FIELD_NUMBER: _ClassVar[int]
     DURATION_SECONDS_FIELD_NUMBER: _ClassVar[int]
     PLANNER_FIELD_NUMBER: _ClassVar[int]
     PLANNING_SECONDS_FIELD_NUMBER: _ClassVar[int]
@@ -81,11 +81,11 @@ class FoundPath(_message.Message):
     straight: bool
     length: float
     straight_length: float
-    steps: _containers.RepeatedCompositeFieldContainer[_motion_pb2.ProgramStep]
+    spec: _motion_pb2.MotionSpec
     duration_seconds: float
     planner: PathPlanner
     planning_seconds: float
-    def __init__(self, joint_names: _Optional[_Iterable[str]] = ..., waypoints: _Optional[_Iterable[_Union[Waypoint, _Mapping]]] = ..., straight: bool = ..., length: _Optional[float] = ..., straight_length: _Optional[float] = ..., steps: _Optional[_Iterable[_Union[_motion_pb2.ProgramStep, _Mapping]]] = ..., duration_seconds: _Optional[float] = ..., planner: _Optional[_Union[PathPlanner, str]] = ..., planning_seconds: _Optional[float] = ...) -> None: ...
+    def __init__(self, joint_names: _Optional[_Iterable[str]] = ..., waypoints: _Optional[_Iterable[_Union[Waypoint, _Mapping]]] = ..., straight: bool = ..., length: _Optional[float] = ..., straight_length: _Optional[float] = ..., spec: _Optional[_Union[_motion_pb2.MotionSpec, _Mapping]] = ..., duration_seconds: _Optional[float] = ..., planner: _Optional[_Union[PathPlanner, str]] = ..., planning_seconds: _Optional[float] = ...) -> None: ...
 
 class Waypoint(_message.Message):
     __slots__ = ("positions",)

@@ -68,10 +68,12 @@ def found_message(query: PathQuery, found: Mapping[str, Any]) -> path_pb2.FoundP
         straight=found["straight"],
         length=found["length"],
         straight_length=found["straight_length"],
-        steps=[
-            motion_pb2.ProgramStep(move=_step(query, goal.tolist(), zone))
-            for goal, zone in zip(waypoints[1:], found["zones"], strict=True)
-        ],
+        spec=motion_pb2.MotionSpec(
+            steps=[
+                motion_pb2.ProgramStep(move=_step(query, goal.tolist(), zone))
+                for goal, zone in zip(waypoints[1:], found["zones"], strict=True)
+            ]
+        ),
         duration_seconds=found["duration"],
         planner=PLANNER_NUMBERS[found["planner"]],
         planning_seconds=found["seconds"],

@@ -26,7 +26,7 @@ KINDS = {kind: getattr(motion_pb2, f"PLAN_NOTE_KIND_{kind.name}") for kind in No
 MOST_PERCENT = 50.0
 
 
-def motion_spec(message: motion_pb2.StartMotionRequest) -> MotionSpec:
+def motion_spec(message: motion_pb2.MotionSpec) -> MotionSpec:
     """Return the specification of a motion; raise KernelError that names the field, and the step, that is wrong."""
     moves = tuple(requested_move(move, f"moves[{place}]") for place, move in enumerate(message.moves))
     steps = []
