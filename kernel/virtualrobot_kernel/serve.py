@@ -16,7 +16,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from virtualrobot.session import DEFAULT_HOST, DEFAULT_PORT, is_loopback, token_path
+from virtualrobot.session import DEFAULT_HOST, DEFAULT_PORT, given_token, is_loopback, token_path
 
 from virtualrobot_kernel.errors import KernelError
 
@@ -52,7 +52,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("scene", nargs="?", type=Path, help="a scene file to load first")
     parser.add_argument("--host", default=DEFAULT_HOST, help="the address to listen on (default: this machine only)")
     parser.add_argument("--port", type=int, default=DEFAULT_PORT, help=f"0 for any free one (default: {DEFAULT_PORT})")
-    parser.add_argument("--token-file", type=Path, help="where the token is read from, or written when it isn't there")
+    token = "a file, read or, when it isn't there, written; without it VIRTUALROBOT_TOKEN is the token, or one is made"
+    parser.add_argument("--token-file", type=Path, help=token)
     parser.add_argument("--no-token", action="store_true", help="let every program of this machine in")
     parser.add_argument("--tls-certificate", type=Path, help="a PEM file; needed beyond this machine")
     parser.add_argument("--tls-key", type=Path, help="the certificate's key, a PEM file")
@@ -170,13 +171,13 @@ def compile_all_code() -> None:
 
 
 def _given_token(options: argparse.Namespace) -> str:
-    path = options.token_file
-    if path is None or not path.exists():
+    """Return the token of the token file, where it is there, or of the environment; "" for one that is made."""
+    if options.token_file and not options.token_file.exists():
         return ""
-    token = path.read_text("utf-8").strip()
-    if not token:
-        raise KernelError(f"the token file {path} is empty")
-    return token
+    try:
+        return given_token(options.token_file)[0]
+    except ValueError as error:
+        raise KernelError(str(error)) from error
 
 
 @contextlib.contextmanager

@@ -124,9 +124,9 @@ class Inertial:
     """
 
     mass: float
-    link_t_inertial: Pose
-    diagonal: tuple[float, float, float]
-    products: tuple[float, float, float]
+    link_t_inertial: Pose = field(default_factory=identity)
+    diagonal: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    products: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
