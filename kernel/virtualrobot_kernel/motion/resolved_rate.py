@@ -2,8 +2,9 @@
 
 The path solves q'(u) = J(q)^+ twist(u) (resolved-rate motion, Whitney 1969; a redundant arm takes the least norm, and
 what its objective adds in the null space): a Runge-Kutta step predicts the next sample from the last one, Newton steps
-put it on the path, and a quintic Hermite piece with the exact q' and q'' joins the two. Steps shrink until the middle of each piece, where a Hermite piece
-deviates most, is on the path. Since each sample comes from its neighbour, the branch cannot jump.
+put it on the path, and a quintic Hermite piece with the exact q' and q'' joins the two. Steps shrink until the middle
+of each piece, where a Hermite piece deviates most, is on the path. Since each sample comes from its neighbour, the
+branch cannot jump.
 """
 
 from __future__ import annotations
@@ -176,8 +177,8 @@ class _Follower:
 def joint_path(tcp: TcpKinematics, tcp_path: CartesianPath, q_start: Array, limits: JointLimits) -> PiecewisePolynomial:
     """Return the joint path q(u), u in [0, 1], whose TCP follows `tcp_path` to 1e-6 m and 1e-6 rad from `q_start` (k,).
 
-    Raises LimitError, or KernelError with reason SINGULARITY or UNREACHABLE, that names the place on the Cartesian path and
-    the joint with its value and limits, or the smallest singular value.
+    Raises LimitError, or KernelError with reason SINGULARITY or UNREACHABLE, that names the place on the path, and the
+    joint with its value and limits, or the smallest singular value.
     """
     return _piece(_followed(tcp, tcp_path, q_start, limits, None)[0])
 

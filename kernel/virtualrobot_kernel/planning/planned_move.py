@@ -52,9 +52,9 @@ class PlannedMove:
 
     What its law keeps besides the joints' own limits: `speed_factor` of their velocities, and `tcp`, the limits of the
     tool centre point where it is led along a Cartesian path. Or `relative_tcp`, where others of the step carry it:
-    then the path's fraction is that of all of the step's moves, and the plan's own law counts for nothing. tool_states: (tool,
-    state) that are true once it has succeeded. notes: what is other than asked, as of step 0. group: whose tool centre
-    point counts for zones.
+    then the path's fraction is that of all of the step's moves, and the plan's own law counts for nothing.
+    tool_states: (tool, state) that are true once it has succeeded. notes: what is other than asked, as of step 0.
+    group: whose tool centre point counts for zones.
     """
 
     robot: Node
