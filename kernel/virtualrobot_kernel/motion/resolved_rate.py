@@ -109,7 +109,7 @@ class _Follower:
             return rate
         weighted = jacobian * self.weights[:, None]
         if self.reference is not None:
-            return rate + projected(weighted, self.nullspace_reference(u))
+            return rate + projected(weighted, self.reference(u))
         return rate + free_motion(weighted, rate, self.tcp.objective, q)
 
     def solve(self, jacobian: Array, weighted: Array) -> Array:
