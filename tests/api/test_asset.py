@@ -227,29 +227,46 @@ def nodes(stubs: Stubs) -> list[nodes_pb2.Node]:
     return list(stubs.scene.GetScene(scene_pb2.GetSceneRequest()).nodes)
 
 
-ODD = b"""<robot name="r"><link name="a"/>
-<link name="b"/><joint name="j" type="continuous"><parent link="a"/>
-<child link="b"/><limit velocity="1"/><mimic joint="nobody"/></joint></robot>"""
+ROBOT = """<robot name="r"><link name="a"/>
+<link name="b">{}</link><joint name="j" type="continuous"><parent link="a"/>
+<child link="b"/><limit velocity="1"/>{}</joint></robot>"""
+SPHERE = '<visual><geometry><sphere radius="1"/></geometry><material name="m"><color rgba="{}"/></material></visual>'
 
 
-def test_a_warning_has_file_and_line_and_is_refused_where_that_is_asked(stepped: Stubs) -> None:
-    files = [nodes_pb2.AssetFile(uri="folder/r.urdf", sha256=upload(stepped, ODD))]
-    (warning,) = load(stepped, "folder/r.urdf", files=files).warnings
-    text = "r.urdf:2: joint 'j': it mimics 'nobody', which is no joint; it moves by itself"
-    assert warning == scene_pb2.FileWarning(file="folder/r.urdf", line=2, text=text)
-    scene_text = "schema_version: 1\nmodels:\n- {uri: folder/r.urdf, name: again}\n"
-    request = scene_pb2.LoadSceneRequest(text=scene_text, files=files, add=True)
-    assert list(stepped.scene.LoadScene(request).warnings) == [warning]
-    request.text = scene_text.replace("again", "third")
+@pytest.mark.parametrize(
+    ("look", "mimic", "srdf", "warning"),
+    [
+        ("", '<mimic joint="nobody"/>', "", "r.urdf:2: joint 'j': it mimics 'nobody', which is no joint; it moves by "),
+        (SPHERE.format("1 0 0 1 1"), "", "", "r.urdf:2: material 'm': rgba='1 0 0 1 1' has 5 numbers; the first 4 are"),
+        (SPHERE.format("9 0 0 1"), "", "", "r.urdf:2: material 'm': rgba='9 0 0 1': each part is from 0 to 1, and the"),
+        ("", "", '<group name="g">\n<joint name="i"/></group>', "r.srdf:2: there is no joint named 'i'; there are"),
+        ("", "", '<group name="g">\n<link name="c"/></group>', "r.srdf:2: there is no link named 'c'; there are"),
+        ("", "", '\n\n<disable_collisions link1="a" link2="d"/>', "r.srdf:3: there is no link named 'd'; there are"),
+        ("", "", '<group_state name="s" group="h"/>', "r.srdf:1: there is no group named 'h'; there is none yet"),
+        ("", "", '<group_state name="s"/>', "r.srdf:1: group_state: <group_state> needs the attribute 'group'"),
+    ],
+)
+def test_a_warning_has_file_and_line_and_is_refused_where_that_is_asked(
+    stepped: Stubs, look: str, mimic: str, srdf: str, warning: str
+) -> None:
+    texts = {"folder/r.urdf": ROBOT.format(look, mimic), "folder/r.srdf": f'<robot name="r">{srdf}</robot>'}
+    files = [nodes_pb2.AssetFile(uri=uri, sha256=upload(stepped, text.encode())) for uri, text in texts.items()]
+    (told,) = load(stepped, "folder/r.urdf", files=files, srdf_uri="folder/r.srdf").warnings
+    assert told.text.startswith(warning)
+    assert (told.file, told.line) == (f"folder/{warning[:6]}", int(warning.split(":")[1]))
+    model = "{uri: folder/r.urdf, srdf_uri: folder/r.srdf, name: again}"
+    request = scene_pb2.LoadSceneRequest(text=f"schema_version: 1\nmodels:\n- {model}\n", files=files, add=True)
+    assert list(stepped.scene.LoadScene(request).warnings) == [told]
+    request.text = request.text.replace("again", "third")
     request.strict = True
     with unchanged(stepped):
         refused = [
-            refusal(lambda: load(stepped, "folder/r.urdf", files=files, strict=True)),
+            refusal(lambda: load(stepped, "folder/r.urdf", files=files, srdf_uri="folder/r.srdf", strict=True)),
             refusal(lambda: stepped.scene.LoadScene(request)),
         ]
-    for told in refused:
-        assert (told.reason, told.message) == ("MALFORMED_FILE", text)
-        assert (told.metadata["file"], told.metadata["line"]) == ("folder/r.urdf", "2")
+    for one in refused:
+        assert (one.reason, one.message) == ("MALFORMED_FILE", told.text)
+        assert (one.metadata["file"], one.metadata["line"]) == (told.file, str(told.line))
 
 
 def test_a_missing_upload_names_the_file_and_what_was_tried(stepped: Stubs) -> None:

@@ -185,7 +185,10 @@ def test_neither_a_table_nor_a_file(stepped: Stubs) -> None:
         ({"a_meters": "NaN"}, "denavit_hartenberg.rows[1].a_meters is nan; it must be a finite number"),
         ({"type": "JOINT_TYPE_FLOATING"}, "denavit_hartenberg.rows[1].type is floating; a row can be revolute"),
         ({"name": "joint_1"}, "denavit_hartenberg.rows[1].name: the joint 'joint_1' is that of rows[0] already"),
-        ({"limits": {"lower": 1.0, "upper": 0.5}}, "denavit_hartenberg.rows[1].limits: the limits of the joint"),
+        (
+            {"limits": {"lower": 1.0, "upper": 0.5}},
+            "denavit_hartenberg.rows[1].limits are 1 to 0.5; the lower one must be the lesser",
+        ),
     ],
 )
 def test_a_bad_row_changes_nothing(stepped: Stubs, row: dict[str, Any], message: str) -> None:

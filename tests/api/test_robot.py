@@ -75,7 +75,7 @@ def test_a_floating_base_has_seven_coordinates_and_six_velocities(stepped: Stubs
     place = random_matrix(rng)
     turn = pose(place).orientation
     coordinates = np.array(now.positions)
-    coordinates[:7] = [*place[:3, 3], 2 * turn.x, 2 * turn.y, 2 * turn.z, 2 * turn.w]
+    coordinates[:7] = [*place[:3, 3], turn.x, turn.y, turn.z, turn.w]
     jump = scene_pb2.SetJointPositions(robot="droid", coordinates=array(coordinates))
     apply(stepped, scene_pb2.Command(set_joint_positions=jump))
     told = forward(stepped, "droid", {})

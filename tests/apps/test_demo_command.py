@@ -14,6 +14,8 @@ from pathlib import Path
 import av
 import pytest
 
+from tests.tiers import every_fifth
+
 COMMAND = [sys.executable, "-m", "virtualrobot", "demo", "--headless", "--speed"]
 
 
@@ -57,7 +59,7 @@ def test_it_runs_to_its_end() -> None:
 
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="reads child processes from /proc")
-@pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("sign", every_fifth([signal.SIGINT, signal.SIGTERM]))
 def test_an_interrupt_ends_it_and_its_kernel(sign: signal.Signals) -> None:
     with started(10, "--loop") as process:
         lines = lines_until(process, "box  1 of")

@@ -65,6 +65,7 @@ def test_loop_clears_the_pallets_and_starts_over() -> None:
             assert time.monotonic() < deadline, "arms go on without their program"
 
 
+@pytest.mark.long
 @pytest.mark.skipif(find_chromium() is None, reason="no Chromium: install the package chromium to see the demo")
 def test_a_browser_shows_the_cell_at_work() -> None:
     with (

@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+import pytest
 from virtualrobot_sdk.denavit_hartenberg import plain
 from virtualrobot_sdk.testing import KinematicsContract
-from virtualrobot_sdk.testing.chains import PALLETIZER, PUMA560, palletizer, puma560
+from virtualrobot_sdk.testing.chains import PALLETIZER, PUMA560, kit_chains, palletizer, puma560
+
+KIT = kit_chains()
+FEW = {name: KIT.pop(name) for name in ("puma560_mounted", "iiwa", "stanford", "palletizer")}
 
 
 class TestChain(KinematicsContract):
     component = "chain"
+    chains = FEW
+
+
+@pytest.mark.long
+class TestOtherChains(KinematicsContract):
+    component = "chain"
+    chains = KIT
 
 
 class TestDhStandard(KinematicsContract):

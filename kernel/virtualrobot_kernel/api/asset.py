@@ -10,7 +10,7 @@ from virtualrobot.v1 import asset_pb2, asset_pb2_grpc, nodes_pb2
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.references import list_references
-from virtualrobot_kernel.messages.robots import settings
+from virtualrobot_kernel.messages.structs import settings
 
 CHUNK_BYTES = 1024 * 1024
 

@@ -83,7 +83,7 @@ def contact_of(
     """Return the first contact of a motion that starts in a snapshot, before a time of it (s); None: there is none."""
     structure = snapshot.structure
     joints = tuple((structure.node(robot, Kind.ROBOT).uid, joint) for robot, joint in command.joints)
-    q_index, _ = joint_places(structure, joints)
+    q_index = joint_places(structure, joints)[0]
     tool_states = [(step, structure.node(tool).uid, state) for step, tool, state in command.tool_states]
     found = first_of_program(scene, snapshot, command.program, q_index, tool_states, until, resolution, given_up)
     if found is None:

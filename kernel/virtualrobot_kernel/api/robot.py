@@ -18,8 +18,9 @@ from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.collision.clearance import near_by
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.messages.nodes import JOINT_TYPE_NUMBERS, limits_message
-from virtualrobot_kernel.messages.robots import group_selection, robot_message, settings_message
+from virtualrobot_kernel.messages.nodes import JOINT_TYPES, LIMITS
+from virtualrobot_kernel.messages.robots import ROBOT, group_selection
+from virtualrobot_kernel.messages.structs import settings_message
 from virtualrobot_kernel.messages.values import (
     array,
     array_message,
@@ -67,7 +68,8 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
             # The robot has to be tried to tell; that is not for the thread that all calls share.
             find = partial(self._rooms.solvers.name_of, snapshot, arm)
             kinematics = await self._rooms.limiter.run([node.uid], find)
-        described = robot_message(data, index.joint_names)
+        settings = chosen(node, group)[1]
+        described = ROBOT.write(data, joint_names=index.joint_names)
         for message in described.groups:
             message.joint_names[:] = joints_of(structure, node, Group(message.name))
         return robot_pb2.GetRobotResponse(
@@ -77,10 +79,11 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
             joints=[
                 robot_pb2.JointDescription(
                     name=joint.name,
-                    type=JOINT_TYPE_NUMBERS[joint.type],
-                    limits=limits_message(joint.limits),
+                    type=JOINT_TYPES.write(joint.type),
+                    limits=LIMITS.write(joint.limits),
                     coordinate_count=joint.type.coordinate_count,
                     velocity_count=joint.type.velocity_count,
+                    coordinate_names=joint.coordinate_names,
                 )
                 for joint in index.joints
             ],
@@ -88,8 +91,8 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
             tools=[tool.name for tool in structure.tools_of(node.uid)],
             flange=structure.nodes[arm.tip].name if arm is not None else "",
             kinematics=kinematics,
-            chain_joints=arm.joint_names if arm is not None else joints_of(structure, node, group),
-            kinematics_settings=settings_message(chosen(node, group)[1]),
+            chain_joints=arm.joint_names if arm else index.coordinates_of(joints_of(structure, node, group)),
+            kinematics_settings=settings_message(settings) if settings else None,
             kinematics_fault=self._rooms.solvers.fault_of(node, group),
         )
 

@@ -15,7 +15,7 @@ from virtualrobot_kernel.api.convert.readings import checked_options, fill_readi
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.messages.robots import settings
+from virtualrobot_kernel.messages.structs import settings
 from virtualrobot_kernel.messages.values import stamp
 from virtualrobot_kernel.sensing.range_reader import RangeReader
 from virtualrobot_kernel.sensing.reading import Moment, Reading, SensorState

@@ -241,13 +241,13 @@ def _halt(
 
     Those that slow down to a pause are stopped when nobody else can be.
     """
-    structure, forest, state = snapshot.structure, snapshot.structure.forest, snapshot.state
+    structure, state = snapshot.structure, snapshot.state
     above = [{node.uid for node in structure.ancestors(uid)} for uid in (contact.first, contact.second)]
     places = set()
     for uid in above[0] ^ above[1]:
         data = structure.nodes[uid].data
         if isinstance(data, LinkData) and data.joint.type is not JointType.FIXED:
-            places.add(int(forest.q_index[structure.rows[uid]]))
+            places.update(structure.coordinates_at(structure.rows[uid]))
     found: dict[bool, dict[int, None]] = {False: {}, True: {}}
     for motion in state.motions:
         if motion.id in moving and motion.cancellation is None:

@@ -8,11 +8,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot_kernel.numeric.forest import FIXED
-from virtualrobot_kernel.world.structure import JointType, Structure
-
-WIDTHS = {kind.code: kind.coordinate_count for kind in JointType}
-"""How many coordinates a joint has, by the code of its type."""
+from virtualrobot_kernel.world.structure import Structure
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,17 +33,16 @@ def kinematic_groups_of(structure: Structure) -> KinematicGroups:
     rows, coordinates = np.zeros(len(forest.parent), np.int64), np.zeros(structure.q_count, np.int64)
     count = 1
     for row in forest.order.tolist():
-        above, kind = int(forest.parent[row]), int(forest.joint_type[row])
+        above, own = int(forest.parent[row]), structure.coordinates_at(row)
         group = int(rows[above]) if above >= 0 else 0
-        if kind != FIXED:
-            first = int(forest.q_index[row])
-            shared = int(coordinates[first])
+        if own:
+            shared = int(coordinates[own.start])
             if not group and not shared:
                 shared, count = count, count + 1
             if group and shared and group != shared:
                 rows[rows == shared] = group
                 coordinates[coordinates == shared] = group
             group = group or shared
-            coordinates[first : first + WIDTHS[kind]] = group
+            coordinates[own] = group
         rows[row] = group
     return KinematicGroups(count, rows, coordinates)

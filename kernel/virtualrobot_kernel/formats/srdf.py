@@ -6,7 +6,8 @@ Format: https://wiki.ros.org/srdf and MoveIt's tutorial "URDF and SRDF"; names a
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
 from virtualrobot_kernel.errors import MalformedFileError, UnknownNameError
@@ -66,11 +67,11 @@ def read_srdf(file: File, nodes: tuple[NodeSpec, ...]) -> Semantics:
     Groups name the joints that can be moved, in the robot's order: those of chains, joints, links and subgroups. A
     `group_state` becomes a posture under its own name, or under `group/state` when another group's state has that
     name. The parent link of the only `end_effector` becomes the flange, and that of each one the end of its parent
-    group, where that is given by joints.
+    group, where that is given by joints. An element that is wrong, such as one that names what the robot lacks, is
+    left out with a warning: nothing in the file changes how the robot moves.
 
     Raises:
-        MalformedFileError: naming file and line, for what is no SRDF, and for names that the robot lacks, with the
-            nearest that it has.
+        MalformedFileError: naming file and line, for what is no SRDF.
     """
     root = parse_xml(file.data, file.key)
     if local_name(root) != "robot":
@@ -98,6 +99,7 @@ class _Reader:
         ]
         self.virtual: set[str] = set()
         self.groups: dict[str, JointGroup] = {}
+        self.unknown: set[tuple[str, str]] = set()
         self.warnings: list[FileWarning] = []
 
     def read(self, root: Element) -> Semantics:
@@ -105,10 +107,12 @@ class _Reader:
         self.virtual = {element.get("name", "") for element in children(root, "virtual_joint")} - self.joints.keys()
         elements: dict[str, Element] = {}
         for element in children(root, "group"):
-            name = text_attribute(Place(self.uri, "group"), element, "name")
-            if name in elements:
-                raise self._error(element, f"the name is taken by the group on line {line_of(elements[name])}", name)
-            elements[name] = element
+            with self._or_left_out():
+                name = text_attribute(Place(self.uri, "group"), element, "name")
+                if name in elements:
+                    taken = f"the name is taken by the group on line {line_of(elements[name])}"
+                    raise self._error(element, taken, name)
+                elements[name] = element
         for name in elements:
             self._group(name, elements, ())
         postures = self._postures(root)
@@ -121,11 +125,11 @@ class _Reader:
                     "imported, by its base joint",
                 )
         for element in children(root, "passive_joint"):
-            joint = text_attribute(Place(self.uri, "passive_joint"), element, "name")
-            if joint in self.virtual:
-                continue
-            self._known(element, "joint", joint)
-            self._warn(element, f"the joint {element.get('name')!r} is passive, which is not kept: it can be moved")
+            with self._or_left_out():
+                joint = text_attribute(Place(self.uri, "passive_joint"), element, "name")
+                if joint not in self.virtual:
+                    self._known(element, "joint", joint)
+                    self._warn(element, f"the joint {joint!r} is passive, which is not kept: it can be moved")
         for element in root.iterchildren("*"):
             if local_name(element) not in _READ:
                 self._warn(element, f"<{local_name(element)}> is not read")
@@ -137,35 +141,45 @@ class _Reader:
         if name in self.groups:
             return self.groups[name]
         element = elements[name]
-        place = Place(self.uri, f"group {name!r}")
         if name in above:
             raise self._error(element, f"the groups contain each other: {' -> '.join((*above, name))}", name)
         found: set[str] = set()
         ends: list[tuple[str, str]] = []
         for member in element.iterchildren("*"):
-            kind = local_name(member)
-            if kind == "chain":
-                base, tip = (text_attribute(place, member, end) for end in ("base_link", "tip_link"))
-                found.update(self._chain(member, base, tip))
-                ends.append((base, tip))
-            elif kind == "joint":
-                joint = text_attribute(place, member, "name")
-                found |= set() if joint in self.virtual else {self._known(member, "joint", joint)}
-            elif kind == "link":
-                link = self._known(member, "link", text_attribute(place, member, "name"))
-                found.add(self.joint_of_link[link])
-            elif kind == "group":
-                below = text_attribute(place, member, "name")
-                if below not in elements:
-                    raise self._unknown(member, "group", below, elements)
-                found.update(self._group(below, elements, (*above, name)).joint_names)
-            else:
-                raise self._error(member, f"unknown member <{kind}>; known: chain, joint, link, group", name)
+            with self._or_left_out():
+                found |= self._member(name, member, elements, above, ends)
         one_chain = len(ends) == 1 and len([*element.iterchildren("*")]) == 1
         base, tip = ends[0] if one_chain else ("", "")
         joints = tuple(joint for joint in self.movable if joint in found)
         self.groups[name] = JointGroup(name, joints, base, tip)
         return self.groups[name]
+
+    def _member(
+        self,
+        group: str,
+        member: Element,
+        elements: Mapping[str, Element],
+        above: tuple[str, ...],
+        ends: list[tuple[str, str]],
+    ) -> set[str]:
+        """Return the joints of a group's member; `ends` gets those of a chain."""
+        place = Place(self.uri, f"group {group!r}")
+        match local_name(member):
+            case "chain":
+                base, tip = (text_attribute(place, member, end) for end in ("base_link", "tip_link"))
+                joints = set(self._chain(member, base, tip))
+                ends.append((base, tip))
+                return joints
+            case "joint":
+                joint = text_attribute(place, member, "name")
+                return set() if joint in self.virtual else {self._known(member, "joint", joint)}
+            case "link":
+                return {self.joint_of_link[self._known(member, "link", text_attribute(place, member, "name"))]}
+            case "group":
+                below = self._of(elements, member, text_attribute(place, member, "name"))
+                return set(self._group(below, elements, (*above, group)).joint_names)
+            case kind:
+                raise self._error(member, f"unknown member <{kind}>; known: chain, joint, link, group", group)
 
     def _chain(self, element: Element, base: str, tip: str) -> list[str]:
         """Return the joints between two links, the second below the first."""
@@ -181,46 +195,48 @@ class _Reader:
     def _postures(self, root: Element) -> dict[str, dict[str, float]]:
         postures: dict[str, dict[str, float]] = {}
         for element in children(root, "group_state"):
-            place = Place(self.uri, "group_state")
-            name, group = (text_attribute(place, element, key) for key in ("name", "group"))
-            if group not in self.groups:
-                raise self._unknown(element, "group", group, self.groups)
-            label = name if name not in postures else f"{group}/{name}"
-            if label in postures:
-                raise malformed(self.uri, line_of(element), f"group {group!r} has two states named {name!r}")
-            values: dict[str, float] = {}
-            for member in children(element, "joint"):
-                joint = text_attribute(place, member, "name")
-                if joint not in self.virtual and self._known(member, "joint", joint) in self.movable:
-                    (values[joint],) = numbers(Place(self.uri, f"group_state {name!r}"), member, "value", 1)
-            outside = [joint for joint, value in values.items() if not self._within(joint, value)]
-            if outside:
-                limits = self.joints[outside[0]].limits
-                self._warn(
-                    element,
-                    f"the state {name!r} of {group!r} is left out: {outside[0]!r} is {values[outside[0]]:g}, its "
-                    f"limits are {limits.lower:g} to {limits.upper:g}",
-                )
-            else:
-                postures[label] = values
+            with self._or_left_out():
+                self._posture(element, postures)
         return postures
 
-    def _within(self, joint: str, value: float) -> bool:
-        limits = self.joints[joint].limits
-        return limits.lower <= value <= limits.upper
+    def _posture(self, element: Element, postures: dict[str, dict[str, float]]) -> None:
+        """Add the posture of a group's state to those before it."""
+        place = Place(self.uri, "group_state")
+        name, group = (text_attribute(place, element, key) for key in ("name", "group"))
+        self._of(self.groups, element, group)
+        label = name if name not in postures else f"{group}/{name}"
+        if label in postures:
+            raise malformed(self.uri, line_of(element), f"group {group!r} has two states named {name!r}")
+        values: dict[str, float] = {}
+        for member in children(element, "joint"):
+            joint = text_attribute(place, member, "name")
+            with self._or_left_out():
+                if joint in self.virtual or self._known(member, "joint", joint) not in self.movable:
+                    continue
+            if joint in self.joints:
+                (values[joint],) = numbers(Place(self.uri, f"group_state {name!r}"), member, "value", 1)
+        for joint, value in values.items():
+            limits = self.joints[joint].limits
+            if not limits.lower <= value <= limits.upper:
+                raise malformed(
+                    self.uri,
+                    line_of(element),
+                    f"the state {name!r} of {group!r} has {joint!r} at {value:g}, its limits are {limits.lower:g} to "
+                    f"{limits.upper:g}",
+                )
+        postures[label] = values
 
     def _flange(self, root: Element) -> str:
         """Return the link that the only end effector is mounted on; empty for none and for several."""
         parents: list[str] = []
         for element in children(root, "end_effector"):
             place = Place(self.uri, "end_effector")
-            group = text_attribute(place, element, "group")
-            if group not in self.groups:
-                raise self._unknown(element, "group", group, self.groups)
-            parents.append(self._known(element, "link", text_attribute(place, element, "parent_link")))
-            above = self.groups.get(element.get("parent_group", ""))
-            if above is not None and not above.tip_link:
-                self.groups[above.name] = replace(above, tip_link=parents[-1])
+            with self._or_left_out():
+                self._of(self.groups, element, text_attribute(place, element, "group"))
+                parents.append(self._known(element, "link", text_attribute(place, element, "parent_link")))
+                above = self.groups.get(element.get("parent_group", ""))
+                if above is not None and not above.tip_link:
+                    self.groups[above.name] = replace(above, tip_link=parents[-1])
         if len(parents) > 1:
             self._warn(root, f"there are {len(parents)} end effectors; none of their parent links becomes the flange")
         return parents[0] if len(parents) == 1 else ""
@@ -229,24 +245,37 @@ class _Reader:
         pairs: dict[frozenset[str], LinkPair] = {}
         for element in children(root, "disable_collisions"):
             place = Place(self.uri, "disable_collisions")
-            first, second = (
-                self._known(element, "link", text_attribute(place, element, key)) for key in ("link1", "link2")
-            )
-            pairs.setdefault(frozenset((first, second)), LinkPair(first, second, element.get("reason", "")))
+            with self._or_left_out():
+                first, second = (
+                    self._known(element, "link", text_attribute(place, element, key)) for key in ("link1", "link2")
+                )
+                pairs.setdefault(frozenset((first, second)), LinkPair(first, second, element.get("reason", "")))
         return tuple(pairs.values())
 
     def _known(self, element: Element, kind: str, name: str) -> str:
         """Return the name of a link or joint; raise when the robot has none of that name."""
-        valid: Iterable[str] = self.joint_of_link if kind == "link" else self.joints
+        return self._of(self.joint_of_link if kind == "link" else self.joints, element, name, kind)
+
+    def _of(self, valid: Iterable[str], element: Element, name: str, kind: str = "group") -> str:
+        """Return the name; raise when it is none of the valid ones."""
         if name not in valid:
-            raise self._unknown(element, kind, name, valid)
+            unknown = UnknownNameError(kind, name, valid)
+            error = malformed(self.uri, line_of(element), str(unknown))
+            error.metadata.update(unknown.metadata)
+            raise error
         return name
 
-    def _unknown(self, element: Element, kind: str, name: str, valid: Iterable[str]) -> MalformedFileError:
-        unknown = UnknownNameError(kind, name, valid)
-        error = malformed(self.uri, line_of(element), str(unknown))
-        error.metadata.update(unknown.metadata)
-        return error
+    @contextmanager
+    def _or_left_out(self) -> Iterator[None]:
+        """Have a warning take the place of an error; of those about an unknown name only the first is told."""
+        try:
+            yield
+        except MalformedFileError as error:
+            unknown = (error.metadata.get("kind", ""), error.metadata.get("name", ""))
+            if unknown not in self.unknown:
+                self.warnings.append(FileWarning.of(error, " (left out)"))
+            if unknown[0]:
+                self.unknown.add(unknown)
 
     def _error(self, element: Element, message: str, group: str) -> MalformedFileError:
         return malformed(self.uri, line_of(element), message, f"group {group!r}")

@@ -11,7 +11,7 @@ from virtualrobot_sdk.gazebo import Element, SensorTag, read_sensor, sensor_tags
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.formats.urdf_elements import Place, read_only
 from virtualrobot_kernel.formats.xml import FileWarning, children
-from virtualrobot_kernel.messages.sensing import sensing_data
+from virtualrobot_kernel.messages.sensing import SENSORS
 from virtualrobot_kernel.world.structure import Kind, NodeData, NodeSpec
 
 
@@ -64,7 +64,7 @@ def read_sensors(
 def _data(sensor: SensorTag) -> NodeData:
     """Return the settings, by the same way and the same checks as those of a scene file."""
     message = ParseDict({sensor.kind: sensor.values}, nodes_pb2.Node())
-    return sensing_data(getattr(message, sensor.kind), sensor.name)
+    return SENSORS[sensor.kind].read(getattr(message, sensor.kind), sensor.name)
 
 
 def _free(name: str, taken: set[str]) -> str:

@@ -2,40 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Sequence
+from collections.abc import Mapping, Sequence
+from typing import TypeVar
 
 from virtualrobot.v1 import collision_pb2, nodes_pb2
 
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.messages.values import check_enum, finite
+from virtualrobot_kernel.messages.codecs import FINITE, EnumTable, Pair, named
 from virtualrobot_kernel.world.collisions import CollisionMode
 from virtualrobot_kernel.world.commands import SetAllowedPairs, SetCollisionSettings
 from virtualrobot_kernel.world.state import Snapshot
 
-MODES = {getattr(collision_pb2, f"COLLISION_MODE_{mode.name}"): mode for mode in CollisionMode}
-NUMBERS = {mode: number for number, mode in MODES.items()}
+V = TypeVar("V")
+
+_MODES = EnumTable(CollisionMode, collision_pb2.CollisionMode)
+MODE = Pair(lambda number, what: _MODES.read(number, what) if number else None, _MODES.write)
+ROBOTS = named(collision_pb2.RobotCollisionMode, "mode", MODE, key="robot")
+PADDINGS = named(collision_pb2.NodePadding, "padding_meters", key="node")
 
 
 def settings_command(
     message: collision_pb2.SetCollisionSettings | collision_pb2.CollisionSettings,
 ) -> SetCollisionSettings:
     """Return the command of a message, or of a scene file; raise KernelError for what is not finite or named twice."""
-    check_enum(message, "mode")
-    modes: dict[str, CollisionMode | None] = {}
-    for row, robot in enumerate(message.robots):
-        check_enum(robot, "mode")
-        _once(modes, robot.robot, f"robots[{row}].robot")
-        modes[robot.robot] = MODES.get(robot.mode)
-    paddings: dict[str, float] = {}
-    for row, node in enumerate(message.paddings):
-        _once(paddings, node.node, f"paddings[{row}].node")
-        paddings[node.node] = finite(node.padding_meters, f"paddings[{row}].padding_meters")
     said = isinstance(message, collision_pb2.CollisionSettings) or message.HasField("look_ahead_seconds")
     return SetCollisionSettings(
-        mode=MODES.get(message.mode),
-        modes=tuple(modes.items()),
-        look_ahead_seconds=finite(message.look_ahead_seconds, "look_ahead_seconds") if said else None,
-        paddings=tuple(paddings.items()),
+        mode=MODE.read(message.mode, "mode"),
+        modes=tuple(ROBOTS.read(message.robots, "robots").items()),
+        look_ahead_seconds=FINITE.read(message.look_ahead_seconds, "look_ahead_seconds") if said else None,
+        paddings=tuple(PADDINGS.read(message.paddings, "paddings").items()),
     )
 
 
@@ -52,25 +47,16 @@ def pairs_command(message: collision_pb2.SetAllowedPairs) -> SetAllowedPairs:
 def settings_message(snapshot: Snapshot) -> collision_pb2.CollisionSettings:
     """Return what is done about collisions as a message, robots and nodes in the order of the nodes."""
     settings, nodes = snapshot.state.collisions, snapshot.structure.nodes
+
+    def by_name(values: Mapping[int, V]) -> dict[str, V]:
+        return {node.name: values[uid] for uid, node in nodes.items() if uid in values}
+
     return collision_pb2.CollisionSettings(
-        mode=NUMBERS[settings.mode],
-        robots=[
-            collision_pb2.RobotCollisionMode(robot=node.name, mode=NUMBERS[settings.modes[uid]])
-            for uid, node in nodes.items()
-            if uid in settings.modes
-        ],
+        mode=MODE.write(settings.mode),
+        robots=ROBOTS.write(by_name(settings.modes)),
         look_ahead_seconds=settings.look_ahead_seconds,
-        paddings=[
-            collision_pb2.NodePadding(node=node.name, padding_meters=settings.paddings[uid])
-            for uid, node in nodes.items()
-            if uid in settings.paddings
-        ],
+        paddings=PADDINGS.write(by_name(settings.paddings)),
     )
-
-
-def _once(known: Container[str], name: str, field: str) -> None:
-    if name in known:
-        raise KernelError(f"{field} names {name!r} again", field=field)
 
 
 def _named(pairs: Sequence[nodes_pb2.NodePair], field: str) -> Sequence[nodes_pb2.NodePair]:

@@ -9,7 +9,7 @@ from virtualrobot_sdk.denavit_hartenberg import GREATEST, Convention, PoseNumber
 from virtualrobot_sdk.poses import quaternion
 
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.messages.nodes import JOINT_TYPES, inertial, joint_limits
+from virtualrobot_kernel.messages.nodes import INERTIAL, JOINT_TYPES, LIMITS
 from virtualrobot_kernel.messages.values import pose
 from virtualrobot_kernel.world.structure import Inertial, Joint, JointType
 
@@ -55,25 +55,21 @@ def denavit_hartenberg(message: scene_pb2.DenavitHartenberg) -> tuple[Table, tup
 def row_inertials(message: scene_pb2.DenavitHartenberg) -> tuple[Inertial | None, ...]:
     """Return for each row the mass of its link, told in the row's frame, or None; raise KernelError that names it."""
     return tuple(
-        inertial(row.inertial, f"{FIELD}.rows[{place}]") if row.HasField("inertial") else None
+        INERTIAL.read(row.inertial, f"{FIELD}.rows[{place}].inertial") if row.HasField("inertial") else None
         for place, row in enumerate(message.rows)
     )
 
 
 def _joint(row: scene_pb2.DenavitHartenbergRow, place: int) -> Joint:
     where = f"{FIELD}.rows[{place}]"
-    try:
-        limits = joint_limits(row.limits, row.name or f"joint_{place + 1}")
-    except KernelError as error:
-        raise error.at(f"{where}.limits") from error
+    limits = LIMITS.read(row.limits, f"{where}.limits")
     bounded = row.limits.HasField("lower") or row.limits.HasField("upper")
-    kind = JOINT_TYPES.get(row.type)
+    kind = JOINT_TYPES.read(row.type, f"{where}.type")
     if row.type == nodes_pb2.JOINT_TYPE_UNSPECIFIED:
         kind = JointType.REVOLUTE if bounded else JointType.CONTINUOUS
     if kind not in MOVING:
         valid = ", ".join(one.value[0] for one in MOVING)
-        given = kind.value[0] if kind else str(row.type)
-        raise KernelError(f"{where}.type is {given}; a row can be {valid}", field=f"{where}.type", valid=valid)
+        raise KernelError(f"{where}.type is {kind.value[0]}; a row can be {valid}", field=f"{where}.type", valid=valid)
     if kind is JointType.CONTINUOUS and bounded:
         raise KernelError(
             f"{where}.limits: a continuous joint turns without end; leave lower and upper out, or make it revolute",

@@ -5,28 +5,21 @@ from __future__ import annotations
 from virtualrobot.v1 import motion_pb2, signal_pb2
 
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.messages.values import check_enum
+from virtualrobot_kernel.messages.codecs import EnumTable
 from virtualrobot_kernel.motion.signals import Comparison, Condition, SignalValue
 from virtualrobot_kernel.world.commands import CreateSignal
 from virtualrobot_kernel.world.state import Signal, SignalDirection
 from virtualrobot_kernel.world.structure import Structure
 
-DIRECTIONS = {
-    signal_pb2.SIGNAL_DIRECTION_UNSPECIFIED: SignalDirection.INTERNAL,
-    **{getattr(signal_pb2, f"SIGNAL_DIRECTION_{one.name}"): one for one in SignalDirection},
-}
-COMPARISONS = {
-    motion_pb2.COMPARISON_UNSPECIFIED: Comparison.EQUAL,
-    **{getattr(motion_pb2, f"COMPARISON_{one.name}"): one for one in Comparison},
-}
-NUMBERS = {direction: number for number, direction in DIRECTIONS.items()}
+DIRECTIONS = EnumTable(SignalDirection, signal_pb2.SignalDirection, SignalDirection.INTERNAL)
+COMPARISONS = EnumTable(Comparison, motion_pb2.Comparison, Comparison.EQUAL)
 
 
 def created_signal(message: signal_pb2.Signal) -> CreateSignal:
     """Return the command that adds the signal that a message describes."""
-    check_enum(message, "direction")
+    direction = DIRECTIONS.read(message.direction, "direction")
     value = value_of(message.value, "value") if message.HasField("value") else False
-    signal = Signal(message.name, value, message.description, message.unit, DIRECTIONS[message.direction])
+    signal = Signal(message.name, value, message.description, message.unit, direction)
     return CreateSignal(signal, message.owner)
 
 
@@ -43,9 +36,8 @@ def value_of(message: signal_pb2.SignalValue, what: str) -> SignalValue:
 
 def condition_of(message: motion_pb2.SignalCondition, what: str) -> Condition:
     """Return the condition that a message tells; raise KernelError, which names the field, for what is absent."""
-    check_enum(message, "comparison")
-    signal = named_signal(message.signal, what)
-    return Condition(signal, value_of(message.value, f"{what}.value"), COMPARISONS[message.comparison])
+    comparison = COMPARISONS.read(message.comparison, f"{what}.comparison")
+    return Condition(named_signal(message.signal, what), value_of(message.value, f"{what}.value"), comparison)
 
 
 def named_signal(signal: str, what: str) -> str:
@@ -73,6 +65,6 @@ def signal_message(structure: Structure, signal: Signal) -> signal_pb2.Signal:
         value=value_message(signal.value),
         description=signal.description,
         unit=signal.unit,
-        direction=NUMBERS[signal.direction],
+        direction=DIRECTIONS.write(signal.direction),
         owner=structure.nodes[signal.owner].name if signal.owner else "",
     )

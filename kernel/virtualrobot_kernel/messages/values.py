@@ -89,6 +89,21 @@ def vector_message(values: Iterable[float]) -> geometry_pb2.Vector3:
     return geometry_pb2.Vector3(x=x, y=y, z=z)
 
 
+def color(message: geometry_pb2.Color, what: str) -> tuple[float, float, float, float]:
+    """Return red, green, blue, alpha; raise KernelError unless all are from 0 to 1."""
+    alpha = message.alpha if message.HasField("alpha") else 1.0
+    parts = (message.red, message.green, message.blue, alpha)
+    if not all(0.0 <= part <= 1.0 for part in parts):
+        raise KernelError(f"{what} must have parts from 0 to 1, not {parts}", field=what)
+    return parts
+
+
+def color_message(color: tuple[float, ...]) -> geometry_pb2.Color:
+    """Return red, green, blue, alpha as a message."""
+    red, green, blue, alpha = color
+    return geometry_pb2.Color(red=red, green=green, blue=blue, alpha=alpha if alpha != 1.0 else None)
+
+
 def pose(message: geometry_pb2.Pose, what: str = "pose") -> NDArray[np.float64]:
     """Return a pose as a read-only (4, 4) array; absent parts are identity."""
     result = np.eye(4)

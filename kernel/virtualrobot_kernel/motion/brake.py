@@ -57,7 +57,7 @@ def choose_brakes(plan: Plan, states: Sequence[PathState], left: float) -> Brake
         joints = slice(first, first + track.path.dimension)
         first = joints.stop
         limits = np.stack([plan.max_velocity[joints], plan.max_acceleration[joints], plan.max_jerk[joints]])
-        choice = _choose_brake(track.path, state, limits, left)
+        choice = _choose_brake(track.rated, state, limits, left)
         if not choice.sooner:
             return choice
         brakes.append(choice.brakes)

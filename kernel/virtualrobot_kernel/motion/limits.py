@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason
+from virtualrobot_kernel.motion.orientation import unit
 from virtualrobot_kernel.motion.polynomial import Array
 
 #: Tolerance (radians or metres) of a joint outside its limits by rounding, and of a start from the current joints.
@@ -18,7 +19,9 @@ TOLERANCE = 1e-6
 class JointLimits:
     """Limits of k joints, arrays (k,): rad (m for prismatic joints), per s, s², s³.
 
-    `lower` and `upper` are infinite for continuous joints; the other three are finite and above 0.
+    `lower` and `upper` are infinite for continuous joints; the other three are finite and above 0. vectors: columns of
+    which the limits are those of a vector's length, such as x and y of a planar joint. quaternions: the columns of the
+    components x, y, z, w; the limits are those of the angular velocity about x, y, z, and those of w don't count.
     """
 
     names: tuple[str, ...]
@@ -27,6 +30,8 @@ class JointLimits:
     velocity: Array
     acceleration: Array
     jerk: Array
+    vectors: tuple[tuple[int, ...], ...] = ()
+    quaternions: tuple[tuple[int, ...], ...] = ()
 
     def __post_init__(self) -> None:
         """Freeze the arrays; raise KernelError naming the joint whose limits are impossible."""
@@ -56,8 +61,25 @@ class JointLimits:
         """Return the limits with velocities times `velocity_scale` in (0, 1]; acceleration and jerk stay."""
         return replace(self, velocity=self.velocity * checked_scale(velocity_scale, "velocity scale"))
 
+    def along(self, way: Array) -> JointLimits:
+        """Return the limits on a straight way (k,), on which each component of a vector has its share of the length."""
+        share = np.ones(len(self.names))
+        for columns in map(list, self.vectors):
+            length = float(np.linalg.norm(way[columns]))
+            if length > 0.0:
+                share[columns] = np.where(way[columns] == 0.0, 1.0, np.abs(way[columns]) / length)
+        if not self.vectors:
+            return self
+        parts = {field: getattr(self, field) * share for field in ("velocity", "acceleration", "jerk")}
+        return replace(self, **parts)
+
     def check(self, q: Array, what: str) -> None:
-        """Raise LimitError naming the first joint of `q` (k,) outside its position limits; `what` says which q."""
+        """Raise LimitError naming the first joint of `q` (k,) outside its position limits; `what` says which q.
+
+        Raise KernelError for a quaternion that has not length 1.
+        """
+        for columns in map(list, self.quaternions):
+            unit(q[columns], f"{what}: joint {self.names[columns[0]].removesuffix('/qx')!r}")
         for index in np.flatnonzero((q < self.lower - TOLERANCE) | (q > self.upper + TOLERANCE)):
             raise self.error(int(index), float(q[index]), what)
 

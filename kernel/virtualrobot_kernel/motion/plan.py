@@ -11,7 +11,7 @@ from virtualrobot_kernel.errors import KernelError, LimitError
 from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.cartesian_plan import plan_circ, plan_lin, plan_spline
 from virtualrobot_kernel.motion.limits import TOLERANCE, JointLimits, checked_joints
-from virtualrobot_kernel.motion.path import joint_line, smooth_path
+from virtualrobot_kernel.motion.path import joint_line, smooth_path, turning_line
 from virtualrobot_kernel.motion.planned import Plan, plan_together, planned
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 from virtualrobot_kernel.motion.profile import jerk_limited_profile
@@ -30,15 +30,19 @@ def plan_ptp(
     """Return the point-to-point motion: the straight line between two joint positions (k,), phase-synchronised.
 
     All joints share one law, the fastest that keeps every joint's velocity (times `velocity_scale` in (0, 1]),
-    acceleration and, unless it is time-optimal, jerk. Continuous joints move by the plain difference. Raises LimitError
-    naming a joint whose start or goal is outside its limits.
+    acceleration and, unless it is time-optimal, jerk. Continuous joints move by the plain difference, and quaternions
+    turn evenly the shorter way. Raises LimitError naming a joint whose start or goal is outside its limits.
     """
     q_start = checked_joints(q_start, len(limits.names), "the start of a PTP motion")
     q_goal = checked_joints(q_goal, len(limits.names), "the goal of a PTP motion")
     limits.check(q_start, "the start of the PTP motion")
     limits.check(q_goal, "the goal of the PTP motion")
-    slow = limits.scaled(velocity_scale)
-    travel = np.abs(q_goal - q_start)
+    path, quasi, way = joint_line(q_start, q_goal), None, q_goal - q_start
+    if limits.quaternions:
+        path, quasi = turning_line(q_start, q_goal, limits.quaternions)
+        q_goal, way = path.evaluate(path.end), quasi.evaluate(quasi.start, 1)
+    limits = limits.along(way)
+    slow, travel = limits.scaled(velocity_scale), np.abs(way)
     moving = travel > 0.0
     if moving.any():
         bounds = [
@@ -47,7 +51,7 @@ def plan_ptp(
         law = jerk_limited_profile(1.0, *bounds) if time_law is TimeLaw.JERK_LIMITED else trapezoid(1.0, *bounds[:2])
     else:
         law = jerk_limited_profile(0.0, 1.0, 1.0, 1.0)
-    return planned("ptp", joint_line(q_start, q_goal), law, limits, q_goal)
+    return planned("ptp", path, law, limits, q_goal, quasi=quasi)
 
 
 def plan_trajectory(

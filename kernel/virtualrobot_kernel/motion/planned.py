@@ -23,17 +23,26 @@ class Track:
     """One path q(u) (k joints) and its law u(tau), tau in [0, duration]; at rest at both ends of the law.
 
     course_limits: largest |d2u/dt2| and |d3u/dt3| (1/s², 1/s³) of a line or an arc, whose own acceleration and jerk are
-    limited; None for paths that only joints limit.
+    limited; None for paths that only joints limit. quasi: quasi-coordinates, whose derivatives are the velocities where
+    the path has quaternions (`motion.orientation`); None where they are the path's own.
     """
 
     path: PiecewisePolynomial
     time_law: PiecewisePolynomial
     course_limits: tuple[float, float] | None = None
+    quasi: PiecewisePolynomial | None = None
+
+    @property
+    def rated(self) -> PiecewisePolynomial:
+        """Function of u whose derivatives are the velocities of the columns by u."""
+        return self.quasi or self.path
 
     def derivatives(self, tau: Array) -> Array:
         """Return q, dq/dtau, d2q/dtau2 and d3q/dtau3 at nominal times (m,): shape (4, m, k)."""
         _, u1, u2, u3 = (law := self.time_law.states(tau, 3))
         q, q1, q2, q3 = self.path.states(law[0, :, 0], 3)
+        if self.quasi is not None:
+            q1, q2, q3 = self.quasi.states(law[0, :, 0], 3)[1:]
         return np.stack([q, q1 * u1, q2 * u1**2 + q1 * u2, q3 * u1**3 + 3.0 * q2 * u1 * u2 + q1 * u3])
 
     @property
@@ -139,6 +148,8 @@ class Plan:
         parts = []
         for track, (u, speed, slope) in zip(self.tracks, states, strict=True):
             state = track.path.state(u, 2)
+            if track.quasi is not None:
+                state[1:] = track.quasi.state(u, 2)[1:]
             parts.append((state[0], state[1] * speed, state[2] * (speed * speed) + state[1] * slope))
         if len(parts) == 1:
             return parts[0]
@@ -185,12 +196,14 @@ def planned(
     limits: JointLimits,
     goal: Array | None = None,
     course_limits: tuple[float, float] | None = None,
+    quasi: PiecewisePolynomial | None = None,
 ) -> Plan:
     """Return the plan of one robot; `limits` are the joints' own, not those of a slower move.
 
-    goal: (k,), where the joints end, when that is known better than the path's rounding; course_limits: see `Track`.
+    goal: (k,), where the joints end, when that is known better than the path's rounding; course_limits, quasi: see
+    `Track`.
     """
-    track = Track(path, time_law, course_limits)
+    track = Track(path, time_law, course_limits, quasi)
     velocity, acceleration, jerk = peaks(track)
     return Plan(
         kind,

@@ -256,6 +256,13 @@ def stacked(parts: Sequence[PiecewisePolynomial]) -> PiecewisePolynomial:
     return PiecewisePolynomial(parts[0].breaks, np.concatenate([_padded(part, terms) for part in parts], axis=2))
 
 
+def with_columns(path: PiecewisePolynomial, columns: Sequence[int], part: PiecewisePolynomial) -> PiecewisePolynomial:
+    """Return a function with some components in place of its own, on the same range."""
+    whole, order = stacked([path, part]), np.arange(path.dimension)
+    order[columns] = path.dimension + np.arange(part.dimension)
+    return PiecewisePolynomial(whole.breaks, whole.coefficients[:, :, order])
+
+
 def merged(breaks: Sequence[ArrayLike]) -> Array:
     """Return all breaks in increasing order, the first and the last exactly; those apart by rounding are one."""
     ordered = np.unique(np.concatenate(breaks))

@@ -62,11 +62,20 @@ def joint_rates(path: PiecewisePolynomial, limits: JointLimits, bounds: Sequence
     """Return the rates of the joints on the whole path, and on the ranges where they have to be slower."""
     whole = path.derivative()
     rows = np.stack([limits.velocity, limits.acceleration, limits.jerk])
-    rates = [Rate(whole, 1, rows)]
+    rates = _with_vectors(whole, rows, limits)
     for bound in bounds:
         if bound.end > bound.begin and np.any(bound.share < 1.0):
             slow = np.concatenate([rows[:1] * bound.share, rows[1:]])
-            rates.append(Rate(_within(whole, bound), 1, slow))
+            rates += _with_vectors(_within(whole, bound), slow, limits)
+    return rates
+
+
+def _with_vectors(function: PiecewisePolynomial, rows: Array, limits: JointLimits) -> list[Rate]:
+    """Return the rates of joints with limits (3, k), and those of vectors among them."""
+    rates = [Rate(function, 1, rows)]
+    for columns in map(list, limits.vectors):
+        part = PiecewisePolynomial(function.breaks, function.coefficients[:, :, columns])
+        rates.append(Rate(part, len(columns), rows[:, columns[:1]]))
     return rates
 
 

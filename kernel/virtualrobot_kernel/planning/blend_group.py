@@ -67,15 +67,16 @@ class BlendGroup:
         return found
 
     def _limits(self) -> JointLimits:
-        parts = [
-            joint_limits(self.steps[0].snapshot, self.steps[0].snapshot.structure.node(robot), [joint])[0]
-            for robot, joint in self.columns
-        ]
-        fields = ("lower", "upper", "velocity", "acceleration", "jerk")
-        return JointLimits(
-            tuple(joint for _, joint in self.columns),
-            **{field: np.concatenate([getattr(part, field) for part in parts]) for field in fields},
-        )
+        snapshot, parts, places, vectors = self.steps[0].snapshot, [], [], []
+        for name in dict.fromkeys(robot for robot, _ in self.columns):
+            own = [place for place, (robot, _) in enumerate(self.columns) if robot == name]
+            joints = [self.columns[place][1] for place in own]
+            parts.append(joint_limits(snapshot, snapshot.structure.node(name), joints)[0])
+            vectors += [tuple(own[column] for column in vector) for vector in parts[-1].vectors]
+            places += own
+        fields, order = ("lower", "upper", "velocity", "acceleration", "jerk"), np.argsort(places)
+        values = {field: np.concatenate([getattr(part, field) for part in parts])[order] for field in fields}
+        return JointLimits(tuple(joint for _, joint in self.columns), **values, vectors=tuple(vectors), quaternions=())
 
     def track(self, step: PlannedStep) -> Track:
         """Return path and law of a step for all columns; its moves have one law, and so go along in step."""
@@ -153,7 +154,10 @@ class BlendGroup:
         """Return velocity, acceleration and jerk (3, n) that the joints keep in the corner between two steps."""
         limits = self.limits
         jerk = np.full(len(self.columns), np.inf) if pair[0].law is TimeLaw.TIME_OPTIMAL else limits.jerk
-        return np.stack([limits.velocity * self._shares(*pair), limits.acceleration, jerk])
+        found = np.stack([limits.velocity * self._shares(*pair), limits.acceleration, jerk])
+        for vector in map(list, limits.vectors):
+            found[:, vector] /= np.sqrt(len(vector))  # whatever its direction, it keeps the limit of its length
+        return found
 
     def cartesian_through(self, pair: Sequence[PlannedStep]) -> list[TcpBound]:
         """Return the bounds of tool centre points in the corner between two steps.

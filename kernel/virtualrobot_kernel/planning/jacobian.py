@@ -12,7 +12,7 @@ from virtualrobot_sdk.poses import inverse
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.planning.relative_frame import relative_frame
 from virtualrobot_kernel.planning.robots import arm_of, standing_at, tcp_frame
-from virtualrobot_kernel.world.change import check_joint_value, single_joint
+from virtualrobot_kernel.world.change import with_positions
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.groups import WHOLE, Group, joints_of
 from virtualrobot_kernel.world.state import Snapshot
@@ -62,13 +62,8 @@ def solve_jacobian(
         KernelError: for a point on a node that the robot does not carry.
     """
     structure = snapshot.structure
-    places: dict[int, float] = {}
-    for name, value in positions.items():
-        joint, place, _ = single_joint(structure, robot, name)
-        check_joint_value(robot.name, joint, value)
-        places[place] = value
-    if places:
-        snapshot = standing_at(snapshot, np.array(list(places), np.int32), np.array(list(places.values())))
+    if positions:
+        snapshot = standing_at(snapshot, ..., with_positions(structure, robot, snapshot.state.q, positions))
     index, world = structure.robots[robot.uid], structure.node("").uid
     single = [
         (joint.name, place)

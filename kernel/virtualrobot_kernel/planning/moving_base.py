@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +22,7 @@ from virtualrobot_kernel.planning.relative_frame import RelativeTcp, relative_fr
 from virtualrobot_kernel.planning.robots import Arm, SolverOf, standing_at, tip_t_tcp
 from virtualrobot_kernel.world.change import joint_places
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import WORLD_UID
+from virtualrobot_kernel.world.structure import WORLD_UID, Node
 
 Floats = NDArray[np.float64]
 
@@ -94,13 +94,12 @@ def carried_by(
     moves; none for a move that is only about its own joints. Raises KernelError when moves carry each other.
     """
     structure = snapshot.structure
-    forest = structure.forest
     moved = [
         # What is no joint of the robot is refused by whoever plans the move.
         {
             int(place)
             for place in joint_places(
-                structure, tuple(one for one in joints if one[1] in structure.robots[one[0]].joint_names)
+                structure, tuple(one for one in joints if one[1] in structure.robots[one[0]].coordinates)
             )[0]
         }
         for joints in needed
@@ -108,7 +107,7 @@ def carried_by(
     result: list[set[int]] = []
     for nodes in frames:
         rows = {row for uid in nodes for row in rows_above(structure, uid)}
-        above = {int(forest.q_index[row]) for row in rows if forest.joint_type[row]}
+        above = {place for row in rows for place in structure.coordinates_at(row)}
         result.append({other for other, places in enumerate(moved) if places & above})
     return result
 
@@ -131,6 +130,22 @@ def in_order(carrying: Sequence[set[int]], names: Sequence[str]) -> list[int]:
     return order
 
 
+def check_turns(moves: Iterable[PlannedMove], carried: Node) -> None:
+    """Raise KernelError where one of the moves that go together with a carried one turns a floating joint."""
+    for one in moves:
+        if one.plan.tracks[0].quasi is not None:
+            raise no_common_law(f"move of {one.robot.name!r} turns a floating joint", carried)
+
+
+def no_common_law(what: str, carried: Node) -> KernelError:
+    """Return the error that a move can't have one law with that of a carried robot."""
+    return KernelError(
+        f"the {what}, and moves that go together with a carried one, that of {carried.name!r}, have one law; give "
+        "other moves, or a step for each",
+        robot=carried.name,
+    )
+
+
 def plan_on_moving_base(
     arm: Arm,
     base: MovingBase,
@@ -148,6 +163,7 @@ def plan_on_moving_base(
     law is that of the path's fraction; the step's law, for all its moves, comes from `planning.blending`.
     """
     snapshot, node = base.snapshot, arm.robot
+    check_turns(base.moves, node)
     joints, start = joint_limits(snapshot, node, arm.joint_names)
     start, tcp = checked_start("Cartesian", solver_of(snapshot, arm), start, joints, tip_t_tcp(snapshot, arm))
     frame = base.frame(arm, reference, moving)

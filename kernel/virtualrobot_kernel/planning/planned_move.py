@@ -15,7 +15,8 @@ from virtualrobot_kernel.motion.plan import Plan
 from virtualrobot_kernel.planning.notes import Note
 from virtualrobot_kernel.planning.relative_frame import RelativeTcp
 from virtualrobot_kernel.planning.robots import Arm
-from virtualrobot_kernel.world.change import single_joint
+from virtualrobot_kernel.world import change
+from virtualrobot_kernel.world.change import joint_places
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.groups import WHOLE, Group
 from virtualrobot_kernel.world.state import Snapshot
@@ -91,10 +92,5 @@ def world_t_goal(snapshot: Snapshot, goal: PoseGoal) -> Pose:
 
 def joint_limits(snapshot: Snapshot, node: Node, names: Sequence[str]) -> tuple[JointLimits, NDArray[np.float64]]:
     """Return the limits of joints and where they are now, (k,) each."""
-    found = [single_joint(snapshot.structure, node, name) for name in names]
-    limits = [joint.limits for joint, _, _ in found]
-    columns = {
-        field: np.array([getattr(one, field) for one in limits])
-        for field in ("lower", "upper", "velocity", "acceleration", "jerk")
-    }
-    return JointLimits(tuple(names), **columns), snapshot.state.q[[place for _, place, _ in found]]
+    limits = change.joint_limits(snapshot.structure, node, names)
+    return limits, snapshot.state.q[joint_places(snapshot.structure, [(node.uid, name) for name in names])[0]]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.motion.limits import CartesianLimits
-from virtualrobot_kernel.numeric.forest import PRISMATIC, REVOLUTE
+from virtualrobot_kernel.numeric.forest import FIXED, FLOATING, PLANAR, REVOLUTE
 from virtualrobot_kernel.planning.robots import poses_of_rows
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.state import Snapshot
@@ -21,11 +22,12 @@ Integers = NDArray[np.int32]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RelativeFrame:
-    """Frame of a point on one node, in the frame of another node, for k joints of one coordinate.
+    """Frame of a point on one node, in the frame of another node, for k coordinates.
 
-    q_index (k,): where the joints are in all coordinates `q` of the world, which the others keep. order: the rows of
-    all nodes above both. moved, row (m,): the joint, of k, and the row of each node that one of them moves; sign (m,):
-    1 where it moves only the point, -1 where only the reference; what it does to both changes nothing between them.
+    q_index (k,): where they are in all coordinates `q` of the world, which the others keep. order: the rows of all
+    nodes above both. moved, row (m,): the coordinate, of k, and the row of each node that one of them moves, by the
+    axis (m, 3), about which it `turns` (m, 1); sign (m,): 1 where it moves only the point, -1 where only the reference;
+    what it does to both changes nothing between them.
     """
 
     structure: Structure
@@ -38,6 +40,8 @@ class RelativeFrame:
     order: Integers
     moved: Integers
     row: Integers
+    axis: Floats
+    turns: NDArray[np.bool_]
     sign: Floats
 
     def pose(self, q: Floats) -> Pose:
@@ -49,11 +53,10 @@ class RelativeFrame:
         """Return the geometric Jacobian (6, k) at the point, linear rows first, in the frame of the reference."""
         world, forest = self._world(q), self.structure.forest
         point = (world[self.node] @ self.node_t_point)[:3, 3]
-        frames = world[self.row]
-        axes = np.einsum("mij,mj->mi", frames[:, :3, :3], forest.axis[self.row])
-        turns = (forest.joint_type[self.row] == REVOLUTE)[:, None]
-        linear = np.where(turns, np.cross(axes, point - frames[:, :3, 3]), axes)
-        columns = np.concatenate([linear, np.where(turns, axes, 0.0)], axis=1)
+        after, before = world[self.row], world[forest.parent[self.row]] @ self.parent_t_node[self.row]
+        axes = np.einsum("mij,mj->mi", np.where(self.turns[..., None], after, before)[:, :3, :3], self.axis)
+        linear = np.where(self.turns, np.cross(axes, point - after[:, :3, 3]), axes)
+        columns = np.concatenate([linear, np.where(self.turns, axes, 0.0)], axis=1)
         columns *= (self.sign * forest.multiplier[self.row])[:, None]
         result = np.zeros((6, len(self.q_index)))
         np.add.at(result.T, self.moved, columns)
@@ -77,11 +80,13 @@ def relative_frame(
     forest = structure.forest
     places = {int(place): joint for joint, place in enumerate(q_index)}
     found = [
-        (places[int(forest.q_index[row])], row, 1.0 if row in above_node else -1.0)
+        (places[place], row, axis, turns, 1.0 if row in above_node else -1.0)
         for row in order
         if (row in above_node) != (row in above_reference)
-        and forest.joint_type[row] in (REVOLUTE, PRISMATIC)
-        and int(forest.q_index[row]) in places
+        for place, (axis, turns) in enumerate(
+            axes_of(int(forest.joint_type[row]), forest.axis[row]), int(forest.q_index[row])
+        )
+        if place in places
     ]
     return RelativeFrame(
         structure,
@@ -92,10 +97,37 @@ def relative_frame(
         node_t_point,
         np.asarray(q_index, np.int32),
         np.array(order, np.int32),
-        np.array([joint for joint, _, _ in found], np.int32),
-        np.array([row for _, row, _ in found], np.int32),
-        np.array([sign for _, _, sign in found]),
+        np.array([joint for joint, *_ in found], np.int32),
+        np.array([row for _, row, *_ in found], np.int32),
+        np.array([axis for _, _, axis, _, _ in found]).reshape(-1, 3),
+        np.array([turns for *_, turns, _ in found], np.bool_)[:, None],
+        np.array([sign for *_, sign in found]),
     )
+
+
+def axes_of(joint_type: int, axis: Floats) -> Sequence[tuple[Floats, bool]]:
+    """Return for each coordinate of a joint the axis (3,) along which it shifts, or about which it turns (True).
+
+    Axes of shifts are those of the frame before the joint, axes of turns those of the frame after it. A quaternion's
+    components x, y, z have the axes of the angular velocity, and w has none.
+    """
+    if joint_type == FIXED:
+        return ()
+    if joint_type == FLOATING:
+        return [(unit, turns) for turns in (False, True) for unit in np.eye(3)]
+    if joint_type == PLANAR:
+        return [(axes_in_plane(axis)[0], False), (axes_in_plane(axis)[1], False), (axis, True)]
+    return [(axis, joint_type == REVOLUTE)]
+
+
+def axes_in_plane(axis: Floats) -> Floats:
+    """Return x and y (2, 3) of a planar joint: those of the smallest rotation that takes +z to its axis (3,)."""
+    x, y, z = axis.tolist()
+    across = x * x + y * y
+    if across == 0.0:
+        return np.array([[1.0, 0.0, 0.0], [0.0, z, 0.0]])
+    share = 1.0 / (1.0 + z) if z > 0.0 else (1.0 - z) / across
+    return np.array([[1.0 - x * x * share, -x * y * share, -x], [-x * y * share, 1.0 - y * y * share, -y]])
 
 
 def rows_above(structure: Structure, uid: int) -> list[int]:

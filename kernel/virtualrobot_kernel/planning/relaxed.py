@@ -22,12 +22,14 @@ def relaxed(snapshot: Snapshot, robots: Collection[int], timed: Collection[tuple
     structure = snapshot.structure
     nodes: dict[int, Node] = dict(structure.nodes)
     for robot in robots:
-        for uid in structure.robots[robot].links:
+        index_of = structure.robots[robot]
+        fast = {index_of.joint_of(name) for uid, name in timed if uid == robot}
+        for uid in index_of.links:
             node = nodes[uid]
             assert isinstance(node.data, LinkData)
             joint = node.data.joint
             limits = replace(joint.limits, lower=-BEYOND, upper=BEYOND)
-            if (robot, joint.name) in timed:
+            if joint.name in fast:
                 limits = replace(limits, velocity=BEYOND)
             nodes[uid] = replace(node, data=replace(node.data, joint=replace(joint, limits=limits)))
     return replace(snapshot, structure=index.build(nodes, structure.next_uid, structure.revision))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from types import EllipsisType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from virtualrobot_kernel.motion.limits import TOLERANCE
 from virtualrobot_kernel.numeric.forest import forward_forest
 from virtualrobot_kernel.planning.extract import extract_chain, lock_coordinates
 from virtualrobot_kernel.planning.redundancy import Redundancy
-from virtualrobot_kernel.world.change import check_joint_value, single_joint
+from virtualrobot_kernel.world.change import with_positions
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.groups import WHOLE, Group, chain_links
 from virtualrobot_kernel.world.state import Snapshot, State
@@ -104,8 +105,8 @@ def poses_of_rows(
     return result
 
 
-def standing_at(snapshot: Snapshot, q_index: NDArray[np.int32], q: NDArray[np.float64]) -> Snapshot:
-    """Return the world with coordinates `q_index` (k,) at q (k,), and nothing else different."""
+def standing_at(snapshot: Snapshot, q_index: NDArray[np.int32] | EllipsisType, q: NDArray[np.float64]) -> Snapshot:
+    """Return the world with coordinates `q_index` (k,), or all (...), at q, and nothing else different."""
     everything = snapshot.state.q.copy()
     everything[q_index] = q
     state = replace(snapshot.state, q=everything)
@@ -301,12 +302,7 @@ def tip_t_tcp(snapshot: Snapshot, arm: Arm) -> Pose:
 
 def joint_vector(snapshot: Snapshot, arm: Arm, positions: Mapping[str, float]) -> NDArray[np.float64]:
     """Return the arm's joints (k,): those named in `positions`, the others as they are; raise for unknown names."""
-    q = snapshot.state.q.copy()
-    for name, value in positions.items():
-        joint, place, _ = single_joint(snapshot.structure, arm.robot, name)
-        check_joint_value(arm.robot.name, joint, value)
-        q[place] = value
-    return q[arm.q_index]
+    return with_positions(snapshot.structure, arm.robot, snapshot.state.q, positions)[arm.q_index]
 
 
 def forward_links(
@@ -314,11 +310,7 @@ def forward_links(
 ) -> tuple[NDArray[np.float64], Pose]:
     """Return world_t_link (n, 4, 4) of the robot's links and a group's world_t_tcp (4, 4), some joints elsewhere."""
     structure = snapshot.structure
-    q = snapshot.state.q.copy()
-    for name, value in positions.items():
-        joint, place, _ = single_joint(structure, robot, name)
-        check_joint_value(robot.name, joint, value)
-        q[place] = value
+    q = with_positions(structure, robot, snapshot.state.q, positions)
     world = world_poses(structure, replace(snapshot.state, q=q))
     index = structure.robots[robot.uid]
     tip = 0 if group == WHOLE else arm_of(snapshot, robot, group).tip

@@ -130,7 +130,7 @@ def sampled(
             if given_up():
                 raise KernelError("nobody waits for these samples any more")
             rows = slice(first, first + CHUNK)
-            efforts.append(solve_inverse_dynamics(snapshot, node, names, q[rows], v[rows], a[rows]).efforts)
+            efforts.append(_efforts(snapshot, node, names, q[rows], v[rows], a[rows]))
             everything = np.tile(snapshot.state.q, (len(efforts[-1]), 1))
             rates = np.zeros_like(everything)
             everything[:, places], rates[:, places] = states[0][rows], states[1][rows]
@@ -144,6 +144,16 @@ def sampled(
         )
         robots.append(RobotSamples(node, names, columns, q, v, a, np.concatenate(efforts), told))
     return Samples(times, steps, tuple(robots))
+
+
+def _efforts(snapshot: Snapshot, robot: Node, names: Sequence[str], q: Floats, v: Floats, a: Floats) -> Floats:
+    """Return the efforts (n, k) of a robot's joints; those of planar and floating ones, which stand still, are 0."""
+    found, joints = np.zeros_like(q), snapshot.structure.robots[robot.uid].joint_names
+    own = [column for column, name in enumerate(names) if name in joints]
+    if own:
+        moved = [names[column] for column in own]
+        found[:, own] = solve_inverse_dynamics(snapshot, robot, moved, q[:, own], v[:, own], a[:, own]).efforts
+    return found
 
 
 def joint_states(program: Program, times: Floats) -> tuple[Floats, Floats, Floats]:

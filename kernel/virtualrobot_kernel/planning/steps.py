@@ -100,6 +100,8 @@ def _obstacle(step: MoveStep, moves: Sequence[PlannedMove]) -> str:
         return why
     if any(one.relative_tcp for one in moves):
         return "one robot goes along with another"
+    if any(one.plan.tracks[0].quasi for one in moves):
+        return "it turns a floating joint"
     if not any(one.plan.duration > 0.0 for one in moves):
         return "it moves nothing"
     return ""

@@ -8,7 +8,7 @@ from dataclasses import replace
 from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.planning.actuators import check_plans
 from virtualrobot_kernel.planning.moves import Move
-from virtualrobot_kernel.planning.moving_base import carried_by, in_order, moving_base
+from virtualrobot_kernel.planning.moving_base import carried_by, check_turns, in_order, moving_base, no_common_law
 from virtualrobot_kernel.planning.planned_move import PlannedMove
 from virtualrobot_kernel.planning.redundancy import NearOf
 from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_of, arms_of
@@ -88,7 +88,7 @@ def _check_group(snapshot: Snapshot, move: Move, planned: PlannedMove) -> None:
         return
     names = groups.joints_of(snapshot.structure, planned.robot, move.group)
     for name in planned.joint_names:
-        if name not in names:
+        if snapshot.structure.robots[planned.robot.uid].joint_of(name) not in names:
             raise UnknownNameError(f"joint of {planned.robot.name!r}{move.group}", name, names)
 
 
@@ -113,13 +113,11 @@ def _each(snapshot: Snapshot, moves: Sequence[Move], solver_of: SolverOf, near_o
                 base = arm_of(snapshot, move.node(snapshot), move.group).base
                 error.metadata["base"] = snapshot.structure.nodes[base].name
             raise
-    timed = next((move for move in moves if move.timed), None)
-    if timed is not None and (one := next((one for one in planned.values() if one.relative_tcp), None)):
-        raise KernelError(
-            f"the joint trajectory of {timed.robot!r} has times of its own, and moves that go together with a carried "
-            f"one, that of {one.robot.name!r}, have one law; give other moves, or a step for each",
-            robot=timed.robot,
-        )
+    carried = next((one for one in planned.values() if one.relative_tcp), None)
+    if carried is not None:
+        check_turns(planned.values(), carried.robot)
+        if timed := next((move for move in moves if move.timed), None):
+            raise no_common_law(f"joint trajectory of {timed.robot!r} has times of its own", carried.robot)
     return [planned[place] for place in range(len(moves))]
 
 

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.motion.cartesian_path import row_weights
-from virtualrobot_kernel.numeric.forest import PRISMATIC, REVOLUTE, forward_forest
+from virtualrobot_kernel.numeric.forest import FIXED, forward_forest
+from virtualrobot_kernel.planning.relative_frame import axes_of
 from virtualrobot_kernel.planning.robots import arm_of
 from virtualrobot_kernel.world.groups import WHOLE, Group
 from virtualrobot_kernel.world.state import Snapshot
@@ -71,7 +72,7 @@ def tool_chain(snapshot: Snapshot, robot: Node, group: Group = WHOLE) -> ToolCha
 def tool_states(chain: ToolChain, q: Floats, v: Floats) -> ToolStates:
     """Return pose and velocity of a tool centre point, for the world's coordinates q and their rates v, (n, nq) each.
 
-    The rates of joints that are not single coordinates count as 0.
+    Of a quaternion the rates of x, y, z are the angular velocity.
     """
     count, rows = len(q), len(chain.q_index)
     poses = _forward(chain, q).reshape(count, rows, 4, 4)
@@ -79,18 +80,16 @@ def tool_states(chain: ToolChain, q: Floats, v: Floats) -> ToolStates:
     velocities = np.zeros((count, 3))
     jacobians = np.zeros((count, 6, len(chain.arm)))
     column_of = {int(place): column for column, place in enumerate(chain.arm)}
-    for row in np.flatnonzero((chain.joint_type == REVOLUTE) | (chain.joint_type == PRISMATIC)):
-        place, factor = int(chain.q_index[row]), chain.multiplier[row]
-        # A joint does not turn its own axis, so the axis after it is the axis before it.
-        axis = factor * (poses[:, row, :3, :3] @ chain.axis[row])
-        if chain.joint_type[row] == REVOLUTE:
-            linear, angular = np.cross(axis, world_t_tcp[:, :3, 3] - poses[:, row, :3, 3]), axis
-        else:
-            linear, angular = axis, np.zeros_like(axis)
-        velocities += linear * v[:, place, None]
-        if (column := column_of.get(place)) is not None:
-            jacobians[:, :3, column] += linear
-            jacobians[:, 3:, column] += angular
+    for row in np.flatnonzero(chain.joint_type != FIXED):
+        after, before = poses[:, row], poses[:, row - 1] @ chain.parent_t_node[row]
+        moves = axes_of(int(chain.joint_type[row]), chain.axis[row])
+        for place, (own, turns) in enumerate(moves, int(chain.q_index[row])):
+            axis = chain.multiplier[row] * ((after if turns else before)[:, :3, :3] @ own)
+            linear = np.cross(axis, world_t_tcp[:, :3, 3] - after[:, :3, 3]) if turns else axis
+            velocities += linear * v[:, place, None]
+            if (column := column_of.get(place)) is not None:
+                jacobians[:, :3, column] += linear
+                jacobians[:, 3:, column] += axis if turns else 0.0
     return ToolStates(world_t_tcp, velocities, jacobians)
 
 

@@ -257,9 +257,8 @@ def touching(
     above = (node.name for uid in (first.uid, second.uid) for node in structure.ancestors(uid) if node.name in moved)
     robot = next(above, joints[0][0])
     found = _Found(contact.time, ViolationKind.COLLISION, robot, -1, contact.distance, contact.resolution)
-    forest = structure.forest
     rows = (structure.rows[node.uid] for uid in (first.uid, second.uid) for node in structure.ancestors(uid))
-    places = (int(forest.q_index[row]) for row in rows if forest.joint_type[row])
+    places = (place for row in rows for place in structure.coordinates_at(row))
     group = next((one for place in places if (one := _group_moved(arms, robot, place)) != WHOLE), WHOLE)
     pose = tool_pose(snapshot, program, joints, robot, contact.time, group)
     when = f"after {contact.time:.4g} s" if contact.time > 0.0 else "where the motion starts"

@@ -16,7 +16,7 @@ from virtualrobot_kernel.formats.models import ImportedModel, TranslatedScene, i
 from virtualrobot_kernel.formats.xml import refuse_warnings
 from virtualrobot_kernel.messages.dh import denavit_hartenberg, refuse_file_fields, row_inertials
 from virtualrobot_kernel.messages.nodes import JOINT_TYPES, node_spec
-from virtualrobot_kernel.messages.robots import settings
+from virtualrobot_kernel.messages.structs import settings
 from virtualrobot_kernel.messages.values import pose, vector
 from virtualrobot_kernel.scenes.assets import found_figures
 from virtualrobot_kernel.world.figures import Mesh
@@ -27,9 +27,7 @@ def read_model(
     meshes: MeshLibrary, request: scene_pb2.ModelSource, files: Files, taken: Iterable[str], referrer: str = ""
 ) -> ImportedModel:
     """Return the nodes of a model; names in `taken` are not used, and `referrer` is the file that asks for it."""
-    base_joint = JOINT_TYPES.get(request.base_joint)
-    if base_joint is None:
-        raise KernelError(f"base_joint {request.base_joint} is not a JointType", field="base_joint")
+    base_joint = JOINT_TYPES.read(request.base_joint, "base_joint")
     names = frozenset(taken)
     parent = request.parent or WORLD_NAME
     parent_t_node = pose(request.parent_t_node, "parent_t_node")

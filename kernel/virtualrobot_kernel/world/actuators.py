@@ -104,4 +104,4 @@ def _position(actuator: Actuator, joints: Mapping[str, float]) -> float:
 
 def _places(structure: Structure, robot: Node) -> dict[str, int]:
     index = structure.robots[robot.uid]
-    return dict(zip(index.joint_names, index.q_start, strict=True))
+    return {name: one.q for name, one in index.coordinates.items()}

@@ -116,7 +116,7 @@ def _taken_on(change: Change, motion: Motion, command: StartMotion) -> Motion:
     needed = coupled_joints(structure, joints[own:]) - set(motion.joints)
     for uid in dict.fromkeys(uid for uid, _ in joints[own:]):
         refuse_while_moving(change, structure.nodes[uid], {joint for joint in needed if joint[0] == uid})
-    q_index, v_index = joint_places(structure, joints)
+    q_index, v_index, rated = joint_places(structure, joints)
     here = commanded(structure, state)[0][q_index]
     off = np.abs(here - program.start)[own:]
     if len(off) and off.max() > START_TOLERANCE:
@@ -138,6 +138,7 @@ def _taken_on(change: Change, motion: Motion, command: StartMotion) -> Motion:
         joints=joints,
         q_index=q_index,
         v_index=v_index,
+        rated=rated,
         tool_states=(*motion.tool_states, *tool_states),
         step_count=program.step_count,
         signals=motion.signals | program.signals,

@@ -14,10 +14,10 @@ from virtualrobot_kernel.world.change import (
     Change,
     Forward,
     check_coordinates,
-    check_joint_value,
     refuse_measured,
     refuse_while_moving,
     single_joint,
+    with_positions,
 )
 from virtualrobot_kernel.world.commands import (
     PickPart,
@@ -113,15 +113,12 @@ def place_part(change: Change, command: PlacePart, forward: Forward) -> Change:
 def set_joint_positions(change: Change, command: SetJointPositions, forward: Forward) -> Change:
     """Put joints somewhere at once; refused while the robot moves."""
     node, robot = change.structure.robot(command.robot)
-    refuse_while_moving(change, node, {(robot.uid, name) for name in robot.joint_names})
+    refuse_while_moving(change, node, {(robot.uid, name) for name in robot.coordinates})
     refuse_measured(change, node)
     q = change.state.q.copy()
     if command.coordinates is not None:
         q[robot.q_slice] = check_coordinates(node, robot.joints, np.asarray(command.coordinates, float).reshape(-1))
-    for name, value in command.joint_positions.items():
-        joint, place, _ = single_joint(change.structure, node, name)
-        check_joint_value(node.name, joint, value)
-        q[place] = value
+    q = with_positions(change.structure, node, q, command.joint_positions)
     check_actuators(change.structure, node, q)
     return replace(change, state=replace(change.state, q=q))
 

@@ -13,7 +13,7 @@ from virtualrobot_kernel.motion.online import Coupling
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMotion
 from virtualrobot_kernel.world.actuators import actuators_of
 from virtualrobot_kernel.world.apply_motions import replaced, running_motion
-from virtualrobot_kernel.world.change import Change, Forward, joint_places, refuse_while_moving, single_joint
+from virtualrobot_kernel.world.change import Change, Forward, joint_limits, joint_places, refuse_while_moving
 from virtualrobot_kernel.world.commands import EndSetpoints, SetSetpoint, StartSetpointMotion
 from virtualrobot_kernel.world.measured import commanded
 from virtualrobot_kernel.world.state import Motion
@@ -30,7 +30,7 @@ def start_setpoint_motion(change: Change, command: StartSetpointMotion, forward:
     limits, couplings = _limits(structure, node, names)
     joints = tuple((node.uid, name) for name in names)
     refuse_while_moving(change, node, set(joints))
-    q_index, v_index = joint_places(structure, joints)
+    q_index, v_index, rated = joint_places(structure, joints)
     here = commanded(structure, state)[0][q_index]
     id = f"motion-{state.motion_count + 1}"
     motion = Motion(
@@ -39,6 +39,7 @@ def start_setpoint_motion(change: Change, command: StartSetpointMotion, forward:
         joints=joints,
         q_index=q_index,
         v_index=v_index,
+        rated=rated,
         running=setpoint_motion.start(command.mode, limits, here, command.timeout, couplings),
         start_tick=state.tick,
     )
@@ -70,12 +71,8 @@ def _setpoint_motion(motion: Motion) -> SetpointMotion:
 
 def _limits(structure: Structure, node: Node, names: tuple[str, ...]) -> tuple[JointLimits, list[Coupling]]:
     """Return the limits of joints, and of the actuators that move one of them, and those of the other actuators."""
-    limits = [single_joint(structure, node, name)[0].limits for name in names]
-    columns = {
-        field: np.array([getattr(one, field) for one in limits])
-        for field in ("lower", "upper", "velocity", "acceleration", "jerk")
-    }
-    couplings = []
+    limits, couplings = joint_limits(structure, node, names), []
+    least, most = limits.lower.copy(), limits.upper.copy()
     for actuator in actuators_of(node):
         terms = tuple((names.index(joint), ratio) for joint, ratio in actuator.terms if joint in names)
         lower, upper = actuator.lower - actuator.offset, actuator.upper - actuator.offset
@@ -92,8 +89,7 @@ def _limits(structure: Structure, node: Node, names: tuple[str, ...]) -> tuple[J
         if len(terms) == 1:
             column, ratio = terms[0]
             ends = sorted((lower / ratio, upper / ratio))
-            columns["lower"][column] = max(columns["lower"][column], ends[0])
-            columns["upper"][column] = min(columns["upper"][column], ends[1])
+            least[column], most[column] = max(least[column], ends[0]), min(most[column], ends[1])
         else:
             couplings.append(Coupling(actuator.name, terms, lower, upper))
-    return JointLimits(names, **columns), couplings
+    return replace(limits, lower=least, upper=most), couplings

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason, UnknownNameError
-from virtualrobot_kernel.motion.limits import TOLERANCE
+from virtualrobot_kernel.motion.limits import TOLERANCE, JointLimits
+from virtualrobot_kernel.motion.orientation import unit
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.figures import Pose
-from virtualrobot_kernel.world.state import JointValues, Motion, Signal, State
-from virtualrobot_kernel.world.structure import Joint, JointType, Node, Structure
+from virtualrobot_kernel.world.state import JointValues, Motion, Rated, Signal, State
+from virtualrobot_kernel.world.structure import Coordinate, Joint, JointType, Node, Structure
 
 Forward = Callable[[Structure, State], NDArray[np.float64]]
 """Forward pass: returns world_t_node (N, 4, 4). Given from outside, because it is compiled."""
@@ -130,8 +131,8 @@ def neutral(joint: Joint) -> NDArray[np.float64]:
 
 def relocated(structure: Structure, motion: Motion) -> Motion:
     """Return a motion whose columns point to where its joints are in `structure`."""
-    q_index, v_index = joint_places(structure, motion.joints)
-    motion = replace(motion, q_index=q_index, v_index=v_index)
+    q_index, v_index, rated = joint_places(structure, motion.joints)
+    motion = replace(motion, q_index=q_index, v_index=v_index, rated=rated)
     return (
         motion
         if motion.tracked_joint is None
@@ -140,42 +141,72 @@ def relocated(structure: Structure, motion: Motion) -> Motion:
 
 
 def place_of(structure: Structure, uid: int, name: str) -> tuple[int, int] | None:
-    """Return the first places of a robot's joint in q and in v, None when there is no such robot or joint any more."""
+    """Return the places of a robot's coordinate in q and in v, None when there is no such robot or joint any more."""
     robot = structure.robots.get(uid)
-    if robot is None or name not in robot.joint_names:
-        return None
-    place = robot.joint_names.index(name)
-    return robot.q_start[place], robot.v_start[place]
+    found = robot.coordinates.get(name) if robot else None
+    return (found.q, found.v) if found else None
 
 
 def joint_places(
-    structure: Structure, joints: tuple[tuple[int, str], ...]
-) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Return the places in q and in v of single-coordinate joints, given as (robot uid, joint name)."""
-    q_index, v_index = [], []
-    for uid, name in joints:
-        robot = structure.robots[uid]
-        place = robot.joint_names.index(name)
-        q_index.append(robot.q_start[place])
-        v_index.append(robot.v_start[place])
-    return np.array(q_index, np.int32), np.array(v_index, np.int32)
+    structure: Structure, joints: Iterable[tuple[int, str]]
+) -> tuple[NDArray[np.int32], NDArray[np.int32], Rated]:
+    """Return the places in q (k,) and in v (m,) of coordinates, given as (robot uid, name), and whose the latter are.
+
+    Of a quaternion, the columns of x, y and z have the angular velocity, and that of w has none.
+    """
+    found = [structure.robots[uid].coordinates[name] for uid, name in joints]
+    q_index = np.array([one.q for one in found], np.int32)
+    rated = [column for column, one in enumerate(found) if one.v >= 0]
+    v_index = np.array([found[column].v for column in rated], np.int32)
+    return q_index, v_index, ... if len(rated) == len(found) else np.array(rated, np.intp)
+
+
+def coordinate_of(structure: Structure, robot: Node, name: str) -> Coordinate:
+    """Return a robot's coordinate; raise KernelError that says which there are when it has none of that name."""
+    found = structure.robots[robot.uid]
+    if name in found.coordinates:
+        return found.coordinates[name]
+    joint = next((joint for joint in found.joints if joint.name == name), None)
+    if joint is None:
+        raise UnknownNameError(f"joint of {robot.name!r} that can be moved", name, found.coordinates)
+    own = ", ".join(map(repr, joint.coordinate_names))
+    raise KernelError(
+        f"the joint {name!r} of {robot.name!r} is {joint.type.value[0]} and has several coordinates; name {own}",
+        robot=robot.name,
+        joint=name,
+    )
 
 
 def single_joint(structure: Structure, robot: Node, name: str) -> tuple[Joint, int, int]:
-    """Return a joint with one coordinate and its places in q and v; raise KernelError when there is none."""
-    found = structure.robots[robot.uid]
-    if name not in found.joint_names:
-        raise UnknownNameError(f"joint of {robot.name!r} that can be moved", name, found.joint_names)
-    place = found.joint_names.index(name)
-    joint = found.joints[place]
-    if joint.type.coordinate_count != 1:
-        raise KernelError(
-            f"the joint {name!r} of {robot.name!r} has {joint.type.coordinate_count} coordinates; "
-            "give all coordinates of the robot",
-            robot=robot.name,
-            joint=name,
-        )
-    return joint, found.q_start[place], found.v_start[place]
+    """Return a joint with one coordinate and its places in q and v, as `coordinate_of` does."""
+    found = coordinate_of(structure, robot, name)
+    return found.joint, found.q, found.v
+
+
+def joint_limits(structure: Structure, robot: Node, names: Sequence[str]) -> JointLimits:
+    """Return the limits of coordinates by name, (k,); raise KernelError where a quaternion is not all named."""
+    found = [coordinate_of(structure, robot, name) for name in names]
+    shifts: dict[int, list[int]] = {}
+    turns: dict[int, dict[int, int]] = {}
+    for column, one in enumerate(found):
+        if 3 <= (at := one.q - structure.robots[robot.uid].q_start[one.place]):
+            turns.setdefault(one.place, {})[at] = column
+        elif one.joint.type is JointType.PRISMATIC:
+            shifts.setdefault(one.place, []).append(column)
+    for place, columns in turns.items():
+        if len(columns) < 4:
+            joint = structure.robots[robot.uid].joints[place]
+            own = ", ".join(map(repr, joint.coordinate_names[3:]))
+            raise KernelError(
+                f"the joint {joint.name!r} of {robot.name!r} turns by a quaternion; name all of {own} or none",
+                robot=robot.name,
+                joint=joint.name,
+            )
+    quaternions = tuple(tuple(column for _, column in sorted(columns.items())) for columns in turns.values())
+    vectors = (*map(tuple, shifts.values()), *(columns[:3] for columns in quaternions))
+    fields = ("lower", "upper", "velocity", "acceleration", "jerk")
+    values = {field: np.array([getattr(one.joint.limits, field) for one in found]) for field in fields}
+    return JointLimits(tuple(names), **values, vectors=vectors, quaternions=quaternions)
 
 
 def check_joint_value(robot: str, joint: Joint, value: float) -> None:
@@ -195,13 +226,29 @@ def check_joint_value(robot: str, joint: Joint, value: float) -> None:
         )
 
 
+def with_positions(
+    structure: Structure, robot: Node, q: NDArray[np.float64], positions: Mapping[str, float]
+) -> NDArray[np.float64]:
+    """Return all coordinates q (nq,) with some of a robot's, by name, elsewhere.
+
+    Raises as `coordinate_of`, `check_joint_value` and `check_coordinates` do.
+    """
+    index, q = structure.robots[robot.uid], q.copy()
+    for name, value in positions.items():
+        found = coordinate_of(structure, robot, name)
+        check_joint_value(robot.name, found.joint, value)
+        q[found.q] = value
+    q[index.q_slice] = check_coordinates(robot, index.joints, q[index.q_slice], limited=False)
+    return q
+
+
 def check_coordinates(
     robot: Node, joints: Sequence[Joint], coordinates: NDArray[np.float64], *, limited: bool = True
 ) -> NDArray[np.float64]:
     """Return all coordinates (nq,) of a robot, with quaternions of unit length.
 
-    Raises KernelError for a wrong count, for what is not finite and for a quaternion of zeros, and, where they are
-    `limited`, LimitError for a joint outside its limits.
+    Raises KernelError for a wrong count, for what is not finite and for a quaternion that has not length 1, and, where
+    they are `limited`, LimitError for a joint outside its limits.
     """
     wanted = sum(joint.type.coordinate_count for joint in joints)
     if coordinates.shape != (wanted,):
@@ -220,14 +267,7 @@ def check_coordinates(
         if count == 1 and limited:
             check_joint_value(robot.name, joint, float(result[at]))
         elif joint.type is JointType.FLOATING:
-            length = np.linalg.norm(result[at + 3 : at + 7])
-            if length < 1e-9:
-                raise KernelError(
-                    f"the quaternion of joint {joint.name!r} of {robot.name!r} is zero",
-                    robot=robot.name,
-                    joint=joint.name,
-                )
-            result[at + 3 : at + 7] /= length
+            result[at + 3 : at + 7] = unit(result[at + 3 : at + 7], f"the joint {joint.name!r} of {robot.name!r}")
         at += count
     return result
 

@@ -92,7 +92,7 @@ def refuse_while_robot_moves(change: Change, node: Node) -> None:
     """Raise KernelError (ROBOT_BUSY) when the robot that a link or tool belongs to moves, or the robot itself."""
     robot = change.structure.robot_of(node.uid) if node.kind in (Kind.LINK, Kind.ROBOT, Kind.TOOL) else None
     if robot is not None:
-        names = change.structure.robots[robot.uid].joint_names
+        names = change.structure.robots[robot.uid].coordinates
         refuse_while_moving(change, robot, {(robot.uid, name) for name in names})
 
 

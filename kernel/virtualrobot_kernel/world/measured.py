@@ -26,7 +26,7 @@ def set_measured_joints(change: Change, command: SetMeasuredJoints, forward: For
         raise KernelError(f"no robot has the uid {command.robot} any more", reason=Reason.WRONG_STATE)
     node = structure.nodes[command.robot]
     if command.positions is None:
-        refuse_while_moving(change, node, {(node.uid, name) for name in robot.joint_names})
+        refuse_while_moving(change, node, {(node.uid, name) for name in robot.coordinates})
         commanded, readings = dict(state.commanded), dict(state.readings)
         commanded.pop(node.uid, None)
         readings.pop(node.uid, None)

@@ -92,12 +92,12 @@ def preconditions_of(
     wanted: dict[tuple[int, Aspect, Key], None] = {}
     for uid, name in joints:
         robot = structure.robots[uid]
-        wanted[moved_links(structure, robot)[robot.joint_names.index(name)], Aspect.JOINT, ""] = None
+        wanted[moved_links(structure, robot)[robot.coordinates[name].place], Aspect.JOINT, ""] = None
     wanted |= dict.fromkeys((uid, Aspect.ACTUATORS, "") for uid, _ in joints)
     # Where the others are that an actuator moves with them decides how far it may go.
     for uid, name in sorted(coupled_joints(structure, joints) - set(joints)):
         robot = structure.robots[uid]
-        wanted[moved_links(structure, robot)[robot.joint_names.index(name)], Aspect.POSITION, ""] = None
+        wanted[moved_links(structure, robot)[robot.coordinates[name].place], Aspect.POSITION, ""] = None
     moving = {int(place) for motion in state.motions for place in motion.q_index}
     moving |= {int(place) for place in joint_places(structure, joints)[0]}
     for way in ways:
@@ -111,7 +111,7 @@ def preconditions_of(
                 wanted[uid, Aspect.PARENT, ""] = wanted[uid, Aspect.PLACE, ""] = None
                 if _moves(structure, uid):
                     wanted[uid, Aspect.JOINT, ""] = None
-                    if int(structure.forest.q_index[structure.rows[uid]]) not in moving:
+                    if moving.isdisjoint(structure.coordinates_at(structure.rows[uid])):
                         wanted[uid, Aspect.POSITION, ""] = None
     wanted |= dict.fromkeys((uid, Aspect.POSTURE, name) for uid, name in postures)
     wanted |= dict.fromkeys((uid, Aspect.STATE, name) for uid, name in tool_states)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from types import EllipsisType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,15 +93,20 @@ class Search:
     world_t_tcp: NDArray[np.float64]
 
 
+Rated = EllipsisType | NDArray[np.intp]
+"""Columns of a motion that have a velocity of their own: all, or all but the w of quaternions."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Motion:
     """Motion that runs or has ended: its joints, and its state on its path.
 
-    `q_index` and `v_index` say where each column of the path goes in q and v; `joints` names the columns as
-    (robot uid, joint name); `tool_states` (step, tool uid, state) become true when their step is done; `step_count` is
-    0 for moves that are no program; `signals` are all that it names; `searcher` is the robot that searches (a uid; 0:
-    none) and `search` what it came to; `tracked_joint` is the joint (robot uid, name) that the motion goes along with,
-    and `tracked_at` where that is in q and v, None when it is gone; `end_tick` is 0 until it has ended.
+    `q_index` says where each column of the path goes in q, and `v_index` where those that are `rated` go in v;
+    `joints` names the columns as (robot uid, coordinate); `tool_states` (step, tool uid, state) become true when their
+    step is done; `step_count` is 0 for moves that are no program; `signals` are all that it names; `searcher` is the
+    robot that searches (a uid; 0: none) and `search` what it came to; `tracked_joint` is the joint (robot uid, name)
+    that the motion goes along with, and `tracked_at` where that is in q and v, None when it is gone; `end_tick` is 0
+    until it has ended.
     """
 
     id: str
@@ -117,6 +123,7 @@ class Motion:
     search: Search | None = None
     tracked_joint: tuple[int, str] | None = None
     tracked_at: tuple[int, int] | None = None
+    rated: Rated = ...
     cancellation: Cancellation | None = None
     end_tick: int = 0
 

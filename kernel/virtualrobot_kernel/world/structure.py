@@ -6,10 +6,10 @@ A node's row is its place in every per-node array. Rows follow the order of crea
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from enum import Enum
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,14 +43,17 @@ class Kind(Enum):
 
 
 class JointType(Enum):
-    """Type of a joint, as in URDF; the value is (name, code of the compiled pass, coordinates, velocities)."""
+    """Type of a joint, as in URDF; the value is (name, code of the compiled pass, coordinates, count of velocities).
 
-    FIXED = ("fixed", 0, 0, 0)
-    REVOLUTE = ("revolute", 1, 1, 1)
-    CONTINUOUS = ("continuous", 1, 1, 1)
-    PRISMATIC = ("prismatic", 2, 1, 1)
-    FLOATING = ("floating", 3, 7, 6)
-    PLANAR = ("planar", 4, 3, 3)
+    Coordinates are named by what follows the joint's name.
+    """
+
+    FIXED = ("fixed", 0, (), 0)
+    REVOLUTE = ("revolute", 1, ("",), 1)
+    CONTINUOUS = ("continuous", 1, ("",), 1)
+    PRISMATIC = ("prismatic", 2, ("",), 1)
+    FLOATING = ("floating", 3, ("/x", "/y", "/z", "/qx", "/qy", "/qz", "/qw"), 6)
+    PLANAR = ("planar", 4, ("/x", "/y", "/theta"), 3)
 
     @property
     def code(self) -> int:
@@ -60,12 +63,16 @@ class JointType(Enum):
     @property
     def coordinate_count(self) -> int:
         """Return the count of coordinates (nq)."""
-        return self.value[2]
+        return len(self.value[2])
 
     @property
     def velocity_count(self) -> int:
         """Return the count of velocities (nv)."""
         return self.value[3]
+
+
+COUNTS = {kind.code: kind.coordinate_count for kind in JointType}
+"""Count of coordinates by the code of the compiled pass."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,6 +109,11 @@ class Joint:
     limits: JointLimits = JointLimits()
     mimic: Mimic | None = None
 
+    @property
+    def coordinate_names(self) -> tuple[str, ...]:
+        """Return the names of its coordinates: its own, or of several `base/x` and so on."""
+        return tuple(self.name + suffix for suffix in self.type.value[2])
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Inertial:
@@ -112,9 +124,9 @@ class Inertial:
     """
 
     mass: float
-    link_t_inertial: Pose
-    diagonal: tuple[float, float, float]
-    products: tuple[float, float, float]
+    link_t_inertial: Pose = field(default_factory=identity)
+    diagonal: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    products: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -241,11 +253,25 @@ class Node:
     data: NodeData = None
 
 
+class Coordinate(NamedTuple):
+    """Coordinate that can be moved by itself: a joint, or one of the coordinates of a planar or floating joint.
+
+    joint: the joint, or the one of a single coordinate that it is like, such as the prismatic joint `base/x`. place:
+    which of the robot's joints it is of. q, v: where it is among all coordinates and velocities; the components of a
+    quaternion have the angular velocity about x, y and z, and -1 for w.
+    """
+
+    joint: Joint
+    place: int
+    q: int
+    v: int
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class RobotIndex:
     """Places of a robot's joints in the arrays; joints in the order of creation, mimic and fixed ones left out.
 
-    `flange` is the uid of the node that tools are mounted on; `links` are uids.
+    `flange` is the uid of the node that tools are mounted on; `links` are uids. `coordinates` are all by name.
     """
 
     uid: int
@@ -254,11 +280,36 @@ class RobotIndex:
     joints: tuple[Joint, ...]
     q_start: tuple[int, ...]
     v_start: tuple[int, ...]
+    coordinates: Mapping[str, Coordinate] = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Name the coordinates; where a joint is called as another one's coordinate, the name is the joint's."""
+        found = [one for place in range(len(self.joints)) for one in self._coordinates_of(place)]
+        whole = [one for one in found if one.joint is self.joints[one.place]]
+        object.__setattr__(self, "coordinates", {one.joint.name: one for one in (*found, *whole)})
+
+    def _coordinates_of(self, place: int) -> Iterator[Coordinate]:
+        joint, q, v = self.joints[place], self.q_start[place], self.v_start[place]
+        if joint.type.coordinate_count == 1:
+            yield Coordinate(joint, place, q, v)
+            return
+        limits = replace(joint.limits, lower=-math.inf, upper=math.inf)
+        for at, name in enumerate(joint.coordinate_names):
+            kind = JointType.PRISMATIC if name[-2:] in ("/x", "/y", "/z") else JointType.CONTINUOUS
+            yield Coordinate(Joint(name, kind, limits=limits), place, q + at, v + at if at < 6 else -1)
 
     @property
     def joint_names(self) -> tuple[str, ...]:
         """Return the names of the joints that can be moved."""
         return tuple(joint.name for joint in self.joints)
+
+    def joint_of(self, coordinate: str) -> str:
+        """Return the name of the joint that a coordinate is of."""
+        return self.joints[self.coordinates[coordinate].place].name
+
+    def coordinates_of(self, joints: Collection[str]) -> tuple[str, ...]:
+        """Return the names of the coordinates of some joints, in the robot's order."""
+        return tuple(name for joint in self.joints if joint.name in joints for name in joint.coordinate_names)
 
     @property
     def q_slice(self) -> slice:
@@ -301,6 +352,11 @@ class Structure:
     forest: Forest
     q_count: int
     v_count: int
+
+    def coordinates_at(self, row: int) -> range:
+        """Return the places in q of the joint of a row of the forest; a mimic joint has those of the one it mimics."""
+        start = int(self.forest.q_index[row])
+        return range(start, start + COUNTS[int(self.forest.joint_type[row])])
 
     def node(self, name: str, kind: Kind | None = None) -> Node:
         """Return the node called `name` (empty: the world); raise UnknownNameError when there is none of that kind."""

@@ -43,14 +43,14 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
         except Exception as error:  # one motion ends then, and not the world's thread with all others
             log.exception("the motion %r failed inside the kernel; it ends where it is", motion.id)
             motion = _failed(motion, type(error).__name__)
-            now, position, velocity = motion.running, q[motion.q_index], 0.0
+            now, position, velocity = motion.running, q[motion.q_index], np.zeros(len(motion.q_index))
         for name, value in now.signals.items():
             if (signal := signals.get(name) or state.signals[name]).value != value:
                 signals[name] = replace(signal, value=value)
         if now.fault and not motion.cancellation:
             motion = replace(motion, cancellation=Cancellation(EndCause[now.fault[0]], now.fault[1]))
         q[motion.q_index] = position
-        v[motion.v_index] = velocity
+        v[motion.v_index] = velocity[motion.rated]
         for step, tool, name in motion.tool_states:
             if done <= step < now.steps_done:
                 tool_states[tool] = name

@@ -12,10 +12,18 @@ import pytest
 from google.protobuf.message import Message
 from virtualrobot.v1 import sensing_pb2
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.messages.sensing import CLASSES, sensing_data, sensing_message
+from virtualrobot_kernel.messages.sensing import SENSORS
 from virtualrobot_kernel.messages.values import array_message
 
 BEAMS = np.array([[1.0, 0.0, 0.0], [0.0, 2.0, 0.0]])
+
+
+TABLES = {table.made.__name__: table for table in SENSORS.values()}
+
+
+def told(message: Message) -> Any:  # noqa: ANN401 any dataclass
+    """Return the settings that a message tells."""
+    return TABLES[type(message).__name__].read(message, "it")
 
 
 def lidar() -> sensing_pb2.RangeSensor:
@@ -69,14 +77,15 @@ MESSAGES = (lidar, free, camera, imu, light, touch)
 @pytest.mark.parametrize("make", MESSAGES)
 def test_what_is_said_comes_back(make: Callable[[], Message]) -> None:
     message = make()
-    assert sensing_message(sensing_data(message, "it")) == message
+    assert TABLES[type(message).__name__].write(told(message)) == message
 
 
 @pytest.mark.parametrize("name", ["RangeSensor", "CameraSensor", "ContactSensor", "Light"])
 def test_what_is_not_said_stays_so(name: str) -> None:
-    data = sensing_data(getattr(sensing_pb2, name)(), "it")
-    assert data == CLASSES[name]() or vars_of(data) == vars_of(CLASSES[name]())
-    again = sensing_data(sensing_message(data), "it")
+    table = TABLES[name]
+    data = told(getattr(sensing_pb2, name)())
+    assert data == table.made() or vars_of(data) == vars_of(table.made())
+    again = told(table.write(data))
     assert vars_of(again) == vars_of(data)
 
 
@@ -133,7 +142,7 @@ REFUSED = {
     "has 3 coefficients; 0 or 4 or 5 or 8": sensing_pb2.CameraSensor(distortion=[1, 2, 3]),
     "above near_meters": sensing_pb2.CameraSensor(near_meters=5, far_meters=1),
     "names a kind twice": sensing_pb2.CameraSensor(images=["IMAGE_KIND_COLOR", "IMAGE_KIND_COLOR"]),
-    "give some of IMAGE_KIND_COLOR": sensing_pb2.CameraSensor(images=[9]),  # pyright: ignore[reportArgumentType]
+    "it.images[0] is 9, which has no meaning; give one of IMAGE_KIND_COLOR": sensing_pb2.CameraSensor(images=[9]),  # pyright: ignore[reportArgumentType]
     "parts from 0 to 1": sensing_pb2.Light(color={"red": 2.0}),
     "it.region_size must have edges above 0": sensing_pb2.ContactSensor(region_size={"x": 1.0}),
     "at most pi/2": sensing_pb2.Light(cone_angle_radians=2.0),
@@ -143,5 +152,5 @@ REFUSED = {
 @pytest.mark.parametrize("said", REFUSED, ids=str)
 def test_nonsense_is_refused_by_the_field_that_is_wrong(said: str) -> None:
     with pytest.raises(KernelError) as refused:
-        sensing_data(REFUSED[said], "it")
+        told(REFUSED[said])
     assert said in str(refused.value)

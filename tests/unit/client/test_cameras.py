@@ -8,13 +8,13 @@ from virtualrobot._wire.messages import array_message
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.sensors.cameras import CameraReading, camera, camera_reading_of, image_kinds, light, looking_at
 from virtualrobot.v1 import sensing_pb2, sensor_pb2
-from virtualrobot_kernel.messages.sensing import sensing_data
+from virtualrobot_kernel.messages.sensing import SENSORS
 from virtualrobot_kernel.sensing.lenses import Lens, lens_of
 
 
 def lens_and_reading(settings: sensing_pb2.CameraSensor) -> tuple[Lens, CameraReading]:
     """The kernel's lens of a client's settings, and a reading whose depth is 2 everywhere."""
-    lens = lens_of(sensing_data(settings, "camera"))
+    lens = lens_of(SENSORS["camera_sensor"].read(settings, "camera"))
     k = lens.intrinsics
     depth = sensor_pb2.Image(
         kind=sensing_pb2.IMAGE_KIND_DEPTH, pixels=array_message(np.full((lens.height, lens.width), 2.0), "<f4")

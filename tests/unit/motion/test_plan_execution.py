@@ -16,6 +16,8 @@ from virtualrobot_kernel.motion.plan import Plan, plan_lin, plan_ptp
 from virtualrobot_kernel.motion.plan_execution import PlanExecution
 from virtualrobot_kernel.motion.running_motion import Phase
 
+from tests.tiers import Draws
+
 from .motions import (
     FINE,
     TICK,
@@ -63,9 +65,9 @@ class Program:
 
 
 @pytest.mark.parametrize("kind", MAKERS)
-def test_requests_at_random_times_keep_path_and_limits(kind: str, rng: np.random.Generator) -> None:
+def test_requests_at_random_times_keep_path_and_limits(kind: str, rng: np.random.Generator, draws: Draws) -> None:
     phases = set()
-    for _ in range(4):
+    for _ in range(draws(6)):
         plan = MAKERS[kind](rng)
         program = Program(rng, float(rng.choice([1.0, 0.3])))
         motion = plan_execution.start(plan, program.override)

@@ -27,6 +27,7 @@ from virtualrobot_kernel.world.structure import Joint, JointLimits, JointType, K
 from virtualrobot_sdk.poses import rotation_matrix, rotation_vector
 
 from tests.unit.planning.cell import JOINTS, TICK, cell, chain, pictured
+from tests.unit.planning.crafts import FLOATING, PLANAR, at, craft
 from tests.unit.planning.runs import plan_run
 from tests.unit.world.builders import Z, after, link, shifted
 
@@ -103,8 +104,7 @@ def check_joints(snapshot: Snapshot, planned: PlannedRun) -> None:
     """Velocity, acceleration and jerk of each joint stay within its limits."""
     _, v, a, j = planned.plan.derivatives(fine(planned))
     for column, (robot, name) in enumerate(planned.joints):
-        joints = {one.name: one.limits for one in snapshot.structure.robot(robot)[1].joints}
-        limit = joints[name]
+        limit = snapshot.structure.robot(robot)[1].coordinates[name].joint.limits
         assert np.abs(v[:, column]).max() <= limit.velocity * (1.0 + 1e-6)
         assert np.abs(a[:, column]).max() <= limit.acceleration * 1.005
         assert np.abs(j[:, column]).max() <= limit.jerk * 1.005
@@ -257,6 +257,28 @@ def test_moves_that_carry_each_other_and_moves_that_cannot_be_carried(world: Cha
         chain,
     )
     assert len(planned) == 2 and "one robot goes along with another" in notes[0].message
+
+
+@pytest.mark.parametrize("axis", [Z, (0.28, 0.0, 0.96), (0.0, 0.0, -1.0)])
+def test_a_line_is_straight_in_the_world_while_a_planar_base_drives_and_turns(axis: tuple[float, float, float]) -> None:
+    world = after(cell(), craft(PLANAR, axis), AttachNode("arm", "craft.body", shifted(z=0.2)))
+    snapshot = pictured(world)
+    start = tcp_frame(snapshot, snapshot.structure.node("arm"))
+    goal = start @ shifted(x=0.05, y=-0.1)
+    drive = PointToPoint("craft", {"base/x": -0.2, "base/y": 0.1, "base/theta": 0.4})
+    planned = run(snapshot, drive, Linear("arm", PoseGoal(goal)))
+    check_line(along(snapshot, planned, fine(planned), "world"), start, goal, CartesianLimits(0.25, 1.0, 10.0))
+    check_joints(snapshot, planned)
+
+
+def test_a_floating_base_that_turns_carries_nothing() -> None:
+    world = after(cell(), craft(FLOATING), AttachNode("arm", "craft.body", shifted(z=0.2)))
+    snapshot = pictured(world)
+    line = Linear("arm", PoseGoal(tcp_frame(snapshot, snapshot.structure.node("arm"))))
+    turn = at(FLOATING, np.array([0.0, 0.0, 0.1, 0.0, 0.0, 0.6, 0.8]))
+    with pytest.raises(KernelError, match="the move of 'craft' turns a floating joint, and moves"):
+        run(snapshot, PointToPoint("craft", turn), line)
+    run(snapshot, PointToPoint("craft", {"base/z": 0.05}), line)
 
 
 def test_a_trajectory_keeps_its_times_so_it_carries_nothing(world: Change) -> None:

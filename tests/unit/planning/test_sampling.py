@@ -77,7 +77,7 @@ def test_the_world_does_at_each_tick_what_was_sampled(kind: str, rng: np.random.
         world = world_poses(structure, state)
         moving = bool(state.motions)
         for robot in told.robots:
-            q_index, v_index = joint_places(structure, tuple((robot.robot.uid, name) for name in robot.joint_names))
+            q_index, v_index, _ = joint_places(structure, tuple((robot.robot.uid, name) for name in robot.joint_names))
             np.testing.assert_allclose(state.q[q_index], robot.positions[row], atol=1e-12)
             np.testing.assert_allclose(state.v[v_index], robot.velocities[row], atol=1e-11)
             if moving:
@@ -118,7 +118,7 @@ def test_the_world_runs_a_program_as_it_was_sampled(rng: np.random.Generator) ->
     structure, state = started.structure, started.state
     for row in range(len(told.times)):
         for robot in told.robots:
-            q_index, v_index = joint_places(structure, tuple((robot.robot.uid, name) for name in robot.joint_names))
+            q_index, v_index, _ = joint_places(structure, tuple((robot.robot.uid, name) for name in robot.joint_names))
             np.testing.assert_allclose(state.q[q_index], robot.positions[row], atol=1e-9)
             np.testing.assert_allclose(state.v[v_index], robot.velocities[row], atol=1e-7)
         state = advance(structure, state, TICK, world_poses)

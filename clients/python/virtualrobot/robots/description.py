@@ -22,11 +22,11 @@ def described_anew(
 
 
 def joints_now(services: Services, robot: str) -> dict[str, float]:
-    """Return where the joints with one coordinate are, radians or meters by name."""
+    """Return where the coordinates of all joints are, radians or meters by name."""
     state = services.robot.GetRobotStates(robot_pb2.GetRobotStatesRequest(names=[robot])).robots[0]
-    here, first = {}, 0
-    for joint in described(services, robot).joints:
-        if joint.coordinate_count == 1:
-            here[joint.name] = state.positions[first]
-        first += joint.coordinate_count
-    return here
+    return dict(zip(coordinate_names(described(services, robot)), state.positions, strict=True))
+
+
+def coordinate_names(description: robot_pb2.GetRobotResponse) -> list[str]:
+    """Return what the coordinates of all joints are called, in the order of positions."""
+    return [name for joint in description.joints for name in joint.coordinate_names]

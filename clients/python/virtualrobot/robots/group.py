@@ -46,7 +46,7 @@ class Group(Solver):
     def limits(self) -> dict[str, JointLimits]:
         """Limits of the group's joints, by name."""
         description = self._description
-        limits = {joint.name: JointLimits.of(joint.limits) for joint in description.joints}
+        limits = {name: JointLimits.of(one.limits) for one in description.joints for name in one.coordinate_names}
         return {name: limits[name] for name in description.chain_joints}
 
     @property

@@ -12,11 +12,13 @@ from virtualrobot._wire.messages import joint_map
 from virtualrobot._wire.services import Services
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.motions import moves
-from virtualrobot.robots.description import described, joints_now
+from virtualrobot.robots.description import coordinate_names, described, joints_now
 from virtualrobot.robots.redundancy import Lock, Prefer, redundancy
 from virtualrobot.v1 import motion_pb2, nodes_pb2, robot_pb2
 
-JointPositions: TypeAlias = Mapping[str, float] | ArrayLike
+JointPositions: TypeAlias = Mapping[str, float] | Mapping[str, float | ArrayLike] | ArrayLike
+"""Values by joint name, those of planar and floating joints as rows (x, y, theta; x, y, z and a quaternion) or each by
+the name of its coordinate (`base/x`); or values in order."""
 
 
 class MoveMaker:
@@ -66,7 +68,7 @@ class MoveMaker:
         `arm_angle` says where the elbow shall be, in radians. With `moving` the pose goes along when another move of
         the same step moves the reference.
         """
-        if not isinstance(goal, str | Mapping) and np.shape(goal) != (4, 4):
+        if isinstance(goal, Mapping) or (not isinstance(goal, str) and np.shape(goal) != (4, 4)):
             goal = self._named(goal)
         move = moves.point_to_point(
             self.name,
@@ -206,7 +208,7 @@ class MoveMaker:
         return move
 
     def _joints_now(self) -> dict[str, float]:
-        """Return where the joints with one coordinate are, by name."""
+        """Return where the coordinates of all joints are, by name."""
         return joints_now(self._services, self.name)
 
     def _named(self, positions: JointPositions | None) -> dict[str, float]:
@@ -214,16 +216,33 @@ class MoveMaker:
         if positions is None:
             return {}
         if isinstance(positions, Mapping):
-            return joint_map(positions)
+            return joint_map(self._spread(positions))
         values = np.asarray(positions, dtype=float)
         if values.ndim != 1:
             raise InvalidArgumentError(f"joint positions are one row of numbers, not an array of shape {values.shape}")
         return dict(zip(self._joints_for(len(values)), values.tolist(), strict=True))
 
+    def _spread(self, positions: Mapping[str, float | ArrayLike]) -> dict[str, float]:
+        """Return positions by name with the coordinates of a joint that has several each by its own name."""
+        named: dict[str, float] = {}
+        for joint, value in positions.items():
+            if np.ndim(value) == 0:  # pyright: ignore[reportArgumentType]
+                named[joint] = value  # pyright: ignore[reportArgumentType]
+                continue
+            values = np.asarray(value, dtype=float)
+            names = next((list(one.coordinate_names) for one in self._description.joints if one.name == joint), [joint])
+            if values.shape != (len(names),):
+                raise InvalidArgumentError(
+                    f"the joint {joint!r} of {self.name!r} has {len(names)} values ({', '.join(names)}), not an array "
+                    f"of shape {values.shape}"
+                )
+            named |= zip(names, values.tolist(), strict=True)
+        return named
+
     def _joints_for(self, count: int) -> list[str]:
         """Return the joints that `count` values in order belong to."""
         description = self._description
-        every = [joint.name for joint in description.joints]
+        every = coordinate_names(description)
         chain = list(description.chain_joints)
         own = [chain] if self.group_selection is not None else [every, chain]
         for names in own:

@@ -50,9 +50,9 @@ class Mover(MoveMaker):
 
         Example:
             >>> robot.move_joints({"lbr_iiwa_joint_4": -1.57}, speed_factor=0.5)
+            >>> agv.move_joints({"base": [2.0, 1.0, math.pi / 2]})                 # x, y and angle of a planar joint
         """
-        named = goal if isinstance(goal, Mapping) else self._named(goal)
-        return self.start(self.ptp(named, speed_factor=speed_factor, time_law=time_law), **options)
+        return self.start(self.ptp(self._named(goal), speed_factor=speed_factor, time_law=time_law), **options)
 
     def move_pose(
         self,

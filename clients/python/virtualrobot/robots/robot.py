@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 
 import numpy as np
@@ -141,7 +141,8 @@ class Robot(Solver):
 
     def set_positions(self, positions: JointPositions) -> None:
         """Put joints somewhere at once, without a motion; values by name, or all coordinates in order."""
-        Direct(self._services).set_joint_positions(self.name, positions)
+        named = self._named(positions) if isinstance(positions, Mapping) else positions
+        Direct(self._services).set_joint_positions(self.name, named)
 
     def lease(self, *, take: bool = False, owner: str = "") -> Lease:
         """Lease it, so that nobody but this client moves it; see `Client.lease`.

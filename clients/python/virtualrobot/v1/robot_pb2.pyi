@@ -71,18 +71,20 @@ class GetRobotResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., uid: _Optional[int] = ..., robot: _Optional[_Union[_nodes_pb2.Robot, _Mapping]] = ..., joints: _Optional[_Iterable[_Union[JointDescription, _Mapping]]] = ..., links: _Optional[_Iterable[str]] = ..., tools: _Optional[_Iterable[str]] = ..., flange: _Optional[str] = ..., kinematics: _Optional[str] = ..., chain_joints: _Optional[_Iterable[str]] = ..., kinematics_settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., kinematics_fault: _Optional[str] = ...) -> None: ...
 
 class JointDescription(_message.Message):
-    __slots__ = ("name", "type", "limits", "coordinate_count", "velocity_count")
+    __slots__ = ("name", "type", "limits", "coordinate_count", "velocity_count", "coordinate_names")
     NAME_FIELD_NUMBER: _ClassVar[int]
     TYPE_FIELD_NUMBER: _ClassVar[int]
     LIMITS_FIELD_NUMBER: _ClassVar[int]
     COORDINATE_COUNT_FIELD_NUMBER: _ClassVar[int]
     VELOCITY_COUNT_FIELD_NUMBER: _ClassVar[int]
+    COORDINATE_NAMES_FIELD_NUMBER: _ClassVar[int]
     name: str
     type: _nodes_pb2.JointType
     limits: _nodes_pb2.JointLimits
     coordinate_count: int
     velocity_count: int
-    def __init__(self, name: _Optional[str] = ..., type: _Optional[_Union[_nodes_pb2.JointType, str]] = ..., limits: _Optional[_Union[_nodes_pb2.JointLimits, _Mapping]] = ..., coordinate_count: _Optional[int] = ..., velocity_count: _Optional[int] = ...) -> None: ...
+    coordinate_names: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, name: _Optional[str] = ..., type: _Optional[_Union[_nodes_pb2.JointType, str]] = ..., limits: _Optional[_Union[_nodes_pb2.JointLimits, _Mapping]] = ..., coordinate_count: _Optional[int] = ..., velocity_count: _Optional[int] = ..., coordinate_names: _Optional[_Iterable[str]] = ...) -> None: ...
 
 class RobotState(_message.Message):
     __slots__ = ("name", "positions", "velocities", "world_t_tcp", "tool", "tool_center_point", "tool_states", "speed_factor", "motion_ids", "actuator_positions", "commanded_positions", "commanded_velocities")

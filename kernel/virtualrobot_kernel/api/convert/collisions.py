@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
-import numpy as np
 from virtualrobot.v1 import collision_pb2
 
 from virtualrobot_kernel.collision.allowed import Cause
@@ -15,7 +14,7 @@ from virtualrobot_kernel.collision.scene import Collision, Detail, Nearest
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.messages.values import by_name, check_enum, vector_message
 from virtualrobot_kernel.planning.robots import standing_at
-from virtualrobot_kernel.world.change import check_joint_value, single_joint
+from virtualrobot_kernel.world.change import with_positions
 from virtualrobot_kernel.world.figures import Mesh
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind, Structure
@@ -38,7 +37,7 @@ def configured(snapshot: Snapshot, messages: Sequence[collision_pb2.RobotConfigu
 
     Raises UnknownNameError for a robot or joint that there is not, LimitError for a value outside limits.
     """
-    places: dict[int, float] = {}
+    q = snapshot.state.q
     for row, message in enumerate(messages):
         robot = snapshot.structure.node(message.robot, Kind.ROBOT)
         if message.robot in {other.robot for other in messages[:row]}:
@@ -47,13 +46,8 @@ def configured(snapshot: Snapshot, messages: Sequence[collision_pb2.RobotConfigu
                 field=f"configurations[{row}].robot",
                 robot=message.robot,
             )
-        for name, value in by_name(message.joint_positions).items():
-            joint, place, _ = single_joint(snapshot.structure, robot, name)
-            check_joint_value(robot.name, joint, value)
-            places[place] = value
-    if not places:
-        return snapshot
-    return standing_at(snapshot, np.array(list(places), np.int32), np.array(list(places.values())))
+        q = with_positions(snapshot.structure, robot, q, by_name(message.joint_positions))
+    return standing_at(snapshot, ..., q) if messages else snapshot
 
 
 def nodes_below(structure: Structure, names: Iterable[str]) -> set[int]:

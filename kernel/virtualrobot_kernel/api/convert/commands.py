@@ -10,14 +10,16 @@ from virtualrobot.v1 import nodes_pb2, robot_pb2, scene_pb2
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.messages.collision_settings import pairs_command, settings_command
-from virtualrobot_kernel.messages.nodes import SENSING, figures, node_data, node_spec, runs
-from virtualrobot_kernel.messages.robots import joint_groups, settings
+from virtualrobot_kernel.messages.nodes import figures, node_data, node_spec, runs
+from virtualrobot_kernel.messages.robots import GROUPS
+from virtualrobot_kernel.messages.sensing import SENSORS
 from virtualrobot_kernel.messages.signals import created_signal, value_of
+from virtualrobot_kernel.messages.structs import settings
 from virtualrobot_kernel.messages.values import array, by_name, finite, mask_fields, not_negative, pose
 from virtualrobot_kernel.world import commands
 from virtualrobot_kernel.world.structure import NodeSpec
 
-KINDS = frozenset({"part", "robot", "link", "adapter", "tool"}) | SENSING
+KINDS = frozenset({"part", "robot", "link", "adapter", "tool"}) | SENSORS.keys()
 """Kinds of nodes whose own fields can be changed."""
 UPDATABLE = frozenset({"name", "parent_t_node", "hidden", "figures"}) | KINDS
 
@@ -69,7 +71,7 @@ def _update(message: scene_pb2.UpdateNode) -> commands.UpdateNode:
         hidden=node.hidden if "hidden" in fields else None,
         figures=figures(node, what) if "figures" in fields else None,
         data=data if kinds else None,
-        running=runs(node) if kinds & SENSING else None,
+        running=runs(node) if kinds & SENSORS.keys() else None,
     )
 
 
@@ -103,7 +105,7 @@ COMMANDS: dict[str, Callable[[Any], commands.Command]] = {
     ),
     "place_part": lambda message: commands.PlacePart(message.robot, message.part, message.parent),
     "set_joint_positions": _joints,
-    "set_groups": lambda message: commands.SetGroups(message.robot, joint_groups(message.groups, message.robot)),
+    "set_groups": lambda message: commands.SetGroups(message.robot, GROUPS.read(message.groups, "groups")),
     "select_tool": lambda message: commands.SelectTool(message.robot, message.tool, message.tool_center_point),
     "set_tool_state": lambda message: commands.SetToolState(message.tool, message.state),
     "create_signal": lambda message: created_signal(message.signal),

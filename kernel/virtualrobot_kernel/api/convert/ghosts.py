@@ -10,8 +10,7 @@ from virtualrobot.v1 import collision_pb2, view_pb2
 from virtualrobot_kernel.api.convert.configurations import robot_rows
 from virtualrobot_kernel.drawing.ghosts import is_there
 from virtualrobot_kernel.drawing.view import GHOST_COLOR, GHOST_OPACITY, Ghost, check_ghost_count
-from virtualrobot_kernel.messages.figures import color, color_message
-from virtualrobot_kernel.messages.values import array_message
+from virtualrobot_kernel.messages.values import array_message, color, color_message
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Structure
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from virtualrobot.v1 import sensor_pb2
 
 from virtualrobot_kernel.formats import preset_file
-from virtualrobot_kernel.messages.sensing import sensing_data, sensing_message
+from virtualrobot_kernel.messages.sensing import RANGE_SENSOR
 from virtualrobot_kernel.sensing.settings import Preset, Presets
 
 
 def presets() -> Presets:
     """Return the devices by name."""
     return {
-        one.name: Preset(one.name, one.description, one.source, sensing_data(one.sensor, f"preset {one.name}"))
+        one.name: Preset(one.name, one.description, one.source, RANGE_SENSOR.read(one.sensor, f"preset {one.name}"))
         for one in preset_file.read().presets
     }
 
@@ -23,5 +23,5 @@ def preset_message(preset: Preset) -> sensor_pb2.SensorPreset:
         name=preset.name,
         description=preset.description,
         source=preset.source,
-        sensor=sensing_message(preset.sensor),
+        sensor=RANGE_SENSOR.write(preset.sensor),
     )

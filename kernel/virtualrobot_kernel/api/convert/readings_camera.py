@@ -7,7 +7,7 @@ from collections.abc import Collection
 import numpy as np
 from virtualrobot.v1 import geometry_pb2, sensor_pb2
 
-from virtualrobot_kernel.messages.sensing import sensing_message
+from virtualrobot_kernel.messages.sensing import INTRINSICS
 from virtualrobot_kernel.messages.values import DTYPES
 from virtualrobot_kernel.sensing.camera_reader import CameraContent
 from virtualrobot_kernel.sensing.picture import Picture
@@ -18,7 +18,7 @@ def fill_camera(message: sensor_pb2.CameraReading, content: CameraContent, kinds
     """Fill a message in with what a camera saw: pictures of these kinds (numbers of the contract), none means all."""
     lens = content.lens
     message.width, message.height = lens.width, lens.height
-    message.intrinsics.CopyFrom(sensing_message(lens.intrinsics))
+    message.intrinsics.CopyFrom(INTRINSICS.write(lens.intrinsics))
     message.distortion.extend(lens.distortion)
     message.stereo_baseline_meters = content.baseline
     message.projection = lens.projection.value  # pyright: ignore[reportAttributeAccessIssue] the contract's number

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.limits import JointLimits
+from virtualrobot_kernel.motion.orientation import unit
 from virtualrobot_kernel.motion.plan import plan_ptp
 from virtualrobot_kernel.planning.free_joints import reached
 from virtualrobot_kernel.planning.moves.move import Move
@@ -19,6 +20,7 @@ from virtualrobot_kernel.planning.planned_move import PlannedMove, PoseGoal, joi
 from virtualrobot_kernel.planning.redundancy import FREE, NearOf, Redundancy
 from virtualrobot_kernel.planning.robots import SolverOf, arm_of
 from virtualrobot_kernel.world.actuators import joint_positions
+from virtualrobot_kernel.world.change import coordinate_of
 from virtualrobot_kernel.world.groups import WHOLE, joints_of
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Node, RobotData
@@ -89,8 +91,10 @@ class PointToPoint(Move):
 
     def _positions(self, snapshot: Snapshot, node: Node) -> Mapping[str, float]:
         """Return the joint values of a goal that is no pose; of a posture those of the group's joints."""
-        joints = None if self.group == WHOLE else joints_of(snapshot.structure, node, self.group)
-        return goal_positions(node, self.goal, joints)
+        if self.group == WHOLE:
+            return goal_positions(node, self.goal)
+        own = joints_of(snapshot.structure, node, self.group)
+        return goal_positions(node, self.goal, snapshot.structure.robots[node.uid].coordinates_of(own))
 
 
 def goal_positions(
@@ -120,10 +124,12 @@ def goal_positions(
 def move_to_joints(
     snapshot: Snapshot, node: Node, positions: Mapping[str, float], speed_factor: float, time_law: TimeLaw
 ) -> PlannedMove:
-    """Return the straight line in joint space to joint positions by name (rad or m)."""
-    names = tuple(positions)
+    """Return the straight line in joint space to joint positions by name (rad or m), columns in the robot's order."""
+    names = tuple(sorted(positions, key=lambda name: coordinate_of(snapshot.structure, node, name).q))
     limits, start = joint_limits(snapshot, node, names)
     goal = np.array([positions[name] for name in names])
+    for columns in map(list, limits.quaternions):
+        goal[columns] = unit(goal[columns], f"the goal of {node.name!r}")
     speed_factor = speed_factor or 1.0
     return PlannedMove(node, names, plan_ptp(start, goal, limits, speed_factor, time_law), speed_factor=speed_factor)
 

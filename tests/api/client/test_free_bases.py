@@ -1,0 +1,82 @@
+"""Planar and floating bases through the client: their coordinates by name, in rows, in order, in programs and plans."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import virtualrobot
+from virtualrobot import Client, Robot
+
+from tests.api.client.conftest import IIWA
+
+TURNED = [0.0, 0.0, np.sin(0.3), np.cos(0.3)]
+
+
+@pytest.fixture
+def agv(client: Client) -> Robot:
+    """Return an arm on a base that drives."""
+    return client.load_robot(IIWA, name="agv", base="planar")
+
+
+@pytest.fixture
+def craft(client: Client) -> Robot:
+    """Return an arm on a base that flies."""
+    return client.load_robot(IIWA, name="craft", base="floating")
+
+
+def test_a_base_moves_to_its_coordinates_together_with_other_joints(agv: Robot) -> None:
+    agv.move_joints({"base": [0.3, -0.2, 0.4], "lbr_iiwa_joint_1": 0.5})
+    np.testing.assert_array_equal(agv.positions[:4], [0.3, -0.2, 0.4, 0.5])
+    agv.move_joints({"base/theta": 0.0})
+    np.testing.assert_array_equal(agv.positions[:4], [0.3, -0.2, 0.0, 0.5])
+    agv.set_positions({"base": (1.0, 2.0, 3.0)})
+    assert agv.positions[:3].tolist() == [1.0, 2.0, 3.0]
+    everything = np.concatenate([[1.1, 2.1, 3.1], np.full(7, 0.1)])
+    agv.move_joints(everything)
+    np.testing.assert_array_equal(agv.positions, everything)
+
+
+def test_a_floating_base_turns_to_a_quaternion(craft: Robot) -> None:
+    craft.move_joints({"base": [0.1, 0.2, 0.3, *TURNED]})
+    np.testing.assert_allclose(craft.positions[:7], [0.1, 0.2, 0.3, *TURNED], atol=1e-12)
+    there = craft.solve_forward({"base": [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]}).world_t_tcp
+    craft.set_positions({"base": [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]})
+    np.testing.assert_allclose(craft.tcp, there, atol=1e-12)
+
+
+def test_a_plan_tells_the_columns_of_a_base(client: Client, craft: Robot) -> None:
+    plan = client.plan([craft.ptp({"base": [0.1, 0.2, 0.3, *TURNED]})])
+    told = plan.robots["craft"]
+    assert told.joint_names == tuple(f"base/{axis}" for axis in ("x", "y", "z", "qx", "qy", "qz", "qw"))
+    assert not told.velocities[:, 6].any() and not told.efforts.any()
+    # A turn about z alone: its rate is that of twice the half angle.
+    angles = 2.0 * np.unwrap(np.arctan2(told.positions[:, 5], told.positions[:, 6]))
+    rate = np.gradient(angles, plan.times)
+    np.testing.assert_allclose(told.velocities[2:-2, 5], rate[2:-2], atol=1e-2)
+
+
+def test_a_program_drives_and_works(client: Client, agv: Robot) -> None:
+    program = client.program().move(agv.ptp({"base": [0.2, 0.0, 0.0]})).move(agv.ptp({"lbr_iiwa_joint_1": 0.3}))
+    assert client.check(program).ok
+    program.start()
+    np.testing.assert_array_equal(agv.positions[:4], [0.2, 0.0, 0.0, 0.3])
+
+
+@pytest.mark.parametrize(
+    ("goal", "words"),
+    [
+        ({"base": [1.0, 2.0]}, r"the joint 'base' of 'agv' has 3 values \(base/x, base/y, base/theta\)"),
+        ({"lbr_iiwa_joint_1": [1.0, 2.0]}, "the joint 'lbr_iiwa_joint_1' of 'agv' has 1 values"),
+        ({"base": 1.0}, "is planar and has several coordinates; name 'base/x', 'base/y', 'base/theta'"),
+        ([1.0, 2.0], "it has 10 joints"),
+    ],
+)
+def test_values_that_are_no_coordinates_are_refused(agv: Robot, goal: object, words: str) -> None:
+    with pytest.raises(virtualrobot.InvalidArgumentError, match=words):
+        agv.move_joints(goal)  # pyright: ignore[reportArgumentType]
+
+
+def test_a_quaternion_of_another_length_is_refused(craft: Robot) -> None:
+    for change in (craft.move_joints, craft.set_positions, craft.solve_forward):
+        with pytest.raises(virtualrobot.InvalidArgumentError, match=r"of length 2; it must have length 1, to 0\.001"):
+            change({"base": [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0]})
