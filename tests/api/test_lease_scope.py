@@ -171,6 +171,7 @@ def test_the_methods_that_need_a_lease() -> None:
     }
     assert marked == {
         "MotionService.StartMotion",
+        "MotionService.AppendMotion",
         "MotionService.ResumeMotion",
         "MotionService.StreamSetpoints",
         "RobotService.SetKinematics",

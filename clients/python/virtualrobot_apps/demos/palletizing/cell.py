@@ -1,0 +1,86 @@
+"""The palletizing cell of the demo: its scene file, its boxes and stations, and where people look from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import virtualrobot
+from numpy.typing import ArrayLike
+from virtualrobot import Client
+from virtualrobot.v1 import nodes_pb2
+
+SCENE = Path(__file__).parent / "cell.yaml"
+
+IIWA_SPEEDS = np.radians([98, 98, 100, 130, 140, 180, 180])
+"""Speeds of joints A1 to A7 (rad/s). Source: KUKA, LBR iiwa 7 R800, data sheet; the model file says 10 for all."""
+
+
+@dataclass(frozen=True)
+class Station:
+    """An arm, the boxes that it stacks, and where it takes them; meters and radians."""
+
+    robot: str
+    box: tuple[float, float, float]
+    gap: float  # between boxes on the pallet
+    color: str
+    tape: str
+    pick_x: float  # in the world: where a box waits for the arm,
+    moves: int  # after so many moves of the belt,
+    belt_yaw: float  # turned so
+    grip_depth: float  # of the tool centre point below the top of a box
+    travel_height: float  # of the tool centre point in the world
+    tool_states: tuple[str, str]  # to hold and to let go
+    fingers: tuple[str, ...]  # what touches a box to hold it
+
+    def figures(self) -> list[nodes_pb2.Figure]:
+        """Return the shapes of a box: itself, and a band of tape around it that only the eye sees."""
+        length, _, height = self.box
+        tape = virtualrobot.box(1.002 * length, 0.02, 1.002 * height, color=self.tape, roles=["visual"])
+        return [virtualrobot.box(*self.box, color=self.color), tape]
+
+    def touches(self, number: int) -> Iterator[tuple[str, str, str]]:
+        """Yield what a box may touch on its way, and why; an arm that touches anything else, or with it, stops."""
+        box = f"{self.robot}-box-{number}"
+        yield box, "conveyor-frame", "it is taken from the belt"
+        yield box, f"pallet-{self.robot}", "it is put onto the pallet"
+        yield from ((box, finger, "it is held") for finger in self.fingers)
+        # Those beside it and below it: two layers of six have no more.
+        yield from ((box, f"{self.robot}-box-{other}", "it is stacked") for other in range(max(1, number - 11), number))
+
+
+# Twice the length is three times the width and a gap: a layer and the turned one above it are flush.
+LARGE = ((0.155, 0.10, 0.11), 0.01, "#c99a62", "#e6d3b3")
+SMALL = ((0.105, 0.06, 0.07), 0.03, "#2f7fb8", "#dfe9f2")  # the gap leaves room for fingers
+FINGERS = ("panda.panda_leftfinger", "panda.panda_rightfinger")
+STATIONS = (
+    Station("iiwa", *LARGE, 0.625, 4, np.pi / 2, 0.0, 0.84, ("on", "off"), ("vacuum-gripper",)),
+    Station("panda", *SMALL, -0.625, 2, -np.pi / 2, 0.02, 0.70, ("closed", "open"), FINGERS),
+)
+
+
+def load(client: Client) -> None:
+    """Replace the world by the cell.
+
+    The Panda keeps the limits of its model file, which are those of Franka Emika, Franka Control Interface
+    Documentation, Robot and interface specifications: 2.175 rad/s for joints 1 to 4, 2.61 rad/s for joints 5 to 7.
+    """
+    client.scene.load_scene(SCENE)
+    limit_speeds(client, "iiwa", IIWA_SPEEDS)
+    client.view.background = "#e8edf2"
+    client.view.grid = False
+    client.view.set_camera(position=(0.95, -2.75, 1.85), target=(-0.2, 0.41, 0.43), field_of_view=0.68)
+
+
+def limit_speeds(client: Client, robot: str, speeds: ArrayLike) -> None:
+    """Give the joints of an arm other speed limits, (k,) in rad/s, reached in a quarter of a second like its own."""
+    limit = dict(zip(client.robot(robot).chain_joint_names, np.asarray(speeds, float), strict=True))
+    nodes, _ = client.scene.read(client.robot(robot).links, ("name", "link"))
+    with client.scene.batch() as batch:
+        for node in nodes:
+            if node.link.joint.name in limit:
+                speed, limits = limit[node.link.joint.name], node.link.joint.limits
+                limits.velocity, limits.acceleration, limits.jerk = speed, 4 * speed, 40 * speed
+                batch.update(node.name, node, "link")
