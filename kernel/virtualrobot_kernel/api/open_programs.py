@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from math import inf
 from weakref import WeakValueDictionary
 
 from virtualrobot.v1 import motion_pb2
@@ -66,8 +67,7 @@ class OpenPrograms:
                 except KernelError as error:
                     if error.reason is not Reason.PLAN_OUTDATED:
                         raise
-            self._ends.pop(request.id, None)
-            return await self._appended(request, steps, 0.0, context)
+            return await self._appended(request, steps, inf, context)
 
     async def _appended(
         self, request: motion_pb2.AppendMotionRequest, steps: tuple[Step, ...], margin: float, context: object
