@@ -107,7 +107,7 @@ class DrawnNowhere:
 
 
 class Capturing(CaptureCalls):
-    """The calls that take pictures, in kernel without a kernel."""
+    """Calls that take pictures, of services without a kernel."""
 
     def __init__(self, world: World, publications: Publications) -> None:
         """Take pictures of `world`."""
