@@ -12,7 +12,7 @@ from functools import partial
 from virtualrobot.v1 import motion_pb2, motion_pb2_grpc
 
 from virtualrobot_kernel.api.author import person
-from virtualrobot_kernel.api.convert.program import note_messages
+from virtualrobot_kernel.api.convert.program import NOTE
 from virtualrobot_kernel.api.convert.states import motion_message
 from virtualrobot_kernel.api.motion_calls import find_motion, make_way, requested
 from virtualrobot_kernel.api.motion_plans import checked_motion, planned_motion
@@ -67,7 +67,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
             applied.add_done_callback(partial(self._started, asyncio.get_running_loop()))
         snapshot = (done := await asyncio.wrap_future(applied)).snapshot
         motion = motion_message(snapshot, find_motion(snapshot, str(done.created[0])))
-        notes = note_messages(planned.notes)
+        notes = map(NOTE.write, planned.notes)
         return motion_pb2.StartMotionResponse(stamp=stamp(snapshot), motion=motion, notes=notes)
 
     async def PlanMotion(self, request: motion_pb2.PlanMotionRequest, context: object) -> motion_pb2.PlanMotionResponse:

@@ -16,9 +16,10 @@ from virtualrobot_kernel.api.repeats import Repeats
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.export.model import export_model
-from virtualrobot_kernel.formats.model_table import list_models
+from virtualrobot_kernel.formats.model_table import KnownModel, list_models
 from virtualrobot_kernel.formats.xml import FileWarning, refuse_warnings
 from virtualrobot_kernel.messages.nodes import node_message
+from virtualrobot_kernel.messages.table import Table
 from virtualrobot_kernel.messages.values import expected_revision, mask_fields, masked, poses_array, stamp
 from virtualrobot_kernel.scenes.assets import files_of, with_assets
 from virtualrobot_kernel.scenes.models import read_model
@@ -29,6 +30,8 @@ from virtualrobot_kernel.world.commands import Command, CreateNodes, UpdateNode
 from virtualrobot_kernel.world.state import Snapshot, unchanged
 from virtualrobot_kernel.world.store import Applied
 from virtualrobot_kernel.world.structure import Kind, Node, Structure
+
+MODEL = Table(KnownModel, scene_pb2.KnownModel, without=("license", "settings", "installed"))
 
 MOST_COMMANDS = 20_000
 """Greatest number of commands of a batch: they are applied between two ticks."""
@@ -130,17 +133,8 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
 
     async def ListModels(self, request: scene_pb2.ListModelsRequest, context: object) -> scene_pb2.ListModelsResponse:
         """Tell the robots that are known by name."""
-        models = [
-            scene_pb2.KnownModel(
-                name=model.name,
-                description=model.description,
-                uri=model.uri,
-                package=model.package,
-                installed=model.installed,
-            )
-            for model in list_models()
-        ]
-        return scene_pb2.ListModelsResponse(models=models)
+        models = list_models()
+        return scene_pb2.ListModelsResponse(models=[MODEL.write(one, installed=one.installed) for one in models])
 
     async def LoadScene(self, request: scene_pb2.LoadSceneRequest, context: object) -> scene_pb2.LoadSceneResponse:
         """Read a scene file in a worker thread, then replace the world by it, as one change."""
