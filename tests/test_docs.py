@@ -231,7 +231,7 @@ def test_command_line_tells_each_option(name: str) -> None:
 def test_command_line_tells_which_kernel_and_each_command() -> None:
     text = sections(ROOT / "docs" / "command-line.md")
     assert set(re.findall(r"^\| `(--[\w-]+)", text["Which kernel"], re.MULTILINE)) == TARGET
-    assert list(text) == ["Which kernel", *COMMANDS]
+    assert list(text) == ["Which kernel", *COMMANDS, "Commands of your own"]
     contents = re.findall(
         r"^\| \[(\w+)\]\(#\w+\) \|", (ROOT / "docs" / "command-line.md").read_text("utf-8"), re.MULTILINE
     )

@@ -26,8 +26,10 @@ CLIENT_PACKAGES = {
     *("numpy", "click", "colorama", "platformdirs", "pip", "setuptools"),
 }
 IMPORT_ALL = """
-import importlib, pkgutil, virtualrobot
-names = [module.name for module in pkgutil.walk_packages(virtualrobot.__path__, "virtualrobot.")]
+import importlib, pkgutil, virtualrobot, virtualrobot_apps
+packages = (virtualrobot, virtualrobot_apps)
+modules = [module for one in packages for module in pkgutil.walk_packages(one.__path__, f"{one.__name__}.")]
+names = [module.name for module in modules]
 for name in names:
     if not name.endswith(".__main__"):
         importlib.import_module(name)
@@ -71,7 +73,7 @@ def test_every_file_of_the_packages_is_installed(client: Path) -> None:
     """Not only modules: types, robot models and licence-bearing notes beside them."""
     (site,) = client.rglob("site-packages")
     packages = [
-        ROOT / "clients" / "python" / "virtualrobot",
+        *(ROOT / "clients" / "python" / name for name in ("virtualrobot", "virtualrobot_apps")),
         ROOT / "kernel" / "virtualrobot_kernel",
         *(ROOT / "plugins" / name for name in ("virtualrobot_sdk", "virtualrobot_plugins")),
     ]
@@ -85,6 +87,7 @@ def test_the_command_line_helps(client: Path) -> None:
     result = run(client, "virtualrobot", "--help")
     assert result.returncode == 0, result.stderr
     assert "serve" in result.stdout
+    assert "Watch two robots palletize." in result.stdout
 
 
 @pytest.mark.parametrize("command", [["serve"], ["grade", "chain"]], ids=lambda command: command[0])

@@ -15,6 +15,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 CLIENT = "clients/python/virtualrobot"
+APPS = "clients/python/virtualrobot_apps"
 KERNEL = "kernel/virtualrobot_kernel"
 SDK = "plugins/virtualrobot_sdk"
 PLUGINS = "plugins/virtualrobot_plugins"
@@ -61,9 +62,9 @@ MOTION = (*ANYONE, "virtualrobot_kernel.motion", "virtualrobot_sdk.kinematics")
 MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # The client knows nothing of the kernel; an application knows only the client library.
     CLIENT: ("virtualrobot", "numpy", "grpc", "grpc_status", "google", "click", "platformdirs"),
-    f"{CLIENT}/apps": ("virtualrobot", "numpy", "click"),
+    APPS: ("virtualrobot_apps", "virtualrobot", "numpy", "click"),
     # The mapping application grows its octree by OctoMap; clients that don't map need not have it.
-    f"{CLIENT}/apps/octree_map.py": ("virtualrobot", "numpy", "pyoctomap"),
+    f"{APPS}/demos/mapping/octree_map.py": ("virtualrobot", "numpy", "pyoctomap"),
     # Films are written by FFmpeg, where its package is installed.
     f"{CLIENT}/view/film.py": ("virtualrobot", "numpy", "av"),
     # The composition root knows every room; `serve` writes the token where the client's rule says.
@@ -123,6 +124,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     ),
     # Settings are described by msgspec's Meta.
     f"{PLUGINS}/sensor_models": ("virtualrobot_plugins.sensor_models", "virtualrobot_sdk", "numpy", "msgspec"),
+    # Models by name are data: tables in YAML.
+    f"{PLUGINS}/models": ("virtualrobot_plugins.models", "virtualrobot_sdk", "numpy", "msgspec", "yaml"),
     # embreex casts rays where its library can't be driven.
     f"{PLUGINS}/ray_casters/embreex_scene.py": ("virtualrobot_sdk", "numpy", "embreex"),
     # Bullet is there to compare with; its worker process alone loads it.
@@ -164,7 +167,7 @@ def rule_of(path: str) -> str:
 def violations(root: Path) -> list[str]:
     """Return "path:line imports name; rule" for each import below `root` that its rule doesn't name."""
     found = []
-    for base in (KERNEL, CLIENT, SDK, PLUGINS):
+    for base in (KERNEL, CLIENT, APPS, SDK, PLUGINS):
         for file in sorted((root / base).rglob("*.py")):
             path = file.relative_to(root).as_posix()
             package = ".".join(file.parent.relative_to((root / base).parent).parts)
@@ -217,7 +220,8 @@ def test_every_rule_is_about_something() -> None:
         (f"{CLIENT}/cli/serve.py", "def f():\n    from virtualrobot_kernel import serve", "virtualrobot_kernel.serve"),
         (f"{CLIENT}/cli/serve.py", "import_module('virtualrobot_kernel.serve')", "virtualrobot_kernel.serve"),
         (f"{CLIENT}/robots/robot.py", "import scipy.spatial", "scipy.spatial"),
-        (f"{CLIENT}/apps/demo.py", "import grpc", "grpc"),
+        (f"{CLIENT}/robots/robot.py", "from virtualrobot_apps import demos", "virtualrobot_apps.demos"),
+        (f"{APPS}/demos/viewer.py", "import grpc", "grpc"),
         (f"{KERNEL}/world/state.py", "import numba", "numba"),
         (f"{KERNEL}/world/state.py", "from ..drawing import viewer", "virtualrobot_kernel.drawing.viewer"),
         (f"{KERNEL}/world/state.py", "from .. import api", "virtualrobot_kernel.api"),
@@ -256,7 +260,7 @@ def test_a_planted_violation_is_found(tmp_path: Path, path: str, source: str, na
 @pytest.mark.parametrize(
     ("path", "source"),
     [
-        (f"{CLIENT}/apps/demo.py", "import virtualrobot, numpy.linalg, click, json"),
+        (f"{APPS}/demos/viewer.py", "import virtualrobot, numpy.linalg, click, json"),
         (f"{KERNEL}/motion/profile.py", "from ruckig import Ruckig\nfrom ..errors import LimitError\nimport numpy"),
         (f"{KERNEL}/world/state.py", "from . import structure\nfrom ..motion.path import Path\nimport threading"),
         (f"{KERNEL}/api/server.py", "import grpc.aio\nfrom google.rpc import code_pb2\nfrom ..world import store"),

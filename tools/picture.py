@@ -12,9 +12,9 @@ from pathlib import Path
 import click
 import numpy as np
 import virtualrobot
-from virtualrobot.apps import demo
 from virtualrobot.kernel_process import KernelProcess
 from virtualrobot.view.pictures import Picture
+from virtualrobot_apps.demos.palletizing import palletize
 
 SIZE = 1280, 800
 
@@ -82,7 +82,7 @@ def _collided(client: virtualrobot.Client) -> Picture:
 
 def _work(client: virtualrobot.Client) -> None:
     with suppress(virtualrobot.VirtualRobotError):  # it is closed when the picture is taken
-        demo.main(client, headless=True)
+        palletize.main(client, headless=True)
 
 
 if __name__ == "__main__":

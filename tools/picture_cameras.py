@@ -13,10 +13,10 @@ import numpy as np
 import virtualrobot
 from numpy.typing import ArrayLike, NDArray
 from PIL import Image
-from virtualrobot.apps import cell
 from virtualrobot.kernel_process import KernelProcess
 from virtualrobot.sensors.cameras import CameraReading
 from virtualrobot.v1.sensing_pb2 import CameraSensor
+from virtualrobot_apps.demos.palletizing import cell
 
 GAP = 8
 """White between pictures, in pixels."""

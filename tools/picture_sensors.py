@@ -10,8 +10,8 @@ from pathlib import Path
 import click
 import virtualrobot
 from screenshot import opened, picture
-from virtualrobot.apps import mapping
 from virtualrobot.kernel_process import KernelProcess
+from virtualrobot_apps.demos.mapping import map_cell
 
 WIDTH, HEIGHT = 1000, 640
 LOADING_SECONDS = 8.0
@@ -27,13 +27,13 @@ def main(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     with KernelProcess() as kernel, virtualrobot.connect(kernel.address) as client:
         client.clock.speed_factor = 5.0
-        mapping.main(client, headless=True)
+        map_cell.main(client, headless=True)
         client.view.background = "#e8edf2"
         client.view.set_camera(position=(-0.25, -1.5, 1.15), target=(0.55, 0.0, 0.3), field_of_view=0.75)
         client.view.hide_sensor()
         _take(kernel.viewer_url, folder / "map.png")
         client.scene.node("map").remove()
-        client.robot(mapping.ROBOT).move_joints(POSTURE)
+        client.robot(map_cell.ROBOT).move_joints(POSTURE)
         client.view.show_sensor("laser", points=True)
         _take(kernel.viewer_url, folder / "sensor-view.png")
 

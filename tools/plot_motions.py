@@ -13,10 +13,10 @@ import click
 import numpy as np
 import virtualrobot
 from numpy.typing import NDArray
-from virtualrobot.apps.chart import Panel, chart
 from virtualrobot.kernel_process import KernelProcess
 from virtualrobot.motions import moves
 from virtualrobot.motions.plans import MotionPlan, RobotTrajectory, Wish
+from virtualrobot_apps.chart import Panel, chart
 
 IIWA, PANDA = "package://pybullet_data/kuka_iiwa/model.urdf", "package://pybullet_data/franka_panda/panda.urdf"
 READY, THERE = (0.3, 0.6, -0.2, -1.4, 0.1, 0.9, 0.2), (1.5, 0.2, 0.4, -0.6, 0.8, 0.3, -0.5)

@@ -12,7 +12,7 @@ from pathlib import Path
 import click
 import numpy as np
 from numpy.typing import NDArray
-from virtualrobot.apps.chart import Panel, chart
+from virtualrobot_apps.chart import Panel, chart
 from virtualrobot_plugins.sensor_models.infrared import Infrared, InfraredSettings
 from virtualrobot_plugins.sensor_models.laser import Laser, LaserSettings
 from virtualrobot_plugins.sensor_models.ultrasonic import Ultrasonic, UltrasonicSettings

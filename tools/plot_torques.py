@@ -11,8 +11,8 @@ import click
 import numpy as np
 import virtualrobot
 from numpy.typing import NDArray
-from virtualrobot.apps.chart import Panel, chart
 from virtualrobot.kernel_process import KernelProcess
+from virtualrobot_apps.chart import Panel, chart
 
 SECONDS, SAMPLES = 2.0, 201
 TURN = np.radians(60.0)

@@ -16,7 +16,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from virtualrobot.session import DEFAULT_HOST, DEFAULT_PORT, is_loopback, token_path
+from virtualrobot.session import DEFAULT_HOST, DEFAULT_PORT, given_token, is_loopback, token_path
 
 from virtualrobot_kernel.errors import KernelError
 
@@ -24,6 +24,12 @@ if TYPE_CHECKING:
     from virtualrobot_kernel.components.catalog import Catalog
 
 log = logging.getLogger(__name__)
+
+CLOSE_SECONDS = 20.0
+"""Longest time (s) that the rooms may take to close before the process ends without them."""
+
+LAST_THREADS_SECONDS = 5.0
+"""Longest time (s) after that for threads which may never return: those of components in this process."""
 
 SWITCH_INTERVAL_SECONDS = 0.0005
 """Greatest time (s) that a thread may hold the interpreter while others wait: measured for calls' shortest tail."""
@@ -52,7 +58,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("scene", nargs="?", type=Path, help="a scene file to load first")
     parser.add_argument("--host", default=DEFAULT_HOST, help="the address to listen on (default: this machine only)")
     parser.add_argument("--port", type=int, default=DEFAULT_PORT, help=f"0 for any free one (default: {DEFAULT_PORT})")
-    parser.add_argument("--token-file", type=Path, help="where the token is read from, or written when it isn't there")
+    token = "a file, read or, when it isn't there, written; without it VIRTUALROBOT_TOKEN is the token, or one is made"
+    parser.add_argument("--token-file", type=Path, help=token)
     parser.add_argument("--no-token", action="store_true", help="let every program of this machine in")
     parser.add_argument("--tls-certificate", type=Path, help="a PEM file; needed beyond this machine")
     parser.add_argument("--tls-key", type=Path, help="the certificate's key, a PEM file")
@@ -116,8 +123,25 @@ def _serve(options: argparse.Namespace) -> int:
             while not ended.wait(0.5):  # a wait without timeout can't be interrupted on Windows
                 pass
     finally:
+        _end_after(CLOSE_SECONDS, 1)
         kernel.close()
+        _end_after(LAST_THREADS_SECONDS, 1 if faults else 0)
     return 1 if faults else 0
+
+
+def _end_after(seconds: float, code: int) -> None:
+    """End the process with an exit code after some seconds, if it has not ended by itself before."""
+
+    def end() -> None:
+        own = (threading.main_thread(), threading.current_thread())
+        running = ", ".join(one.name for one in threading.enumerate() if one not in own)
+        log.warning("ended by force after %g s, while these threads ran: %s", seconds, running)
+        logging.shutdown()
+        os._exit(code)
+
+    timer = threading.Timer(seconds, end)
+    timer.daemon = True
+    timer.start()
 
 
 def _wait_for_input(ended: threading.Event) -> None:
@@ -170,13 +194,13 @@ def compile_all_code() -> None:
 
 
 def _given_token(options: argparse.Namespace) -> str:
-    path = options.token_file
-    if path is None or not path.exists():
+    """Return the token of the token file, where it is there, or of the environment; "" for one that is made."""
+    if options.token_file and not options.token_file.exists():
         return ""
-    token = path.read_text("utf-8").strip()
-    if not token:
-        raise KernelError(f"the token file {path} is empty")
-    return token
+    try:
+        return given_token(options.token_file)[0]
+    except ValueError as error:
+        raise KernelError(str(error)) from error
 
 
 @contextlib.contextmanager

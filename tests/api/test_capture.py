@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from google.protobuf.field_mask_pb2 import FieldMask
 from PIL import Image
-from virtualrobot.v1 import geometry_pb2, kernel_pb2, nodes_pb2, scene_pb2, sensing_pb2, sensor_pb2, view_pb2
+from virtualrobot.v1 import geometry_pb2, nodes_pb2, scene_pb2, sensing_pb2, sensor_pb2, view_pb2
 
 from tests.api.asking import PANDA, apply, create, load, refusal
 from tests.api.reading import array, pose, values
@@ -299,40 +299,6 @@ def test_points_are_where_each_lens_sees_what_is_there(stage: Stubs, projection:
     assert len(rows) >= 4 * 4
     is_red = balls[rows, columns, 0] > 1.5 * balls[rows, columns, 2]
     assert is_red.mean() > 0.9, "they are on the balls"
-
-
-def test_what_sensors_say_is_drawn(stage: Stubs) -> None:
-    """A beam along x that ends on a wall: its line and its echo, where they project; a camera's pyramid elsewhere."""
-    pattern = sensing_pb2.ScanPattern(beam=sensing_pb2.SingleBeam())
-    beam = nodes_pb2.Node(name="beam", range_sensor=sensing_pb2.RangeSensor(pattern=pattern, running=True))
-    beam.parent_t_node.position.CopyFrom(Vector(x=-1.0))
-    aside = FORWARD.copy()
-    aside[:3, 3] = 0.0, 0.5, 0.8
-    apply(
-        stage,
-        create(beam),
-        node("wall", 0.9, 0.0, 0.0, box=nodes_pb2.Box(size=Vector(x=0.2, y=0.4, z=1.0))),
-        sensor("eye", aside, width=40, height=30, running=True),
-    )
-    stage.kernel.StepClock(kernel_pb2.StepClockRequest(ticks=60))
-    before = capture(stage)
-    shown = {
-        "rays": [(-0.9, 0.0, 0.0), (0.0, 0.0, 0.0), (0.7, 0.0, 0.0)],
-        "points": [],
-        "frustum": [(0.0, 0.5, 0.8)],
-        "image": [],
-    }
-    for field, places in shown.items():
-        overlay = view_pb2.SensorOverlay(sensor="eye" if field in ("frustum", "image") else "beam")
-        setattr(overlay, field, True)
-        change(stage, view_pb2.View(sensors=[overlay]), "sensors")
-        after = capture(stage)
-        assert (after != before).any(), field
-        for place in places:
-            assert (near(after, *place) != near(before, *place)).any(), (field, place)
-        assert (capture(stage, plain=True) == before).all()
-    through = capture(stage, camera_sensor="eye", camera=None, width=0, height=0)
-    assert (through == capture(stage, camera_sensor="eye", camera=None, width=0, height=0, plain=True)).all()
 
 
 def test_what_no_picture_can_be_taken_of_is_refused_by_its_field(stage: Stubs) -> None:

@@ -13,7 +13,7 @@ from virtualrobot.v1 import collision_pb2, geometry_pb2, motion_pb2, nodes_pb2, 
 from tests.api.asking import IIWA, apply, box, create, ended, joints, load, start
 from tests.api.leasing import Holder, free
 from tests.api.moving import ABORTED, SUCCEEDED, motion
-from tests.api.reading import state, step
+from tests.api.reading import step
 from tests.kernels import EMPTY_SCENE, KernelProcess, Stubs
 
 MODES = {name: getattr(collision_pb2, f"COLLISION_MODE_{name.upper()}") for name in ("off", "monitor", "stop", "guard")}
@@ -148,82 +148,6 @@ def test_a_touch_is_told_in_its_tick_and_stops_the_arm(stepped: Stubs, watching:
     assert again.first.touching[0].pair.contacts and not again.first.events
 
 
-def test_who_touches_just_before_the_goal_has_not_succeeded(stepped: Stubs, watching: Watching) -> None:
-    """The arm brakes for its goal, inside the box, when it touches: it gets there, and is told to be stopped."""
-    arm_and_box(stepped)
-    mode(stepped, "stop")
-    watch = watching(stepped)
-    id = start(stepped, joints("arm", 1.0, **LEANING)).id
-    step(stepped, 1000)
-    assert watch.until(2)[1][1] == "stopped arm"
-    stopped = motion(stepped, id)
-    assert (stopped.phase, stopped.end_cause) == (ABORTED, COLLISION)
-    assert state(stepped, "arm").positions[1] == pytest.approx(LEANING["lbr_iiwa_joint_2"], abs=1e-9)
-
-
-def test_modes_of_robots_and_two_robots(stepped: Stubs, watching: Watching) -> None:
-    """Of two arms that lean towards each other, one is to stop: both are stopped; a third is told of only."""
-    load(stepped, IIWA, "left")
-    turned = geometry_pb2.Pose(position=geometry_pb2.Vector3(x=1.0), orientation=geometry_pb2.Quaternion(z=1.0, w=0.0))
-    load(stepped, IIWA, "right", parent_t_node=turned)
-    load(stepped, IIWA, "third", parent_t_node=place(y=3.0))
-    apply(stepped, create(box("box", x=0.5, y=3.0, z=0.9)))
-    mode(stepped, left="stop", third="monitor")
-    watch = watching(stepped)
-    ids = [start(stepped, joints(robot, 0.2, **FAR)).id for robot in ("left", "right", "third")]
-    step(stepped, 1500)
-    while not all(any(word in what for _, what in watch.told) for word in ("third", "stopped")):
-        watch.until(len(watch.told) + 1)
-    assert [what for _, what in watch.told if what.startswith("stopped")] == ["stopped left right"]
-    assert [motion(stepped, id).phase for id in ids] == [ABORTED, ABORTED, SUCCEEDED]
-
-
-def test_what_touches_before_is_tolerated_and_a_stopped_arm_moves_out(stepped: Stubs, watching: Watching) -> None:
-    arm_and_box(stepped)
-    watch = watching(stepped)
-    put(stepped, **LEANING)
-    mode(stepped, "stop")
-    tolerated = watch.until(1)
-    assert {what.split()[1] for _, what in tolerated} == {"tolerated"}
-    assert all(one.tolerated for one in watching(stepped).first.touching)
-    out = start(stepped, joints("arm", **UPRIGHT)).id
-    step(stepped, 1500)
-    assert motion(stepped, out).phase == SUCCEEDED, "what touched already stops nothing"
-    back = start(stepped, joints("arm", 0.2, **FAR)).id
-    step(stepped, 1500)
-    assert motion(stepped, back).end_cause == COLLISION
-    again = start(stepped, joints("arm", **UPRIGHT)).id
-    step(stepped, 1500)
-    assert motion(stepped, again).phase == SUCCEEDED
-    assert not watching(stepped).first.touching
-
-
-def test_a_part_that_is_picked_touches_its_table_until_it_is_lifted(stepped: Stubs, watching: Watching) -> None:
-    """The part hangs at the flange and stands on a table; the table is nobody's business before."""
-    load(stepped, IIWA, "arm")
-    tool = nodes_pb2.Node(name="tool", parent="arm.lbr_iiwa_link_7", tool=nodes_pb2.Tool())
-    apply(
-        stepped,
-        create(tool),
-        create(box("part", z=1.45)),
-        create(box("table", z=1.54)),
-        scene_pb2.Command(select_tool=scene_pb2.SelectTool(robot="arm", tool="tool")),
-    )
-    mode(stepped, "stop")
-    watch = watching(stepped)
-    assert not watch.first.touching
-    pick = scene_pb2.PickPart(robot="arm", part="part", max_distance_meters=1.0)
-    apply(stepped, scene_pb2.Command(pick_part=pick))
-    assert [what for _, what in watch.until(1)] == ["part/table tolerated"]
-    id = start(stepped, joints("arm", **LEANING)).id
-    step(stepped, 1500)
-    assert motion(stepped, id).phase == SUCCEEDED
-    assert [what for _, what in watch.until(2)][1:] == ["part/table apart"]
-    back = start(stepped, joints("arm", 0.2, lbr_iiwa_joint_2=-0.75)).id
-    step(stepped, 1500)
-    assert motion(stepped, back).end_cause == COLLISION
-
-
 def test_scenes_come_and_go_under_a_watch(stepped: Stubs, watching: Watching) -> None:
     arm_and_box(stepped)
     put(stepped, **LEANING)
@@ -242,28 +166,6 @@ def test_scenes_come_and_go_under_a_watch(stepped: Stubs, watching: Watching) ->
     stepped.scene.LoadScene(scene_pb2.LoadSceneRequest(text=text))
     watch.until(4 * count)
     assert names(watch.messages[-1].touching) == there
-
-
-def test_equal_runs_are_told_equally(stepped: Stubs, watching: Watching) -> None:
-    """Twice the same commands at the same ticks: the same events at the same ticks, and the same joints bit for bit."""
-    runs = []
-    for ticks in (1, 50):
-        stepped.scene.LoadScene(scene_pb2.LoadSceneRequest(text=EMPTY_SCENE))
-        arm_and_box(stepped)
-        apply(stepped, create(box("other", x=0.5, y=0.8, z=0.9)))
-        mode(stepped, "stop")
-        watch = watching(stepped)
-        began = step(stepped).stamp.tick
-        start(stepped, joints("arm", 0.2, **FAR, lbr_iiwa_joint_1=0.2))
-        for _ in range(600 // ticks):
-            step(stepped, ticks)
-        positions = list(state(stepped, "arm").positions)
-        mode(stepped, "off")
-        while not watch.told or "unwatched" not in watch.told[-1][1]:
-            watch.until(len(watch.told) + 1)
-        told = [(tick - began, what) for tick, what in watch.told]
-        runs.append((told, positions))
-    assert runs[0] == runs[1]
 
 
 def test_the_monitor_stops_leased_robots(stepped: Stubs, stepped_kernel: KernelProcess, watching: Watching) -> None:

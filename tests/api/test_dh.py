@@ -11,9 +11,9 @@ import grpc
 import numpy as np
 import pytest
 from google.protobuf import json_format, struct_pb2
-from virtualrobot.v1 import motion_pb2, nodes_pb2, robot_pb2, scene_pb2
+from virtualrobot.v1 import nodes_pb2, robot_pb2, scene_pb2
 
-from tests.api.asking import ended, joints, load, refusal, start
+from tests.api.asking import load, refusal
 from tests.api.reading import matrices, matrix, pose, values
 from tests.kernels import Stubs
 from tests.unit.plugins.paper_arm import Lengths, closed_form
@@ -119,16 +119,6 @@ def test_a_saved_table_is_the_same_robot(stepped: Stubs) -> None:
     np.testing.assert_allclose(reached, closed_form(np.zeros(6), LENGTHS), atol=1e-12)
 
 
-def test_a_table_moves_on_a_line(stubs: Stubs) -> None:
-    """Through the solver that the component brings: five centimeters down from the loaded posture."""
-    load_scene(stubs, PAPER)
-    goal = closed_form(np.array([0.0, RIGHT, 0.0, 0.0, -RIGHT, 0.0]), LENGTHS)
-    goal[2, 3] -= 0.05
-    line = motion_pb2.Linear(goal=motion_pb2.PoseGoal(reference_t_tcp=pose(goal)))
-    move = motion_pb2.Move(robot="ar_manipulator", linear=line)
-    assert ended(stubs, start(stubs, move).id).phase == motion_pb2.MOTION_PHASE_SUCCEEDED
-
-
 def test_a_scara_of_modified_rows_with_names_and_a_stroke(stepped: Stubs) -> None:
     """Craig's convention: x = l1 c1 + l2 c12, z = -d3; on a floating base in a frame of its own."""
     rows = [
@@ -154,11 +144,6 @@ def test_a_scara_of_modified_rows_with_names_and_a_stroke(stepped: Stubs) -> Non
     np.testing.assert_allclose(reached[:3, 2], [0.0, 0.0, -1.0], atol=1e-12)
 
 
-def test_tables_without_a_name_are_numbered(stepped: Stubs) -> None:
-    names = [stepped.scene.ImportModel(request([{}, {"a_meters": 0.2}])).created[0].name for _ in range(2)]
-    assert names[1] == f"{names[0]}_2"
-
-
 @pytest.mark.parametrize(
     ("given", "message"),
     [
@@ -177,26 +162,6 @@ def test_a_table_and_a_file_exclude_each_other(stepped: Stubs, given: dict[str, 
 def test_neither_a_table_nor_a_file(stepped: Stubs) -> None:
     said = refusal(lambda: load(stepped, ""))
     assert "uri must name the model's main file, or denavit_hartenberg hold a table" in said.message
-
-
-@pytest.mark.parametrize(
-    ("row", "message"),
-    [
-        ({"a_meters": "NaN"}, "denavit_hartenberg.rows[1].a_meters is nan; it must be a finite number"),
-        ({"type": "JOINT_TYPE_FLOATING"}, "denavit_hartenberg.rows[1].type is floating; a row can be revolute"),
-        ({"name": "joint_1"}, "denavit_hartenberg.rows[1].name: the joint 'joint_1' is that of rows[0] already"),
-        (
-            {"limits": {"lower": 1.0, "upper": 0.5}},
-            "denavit_hartenberg.rows[1].limits are 1 to 0.5; the lower one must be the lesser",
-        ),
-    ],
-)
-def test_a_bad_row_changes_nothing(stepped: Stubs, row: dict[str, Any], message: str) -> None:
-    before = len(stepped.scene.GetScene(scene_pb2.GetSceneRequest()).nodes)
-    said = refusal(lambda: stepped.scene.ImportModel(request([{}, row])))
-    assert said.message.startswith(message)
-    assert said.code in (grpc.StatusCode.INVALID_ARGUMENT, grpc.StatusCode.ALREADY_EXISTS)
-    assert len(stepped.scene.GetScene(scene_pb2.GetSceneRequest()).nodes) == before
 
 
 def test_a_bad_row_of_a_scene_file_is_found(stepped: Stubs) -> None:
@@ -236,13 +201,6 @@ def test_a_table_is_there_to_look_at(stepped: Stubs) -> None:
     both = {nodes_pb2.FIGURE_ROLE_VISUAL, nodes_pb2.FIGURE_ROLE_COLLISION}
     assert all(set(figure.roles) in (set(), both) for node in links for figure in node.figures)
     assert all(node.figures for node in links)
-
-
-def test_a_table_can_be_jogged_from_its_posture(stubs: Stubs) -> None:
-    load_scene(stubs, PAPER)
-    assert (
-        ended(stubs, start(stubs, joints("ar_manipulator", joint_1=0.5)).id).phase == motion_pb2.MOTION_PHASE_SUCCEEDED
-    )
 
 
 def test_a_table_goes_on_as_urdf(stepped: Stubs, rng: np.random.Generator) -> None:

@@ -12,7 +12,7 @@ from google.protobuf import json_format
 from virtualrobot.v1 import geometry_pb2, nodes_pb2, robot_pb2, scene_pb2
 
 from tests.api.asking import IIWA, MODELS, apply, create, load, refusal
-from tests.api.reading import array, pose, random_matrix, values
+from tests.api.reading import array, values
 from tests.api.test_export import content
 from tests.kernels import Stubs
 
@@ -25,32 +25,6 @@ def weight(mass: float, *centre: float, moment: float = 0.0) -> nodes_pb2.Inerti
     place = geometry_pb2.Pose(position=geometry_pb2.Vector3(x=x, y=y, z=z))
     diagonal = geometry_pb2.Vector3(x=moment, y=moment, z=moment)
     return nodes_pb2.Inertial(mass_kilograms=mass, link_t_inertial=place, diagonal=diagonal)
-
-
-def test_a_movement_with_tool_and_part_against_pinocchio(stepped: Stubs, rng: np.random.Generator) -> None:
-    base = random_matrix(rng)
-    load(stepped, IIWA, "arm", parent_t_node=pose(base))
-    tool = nodes_pb2.Node(name="tool", parent=LAST, tool=nodes_pb2.Tool(inertial=weight(2.0, 0.0, 0.1, 0.05)))
-    part = nodes_pb2.Part(inertial=weight(3.0, 0.0, 0.0, 0.2, moment=0.1))
-    apply(stepped, create(tool), create(nodes_pb2.Node(name="part", parent="tool", part=part)))
-    model = pinocchio.buildModelFromUrdf(IIWA)
-    model.gravity.linear = base[:3, :3].T @ [0.0, 0.0, -9.81]
-    for mass, centre, moment in ((2.0, [0.0, 0.1, 0.05], 0.0), (3.0, [0.0, 0.0, 0.2], 0.1)):
-        inertia = pinocchio.Inertia(mass, np.array(centre), moment * np.eye(3))
-        model.appendBodyToJoint(7, inertia, pinocchio.SE3.Identity())
-    data = model.createData()
-    q, v, a = rng.uniform(-1.5, 1.5, (3, 20, 7))
-    told = stepped.robot.SolveInverseDynamics(
-        REQUEST(robot="arm", positions=array(q), velocities=array(v), accelerations=array(a))
-    )
-    assert list(told.joint_names) == [f"lbr_iiwa_joint_{i}" for i in range(1, 8)]
-    theirs = [pinocchio.rnea(model, data, *sample) for sample in zip(q, v, a, strict=True)]
-    np.testing.assert_allclose(values(told.efforts), theirs, rtol=1e-9, atol=1e-9)
-    at_rest = [pinocchio.computeGeneralizedGravity(model, data, sample) for sample in q]
-    np.testing.assert_allclose(values(told.gravity_efforts), at_rest, rtol=1e-9, atol=1e-9)
-    assert values(told.base_wrenches).shape == (20, 6)
-    assert told.payload_kilograms == 5.0
-    assert not told.warnings
 
 
 def test_a_robot_that_lifts_too_much(stepped: Stubs) -> None:

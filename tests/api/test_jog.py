@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import inf, nan, pi, tau
+from math import inf, nan
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from virtualrobot.v1 import motion_pb2, nodes_pb2
 
 from tests.api.asking import IIWA, apply, create, load, refusal, start
-from tests.api.moving import CANCELLED, READY, RUNNING, SUCCEEDED, TICK, finished, jog, joint_jog, motion
+from tests.api.moving import CANCELLED, READY, RUNNING, SUCCEEDED, finished, jog, joint_jog, motion
 from tests.api.reading import matrix, pose, random_matrix, state, step, unchanged, values
 from tests.api.test_robot import put, robot
 from tests.kernels import Stubs
@@ -105,45 +105,6 @@ def test_without_a_node_the_axes_are_the_worlds(ready: Stubs, rng: np.random.Gen
         after = matrix(state(ready, "turned").world_t_tcp)
         np.testing.assert_allclose(after[:3, 3] - before[:3, 3], 0.02 * axes[:, 2], atol=1e-8)
         before = after
-
-
-def test_the_tcp_goes_as_far_as_it_can_and_is_told_what_ends_it(ready: Stubs) -> None:
-    first = matrix(state(ready, "arm").world_t_tcp)
-    outward = first[:3, 3] * (1.0, 1.0, 0.0)
-    answer = started(ready, jog("arm", outward, velocity=0.5))
-    (note,) = answer.notes
-    assert (note.kind, note.wanted) == (motion_pb2.PLAN_NOTE_KIND_JOG_ENDS, pytest.approx(2.0))
-    assert "singularity" in note.message
-    fastest, before = 0.0, first
-    while motion(ready, answer.motion.id).phase == RUNNING:
-        now = matrix(step(ready).robots[0].world_t_tcp)
-        fastest = max(fastest, float(np.linalg.norm(now[:3, 3] - before[:3, 3])) / TICK)
-        before = now
-    assert fastest <= 0.5 * (1.0 + 1e-6)
-    np.testing.assert_allclose(before[:3, 3] - first[:3, 3], note.kept * outward / np.linalg.norm(outward), atol=1e-6)
-    with unchanged(ready):
-        refused = refusal(lambda: start(ready, jog("arm", outward)))
-    assert refused.reason == "SINGULARITY"
-    back = started(ready, jog("arm", -outward, distance=0.1))
-    assert not back.notes
-    assert finished(ready, back.motion.id).phase == SUCCEEDED
-
-
-@pytest.mark.long
-def test_a_tool_turns_farther_than_half_a_turn_until_a_joint_ends_it(ready: Stubs) -> None:
-    put(ready, "arm", {**READY, "lbr_iiwa_joint_7": -2.5})
-    first = matrix(state(ready, "arm").world_t_tcp)
-    answer = started(ready, jog("arm", rotation=[0, 0, 1], frame=TOOL, velocity=1.0))
-    assert answer.motion.planned_duration_seconds > 3.5
-    turned, before = 0.0, first
-    while motion(ready, answer.motion.id).phase == RUNNING:
-        now = matrix(step(ready).robots[0].world_t_tcp)
-        turned += float(Rotation.from_matrix(before[:3, :3].T @ now[:3, :3]).as_rotvec()[2])
-        before = now
-    expected = answer.notes[0].kept if answer.notes else tau
-    assert turned == pytest.approx(expected, abs=1e-6)
-    assert turned > pi
-    np.testing.assert_allclose(before[:3, 3], first[:3, 3], atol=1e-6)
 
 
 def test_jogs_that_are_none_are_refused(ready: Stubs) -> None:

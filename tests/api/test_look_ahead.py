@@ -47,25 +47,6 @@ def test_a_box_in_the_way_stops_the_motion_and_each_tick_is_free(
     assert "'arm.lbr_iiwa_link_" in told.end_reason and "would touch 'box' in " in told.end_reason
 
 
-def test_nothing_in_the_way_stops_nothing(stepped: Stubs) -> None:
-    """Turned about its first joint, upright, the arm goes nowhere near a box beside it."""
-    looking(stepped, 1.0)
-    apply(stepped, create(box("box", x=0.5, z=0.2)))
-    id = start(stepped, joints("arm", lbr_iiwa_joint_1=1.5)).id
-    step(stepped, 1000)
-    assert motion(stepped, id).phase == SUCCEEDED
-
-
-def test_without_looking_ahead_the_arm_stops_when_it_touches(stepped: Stubs) -> None:
-    looking(stepped, 0.0)
-    id = lean(stepped, 0.1)
-    apply(stepped, create(box("box", x=0.5, z=0.9)))
-    step(stepped, 1500)
-    told = motion(stepped, id)
-    assert told.end_cause == motion_pb2.END_CAUSE_COLLISION and " touches 'box'" in told.end_reason
-    assert touching(stepped)
-
-
 def test_a_box_in_the_way_stops_the_motion_while_the_clock_runs(stubs: Stubs) -> None:
     looking(stubs, 3.0)
     id = lean(stubs, 0.05)
@@ -74,15 +55,3 @@ def test_a_box_in_the_way_stops_the_motion_while_the_clock_runs(stubs: Stubs) ->
     assert (told.phase, told.end_cause) == (ABORTED, motion_pb2.END_CAUSE_COLLISION)
     assert "would touch 'box' in " in told.end_reason
     assert not touching(stubs)
-
-
-def test_a_box_that_is_gone_again_is_no_reason(stepped: Stubs) -> None:
-    """It is beyond the horizon while it is there."""
-    looking(stepped, 0.2)
-    id = lean(stepped, 0.1)
-    apply(stepped, create(box("box", x=0.5, z=0.9)))
-    step(stepped, 100)
-    assert motion(stepped, id).phase == RUNNING
-    apply(stepped, scene_pb2.Command(remove_node=scene_pb2.RemoveNode(name="box")))
-    step(stepped, 3000)
-    assert motion(stepped, id).phase == SUCCEEDED

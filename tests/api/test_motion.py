@@ -161,15 +161,6 @@ def test_a_paused_motion_ends_at_once_when_it_is_cancelled(stepped: Stubs) -> No
     assert start(stepped, joints("arm", lbr_iiwa_joint_1=0.0)).phase == RUNNING, "no joint is busy, without any tick"
 
 
-def test_a_motion_that_reaches_its_goal_was_not_cancelled(stepped: Stubs) -> None:
-    load(stepped, IIWA, "arm")
-    ask = start(stepped, joints("arm", lbr_iiwa_joint_1=1.0))
-    step(stepped, round(ask.planned_duration_seconds / TICK) - 5)
-    cancel(stepped, ask.id, "too late")
-    ended = finished(stepped, ask.id)
-    assert (ended.phase, ended.end_reason, ended.end_cause) == (SUCCEEDED, "", 0)
-
-
 @pytest.mark.parametrize(("of_all", "of_one"), [(1.0, 1.0), (0.5, 1.0), (1.0, 0.25), (0.5, 0.4)])
 def test_speed_factors_multiply(stepped: Stubs, of_all: float, of_one: float) -> None:
     """A law of time: at a constant rate f, a motion of T seconds takes T / f."""

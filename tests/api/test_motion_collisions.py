@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from virtualrobot.v1 import collision_pb2, motion_pb2, nodes_pb2, scene_pb2
 
-from tests.api.asking import IIWA, PANDA, apply, box, create, joints, load, refusal, start
+from tests.api.asking import IIWA, apply, box, create, joints, load, refusal, start
 from tests.api.moving import TICK
 from tests.api.reading import matrix, state, step
 from tests.kernels import Stubs
@@ -52,17 +52,6 @@ def test_the_world_touches_when_and_where_it_was_told(stepped: Stubs) -> None:
     assert (told.first, told.second) in touching(stepped)
 
 
-def test_two_robots_of_one_motion_meet(stepped: Stubs) -> None:
-    """Each alone is free, and the two at once are not."""
-    load(stepped, IIWA, "left")
-    load(stepped, PANDA, "right", parent_t_node=box("", x=1.1).parent_t_node)
-    moves = joints("left", lbr_iiwa_joint_2=1.1), joints("right", panda_joint2=-1.3)
-    assert all(not checked(stepped, move).HasField("first_violation") for move in moves)
-    told = checked(stepped, *moves).first_violation
-    assert told.kind == COLLISION and told.robot == "left"
-    assert told.first.startswith("left.") and told.second.startswith("right.")
-
-
 def test_collisions_can_be_left_out_or_allowed(stubs: Stubs) -> None:
     load(stubs, IIWA, "arm")
     apply(stubs, create(box("box", x=0.6, z=0.9)))
@@ -73,15 +62,6 @@ def test_collisions_can_be_left_out_or_allowed(stubs: Stubs) -> None:
         assert told.second == "box"
         pair = nodes_pb2.NodePair(first=told.first, second="box")
         apply(stubs, scene_pb2.Command(set_allowed_pairs=collision_pb2.SetAllowedPairs(allow=[pair])))
-
-
-def test_what_touches_at_the_start_does_so_after_no_time(stubs: Stubs) -> None:
-    load(stubs, IIWA, "arm")
-    jump = scene_pb2.SetJointPositions(robot="arm", joint_positions={"lbr_iiwa_joint_2": 0.75})
-    apply(stubs, create(box("box", x=0.5, z=0.9)), scene_pb2.Command(set_joint_positions=jump))
-    told = checked(stubs, joints("arm", lbr_iiwa_joint_1=0.5)).first_violation
-    assert (told.kind, told.time_seconds, told.path_fraction) == (COLLISION, 0.0, 0.0)
-    assert "where the motion starts" in told.message
 
 
 @pytest.mark.parametrize("resolution", [-1.0, 1e-7, 0.2, np.inf, np.nan])

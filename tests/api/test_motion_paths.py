@@ -8,32 +8,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 from virtualrobot.v1 import motion_pb2, nodes_pb2
 
-from tests.api.asking import IIWA, PANDA, apply, create, joints, load, refusal, start
+from tests.api.asking import IIWA, PANDA, apply, create, load, refusal, start
 from tests.api.moving import READY, RUNNING, SUCCEEDED, TICK, finished, linear, motion, to_pose, trajectory
 from tests.api.reading import matrix, pose, state, step, unchanged
 from tests.api.test_robot import drawn, forward, put, robot
 from tests.api.test_scene import update
 from tests.kernels import Stubs
-
-
-def test_point_to_point_is_a_straight_line_in_joint_space(stepped: Stubs, rng: np.random.Generator) -> None:
-    load(stepped, IIWA, "arm")
-    put(stepped, "arm", drawn(stepped, "arm", rng))
-    first, goal = np.array(state(stepped, "arm").positions), drawn(stepped, "arm", rng)
-    ask = start(stepped, joints("arm", **goal))
-    travel = np.array([goal[joint.name] for joint in robot(stepped, "arm").joints]) - first
-    shares = [0.0]
-    while motion(stepped, ask.id).phase == RUNNING:
-        now = step(stepped).robots[0]
-        done = (np.array(now.positions) - first) / travel
-        assert np.ptp(done) < 1e-9, "every joint has done the same share of its way"
-        shares.append(float(done[0]))
-    # What is left for the last tick may be so little of it that nothing is seen of it.
-    assert np.all(np.diff(shares)[:-1] > 0.0) and shares[-1] >= shares[-2]
-    assert shares[-1] == pytest.approx(1.0, abs=1e-12)
-    assert not np.any(state(stepped, "arm").velocities)
-    assert len(shares) - 1 == pytest.approx(ask.planned_duration_seconds / TICK, abs=1.0)
-    assert motion(stepped, ask.id).progress == 1.0
 
 
 def test_goals_by_pose_reference_and_posture(stepped: Stubs, rng: np.random.Generator) -> None:
@@ -91,19 +71,6 @@ def test_a_line_is_straight_and_turns_evenly_at_each_tick(stepped: Stubs, rng: n
             shares.append(float(share))
         assert np.all(np.diff(shares) > -1e-9)
         assert shares[-1] == pytest.approx(1.0, abs=1e-6)
-
-
-def test_a_line_keeps_its_speed(stepped: Stubs) -> None:
-    load(stepped, IIWA, "arm")
-    put(stepped, "arm", READY)
-    goal = matrix(state(stepped, "arm").world_t_tcp)
-    goal[2, 3] -= 0.2
-    ask = start(stepped, linear("arm", goal, max_velocity_meters_per_second=0.1))
-    heights = [state(stepped, "arm").world_t_tcp.position.z]
-    while motion(stepped, ask.id).phase == RUNNING:
-        heights.append(step(stepped).robots[0].world_t_tcp.position.z)
-    speeds = -np.diff(heights) / TICK
-    assert speeds.max() == pytest.approx(0.1, rel=1e-3), "reached, and never exceeded"
 
 
 def test_lines_that_cannot_be_gone_are_refused_with_the_place(stepped: Stubs) -> None:

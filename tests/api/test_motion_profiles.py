@@ -11,8 +11,8 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from virtualrobot.apps import chart
 from virtualrobot.v1 import motion_pb2
+from virtualrobot_apps import chart
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 PAGE = (ROOT / "docs" / "motion-profiles.md").read_text("utf-8")

@@ -11,7 +11,7 @@ from virtualrobot._wire.signal_values import condition, value_message
 from virtualrobot.v1 import kernel_pb2, motion_pb2, scene_pb2, signal_pb2
 
 from tests.api.asking import IIWA, PANDA, apply, joints, load, refusal, set_signals
-from tests.api.moving import ABORTED, CANCELLED, PAUSED, READY, RUNNING, SUCCEEDED, TICK, finished, linear, motion
+from tests.api.moving import ABORTED, CANCELLED, READY, RUNNING, SUCCEEDED, TICK, finished, linear, motion
 from tests.api.reading import matrix, state, step
 from tests.kernels import Stubs
 
@@ -168,22 +168,6 @@ def test_two_programs_shake_hands(stepped: Stubs) -> None:
     assert motion(stepped, taker.id).phase == SUCCEEDED
 
 
-def test_pause_works_while_it_waits(stepped: Stubs) -> None:
-    load(stepped, IIWA, "arm")
-    signals(stepped, "go")
-    ask = run(stepped, wait("go", 1.0), move(joints("arm", lbr_iiwa_joint_1=0.1))).motion
-    step(stepped, 10)
-    assert motion(stepped, ask.id).phase == WAITING
-    assert stepped.motion.PauseMotion(motion_pb2.PauseMotionRequest(id=ask.id)).motion.phase == PAUSED
-    turn_on(stepped, "go")
-    step(stepped, 1000)
-    assert motion(stepped, ask.id).phase == PAUSED
-    stepped.motion.ResumeMotion(motion_pb2.ResumeMotionRequest(id=ask.id))
-    step(stepped)
-    assert (motion(stepped, ask.id).phase, motion(stepped, ask.id).step) == (RUNNING, 1)
-    assert finished(stepped, ask.id).phase == SUCCEEDED
-
-
 def test_a_wait_that_takes_too_long(stepped: Stubs) -> None:
     load(stepped, IIWA, "arm")
     signals(stepped, "go", "later")
@@ -241,25 +225,6 @@ def test_a_waiting_program_makes_way_at_once(stepped: Stubs) -> None:
     ended = motion(stepped, waiting.id)
     assert (ended.phase, ended.end_cause) == (CANCELLED, motion_pb2.END_CAUSE_PREEMPTED)
     assert finished(stepped, ask.id).phase == SUCCEEDED
-
-
-def test_low_speed_factors_change_moves_and_not_dwells(stepped: Stubs) -> None:
-    """At a tenth of the speed a move takes ten times as long, a dwell as long as ever, and a signal is set once."""
-    load(stepped, IIWA, "arm")
-    signals(stepped, "a")
-    factor = scene_pb2.SetSpeedFactor(robot="arm", factor=0.1)
-    apply(stepped, scene_pb2.Command(set_speed_factor=factor))
-    ask = run(stepped, move(joints("arm", lbr_iiwa_joint_1=0.05)), put("a"), dwell(0.2)).motion
-    watch = stepped.signal.WatchSignals(signal_pb2.WatchSignalsRequest())
-    next(watch)
-    begin = state_tick(stepped)
-    moving = ask.planned_duration_seconds - 0.2
-    step(stepped, 5000)
-    assert motion(stepped, ask.id).phase == SUCCEEDED
-    change = next(watch)
-    assert [(one.name, one.value.boolean) for one in change.signals] == [("a", True)]
-    assert change.stamp.tick - begin == int(np.ceil(10 * moving / TICK - 1e-6))
-    watch.cancel()
 
 
 def test_a_client_that_vanishes_leaves_no_waiting_program(stubs: Stubs) -> None:

@@ -11,8 +11,8 @@ import pytest
 from google.protobuf.field_mask_pb2 import FieldMask
 from virtualrobot.v1 import nodes_pb2, robot_pb2, scene_pb2
 
-from tests.api.asking import IIWA, MODELS, PANDA, apply, create, joints, load, refusal, start
-from tests.api.reading import array, matrices, matrix, pose, random_matrix, state, step, unchanged, values
+from tests.api.asking import IIWA, PANDA, apply, create, joints, load, refusal, start
+from tests.api.reading import matrices, matrix, pose, random_matrix, state, step, unchanged, values
 from tests.api.test_scene import remove, update
 from tests.kernels import Stubs
 
@@ -63,24 +63,6 @@ def test_a_robot_is_told_whole(stepped: Stubs) -> None:
     assert fourth.acceleration == pytest.approx(4 * 2.175)
     assert fourth.jerk == pytest.approx(40 * 2.175)
     assert (finger.type, finger.coordinate_count, finger.velocity_count) == (nodes_pb2.JOINT_TYPE_PRISMATIC, 1, 1)
-
-
-def test_a_floating_base_has_seven_coordinates_and_six_velocities(stepped: Stubs, rng: np.random.Generator) -> None:
-    load(stepped, str(MODELS / "r2d2.urdf"), "droid", base_joint=nodes_pb2.JOINT_TYPE_FLOATING)
-    base, *others = robot(stepped, "droid").joints
-    assert (base.type, base.coordinate_count, base.velocity_count) == (nodes_pb2.JOINT_TYPE_FLOATING, 7, 6)
-    now = state(stepped, "droid")
-    assert len(now.positions) == 7 + len(others)
-    assert len(now.velocities) == 6 + len(others)
-    place = random_matrix(rng)
-    turn = pose(place).orientation
-    coordinates = np.array(now.positions)
-    coordinates[:7] = [*place[:3, 3], turn.x, turn.y, turn.z, turn.w]
-    jump = scene_pb2.SetJointPositions(robot="droid", coordinates=array(coordinates))
-    apply(stepped, scene_pb2.Command(set_joint_positions=jump))
-    told = forward(stepped, "droid", {})
-    base_link = matrices(told.world_t_link)[list(told.links).index("droid.base_link")]
-    assert np.abs(base_link - place).max() < 1e-12, "quaternions are normalised"
 
 
 def test_states_by_name_and_mask(stepped: Stubs) -> None:

@@ -128,16 +128,6 @@ def test_a_stale_revision_is_refused_and_says_which_holds(stepped: Stubs) -> Non
     assert stepped.scene.Apply(request).stamp.structure_revision == seen + 2
 
 
-def test_a_uid_is_never_used_again(stepped: Stubs) -> None:
-    uids = []
-    for _ in range(3):
-        uids += [one.uid for one in apply(stepped, create(box("a")), create(box("b"))).created]
-        apply(stepped, remove("a"), remove("b"))
-    stepped.scene.LoadScene(scene_pb2.LoadSceneRequest(text="schema_version: 1\n"))
-    uids.append(apply(stepped, create(box("a"))).created[0].uid)
-    assert uids == sorted(set(uids))
-
-
 def test_an_update_changes_what_its_mask_names(stepped: Stubs, rng: np.random.Generator) -> None:
     uid = apply(stepped, create(box("a", x=1.0)), create(box("b", parent="a"))).created[0].uid
     place = random_matrix(rng)
@@ -161,60 +151,6 @@ def test_an_update_needs_a_mask_of_fields_that_can_change(stepped: Stubs, mask: 
         refused = refusal(lambda: apply(stepped, update("a", *mask, parent_t_node=pose(np.eye(4)))))
     assert refused.reason in ("INVALID_ARGUMENT", "UNKNOWN_NAME")
     assert "parent_t_node" in refused.message + refused.metadata.get("valid", "")
-
-
-def test_a_renamed_robot_renames_its_links(stepped: Stubs) -> None:
-    load(stepped, IIWA, "arm")
-    apply(stepped, update("arm", "name", name="kuka"))
-    names = [node.name for node in stepped.scene.GetScene(GET()).nodes]
-    assert {"kuka", "kuka.lbr_iiwa_link_7"} <= set(names)
-    assert not [name for name in names if name.startswith("arm")]
-
-
-def test_a_removed_node_takes_along_what_hangs_below(stepped: Stubs) -> None:
-    apply(stepped, create(box("a")), create(box("b", parent="a")), create(box("c", parent="b")), create(box("d")))
-    apply(stepped, remove("a"))
-    assert [node.name for node in stepped.scene.GetScene(GET()).nodes] == ["world", "d"]
-
-
-def test_attach_and_detach_keep_world_poses(stepped: Stubs, rng: np.random.Generator) -> None:
-    load(stepped, IIWA, "arm", parent_t_node=pose(random_matrix(rng)))
-    joints = {f"lbr_iiwa_joint_{i}": float(rng.uniform(-1.5, 1.5)) for i in range(1, 8)}
-    apply(
-        stepped,
-        *(
-            create(nodes_pb2.Node(name=n, object=nodes_pb2.SceneObject(), parent_t_node=pose(random_matrix(rng))))
-            for n in "ab"
-        ),
-        scene_pb2.Command(set_joint_positions=scene_pb2.SetJointPositions(robot="arm", joint_positions=joints)),
-    )
-    parents = ["arm.lbr_iiwa_link_7", "b", "arm", "world", "arm.lbr_iiwa_link_3"]
-    before = scene(stepped)
-    for parent in parents:
-        apply(stepped, attach("a", parent))
-        after = scene(stepped)
-        assert stepped.scene.GetScene(GET(names=["a"])).nodes[0].parent == parent
-        assert max(np.abs(after[name] - before[name]).max() for name in before) < 1e-12
-    place = random_matrix(rng)
-    apply(stepped, attach("a", "b", place))
-    after = scene(stepped)
-    assert np.abs(after["a"] - after["b"] @ place).max() < 1e-12, "the law of frames: world_t_a = world_t_b b_t_a"
-
-
-def test_a_node_cannot_hang_below_itself(stepped: Stubs) -> None:
-    apply(stepped, create(box("a")), create(box("b", parent="a")))
-    with unchanged(stepped):
-        for name, parent in [("a", "b"), ("a", "a"), ("world", "a")]:
-            assert refusal(lambda n=name, p=parent: apply(stepped, attach(n, p))).reason in (
-                "INVALID_ARGUMENT",
-                "WRONG_STATE",
-            )
-
-
-def test_links_stay_on_their_robot(stepped: Stubs) -> None:
-    load(stepped, IIWA, "arm")
-    with unchanged(stepped):
-        assert refusal(lambda: apply(stepped, attach("arm.lbr_iiwa_link_3"))).reason == "WRONG_STATE"
 
 
 def test_parts_of_the_scene_by_name_and_mask(stepped: Stubs) -> None:

@@ -70,68 +70,6 @@ def test_a_scanner_by_name_has_the_noise_of_its_data_sheet(stepped: Stubs, seed:
         assert abs(r) < stats.norm.isf(ALARM / 2) / np.sqrt(one.size)
 
 
-def test_equal_seeds_give_equal_noise_and_others_do_not(stepped: Stubs) -> None:
-    apply(
-        stepped,
-        hollow(3.0),
-        *(sensor(name, preset="LDS-01", seed=seed) for name, seed in (("a", 5), ("b", 5), ("c", 6))),
-    )
-    first, twin, other = (distances(stepped, name, 3) for name in "abc")
-    np.testing.assert_array_equal(first, twin)
-    assert (first != other).mean() > 0.9
-    assert (first[0] != first[1]).mean() > 0.9
-
-
-def test_dark_things_are_lost_sooner_than_white_ones(stepped: Stubs) -> None:
-    """The URG-04LX finds 90% to 5.6 m, so 4% to 1.18 m: by the root of the reflectance."""
-    apply(stepped, hollow(1.6, reflectance=0.04), sensor("hokuyo", preset="URG-04LX"))
-    told = read(stepped, "hokuyo").range
-    assert not values(told.valid).any()
-    assert not values(told.distances).any()
-
-
-@pytest.mark.parametrize("axis", ["y", "z"])
-def test_a_spot_on_an_edge_reads_between_both_surfaces(axis: str, stepped: Stubs) -> None:
-    """A plate covers half of the spot: each surface counts by its part over its squared distance (radar equation)."""
-    beside = geometry_pb2.Vector3(x=2.05, **{axis: 1.0})
-    plate = nodes_pb2.Node(
-        name="plate",
-        part=nodes_pb2.Part(),
-        parent_t_node=geometry_pb2.Pose(position=beside),
-        figures=[
-            nodes_pb2.Figure(
-                box=nodes_pb2.Box(size=geometry_pb2.Vector3(x=0.1, y=2.0, z=2.0)),
-                material=nodes_pb2.Material(reflectance=0.9),
-            )
-        ],
-    )
-    lidar = sensor("lidar", sensor_model="laser")
-    settings = {"deviation_meters": 0.0, "divergence_radians": [0.01, 0.005], "rays": 200, "pulse_meters": 0.5}
-    lidar.create_node.node.range_sensor.sensor_model_settings.update(settings)
-    apply(stepped, create(plate), wall(2.3), lidar)
-    near, far = 0.5 / 2.0**2, 0.5 / 2.3**2
-    told = read(stepped, intensities=True).range
-    # Half of the rays to one in a hundred, and steps of 1 mm.
-    expected = (2.0 * near + 2.3 * far) / (near + far)
-    np.testing.assert_allclose(values(told.distances), expected, atol=0.005)
-    np.testing.assert_allclose(values(told.intensities), 0.9, atol=0.001)
-
-
-def test_a_sonar_reads_a_slanted_wall_as_where_it_stands_across(stepped: Stubs) -> None:
-    """An HC-SR04 counts with 340 m/s where sound makes 343.4; 1.5 mm of noise, steps of 3 mm, rays 2 degrees apart."""
-    apply(stepped, wall(1.0, np.radians(10.0)), sensor("sonar", preset="HC-SR04"))
-    expected = np.cos(np.radians(10.0)) * 340.0 / 343.42
-    assert distances(stepped, "sonar", 20).mean() == pytest.approx(expected, abs=0.004)
-    apply(stepped, remove("wall"), wall(1.0, np.radians(50.0)))
-    assert not values(read(stepped, "sonar").range.valid).any()
-
-
-def test_an_infrared_sensor_is_deceived_by_what_is_too_near(stepped: Stubs) -> None:
-    apply(stepped, wall(0.03), sensor("sharp", preset="GP2Y0A21"))
-    near = distances(stepped, "sharp", 10)
-    assert ((near > 0.1) & (near < 0.3)).all()
-
-
 def test_every_device_reads_in_a_room(stepped: Stubs) -> None:
     """Inside a white sphere, halfway through its range, each beam of each device finds it."""
     listed = presets(stepped)

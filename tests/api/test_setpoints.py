@@ -7,7 +7,6 @@ import sys
 import threading
 
 import grpc
-import numpy as np
 import psutil
 import pytest
 from virtualrobot.v1 import lease_pb2, motion_pb2, nodes_pb2, robot_pb2, scene_pb2
@@ -52,17 +51,6 @@ def test_positions_are_followed_tick_by_tick(stepped: Stubs) -> None:
     assert (end.motion.phase, end.motion.progress) == (SUCCEEDED, 1.0)
     assert list(end.positions) == [0.2, -0.2]
     assert state(stepped, "arm").positions[:2] == [-0.2, 0.2]
-
-
-def test_the_newest_setpoint_of_a_tick_counts(stepped: Stubs) -> None:
-    load(stepped, IIWA, "arm")
-    many, once = Sender(stepped), Sender(stepped, joints=(SECOND,))
-    for value in (0.1, -0.3, 0.5):
-        many.give(value)
-    once.give(0.5)
-    step(stepped, 10)
-    now = state(stepped, "arm")
-    assert now.velocities[0] == now.velocities[1] > 0.0
 
 
 def test_a_silent_stream_stops_after_its_timeout_of_simulation_time(stepped: Stubs) -> None:
@@ -192,35 +180,6 @@ def test_a_stream_can_be_preempted(stubs: Stubs) -> None:
     assert [motion(stubs, one.id).phase for one in (second, third)] == [RUNNING, RUNNING]
 
 
-def test_a_pause_holds_a_stream_and_a_speed_factor_slows_it(stepped: Stubs) -> None:
-    load(stepped, IIWA, "arm")
-    stream = Sender(stepped, timeout_seconds=LONG)
-    limit = stepped.robot.GetRobot(robot_pb2.GetRobotRequest(name="arm")).joints[0].limits.velocity  # pyright: ignore[reportArgumentType]
-    stream.give(limit / 4.0)
-    stepped.motion.PauseMotion(motion_pb2.PauseMotionRequest(id=stream.id))
-    step(stepped, 50)
-    assert motion(stepped, stream.id).phase == motion_pb2.MOTION_PHASE_PAUSED
-    assert state(stepped, "arm").positions[0] == 0.0
-    stepped.motion.ResumeMotion(motion_pb2.ResumeMotionRequest(id=stream.id))
-    step(stepped, 100)
-    assert state(stepped, "arm").velocities[0] == pytest.approx(limit / 4.0)
-    factor = scene_pb2.SetSpeedFactor(robot="arm", factor=0.1)
-    apply(stepped, scene_pb2.Command(set_speed_factor=factor))
-    step(stepped, 100)
-    assert state(stepped, "arm").velocities[0] == pytest.approx(limit / 10.0)
-
-
-def test_a_joint_stops_at_its_limit(stepped: Stubs) -> None:
-    load(stepped, IIWA, "arm")
-    limits = stepped.robot.GetRobot(robot_pb2.GetRobotRequest(name="arm")).joints[0].limits
-    stream = Sender(stepped, timeout_seconds=LONG)
-    stream.give(limits.velocity)
-    for _ in range(200):
-        step(stepped, 5)
-        assert state(stepped, "arm").positions[0] <= limits.upper
-    assert state(stepped, "arm").positions[0] == limits.upper
-
-
 def test_a_killed_client_s_joints_stop_at_once(stubs: Stubs, kernel: KernelProcess) -> None:
     load(stubs, IIWA, "arm")
     command = [sys.executable, "-c", CLIENT, kernel.address]
@@ -243,23 +202,6 @@ def test_a_client_that_hangs_up_has_cancelled(stubs: Stubs) -> None:
     stream.give(0.1)
     stream.call.cancel()
     assert ended(stubs, stream.id).end_cause == motion_pb2.END_CAUSE_UNWATCHED
-
-
-def test_a_stream_in_realtime_follows_a_sine(stubs: Stubs) -> None:
-    """Generous: whatever the machine's moods, the joint is within the way that it can lag in a tenth of a second."""
-    load(stubs, IIWA, "arm")
-    stream = Sender(stubs, mode=POSITION, timeout_seconds=5.0)
-    waiting = threading.Event()
-    for place in range(100):
-        now = 0.1 * (1.0 - np.cos(2.0 * np.pi * place / 100))
-        stream.send(float(now))
-        waiting.wait(0.01)
-        assert abs(state(stubs, "arm").positions[0] - now) < 0.2
-    stream.end()
-    end = stream.rest()
-    assert end.motion.phase == SUCCEEDED
-    assert end.setpoint_count == 100
-    assert end.positions[0] == float(now)
 
 
 def test_a_flood_of_setpoints_is_read_and_the_newest_counts(stubs: Stubs, kernel: KernelProcess) -> None:

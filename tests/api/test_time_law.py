@@ -10,9 +10,9 @@ import virtualrobot
 from virtualrobot.v1 import motion_pb2
 
 from tests.api.asking import IIWA, joints, load, refusal, start
-from tests.api.moving import READY, TICK, about, circular, linear
-from tests.api.reading import array, matrix, state, step
-from tests.api.test_motion_laws import Steering, limits
+from tests.api.moving import READY, TICK
+from tests.api.reading import array, state, step
+from tests.api.test_motion_laws import limits
 from tests.api.test_robot import drawn, put
 from tests.kernels import KernelProcess, Stubs
 
@@ -52,42 +52,6 @@ def test_a_point_to_point_move_takes_the_bang_bang_time(stepped: Stubs, rng: np.
     changes = np.diff(np.vstack([np.zeros(7), velocities]), axis=0) / TICK
     assert np.all(np.abs(changes) <= bound["acceleration"] * (1 + 1e-6))
     np.testing.assert_array_equal(positions[-1], list(goal.values()))
-
-
-def test_a_line_and_an_arc_are_faster_and_keep_speed_and_acceleration(stepped: Stubs) -> None:
-    load(stepped, IIWA, "arm")
-    put(stepped, "arm", READY)
-    here = matrix(state(stepped, "arm").world_t_tcp)
-    goal = here.copy()
-    goal[1, 3] -= 0.2
-    arc = circular("arm", center=about(here[:3, 3] - (0.0, 0.1, 0.0), (1.0, 0.0, 0.0), math.pi))
-    for move in (linear("arm", goal), arc):
-        put(stepped, "arm", READY)
-        usual = start(stepped, in_law(move, motion_pb2.TIME_LAW_JERK_LIMITED))
-        run(stepped, usual.id)
-        put(stepped, "arm", READY)
-        fast = start(stepped, in_law(move, OPTIMAL))
-        _, velocities = run(stepped, fast.id)
-        assert fast.planned_duration_seconds < usual.planned_duration_seconds - 0.02
-        bound = limits(stepped)
-        assert np.all(np.abs(velocities) <= bound["velocity"] * (1 + 1e-9))
-        changes = np.diff(np.vstack([np.zeros(7), velocities]), axis=0) / TICK
-        assert np.all(np.abs(changes) <= bound["acceleration"] * (1 + 1e-6))
-
-
-def test_a_time_optimal_motion_is_steered_like_any(stepped: Stubs, rng: np.random.Generator) -> None:
-    load(stepped, IIWA, "arm")
-    put(stepped, "arm", drawn(stepped, "arm", rng))
-    first, goal = np.array(state(stepped, "arm").positions), drawn(stepped, "arm", rng)
-    ask = start(stepped, in_law(joints("arm", **goal), OPTIMAL))
-    positions, velocities = Steering(stepped, rng, ask.id).rows()
-    travel = np.array(list(goal.values())) - first
-    share = (positions - first) @ travel / (travel @ travel)
-    assert np.abs(positions - first - share[:, None] * travel).max() < 1e-9
-    assert np.all(np.diff(share) > -1e-12)
-    bound = limits(stepped)
-    assert np.all(np.abs(velocities) <= bound["velocity"] * (1 + 1e-9))
-    assert np.all(np.abs(np.diff(velocities, axis=0)) / TICK <= bound["acceleration"] * 1.01)
 
 
 def test_what_has_no_law_to_choose_is_refused(stepped: Stubs) -> None:

@@ -183,29 +183,3 @@ def test_a_picked_part_goes_along_and_stays_where_it_is_placed(stepped: Stubs, r
     assert near(scene(stepped)["near"], carried)
     put(stepped, "arm", READY)
     assert near(scene(stepped)["near"], carried), "it stays when the arm leaves"
-
-
-def test_picks_and_places_that_cannot_be(stepped: Stubs) -> None:
-    load(stepped, IIWA, "bare")
-    load(stepped, IIWA, "arm")
-    apply(stepped, create(tool("gun", FLANGE)))
-    with unchanged(stepped):
-        assert refusal(lambda: apply(stepped, pick("arm"))).reason == "WRONG_STATE"
-    apply(stepped, create(box("far", x=2.0)), create(nodes_pb2.Node(name="wall", object=nodes_pb2.SceneObject())))
-    with unchanged(stepped):
-        for command, reason in (
-            (pick("bare", "far"), "WRONG_STATE"),
-            (pick("arm"), "WRONG_STATE"),
-            (pick("arm", "far", 0.5), "WRONG_STATE"),
-            (pick("arm", "far", -1.0), "INVALID_ARGUMENT"),
-            (pick("arm", "wall"), "UNKNOWN_NAME"),
-            (pick("nobody", "far"), "UNKNOWN_NAME"),
-            (place("arm"), "WRONG_STATE"),
-            (place("arm", "far"), "WRONG_STATE"),
-        ):
-            assert refusal(lambda command=command: apply(stepped, command)).reason == reason, command
-    apply(stepped, pick("arm", "far"))
-    with unchanged(stepped):
-        assert refusal(lambda: apply(stepped, pick("arm", "far"))).reason == "WRONG_STATE"
-        assert refusal(lambda: apply(stepped, place("arm", parent="nowhere"))).reason == "UNKNOWN_NAME"
-        assert refusal(lambda: apply(stepped, place("arm", parent="far"))).reason == "INVALID_ARGUMENT"

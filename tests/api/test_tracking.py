@@ -1,8 +1,7 @@
-"""Going along with a conveyor and a turntable, over TCP, tick by tick: where the tool and a picked part are."""
+"""Going along with a conveyor, over TCP, tick by tick: where the tool and a picked part are."""
 
 from __future__ import annotations
 
-import grpc
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -112,28 +111,6 @@ def test_a_part_is_picked_from_the_running_belt(cell: Stubs) -> None:
     assert not np.any(state(cell, "arm").velocities)
 
 
-def test_in_step_the_line_is_one_on_the_belt_at_each_tick(cell: Stubs, rng: np.random.Generator) -> None:
-    run_belt(cell)
-    step(cell, int(rng.integers(50, 150)))
-    first = seen(cell)
-    goal = first @ at(*rng.uniform(-0.05, 0.05, 3))
-    ask = go(
-        cell, motion_pb2.StartMotionRequest(spec=motion_pb2.MotionSpec(moves=[to(cell, goal)], tracking=tracking(0.6)))
-    )
-    way = goal[:3, 3] - first[:3, 3]
-    begun = False
-    while (told := motion(cell, ask.id)).phase == RUNNING:
-        step(cell)
-        begun = begun or told.progress > 0.0
-        if begun and told.progress < 1.0:
-            now = seen(cell)
-            share = (now - first)[:3, 3] @ way / (way @ way)
-            assert np.linalg.norm(first[:3, 3] + share * way - now[:3, 3]) < 1e-5
-            assert np.abs(now[:3, :3] - first[:3, :3]).max() < 1e-5
-    assert finished(cell, ask.id).phase == SUCCEEDED
-    assert begun
-
-
 def test_the_window_ends(cell: Stubs) -> None:
     run_belt(cell)
     step(cell, 100)
@@ -233,44 +210,6 @@ def test_the_motion_may_not_move_the_belt_itself(cell: Stubs) -> None:
         )
     )
     assert told.reason == "INVALID_ARGUMENT"
-
-
-def test_a_turntable(cell: Stubs, rng: np.random.Generator) -> None:
-    """Poses on the table turn with it; what they do is the tool's line seen from it."""
-    here = state(cell, "arm").world_t_tcp.position
-    place = at(here.x + 0.35, here.y, here.z - 0.3)
-    limits = nodes_pb2.JointLimits(lower=-100.0, upper=100.0, velocity=1.0, acceleration=1.0, jerk=10.0)
-    axis = geometry_pb2.Vector3(z=1.0)
-    table = nodes_pb2.Joint(name="turn", type=nodes_pb2.JOINT_TYPE_CONTINUOUS, axis=axis, limits=limits)
-    apply(
-        cell,
-        create(nodes_pb2.Node(name="table", robot=nodes_pb2.Robot(), parent_t_node=pose(place))),
-        create(nodes_pb2.Node(name="table.top", parent="table", link=nodes_pb2.Link(joint=table))),
-        create(nodes_pb2.Node(name="fixture", parent="table.top", object=nodes_pb2.SceneObject())),
-    )
-    start(cell, joints("table", 0.3, turn=-50.0))
-    step(cell, 150)
-    first = seen(cell, "fixture")
-    move = linear("arm", first @ at(z=0.05))
-    move.linear.goal.reference = "fixture"
-    ask = go(
-        cell,
-        motion_pb2.StartMotionRequest(
-            spec=motion_pb2.MotionSpec(moves=[move], tracking=tracking(-0.8, 0.35, "fixture"))
-        ),
-    )
-    offs = []
-    while (told := motion(cell, ask.id)).phase == RUNNING:
-        step(cell)
-        if told.progress > 0.0:
-            offs.append((np.linalg.inv(first) @ seen(cell, "fixture"))[:2, 3])
-    assert finished(cell, ask.id).phase == SUCCEEDED
-    assert np.abs(offs[:-1]).max() < 1e-5
-
-
-def test_refusals_are_calls_that_failed(cell: Stubs) -> None:
-    with pytest.raises(grpc.RpcError):
-        go(cell, motion_pb2.StartMotionRequest(spec=motion_pb2.MotionSpec(tracking=tracking())))
 
 
 def test_a_belt_that_is_too_fast_is_refused_with_the_speed_that_would_do(cell: Stubs) -> None:

@@ -10,10 +10,10 @@ from dataclasses import dataclass, field
 import numpy as np
 import virtualrobot
 from numpy.typing import NDArray
-from virtualrobot.apps import demo
 from virtualrobot.kernel_process import KernelProcess
 from virtualrobot.robots.values import JointLimits, RobotState
 from virtualrobot.v1 import nodes_pb2, robot_pb2, signal_pb2
+from virtualrobot_apps.demos.palletizing import palletize
 
 SPEED = 15.0
 """Simulated seconds for each second of the wall clock."""
@@ -45,7 +45,7 @@ def watched_run(layers: int) -> Record:
             for thread in threads:
                 thread.start()
             with redirect_stdout(io.StringIO()) as text:
-                demo.main(client, headless=True, layers=layers)
+                palletize.main(client, headless=True, layers=layers)
         for thread in threads:
             thread.join()
         record.text = text.getvalue()

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 import virtualrobot
 from click.testing import CliRunner
-from virtualrobot.apps import avoidance
-from virtualrobot.apps.avoidance_control import Gains
 from virtualrobot.cli import cli
 from virtualrobot.kernel_process import KernelProcess
+from virtualrobot_apps.demos.avoidance import avoid
+from virtualrobot_apps.demos.avoidance.control import Gains
 
 OFF = Gains(alpha=0.0, repulsion=0.0)
 SECONDS = 2.4
@@ -38,9 +38,9 @@ def client(kernel: KernelProcess) -> Iterator[virtualrobot.Client]:
 @pytest.mark.parametrize("name", ["iiwa", "panda"])
 def test_links_keep_away_while_the_tool_stays(client: virtualrobot.Client, name: str) -> None:
     """By the subtask alone, which acts in the null space: the tool is off only by how joints lag when they start."""
-    cell = replace(avoidance.CELLS[name], ball=avoidance.CELLS[name].ball[:3])
-    avoidance.build(client, cell)
-    without, by_law = (avoidance.run(client, cell, True, SECONDS, gains, "") for gains in (OFF, Gains(repulsion=0.0)))
+    cell = replace(avoid.CELLS[name], ball=avoid.CELLS[name].ball[:3])
+    avoid.build(client, cell)
+    without, by_law = (avoid.run(client, cell, True, SECONDS, gains, "") for gains in (OFF, Gains(repulsion=0.0)))
     assert by_law.least.min() > without.least.min() + 0.015
     assert np.linalg.norm(by_law.errors, axis=1).max() < 8e-3
     assert np.linalg.norm(by_law.errors[-1]) < 5e-4
@@ -54,10 +54,10 @@ def test_links_keep_away_while_the_tool_stays(client: virtualrobot.Client, name:
 @pytest.mark.long
 def test_a_tool_gives_way_and_comes_back(client: virtualrobot.Client) -> None:
     """The ball comes by the tool: by the repulsive velocity it stays farther off, and is where it was at the end."""
-    cell = replace(avoidance.CELLS["iiwa"], ball=((0.8, -0.4, 0.5), (0.6, -0.18, 0.5), (0.8, -0.4, 0.5)))
-    avoidance.build(client, cell)
+    cell = replace(avoid.CELLS["iiwa"], ball=((0.8, -0.4, 0.5), (0.6, -0.18, 0.5), (0.8, -0.4, 0.5)))
+    avoid.build(client, cell)
     stiff, soft = (
-        avoidance.run(client, cell, True, SECONDS, gains, "") for gains in (replace(Gains(), repulsion=0.0), Gains())
+        avoid.run(client, cell, True, SECONDS, gains, "") for gains in (replace(Gains(), repulsion=0.0), Gains())
     )
     assert np.linalg.norm(stiff.errors, axis=1).max() < 2e-3
     assert soft.least.min() > stiff.least.min() + 0.01
@@ -67,9 +67,9 @@ def test_a_tool_gives_way_and_comes_back(client: virtualrobot.Client) -> None:
 
 @pytest.mark.long
 def test_the_same_start_gives_the_same_joints(client: virtualrobot.Client) -> None:
-    cell = avoidance.CELLS["iiwa"]
-    avoidance.build(client, cell)
-    one, other = (avoidance.run(client, cell, False, 1.0, Gains(), "") for _ in range(2))
+    cell = avoid.CELLS["iiwa"]
+    avoid.build(client, cell)
+    one, other = (avoid.run(client, cell, False, 1.0, Gains(), "") for _ in range(2))
     np.testing.assert_array_equal(one.positions, other.positions)
     np.testing.assert_array_equal(one.distances, other.distances)
     assert np.ptp(one.positions, axis=0).min() > 0.0
@@ -98,9 +98,9 @@ def test_real_time_works_as_well() -> None:
     """As often as states come; the arm rests at the end. Slowly: the stream may be silent for 0.2 s of its time."""
     with KernelProcess(headless=True) as process, virtualrobot.connect(process.address) as client:
         client.clock.speed_factor = 0.2
-        cell = replace(avoidance.CELLS["iiwa"], ball=((0.2, -0.25, 0.75), (0.2, -0.3, 0.75)))
-        avoidance.build(client, cell)
-        record = avoidance.run(client, cell, True, 1.0, Gains(), "")
+        cell = replace(avoid.CELLS["iiwa"], ball=((0.2, -0.25, 0.75), (0.2, -0.3, 0.75)))
+        avoid.build(client, cell)
+        record = avoid.run(client, cell, True, 1.0, Gains(), "")
         assert len(record.times) > 5 and record.least[-1] > record.least[0] + 0.01
         robot = client.robot("arm")
         assert not robot.state.motion_ids and not robot.state.velocities.any()

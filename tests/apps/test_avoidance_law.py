@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from virtualrobot.apps import avoidance_law as law
+from virtualrobot_apps.demos.avoidance import law
 
 ARM, TASK = 7, 6
 

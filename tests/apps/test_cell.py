@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import virtualrobot
-from virtualrobot.apps import cell
 from virtualrobot.kernel_process import KernelProcess
 from virtualrobot.v1 import nodes_pb2
+from virtualrobot_apps.demos.palletizing import cell
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from virtualrobot.apps import demo
+from virtualrobot_apps.demos.palletizing import palletize
 
 from tests.apps.boxes import penetration
 from tests.apps.demo_run import Record, watched_run
@@ -171,4 +171,4 @@ def test_it_prints_each_box_and_a_table(record: Record) -> None:
 
 
 def test_the_program_is_short() -> None:
-    assert len(inspect.getsource(demo).splitlines()) < 150
+    assert len(inspect.getsource(palletize).splitlines()) < 150

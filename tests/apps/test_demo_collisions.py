@@ -8,9 +8,9 @@ from contextlib import redirect_stdout, suppress
 
 import pytest
 import virtualrobot
-from virtualrobot.apps import cell, demo
 from virtualrobot.collisions.watch import CollisionReport
 from virtualrobot.kernel_process import KernelProcess
+from virtualrobot_apps.demos.palletizing import cell, palletize
 
 TICKS = 25
 """Of a step; each of them is checked."""
@@ -19,7 +19,7 @@ TICKS = 25
 @pytest.mark.long
 def test_the_cell_is_watched_and_nothing_touches(monkeypatch) -> None:  # noqa: ANN001 pytest's
     """Two layers of two boxes, in STEPPED mode: the monitor looks at each tick."""
-    monkeypatch.setattr(demo, "ROWS", 1)
+    monkeypatch.setattr(palletize, "ROWS", 1)
     reports: list[CollisionReport] = []
     over = threading.Event()
 
@@ -49,7 +49,7 @@ def test_the_cell_is_watched_and_nothing_touches(monkeypatch) -> None:  # noqa: 
                 thread.start()
             try:
                 with redirect_stdout(io.StringIO()) as text:
-                    demo.main(client, headless=True, layers=2)
+                    palletize.main(client, headless=True, layers=2)
             finally:
                 over.set()
                 threads[1].join()

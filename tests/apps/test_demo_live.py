@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 import virtualrobot
 from PIL import Image
-from virtualrobot.apps import demo
 from virtualrobot.kernel_process import KernelProcess
+from virtualrobot_apps.demos.palletizing import palletize
 
 from tools.screenshot import find_chromium, opened, picture
 
@@ -37,7 +37,7 @@ def running(kernel: KernelProcess, speed: float, **options: bool | int) -> Itera
 
     def work() -> None:
         with suppress(virtualrobot.VirtualRobotError):  # its connection was closed
-            demo.main(client, **options)  # pyright: ignore[reportArgumentType] the options of main
+            palletize.main(client, **options)  # pyright: ignore[reportArgumentType] the options of main
 
     with virtualrobot.connect(kernel.address) as client, redirect_stdout(Lines()) as lines:
         client.clock.speed_factor = speed

@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import virtualrobot
-from virtualrobot.apps import mapping
 from virtualrobot.kernel_process import KernelProcess
+from virtualrobot_apps.demos.mapping import map_cell
 
 pytestmark = pytest.mark.long
 
@@ -34,7 +34,7 @@ def test_an_ideal_laser_maps_surfaces_only(
 ) -> None:
     """Echoes of an ideal sensor are on surfaces to float32; points within 1 mm of a side count for both voxels."""
     saved = tmp_path / "map.npz"
-    result = mapping.main(client, resolution=0.05, save=saved, headless=True)
+    result = map_cell.main(client, resolution=0.05, save=saved, headless=True)
     assert result.false_rate == 0.0 and result.occupied > 500
     assert result.visible > 500 and result.missed_rate < 0.05
     told = capsys.readouterr().out
@@ -67,8 +67,8 @@ PLACES = {
 
 def test_ultrasound_finds_far_more_than_chance(client: virtualrobot.Client) -> None:
     """Of 6048 cells of 5 cm about one in seven holds a surface; of those that count as occupied, every second one."""
-    result = mapping.main(client, ultrasonic=True, headless=True)
-    cells = np.prod((mapping.HIGH - mapping.LOW) / 0.05)
+    result = map_cell.main(client, ultrasonic=True, headless=True)
+    cells = np.prod((map_cell.HIGH - map_cell.LOW) / 0.05)
     assert result.occupied > 200
     assert result.true / result.occupied > 2.5 * result.visible / cells
     assert result.missed_rate < 0.6

@@ -9,9 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 import virtualrobot
-from virtualrobot.apps import mapping, octree_map
-from virtualrobot.apps.bayes_grid import BayesGrid, Cone
-from virtualrobot.apps.surface_truth import TOLERANCE, compare, points_in_voxels, seen_from, surface_points
+from virtualrobot_apps.demos.mapping import map_cell, octree_map
+from virtualrobot_apps.demos.mapping.bayes_grid import BayesGrid, Cone
+from virtualrobot_apps.demos.mapping.surface_truth import (
+    TOLERANCE,
+    compare,
+    points_in_voxels,
+    seen_from,
+    surface_points,
+)
 
 BOX = np.array([[0.213, 0.107, 0.011], [0.487, 0.403, 0.319]])
 CENTER, RADIUS = np.array([0.71, 0.72, 0.23]), 0.173
@@ -163,7 +169,9 @@ def test_points_on_a_side_belong_to_both_voxels() -> None:
 
 def test_voxels_outside_of_the_cell_have_colours_too() -> None:
     """The noise of a sensor puts some below the floor or above the walls."""
-    colors = mapping.colors_of(np.array([mapping.LOW[2] - 0.1, mapping.LOW[2], mapping.HIGH[2], mapping.HIGH[2] + 0.1]))
+    colors = map_cell.colors_of(
+        np.array([map_cell.LOW[2] - 0.1, map_cell.LOW[2], map_cell.HIGH[2], map_cell.HIGH[2] + 0.1])
+    )
     assert ((colors >= 0.0) & (colors <= 1.0)).all()
     assert (colors[0] == colors[1]).all() and (colors[2] == colors[3]).all() and (colors[1] != colors[2]).any()
 

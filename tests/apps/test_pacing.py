@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any, cast
 
 import pytest
-from virtualrobot.apps.pacing import MOST_BEHIND, Pace
 from virtualrobot.view.pictures import Picture
+from virtualrobot_apps.demos.palletizing.pacing import MOST_BEHIND, Pace
 
 KEPT = 10_000
 """How many pictures the kernel keeps (docs/pictures-and-films.md)."""

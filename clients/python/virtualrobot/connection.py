@@ -28,7 +28,7 @@ from virtualrobot.scene.editor import Direct
 from virtualrobot.scene.scene import Scene
 from virtualrobot.sensors.rays import Rays
 from virtualrobot.sensors.sensors import Sensors
-from virtualrobot.session import default_address, find_token, split_address, token_path
+from virtualrobot.session import checked_token, default_address, find_token, split_address, token_path
 from virtualrobot.signals import Signals
 from virtualrobot.v1 import kernel_pb2, motion_pb2, robot_pb2, scene_pb2
 from virtualrobot.view.view import View
@@ -161,15 +161,19 @@ class Client:
         )
         return Robot(self._services, response.created[0].name)
 
-    def models(self) -> list[KnownModel]:
-        """Return the robots that the kernel knows by name.
+    def models(self, search: str = "", *, maker: str = "") -> list[KnownModel]:
+        """Return the models of robots and grippers that the kernel knows by name.
+
+        Args:
+            search: words that must all occur in name, description, maker or kind, in any case; empty means any model.
+            maker: part of the maker's name, in any case.
 
         Example:
-            >>> [model.name for model in client.models() if model.installed]
-            ['a1', 'iiwa', ...]
-            >>> client.load_robot("model://iiwa")
+            >>> [model.name for model in client.models("arm", maker="Universal") if model.reach_meters > 1.2]
+            ['ur10', 'ur10e', 'ur20', 'ur30']
+            >>> client.load_robot("model://ur10e")
         """
-        return known_models(self._services)
+        return known_models(self._services, search, maker)
 
     def move_together(self, moves: Iterable[motion_pb2.Move], **options: Unpack[motion.StartOptions]) -> motion.Motion:
         """Move several robots so that they start and end together.
@@ -319,6 +323,7 @@ def connect(
     address: str | None = None,
     token: str | None = None,
     *,
+    token_file: str | Path | None = None,
     root_certificate: str | Path | None = None,
     timeout_seconds: float = 30.0,
 ) -> Client:
@@ -326,13 +331,15 @@ def connect(
 
     Args:
         address: `host:port`; default: the environment variable VIRTUALROBOT_ADDRESS, or 127.0.0.1:50500.
-        token: default: the environment variable VIRTUALROBOT_TOKEN, or the file that a kernel of this user on this
-            machine wrote.
+        token: the token itself. Where neither it nor `token_file` is given, the environment variable
+            VIRTUALROBOT_TOKEN is the token, or else the file that a kernel of this user on this machine wrote has it.
+        token_file: the file that holds the token.
         root_certificate: a PEM file; beyond this machine TLS is always used, by default with the system's certificates.
         timeout_seconds: deadline of a call (s); that of calls that move files is ten minutes.
 
     Raises:
         KernelGoneError: when no kernel answers there.
+        InvalidArgumentError: when the address or the token is none.
         AuthenticationError: when the token is missing or wrong.
         VersionError: when the kernel speaks another version of the contract.
 
@@ -341,11 +348,14 @@ def connect(
         ...     robot = client.load_robot("package://pybullet_data/kuka_iiwa/model.urdf", name="iiwa")
         ...     robot.move_joints([0, 0.5, 0, -1.2, 0, 0.8, 0])
     """
+    if token and token_file:
+        raise InvalidArgumentError("give token, the token itself, or token_file, the file that holds it, and not both")
     try:
         host, port = split_address(address or default_address())
+        file = None if token_file is None else Path(token_file)
+        token, origin = (checked_token(token, "token"), "the argument") if token else find_token(port, file)
     except ValueError as error:
         raise InvalidArgumentError(str(error)) from error
-    token = token or find_token(port)
     target = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
     certificate = None if root_certificate is None else Path(root_certificate)
     channel = open_channel(target, host, token, certificate, timeout_seconds)
@@ -358,10 +368,10 @@ def connect(
             )
     except AuthenticationError as error:
         channel.close()
-        said = "the token is wrong" if token else f"there is no token for it in {token_path(port)}"
+        said = f"the token of {origin} is wrong" if token else f"there is no token for it in {token_path(port)}"
         raise AuthenticationError(
-            f"the kernel at {target} refuses this client: {said}; give its token as an argument, in VIRTUALROBOT_TOKEN "
-            "or on the command line by --token-file",
+            f"the kernel at {target} refuses this client: {said}; VIRTUALROBOT_TOKEN is its token itself, --token-file "
+            "names a file that holds it, and goes first",
             error.reason,
             error.metadata,
             error.code,

@@ -54,11 +54,50 @@ def split_address(address: str) -> tuple[str, int]:
     return host.strip("[]") or DEFAULT_HOST, int(port)
 
 
-def find_token(port: int) -> str | None:
-    """Return the token from the environment variable VIRTUALROBOT_TOKEN or this user's file for `port`, else None."""
-    if token := os.environ.get(TOKEN_VARIABLE):
-        return token
+def given_token(file: Path | None) -> tuple[str, str]:
+    """Return the token in `file`, or else the one that VIRTUALROBOT_TOKEN is, and where it is from; "" for none.
+
+    The rule of both ends: a kernel that is given a token so wants it, a client sends it.
+
+    Raises:
+        ValueError: when the file cannot be read or is empty, or what is given is no token.
+    """
+    if file is None:
+        return checked_token(os.environ.get(TOKEN_VARIABLE, "").strip(), TOKEN_VARIABLE), TOKEN_VARIABLE
     try:
-        return token_path(port).read_text(encoding="utf-8").strip() or None
-    except OSError:
-        return None  # a kernel without token, or one of another user: the kernel says so when it is called
+        token = file.read_text(encoding="utf-8").strip()
+    except (OSError, UnicodeDecodeError) as error:
+        said = error.strerror if isinstance(error, OSError) else "it is no text"
+        raise ValueError(
+            f"no token can be read from the file {str(file)!r}: {said}; a token itself goes into {TOKEN_VARIABLE}"
+        ) from error
+    if not token:
+        raise ValueError(f"the token file {file} is empty")
+    return checked_token(token, f"the file {file}"), f"the file {file}"
+
+
+def checked_token(token: str, origin: str) -> str:
+    """Return `token`, which is from `origin`.
+
+    Raises:
+        ValueError: when it names a file, or is no single word of printable ASCII.
+    """
+    if os.path.isfile(os.path.expanduser(token)):
+        raise ValueError(
+            f"{origin} is the token itself, and {token!r} is a file; --token-file and token_file take files"
+        )
+    if not token.isascii() or any(not letter.isprintable() or letter.isspace() for letter in token):
+        raise ValueError(f"{origin} holds no token: a token is one word of printable ASCII characters")
+    return token
+
+
+def find_token(port: int, file: Path | None = None) -> tuple[str, str]:
+    """Return the token that is given (`given_token`), or else the one in this user's file for `port`, and its origin.
+
+    "" means that there is none: it is a kernel without token, or one of another user, which says so when it is called.
+    """
+    token, origin = given_token(file)
+    path = token_path(port)
+    if not token and path.is_file():
+        token, origin = given_token(path)
+    return token, origin

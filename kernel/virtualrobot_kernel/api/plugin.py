@@ -22,7 +22,7 @@ COMPONENT = Table(
     isolation=EnumTable(Isolation, plugin_pb2.Isolation),
     without=("uses",),
 )
-PLUGIN = Table(Plugin, plugin_pb2.Plugin, without=("offers", "state", "components"))
+PLUGIN = Table(Plugin, plugin_pb2.Plugin, without=("offers", "models", "state", "components"))
 USE = Table(Use, plugin_pb2.ComponentUse, without=("kinematics", "sensor"))
 
 Uses = dict[tuple[ComponentKind, str], list[plugin_pb2.ComponentUse]]

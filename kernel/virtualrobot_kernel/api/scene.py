@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 from virtualrobot.v1 import nodes_pb2, scene_pb2, scene_pb2_grpc
+from virtualrobot_sdk.models import Model
 
 from virtualrobot_kernel.api.convert.commands import world_commands
 from virtualrobot_kernel.api.rates import rate
@@ -16,7 +17,6 @@ from virtualrobot_kernel.api.repeats import Repeats
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.export.model import export_model
-from virtualrobot_kernel.formats.model_table import KnownModel, list_models
 from virtualrobot_kernel.formats.xml import FileWarning, refuse_warnings
 from virtualrobot_kernel.messages.nodes import node_message
 from virtualrobot_kernel.messages.table import Table
@@ -31,7 +31,7 @@ from virtualrobot_kernel.world.state import Snapshot, unchanged
 from virtualrobot_kernel.world.store import Applied
 from virtualrobot_kernel.world.structure import Kind, Node, Structure
 
-MODEL = Table(KnownModel, scene_pb2.KnownModel, without=("license", "settings", "installed"))
+MODEL = Table(Model, scene_pb2.KnownModel, without=("scene", "srdf", "touching", "settings", "installed"))
 
 MOST_COMMANDS = 20_000
 """Greatest number of commands of a batch: they are applied between two ticks."""
@@ -132,8 +132,8 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         )
 
     async def ListModels(self, request: scene_pb2.ListModelsRequest, context: object) -> scene_pb2.ListModelsResponse:
-        """Tell the robots that are known by name."""
-        models = list_models()
+        """Tell the models that plugins know by name."""
+        models = self._rooms.catalog.models.values()
         return scene_pb2.ListModelsResponse(models=[MODEL.write(one, installed=one.installed) for one in models])
 
     async def LoadScene(self, request: scene_pb2.LoadSceneRequest, context: object) -> scene_pb2.LoadSceneResponse:

@@ -166,7 +166,7 @@ def _rest(now: RunningMotion, dt: float) -> NDArray[np.float64] | None:
     if isinstance(now, SetpointMotion) and now.phase is Phase.STOPPING:
         way, _ = online.brake(now.now, now.bounds, dt)
         count = math.ceil(way.duration / dt)
-        return np.array([way.at((row + 1) * dt).q for row in range(count)]) if count else None
+        return now.positions(np.array([way.at((row + 1) * dt).q for row in range(count)])) if count else None
     if not isinstance(now, ProgramRun) or now.running is None or not now.running.brakes:
         return None
     moving = now.running

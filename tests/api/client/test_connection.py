@@ -42,7 +42,7 @@ def test_the_token_of_the_same_user_is_found(start_kernel: StartKernel, monkeypa
 def test_a_wrong_or_missing_token_is_told(
     guarded: KernelProcess, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    with pytest.raises(virtualrobot.AuthenticationError, match="the token is wrong") as refused:
+    with pytest.raises(virtualrobot.AuthenticationError, match="the token of the argument is wrong") as refused:
         virtualrobot.connect(guarded.address, "wrong")
     assert (refused.value.reason, refused.value.code) == ("UNAUTHENTICATED", "UNAUTHENTICATED")
     monkeypatch.delenv("VIRTUALROBOT_TOKEN", raising=False)
@@ -58,7 +58,29 @@ def test_a_token_file_is_read(guarded: KernelProcess, tmp_path: Path, capsys: py
         with pytest.raises(SystemExit) as ended:
             cli.main(["--address", guarded.address, "ls", "--token-file", str(token)])
         assert ended.value.code == code
-    assert "the token is wrong" in capsys.readouterr().err
+    assert f"the token of the file {token} is wrong" in capsys.readouterr().err
+
+
+def test_the_kernel_takes_its_token_from_the_environment_as_its_clients_do(
+    start_kernel: StartKernel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("VIRTUALROBOT_TOKEN", "chosen-by-hand")
+    kernel = start_kernel(token=False, no_token=False)
+    with virtualrobot.connect(kernel.address) as client:
+        assert client.info.process_id == kernel.process.pid
+    with pytest.raises(virtualrobot.AuthenticationError, match="the token of the argument is wrong"):
+        virtualrobot.connect(kernel.address, "another")
+
+
+def test_a_token_and_a_file_of_one_are_told_apart(guarded: KernelProcess, tmp_path: Path) -> None:
+    (file := tmp_path / "token").write_text(guarded.token)
+    virtualrobot.connect(guarded.address, token_file=file).close()
+    with pytest.raises(virtualrobot.InvalidArgumentError, match="is a file; --token-file and token_file take files"):
+        virtualrobot.connect(guarded.address, str(file))
+    with pytest.raises(virtualrobot.InvalidArgumentError, match="a token itself goes into VIRTUALROBOT_TOKEN"):
+        virtualrobot.connect(guarded.address, token_file=guarded.token)
+    with pytest.raises(virtualrobot.InvalidArgumentError, match="and not both"):
+        virtualrobot.connect(guarded.address, guarded.token, token_file=file)
 
 
 def test_nobody_listens() -> None:

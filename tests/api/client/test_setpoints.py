@@ -139,24 +139,6 @@ def test_a_block_that_fails_stops_the_joints(client: Client, iiwa: Robot) -> Non
     assert "1" in repr(stream)
 
 
-def test_a_busy_robot_is_refused_or_preempted(client: Client, iiwa: Robot) -> None:
-    motion = iiwa.move_joints(BENT, speed_factor=0.003, wait=False)
-    with pytest.raises(virtualrobot.RobotBusyError):
-        iiwa.stream()
-    with iiwa.stream("velocity", timeout=LONG, preempt=True) as stream:
-        stream.send([0.0] * 7)
-    assert motion.phase is Phase.CANCELLED
-
-
-def test_stop_ends_a_stream(client: Client, iiwa: Robot) -> None:
-    stream = iiwa.stream("velocity", [FIRST], timeout=LONG)
-    stream.send([0.2], wait=True)
-    client.stop()
-    assert ended(stream) is Phase.CANCELLED
-    with pytest.raises(virtualrobot.MotionCancelledError, match="stopped by"):
-        stream.close()
-
-
 def test_a_lease_lets_its_client_stream(client: Client, iiwa: Robot) -> None:
     with iiwa.lease(), iiwa.stream("velocity", [FIRST], timeout=LONG) as stream:
         stream.send([0.1])

@@ -147,6 +147,63 @@ def test_grade_gets_all_arguments_and_gives_the_exit_code(
     assert (code, "no_module_of_the_component" in errors, "install" in errors) == (1, True, False)
 
 
+@pytest.fixture
+def install(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[str, str], None]:
+    """Return a function that installs an application: the name of its command, and the source of its module."""
+    installed: list[metadata.EntryPoint] = []
+    monkeypatch.setattr("virtualrobot.cli.applications.entry_points", lambda *, group: metadata.EntryPoints(installed))
+    monkeypatch.syspath_prepend(tmp_path)
+
+    def install(name: str, source: str) -> None:
+        module = f"{tmp_path.name}_{len(installed)}"
+        (tmp_path / f"{module}.py").write_text(source)
+        installed.append(metadata.EntryPoint(name, f"{module}:command", "virtualrobot.commands"))
+
+    return install
+
+
+SWEEP = "import click\n@click.command()\ndef command():\n    'Sweep the floor.'\n    print('swept')\n"
+
+
+def test_an_application_adds_its_command(
+    run: Callable[..., tuple[int, str, str]], install: Callable[[str, str], None]
+) -> None:
+    install("sweep", SWEEP)
+    assert "  sweep  Sweep the floor." in run("--help")[1]
+    assert run("sweep") == (0, "swept\n", "")
+
+
+@pytest.mark.parametrize(
+    ("source", "said"),
+    [
+        ("import no_such_library", "ModuleNotFoundError: No module named 'no_such_library'"),
+        ("raise SystemExit(3)", "SystemExit: 3"),
+        ("command = 3", "no click command but 3"),
+        ("", "no attribute 'command'"),
+    ],
+)
+def test_an_application_that_cannot_be_imported_costs_its_own_command_only(
+    run: Callable[..., tuple[int, str, str]], install: Callable[[str, str], None], source: str, said: str
+) -> None:
+    install("broken", source)
+    install("sweep", SWEEP)
+    code, output, _ = run("--help")
+    assert code == 0 and "Sweep the floor." in output and "cannot be loaded" in " ".join(output.split())
+    code, _, errors = run("broken")
+    assert (code, errors.count("\n")) == (1, 1) and said in errors
+    assert run("sweep")[0] == 0
+
+
+def test_no_application_takes_a_name_that_is_taken(
+    run: Callable[..., tuple[int, str, str]], install: Callable[[str, str], None]
+) -> None:
+    for name, said in (("ls", "mine"), ("sweep", "alpha"), ("sweep", "omega")):
+        install(name, SWEEP.replace("Sweep the floor.", said).replace("swept", said))
+    output = run("--help")[1]
+    assert "Draw the scene tree." in output and "mine" not in output and "omega" not in output
+    assert run("sweep")[1] == "alpha\n"
+
+
 def test_numbers() -> None:
     convert = Numbers(3, 6).convert
     assert convert("1,2,3", None, None) == (1, 2, 3)

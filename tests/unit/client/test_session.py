@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -33,12 +34,33 @@ def test_bad_ports_are_refused(address: str) -> None:
 def test_the_token_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("VIRTUALROBOT_TOKEN", raising=False)
     monkeypatch.setattr(session, "token_path", lambda port: tmp_path / f"token-{port}")
-    assert session.find_token(1234) is None
-    (tmp_path / "token-1234").write_text("from the file\n")
-    assert session.find_token(1234) == "from the file"
-    assert session.find_token(1235) is None
-    monkeypatch.setenv("VIRTUALROBOT_TOKEN", "from the environment")
-    assert session.find_token(1234) == "from the environment"
+    assert session.find_token(1234)[0] == ""
+    (tmp_path / "token-1234").write_text("of-the-user\n")
+    assert session.find_token(1234) == ("of-the-user", f"the file {tmp_path / 'token-1234'}")
+    assert session.find_token(1235)[0] == ""
+    monkeypatch.setenv("VIRTUALROBOT_TOKEN", "of-the-environment\n")
+    assert session.find_token(1234) == ("of-the-environment", "VIRTUALROBOT_TOKEN")
+    (given := tmp_path / "given").write_text("of-the-option")
+    assert session.find_token(1234, given) == ("of-the-option", f"the file {given}")
+
+
+@pytest.mark.parametrize(
+    ("variable", "file", "said"),
+    [
+        (__file__, None, "VIRTUALROBOT_TOKEN is the token itself, and .* is a file; --token-file"),
+        ("two words", None, "VIRTUALROBOT_TOKEN holds no token: a token is one word"),
+        ("geheim\N{LATIN SMALL LETTER U WITH DIAERESIS}", None, "VIRTUALROBOT_TOKEN holds no token"),
+        ("", "Zm9vYmFyYmF6", "file 'Zm9vYmFyYmF6': No such file.*; a token itself goes into VIRTUALROBOT_TOKEN"),
+        ("", "/", "file '/': Is a directory"),
+        ("", os.devnull, "is empty"),
+    ],
+)
+def test_a_path_for_a_token_and_a_token_for_a_path_are_told(
+    monkeypatch: pytest.MonkeyPatch, variable: str, file: str | None, said: str
+) -> None:
+    monkeypatch.setenv("VIRTUALROBOT_TOKEN", variable)
+    with pytest.raises(ValueError, match=said):
+        session.given_token(None if file is None else Path(file))
 
 
 def test_each_port_has_a_token_of_its_own() -> None:

@@ -233,14 +233,6 @@ def test_two_that_pass_each_other_in_time_are_let_pass(cell: Cell) -> None:
     assert cell.cancellation(ids[0]) is None and not cell.touched
 
 
-def test_two_that_would_pass_each_other_both_go_on(cell: Cell) -> None:
-    crossing(cell)
-    ids = cell.start(slide(2.0, "along")), cell.start(slide(2.8, "across"))
-    cell.ended()
-    assert [cell.cancellation(id) for id in ids] == [None, None]
-    assert not cell.touched
-
-
 def test_two_that_meet_in_time_both_stop(cell: Cell) -> None:
     """Both have 0.7 m to go to the crossing; neither alone would touch anything."""
     crossing(cell)

@@ -10,7 +10,7 @@ import trimesh
 from virtualrobot_kernel.collision.pairs import near_pairs
 from virtualrobot_kernel.collision.placed import Placed
 from virtualrobot_kernel.collision.tessellation import SEGMENTS
-from virtualrobot_kernel.world.figures import Box, Capsule, Cylinder, Sphere
+from virtualrobot_kernel.world.figures import Box, Cylinder, Sphere
 
 from tests.unit.collision.solids import GEOMETRIES, TORUS, distance_by_coal, near, placed, torus
 from tests.unit.world.builders import random_pose, shifted
@@ -49,31 +49,6 @@ def test_distances_and_touches_agree_with_coal(rng: np.random.Generator, one: st
             assert pair.normal is not None and np.linalg.norm(pair.normal) == pytest.approx(1.0)
             assert len(pair.contacts) >= 1
     assert apart >= 3
-
-
-def test_spheres_by_formula(rng: np.random.Generator) -> None:
-    pose, place = random_pose(rng), random_pose(rng)
-    place[:3, 3] += 3.0
-    (pair,) = near_pairs(placed((Sphere(0.2), pose)), placed((Sphere(0.3), place)), FAR)
-    between = place[:3, 3] - pose[:3, 3]
-    length = np.linalg.norm(between)
-    assert pair.distance == pytest.approx(length - 0.5, abs=1e-12)
-    expected = pose[:3, 3] + 0.2 * between / length, place[:3, 3] - 0.3 * between / length
-    np.testing.assert_allclose(pair.points, expected, atol=1e-12)
-
-
-def test_capsules_by_formula() -> None:
-    """Crossing at right angles, 0.5 m above each other; a third lies beyond the end of the first."""
-    across = np.array([[1.0, 0, 0, 0.3], [0, 0, -1, 0.1], [0, 1, 0, 0], [0, 0, 0, 1]])
-    beyond = shifted(z=1.0)
-    found = near_pairs(
-        placed((Capsule(0.1, 1.0), np.eye(4))), placed((Capsule(0.05, 0.6), across), (Capsule(0.05, 0.6), beyond)), FAR
-    )
-    by_other = {pair.second: pair for pair in found}
-    assert by_other[0].distance == pytest.approx(0.3 - 0.15, abs=1e-12)
-    np.testing.assert_allclose(by_other[0].points[:, 0], (0.1, 0.25), atol=1e-12)
-    assert by_other[1].distance == pytest.approx(0.2 - 0.15, abs=1e-12)
-    assert [pair.second for pair in found] == [1, 0]
 
 
 def test_boxes_corner_to_corner() -> None:

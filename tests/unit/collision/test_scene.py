@@ -93,31 +93,6 @@ def test_spheres_boxes_and_capsules_touch_where_formulas_say(apart: float, rng: 
             np.testing.assert_allclose(contacts.normal, at[:3, 0], atol=1e-6)
 
 
-def test_the_depth_of_capsules_is_their_least_way_apart(rng: np.random.Generator) -> None:
-    """Moved along the way from core to core by the depth they only touch; by less they are still in each other."""
-    for _ in range(50):
-        poses = [random_pose(rng), random_pose(rng)]
-        poses[1][:3, 3] = poses[0][:3, 3] + rng.uniform(-0.2, 0.2, 3)
-        geometries = Capsule(0.1, rng.uniform(0.1, 0.5)), Capsule(0.15, rng.uniform(0.1, 0.5))
-        cores = world(
-            CreateNodes(
-                tuple(
-                    mover(f"c{i}", Capsule(1e-9, g.length), p)
-                    for i, (g, p) in enumerate(zip(geometries, poses, strict=True))
-                )
-            )
-        )
-        (gap,) = scene_of(cores).distances([2], [3], 0.0)
-        full = world(
-            CreateNodes(tuple(mover(f"c{i}", g, p) for i, (g, p) in enumerate(zip(geometries, poses, strict=True))))
-        )
-        found = scene_of(full).collisions(Detail.CONTACTS)
-        assert bool(found) == (gap.distance < 0.25)
-        if found and gap.distance > 0.0:
-            depth = found[0].depth
-            assert depth is not None and depth.meters == pytest.approx(0.25 - gap.distance, abs=1e-7)
-
-
 def test_hidden_nodes_collide_and_sensors_and_annotations_do_not() -> None:
     ball = Figure(Sphere(0.1))
     bodiless = (

@@ -1,33 +1,25 @@
-"""Real robots load whole, and their links are where other engines put them."""
+"""Real robots load whole: triangles, limits, colours, masses; tests of every model say where their links are."""
 
 import re
 from pathlib import PurePosixPath
 
 import numpy as np
-import pinocchio as pin  # pyright: ignore[reportMissingImports]  its wheel has a folder of its own
 import pytest
-from scipy.spatial.transform import Rotation
 from virtualrobot_kernel.formats.references import ending
 from virtualrobot_kernel.world.figures import Mesh
-from virtualrobot_kernel.world.structure import JointType, Kind, LinkData, NodeSpec
+from virtualrobot_kernel.world.structure import JointType, LinkData, NodeSpec
 
-from tests.pybullet_models import pybullet
 from tests.unit.formats.models import (
     DATA,
     ROBOTS,
     corner_positions,
     count_triangles,
-    forward,
     load,
     structure_of,
     without_comments,
 )
 
 # Husky's file holds what only its xacro tool and PyBullet read; written out by hand for pinocchio.
-OPTENV = {
-    "$(optenv HUSKY_IMU_RPY 0 -1.5708 3.1416)": "0 -1.5708 3.1416",
-    "$(optenv HUSKY_IMU_XYZ 0.19 0 0.149)": "0.19 0 0.149",
-}
 
 
 def joints(nodes: tuple[NodeSpec, ...]) -> dict[str, LinkData]:
@@ -49,18 +41,6 @@ def joint_values(nodes: tuple[NodeSpec, ...], rng: np.random.Generator) -> dict[
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
-def test_as_many_meshes_and_links_as_the_file_names(robot: str) -> None:
-    text = without_comments(ROBOTS[robot])
-    model, _ = load(ROBOTS[robot])
-    figures = [figure for node in model.nodes for figure in node.figures]
-    count = len(re.findall(r"<mesh\b", text))
-    assert model.mesh_count == count == sum(isinstance(figure.geometry, Mesh) for figure in figures)
-    assert sum(figure.visual for figure in figures) == len(re.findall(r"<visual\b", text))
-    assert sum(figure.collision for figure in figures) == len(re.findall(r"<collision\b", text))
-    assert [node.kind for node in model.nodes] == [Kind.ROBOT] + [Kind.LINK] * len(re.findall(r"<link\b", text))
-
-
-@pytest.mark.parametrize("robot", ROBOTS)
 def test_every_triangle_of_every_mesh_is_there(robot: str) -> None:
     model, library = load(ROBOTS[robot])
     meshes = {figure.geometry for node in model.nodes for figure in node.figures if isinstance(figure.geometry, Mesh)}
@@ -73,62 +53,6 @@ def test_every_triangle_of_every_mesh_is_there(robot: str) -> None:
         used = np.concatenate([part.vertices[part.faces].reshape(-1, 3) for part in parts])
         assert used.min(axis=0) == pytest.approx(expected.min(axis=0), rel=1e-6)
         assert used.max(axis=0) == pytest.approx(expected.max(axis=0), rel=1e-6)
-
-
-@pytest.mark.parametrize("robot", ROBOTS)
-def test_links_are_where_pinocchio_puts_them(robot: str, rng: np.random.Generator) -> None:
-    nodes = load(ROBOTS[robot], name="it")[0].nodes
-    structure, parent_t_node = structure_of(nodes)
-    text = ROBOTS[robot].read_text()
-    for written, meant in OPTENV.items():
-        text = text.replace(written, meant)
-    model = pin.buildModelFromXML(text)
-    data = model.createData()
-    _, robot_index = structure.robot("it")
-    for _ in range(20):
-        values = joint_values(nodes, rng)
-        q = np.array([values[name] for name in robot_index.joint_names])
-        theirs = pin.neutral(model)
-        for name, value in values.items():
-            joint = model.joints[model.getJointId(name)]
-            # pinocchio holds a joint without limits as cosine and sine.
-            theirs[joint.idx_q : joint.idx_q + joint.nq] = [value] if joint.nq == 1 else [np.cos(value), np.sin(value)]
-        pin.framesForwardKinematics(model, data, theirs)
-        world_t_node = forward(structure, parent_t_node, q)
-        for node in nodes[1:]:
-            frame = model.getFrameId(node.name.removeprefix("it."), pin.FrameType.BODY)
-            assert np.abs(world_t_node[node.name] - data.oMf[frame].homogeneous).max() < 1e-9, node.name
-
-
-@pytest.mark.parametrize("robot", ROBOTS)
-def test_links_are_where_pybullet_puts_them(robot: str, rng: np.random.Generator) -> None:
-    nodes = load(ROBOTS[robot], name="it")[0].nodes
-    structure, parent_t_node = structure_of(nodes)
-    client = pybullet.connect(pybullet.DIRECT)
-    try:
-        body = pybullet.loadURDF(str(ROBOTS[robot]), useFixedBase=True, physicsClientId=client)
-        values = joint_values(nodes, rng)
-        links = {}
-        for i in range(pybullet.getNumJoints(body, physicsClientId=client)):
-            info = pybullet.getJointInfo(body, i, physicsClientId=client)
-            links[info[12].decode()] = i
-            if (value := values.get(info[1].decode())) is not None:
-                pybullet.resetJointState(body, i, value, physicsClientId=client)
-        _, robot_index = structure.robot("it")
-        q = np.array([values[name] for name in robot_index.joint_names])
-        world_t_node = forward(structure, parent_t_node, q)
-        assert len(links) == len(nodes) - 2  # all but the robot and its base link
-        for name, i in links.items():
-            if name == "imu_link" and robot == "husky":
-                continue  # PyBullet reads $(optenv ...) as zeros
-            state = pybullet.getLinkState(body, i, computeForwardKinematics=True, physicsClientId=client)
-            pose = np.eye(4)
-            pose[:3, 3] = state[4]
-            pose[:3, :3] = Rotation.from_quat(state[5]).as_matrix()
-            # PyBullet keeps frames relative to centres of mass and cuts small numbers off on its way.
-            assert np.abs(world_t_node[f"it.{name}"] - pose).max() < 1e-6, name
-    finally:
-        pybullet.disconnect(client)
 
 
 def test_limits_of_the_panda_are_those_of_its_data_sheet() -> None:

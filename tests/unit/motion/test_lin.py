@@ -190,15 +190,3 @@ def test_a_goal_that_is_no_pose_is_refused() -> None:
     for bad in (np.eye(3), np.full((4, 4), np.nan), np.diag([1.0, 1.0, -1.0, 1.0]), 2.0 * np.eye(4)):
         with pytest.raises(KernelError, match="goal of a LIN motion must be a"):
             plan_lin(chain, IIWA_READY, bad, arm_limits("iiwa"))
-
-
-def test_rotation_vectors_are_exact_from_zero_to_half_a_turn(rng: np.random.Generator) -> None:
-    for angle in (0.0, 1e-12, 1e-8, 1e-3, 1.0, np.pi - 1e-8, np.pi - 1e-12):
-        axis = rng.normal(size=3)
-        vector = axis / np.linalg.norm(axis) * angle
-        np.testing.assert_allclose(
-            rotation_vector(rotation_matrix(vector)), vector, atol=1e-14 + 1e-15 * angle, rtol=1e-12
-        )
-    np.testing.assert_allclose(
-        rotation_matrix(np.array([0.3, -0.5, 0.8])), Rotation.from_rotvec([0.3, -0.5, 0.8]).as_matrix(), atol=1e-15
-    )

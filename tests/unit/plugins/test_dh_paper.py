@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from virtualrobot_kernel.formats import scene_file
 from virtualrobot_kernel.messages.dh import denavit_hartenberg
-from virtualrobot_sdk.denavit_hartenberg import Row, Table, frames
+from virtualrobot_sdk.denavit_hartenberg import Table, frames
 
 from .paper_arm import ENTRIES, TWIST_DEGREES, Lengths, closed_form, corrected, printed, product
 
@@ -56,52 +56,6 @@ def test_the_printed_entry_is_that_of_the_table(exact: Exact, entry: str) -> Non
 def test_the_corrected_entry_is_that_of_the_table(exact: Exact, entry: str) -> None:
     assert exact.corrected[entry] == exact.product[entry]
     assert exact.printed[entry] != exact.product[entry]
-
-
-def test_how_the_printed_o_y_is_wrong(exact: Exact) -> None:
-    """One sign: + c4 s1 c23 is printed where - c4 s1 c23 must be, as in n_y, whose derivative by theta_6 o_y is."""
-    s1, s2, s3, _, _, s6 = exact.sines
-    _, c2, c3, c4, c5, _ = exact.cosines
-    c23 = c2 * c3 - s2 * s3
-    assert exact.printed["o_y"] - exact.product["o_y"] == 2 * s6 * c5 * c4 * s1 * c23
-
-
-def test_how_the_printed_p_y_is_wrong(exact: Exact) -> None:
-    """A cosine: d4 s1 c23 is printed where d4 s1 s23 must be, as in p_x."""
-    s1, s2, s3 = exact.sines[:3]
-    c2, c3 = exact.cosines[1:3]
-    s23, c23 = s2 * c3 + c2 * s3, c2 * c3 - s2 * s3
-    assert exact.printed["p_y"] - exact.product["p_y"] == exact.lengths.d_4 * s1 * (c23 - s23)
-
-
-def test_the_printed_columns_are_no_rotation(exact: Exact) -> None:
-    """So the paper contradicts itself whatever the convention of its table: n is not at right angles to o."""
-
-    def dot(entries: dict, first: str, second: str) -> Fraction:
-        return sum((entries[f"{first}_{axis}"] * entries[f"{second}_{axis}"] for axis in "xyz"), Fraction(0))
-
-    for first, second in ("nn", "oo", "aa", "no", "na", "oa"):
-        assert dot(exact.corrected, first, second) == (first == second)
-    assert [dot(exact.printed, *pair) == (pair[0] == pair[1]) for pair in ("nn", "aa", "na")] == [True] * 3
-    assert [dot(exact.printed, *pair) == (pair[0] == pair[1]) for pair in ("oo", "no", "oa")] == [False] * 3
-
-
-def test_alpha_is_in_degrees_and_the_table_standard(rng: np.random.Generator) -> None:
-    """Read as radians, or as Craig's alpha_{i-1} and a_{i-1} as its headings say, the table fits no column at all."""
-    q = rng.uniform(-np.pi, np.pi, 6)
-    lengths = Lengths(*rng.uniform(0.05, 0.5, 5).tolist())
-    expected = closed_form(q, lengths)
-
-    def distance(convention: str, unit: float) -> np.ndarray:
-        rows = [
-            Row("revolute", a, twist * unit, d) for twist, (a, d) in zip(TWIST_DEGREES, lengths.rows(), strict=True)
-        ]
-        table = Table(convention, tuple(rows))  # pyright: ignore[reportArgumentType]
-        return np.abs(frames(table, q)[-1] - expected).max(axis=0)
-
-    np.testing.assert_allclose(distance("standard", np.pi / 180), 0.0, atol=1e-14)
-    assert (distance("standard", 1.0) > 1e-6).all(), "90 rad"
-    assert (distance("modified", np.pi / 180) > 1e-6).all(), "Craig's order"
 
 
 def shipped() -> tuple[Table, Lengths]:

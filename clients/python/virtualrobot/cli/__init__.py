@@ -8,15 +8,13 @@ from collections.abc import Sequence
 
 import click
 
+from virtualrobot.cli.applications import find_applications, load, short_help
 from virtualrobot.cli.options import Target, target_options
 
 _COMMANDS = {
     "serve": ("virtualrobot.cli.serve", "Start a kernel and keep it running."),
-    "demo": ("virtualrobot.cli.demo", "Watch two robots palletize."),
-    "map": ("virtualrobot.cli.mapping", "Watch an arm map a cell by laser or ultrasound."),
-    "avoid": ("virtualrobot.cli.avoidance", "Watch an arm avoid obstacles while its tool goes its way."),
     "load": ("virtualrobot.cli.scene", "Load a model or a scene file."),
-    "models": ("virtualrobot.cli.scene", "Show the robots that the kernel knows by name."),
+    "models": ("virtualrobot.cli.scene", "Show the robots and grippers that the kernel knows by name."),
     "save": ("virtualrobot.cli.scene", "Save the world to a scene file."),
     "export": ("virtualrobot.cli.scene", "Write a robot as URDF, or anything as glTF."),
     "ls": ("virtualrobot.cli.scene", "Draw the scene tree."),
@@ -58,22 +56,29 @@ From Python: import virtualrobot; client = virtualrobot.connect()
 
 
 class _Commands(click.Group):
-    """Commands by name, each imported when it is run; help needs none of them."""
+    """Commands of this library, then those of applications; each is imported when it is run."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names, in the order of use."""
-        return list(_COMMANDS)
+        return [*_COMMANDS, *find_applications(_COMMANDS)]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Return a command by its name."""
-        if cmd_name not in _COMMANDS:
-            return None
-        return getattr(importlib.import_module(_COMMANDS[cmd_name][0]), cmd_name)
+        """Return a command by its name; None when there is none.
+
+        Raises:
+            WrongStateError: when it is one of an application that cannot be imported.
+        """
+        if cmd_name in _COMMANDS:
+            return getattr(importlib.import_module(_COMMANDS[cmd_name][0]), cmd_name)
+        entry = find_applications(_COMMANDS).get(cmd_name)
+        return None if entry is None else load(entry)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the commands from the table, so that help is quick."""
+        """Write the commands of the table, which need no import, and those of applications."""
         with formatter.section("Commands"):
             formatter.write_dl([(name, text) for name, (_, text) in _COMMANDS.items()])
+        with formatter.section("Applications"):
+            formatter.write_dl([(name, short_help(entry)) for name, entry in find_applications(_COMMANDS).items()])
 
 
 def _version(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:

@@ -34,10 +34,7 @@ class Target:
         """Connect to it."""
         from virtualrobot.connection import connect
 
-        token = None
-        if self.token_file is not None:
-            token = self.token_file.read_text(encoding="utf-8").strip()
-        return connect(self.address, token, root_certificate=self.certificate)
+        return connect(self.address, token_file=self.token_file, root_certificate=self.certificate)
 
 
 class FiniteRange(click.FloatRange):
@@ -57,8 +54,9 @@ def target_options(function: Callable[..., Any]) -> Callable[..., Any]:
     @click.option("--address", metavar="HOST:PORT", help="The kernel [$VIRTUALROBOT_ADDRESS, or 127.0.0.1:50500].")
     @click.option(
         "--token-file",
-        type=click.Path(exists=True, dir_okay=False, path_type=Path),
-        help="The file with its token [$VIRTUALROBOT_TOKEN, or the one that a kernel of this user wrote].",
+        type=click.Path(path_type=Path),
+        help="The file that holds its token [else $VIRTUALROBOT_TOKEN is the token itself, or else the file that a "
+        "kernel of this user wrote holds it].",
     )
     @click.option(
         "--certificate",

@@ -26,8 +26,7 @@ def followed(snapshot: Snapshot, target: motion_pb2.SetpointTarget) -> StartSetp
     timeout = not_negative(target.timeout_seconds, "target.timeout_seconds") or TIMEOUT_SECONDS
     names = tuple(target.joint_names)
     if not names:
-        index = snapshot.structure.robot(target.robot)[1]
-        names = tuple(joint.name for joint in index.joints if joint.type.coordinate_count == 1)
+        names = tuple(snapshot.structure.robot(target.robot)[1].coordinates)
     return StartSetpointMotion(target.robot, names, MODES.read(target.mode, "target.mode"), timeout)
 
 

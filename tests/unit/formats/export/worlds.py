@@ -13,7 +13,7 @@ from virtualrobot_kernel.formats.models import ImportedModel, import_model
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.figures import Figure
 from virtualrobot_kernel.world.state import Snapshot, State
-from virtualrobot_kernel.world.structure import WORLD_UID, JointType, Kind, Node, NodeSpec, Structure
+from virtualrobot_kernel.world.structure import JointType, Kind, NodeSpec, Structure
 
 from tests.unit.formats.models import disk, forward, structure_of
 
@@ -80,8 +80,3 @@ def read_back(file: Path, library: MeshLibrary, name: str = "") -> ImportedModel
 def one(*figures: Figure, name: str = "thing", hidden: bool = False) -> NodeSpec:
     """Return an object with some figures."""
     return NodeSpec(name, Kind.OBJECT, figures=figures, hidden=hidden)
-
-
-def root_of(snapshot: Snapshot) -> Node:
-    """Return the node of the whole world."""
-    return snapshot.structure.nodes[WORLD_UID]

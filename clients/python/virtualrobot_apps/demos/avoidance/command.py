@@ -5,12 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-
 from virtualrobot.cli.options import FiniteRange, Target, target_options
 from virtualrobot.cli.own_kernel import in_kernel
 
 
-@click.command()
+@click.command(short_help="Watch an arm avoid obstacles while its tool goes its way.")
 @click.option("--robot", type=click.Choice(["iiwa", "panda"]), default="iiwa", show_default=True, help="Which arm.")
 @click.option("--hold", is_flag=True, help="The tool stays where it is, instead of going round.")
 @click.option("--seconds", type=FiniteRange(1.0, 600.0), default=12.0, show_default=True, help="How long each run is.")
@@ -39,7 +38,7 @@ def avoid(
         raise click.UsageError("--plot takes a name that ends in .svg")
     if plot is not None and not plot.parent.is_dir():
         raise click.UsageError(f"--plot: there is no folder {plot.parent}")
-    from virtualrobot.apps import avoidance as app
+    from virtualrobot_apps.demos.avoidance import avoid as app
 
     with in_kernel(target, headless, speed) as client:
         before = client.clock.read()

@@ -6,10 +6,7 @@ waits until the arm has taken the box away, the arm says `pallet_full_iiwa` at i
 
 from __future__ import annotations
 
-import os
 import queue
-import sys
-import webbrowser
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext, suppress
@@ -18,11 +15,12 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-
 from virtualrobot import Client, pose
-from virtualrobot.apps import cell
-from virtualrobot.apps.cell import STATIONS, Station
-from virtualrobot.apps.film import filmed
+
+from virtualrobot_apps.demos.palletizing import cell
+from virtualrobot_apps.demos.palletizing.cell import STATIONS, Station
+from virtualrobot_apps.demos.palletizing.film import filmed
+from virtualrobot_apps.demos.viewer import show_viewer
 
 PITCH = 0.5  # meters that the belt moves at a time
 COLUMNS, ROWS = 2, 3  # of boxes in a layer
@@ -45,11 +43,7 @@ def main(client: Client, loop: bool = False, headless: bool = False, layers: int
     `film` is the file of a film of it all, .mp4 or .gif; where its pictures are drawn too slowly, time goes slower.
     """
     cell.load(client)
-    if client.info.viewer_url:
-        print(f"viewer at {client.info.viewer_url}", flush=True)
-        # Without a desktop Python might start a text browser in this terminal.
-        if not headless and (sys.platform != "linux" or {"DISPLAY", "WAYLAND_DISPLAY"} & os.environ.keys()):
-            webbrowser.open(client.info.viewer_url)
+    show_viewer(client, headless)
     with nullcontext() if film is None else filmed(client, film):
         run(client, layers)
         while loop:

@@ -6,27 +6,25 @@ ultrasonic sensor a grid by Bayes' rule. What the sensor sees of its own arm is 
 
 from __future__ import annotations
 
-import os
-import sys
-import webbrowser
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
-
 import virtualrobot
+from numpy.typing import NDArray
 from virtualrobot import Client
-from virtualrobot.apps.bayes_grid import BayesGrid, Cone
-from virtualrobot.apps.octree_map import Keys, OctreeMap, centers_of
-from virtualrobot.apps.surface_truth import Comparison, compare, seen_from, surface_points
 from virtualrobot.errors import UnreachableError
 from virtualrobot.scene.node import Node
 
+from virtualrobot_apps.demos.mapping.bayes_grid import BayesGrid, Cone
+from virtualrobot_apps.demos.mapping.octree_map import Keys, OctreeMap, centers_of
+from virtualrobot_apps.demos.mapping.surface_truth import Comparison, compare, seen_from, surface_points
+from virtualrobot_apps.demos.viewer import show_viewer
+
 Floats = NDArray[np.float64]
 
-SCENE = Path(__file__).parent / "models" / "mapping.yaml"
+SCENE = Path(__file__).parent / "cell.yaml"
 ROBOT = "iiwa"
 LOW, HIGH = np.array([0.3, -0.6, -0.1]), np.array([1.2, 0.6, 0.6])
 """The corners of what is mapped (m)."""
@@ -143,12 +141,9 @@ def main(
     if model:
         client.sensors[kind.sensor].set_model(model)
     if client.info.viewer_url:
-        print(f"viewer at {client.info.viewer_url}", flush=True)
         client.view.show_sensor(kind.sensor, points=False, rays=True)
         client.sensors.start(kind.sensor)  # what is shown are readings at a rate; the map's are asked for
-        # Without a desktop Python might start a text browser in this terminal.
-        if not headless and (sys.platform != "linux" or {"DISPLAY", "WAYLAND_DISPLAY"} & os.environ.keys()):
-            webbrowser.open(client.info.viewer_url)
+    show_viewer(client, headless)
     truth = surface_points(lambda *rays: cast(client, *rays), LOW, HIGH, 0.5 * resolution)
     visible = np.zeros(len(truth), np.bool_)
     shown: Node | None = None

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from virtualrobot.apps.octree_map import Keys, keys_of
+from virtualrobot_apps.demos.mapping.octree_map import Keys, keys_of
 
 Floats = NDArray[np.float64]
 Cast = Callable[[Floats, Floats, float], tuple[Floats, NDArray[np.bool_]]]

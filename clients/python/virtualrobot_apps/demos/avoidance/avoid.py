@@ -1,26 +1,24 @@
 """A tool goes round and round while the links of its arm keep away from a post and from a ball that comes by.
 
-`virtualrobot avoid` runs it: twice, without and with the control law of `avoidance_law`, and draws how far links were
+`virtualrobot avoid` runs it: twice, without and with the control law of `law.py`, and draws how far links were
 from obstacles and the tool from where it should be, as figures 18 and 19 of the paper do.
 """
 
 from __future__ import annotations
 
-import os
-import sys
-import webbrowser
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
-
 import virtualrobot
+from numpy.typing import NDArray
 from virtualrobot import Client
-from virtualrobot.apps.avoidance_control import Course, Gains, Record, Wish, follow
-from virtualrobot.apps.chart import Panel, chart
+
+from virtualrobot_apps.chart import Panel, chart
+from virtualrobot_apps.demos.avoidance.control import Course, Gains, Record, Wish, follow
+from virtualrobot_apps.demos.viewer import show_viewer
 
 Floats = NDArray[np.float64]
 
@@ -86,11 +84,7 @@ def main(
         headless: open no browser.
     """
     build(client, CELLS[cell])
-    if client.info.viewer_url:
-        print(f"viewer at {client.info.viewer_url}", flush=True)
-        # Without a desktop Python might start a text browser in this terminal.
-        if not headless and (sys.platform != "linux" or {"DISPLAY", "WAYLAND_DISPLAY"} & os.environ.keys()):
-            webbrowser.open(client.info.viewer_url)
+    show_viewer(client, headless)
     gains = Gains()
     print("avoidance  least distance   greatest error  error at the end")
     without, by_law = (

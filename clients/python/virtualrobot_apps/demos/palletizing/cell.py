@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike
-
 import virtualrobot
+from numpy.typing import ArrayLike
 from virtualrobot import Client
 from virtualrobot.v1 import nodes_pb2
 
-SCENE = Path(__file__).parent / "models" / "cell.yaml"
+SCENE = Path(__file__).parent / "cell.yaml"
 
 IIWA_SPEEDS = np.radians([98, 98, 100, 130, 140, 180, 180])
 """Speeds of joints A1 to A7 (rad/s). Source: KUKA, LBR iiwa 7 R800, data sheet; the model file says 10 for all."""

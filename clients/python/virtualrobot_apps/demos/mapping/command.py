@@ -5,12 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-
 from virtualrobot.cli.options import FiniteRange, Target, target_options
 from virtualrobot.cli.own_kernel import in_kernel
 
 
-@click.command()
+@click.command(short_help="Watch an arm map a cell by laser or ultrasound.")
 @click.option("--ultrasonic", is_flag=True, help="By ultrasound and Bayes' rule, not by a laser and an octree.")
 @click.option("--resolution", type=FiniteRange(0.01, 0.2), help="Edge of a voxel in meters.")
 @click.option("--model", default="", help="The sensor model, such as `laser`, with its default settings.")
@@ -35,8 +34,8 @@ def map(
         raise click.UsageError(f"--save takes a name that ends in .npz{'' if ultrasonic else ', .bt or .ot'}")
     if save is not None and not save.parent.is_dir():
         raise click.UsageError(f"--save: there is no folder {save.parent}")
-    from virtualrobot.apps import mapping as app
-    from virtualrobot.apps import octree_map
+    from virtualrobot_apps.demos.mapping import map_cell as app
+    from virtualrobot_apps.demos.mapping import octree_map
 
     if not ultrasonic:
         octree_map.library()  # before a kernel is started for nothing

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
 from virtualrobot.errors import WrongStateError
 
 Floats = NDArray[np.float64]

@@ -5,12 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-
 from virtualrobot.cli.options import FiniteRange, Target, target_options
 from virtualrobot.cli.own_kernel import in_kernel
 
 
-@click.command()
+@click.command(short_help="Watch two robots palletize.")
 @click.option("--loop", is_flag=True, help="Begin again when both pallets are full.")
 @click.option("--headless", is_flag=True, help="Open no viewer.")
 @click.option("--speed", type=FiniteRange(0.01, 100.0), help="Simulated seconds for each second of the wall clock.")
@@ -27,7 +26,7 @@ def demo(target: Target, loop: bool, headless: bool, speed: float | None, film: 
 
     Starts a kernel of its own and ends it; with --address the demo replaces the world of a kernel that runs already.
     """
-    from virtualrobot.apps import demo as app
+    from virtualrobot_apps.demos.palletizing import palletize as app
 
     with in_kernel(target, headless, speed) as client:
         app.main(client, loop=loop, headless=headless, film=film)

@@ -1,7 +1,7 @@
 """Leads the tool of an arm by velocity setpoints while its links keep away from obstacles, cycle by cycle.
 
 In each cycle the kernel tells how far links are from obstacles and how points of them move with the joints;
-`avoidance_law` says what follows. In REALTIME a cycle is as long as states come, 60 a second; in STEPPED it is a few
+`avoidance.law` says what follows. In REALTIME a cycle is as long as states come, 60 a second; in STEPPED it is a few
 ticks, and the same start gives the same joints bit for bit.
 """
 
@@ -12,12 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-
 from virtualrobot import Client, Robot
-from virtualrobot.apps import avoidance_law as law
 from virtualrobot.collisions.collisions import Distance
 from virtualrobot.motions.setpoints import SetpointStream
 from virtualrobot.robots.values import Jacobians
+
+from virtualrobot_apps.demos.avoidance import law
 
 Floats = NDArray[np.float64]
 

@@ -7,9 +7,10 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from virtualrobot import Client
-from virtualrobot.apps.pacing import Pace
 from virtualrobot.errors import VirtualRobotError
 from virtualrobot.view.pictures import Picture
+
+from virtualrobot_apps.demos.palletizing.pacing import Pace
 
 FILM_RATE = 25.0
 """Pictures a second of simulation time."""

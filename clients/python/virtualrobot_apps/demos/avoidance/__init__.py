@@ -1,0 +1,1 @@
+"""Obstacle avoidance of an arm's links in its null space. `virtualrobot avoid` runs it."""

@@ -1,0 +1,1 @@
+"""Palletizing cell: a conveyor and two arms that talk by signals. `virtualrobot demo` runs it."""
