@@ -138,6 +138,9 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
 
     async def LoadScene(self, request: scene_pb2.LoadSceneRequest, context: object) -> scene_pb2.LoadSceneResponse:
         """Read a scene file in a worker thread, then replace the world by it, as one change."""
+        return await self._repeats.once(request, lambda: self._load(request, context))
+
+    async def _load(self, request: scene_pb2.LoadSceneRequest, context: object) -> scene_pb2.LoadSceneResponse:
         meshes = self._rooms.meshes
         files = files_of(meshes, request.files)
         known = self._rooms.world.snapshot.structure.uid_by_name if request.add else None
