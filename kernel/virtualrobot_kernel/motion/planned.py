@@ -22,14 +22,14 @@ _ASIDE = 1e-9
 class Track:
     """One path q(u) (k joints) and its law u(tau), tau in [0, duration]; at rest at both ends of the law.
 
-    course_limits: largest |d2u/dt2| and |d3u/dt3| (1/s², 1/s³) of a line or an arc, whose own acceleration and jerk are
+    path_limits: largest |d2u/dt2| and |d3u/dt3| (1/s², 1/s³) of a line or an arc, whose own acceleration and jerk are
     limited; None for paths that only joints limit. quasi: quasi-coordinates, whose derivatives are the velocities where
     the path has quaternions (`motion.orientation`); None where they are the path's own.
     """
 
     path: PiecewisePolynomial
     time_law: PiecewisePolynomial
-    course_limits: tuple[float, float] | None = None
+    path_limits: tuple[float, float] | None = None
     quasi: PiecewisePolynomial | None = None
 
     @property
@@ -158,10 +158,10 @@ class Plan:
 @lru_cache(maxsize=128)
 def _braking(plan: Plan) -> Braking:
     times = np.linspace(0.0, plan.duration, int(np.clip(plan.duration / _TABLE_STEP, *_TABLE_ROWS)))
-    courses = [(track.time_law, *track.course_limits) for track in plan.tracks if track.course_limits]
+    tcp_path = [(track.time_law, *track.path_limits) for track in plan.tracks if track.path_limits]
 
     def rows(at: Array) -> Array:
-        derivatives = [plan.derivatives(at)[1:], *(law.states(at, 3)[1:] for law, _, _ in courses)]
+        derivatives = [plan.derivatives(at)[1:], *(law.states(at, 3)[1:] for law, _, _ in tcp_path)]
         return np.concatenate(derivatives, axis=2).transpose(1, 0, 2)
 
     table = rows(times)
@@ -172,8 +172,8 @@ def _braking(plan: Plan) -> Braking:
     between = rows(sides)[:, 1:]
     beyond = np.zeros((len(table), 2, table.shape[2]))
     np.maximum.at(beyond, before, np.maximum(between - ends.max(axis=0), ends.min(axis=0) - between))
-    accelerations = np.array([*plan.max_acceleration, *(acceleration for _, acceleration, _ in courses)])
-    jerks = np.array([*plan.max_jerk, *(jerk for _, _, jerk in courses)])
+    accelerations = np.array([*plan.max_acceleration, *(acceleration for _, acceleration, _ in tcp_path)])
+    jerks = np.array([*plan.max_jerk, *(jerk for _, _, jerk in tcp_path)])
     peak = np.abs(table[:, 0]).max(axis=0)
     # Peaks of a quintic step from 1 to 0 in time T: |rate'| 15/8 / T, |rate''| 10/sqrt(3) / T².
     seconds = np.maximum(1.875 * peak / accelerations, np.sqrt(10.0 / np.sqrt(3.0) * peak / jerks))
@@ -191,15 +191,15 @@ def planned(
     time_law: PiecewisePolynomial,
     limits: JointLimits,
     goal: Array | None = None,
-    course_limits: tuple[float, float] | None = None,
+    path_limits: tuple[float, float] | None = None,
     quasi: PiecewisePolynomial | None = None,
 ) -> Plan:
     """Return the plan of one robot; `limits` are the joints' own, not those of a slower move.
 
-    goal: (k,), where the joints end, when that is known better than the path's rounding; course_limits, quasi: see
+    goal: (k,), where the joints end, when that is known better than the path's rounding; path_limits, quasi: see
     `Track`.
     """
-    track = Track(path, time_law, course_limits, quasi)
+    track = Track(path, time_law, path_limits, quasi)
     velocity, acceleration, jerk = peaks(track)
     return Plan(
         kind,

@@ -152,8 +152,8 @@ class BlendGroup:
     def cartesian_through(self, pair: Sequence[PlannedStep]) -> list[TcpBound]:
         """Return the bounds of tool centre points in the corner between two steps.
 
-        The larger limits of those that are led along a course on both sides; one that is led on one side and stands
-        still on the other keeps that side's.
+        The larger limits of those that are led along a Cartesian path on both sides; one that is led on one side and
+        stands still on the other keeps that side's.
         """
         led = [{(one.robot.uid, one.group): one for one in step.moves if one.tcp} for step in pair]
         arms = [{(one.robot.uid, one.group) for one in step.moves} for step in pair]

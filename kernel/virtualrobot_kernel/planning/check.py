@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from virtualrobot_sdk.poses import rotation_matrix
 
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.motion.cartesian_path import SMALLEST_SINGULAR_VALUE
 from virtualrobot_kernel.motion.program import Program
+from virtualrobot_kernel.motion.resolved_rate import SMALLEST_SINGULAR_VALUE
 from virtualrobot_kernel.planning.moves import Move
 from virtualrobot_kernel.planning.notes import Note
 from virtualrobot_kernel.planning.plan_motion import GivenUp, PlannedMotion, plan_motion

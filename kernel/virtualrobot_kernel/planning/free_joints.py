@@ -11,7 +11,6 @@ from virtualrobot_sdk.kinematics import InverseOptions, InverseResult, InverseSt
 from virtualrobot_sdk.poses import inverse, rotation_vector
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
-from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
 from virtualrobot_kernel.motion.nullspace import (
     Rough,
     Wish,
@@ -21,6 +20,7 @@ from virtualrobot_kernel.motion.nullspace import (
     improved,
     near_posture,
 )
+from virtualrobot_kernel.motion.resolved_rate import TcpKinematics
 from virtualrobot_kernel.planning.redundancy import FREE, NearOf, Preference, Redundancy
 from virtualrobot_kernel.planning.robots import (
     Arm,

@@ -1,4 +1,4 @@
-"""Wishes with edges along a course: what they ask for is rounded off, and where the arm cannot go it is nothing."""
+"""Wishes with edges along a path: what they ask for is rounded off, and where the arm cannot go it is nothing."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from virtualrobot_kernel.components.catalog import Catalog
-from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
 from virtualrobot_kernel.motion.cartesian_plan import plan_lin
 from virtualrobot_kernel.motion.guide import GAIN, guide
 from virtualrobot_kernel.motion.line import line_between
 from virtualrobot_kernel.motion.nullspace import Rough
+from virtualrobot_kernel.motion.resolved_rate import TcpKinematics
 from virtualrobot_kernel.planning.planned_move import joint_limits
 from virtualrobot_kernel.planning.robots import arm_of
 from virtualrobot_kernel.planning.solvers import Solvers
@@ -55,7 +55,7 @@ def test_a_line_follows_a_wish_with_edges_and_stays_a_line(iiwa: TcpKinematics) 
 
 
 def test_what_it_gives_is_smooth_and_bounded(iiwa: TcpKinematics) -> None:
-    """At most GAIN times what the course itself takes; no step is longer than a smooth curve's of 200 places."""
+    """At most GAIN times what the path itself takes; no step is longer than a smooth curve's of 200 places."""
     goal = iiwa.pose(START)
     goal[:3, 3] += (0.05, 0.2, 0.1)
     line = line_between(iiwa.pose(START), goal)

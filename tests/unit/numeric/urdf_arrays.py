@@ -11,7 +11,7 @@ import numpy as np
 from tests.pybullet_models import pybullet_data
 
 DATA = Path(pybullet_data.getDataPath())
-MODELS = Path(__file__).parents[3] / "kernel" / "virtualrobot_kernel" / "models"
+MODELS = Path(__file__).parents[3] / "plugins" / "virtualrobot_plugins" / "models"
 URDFS = {
     "iiwa": DATA / "kuka_iiwa" / "model.urdf",
     "panda": DATA / "franka_panda" / "panda.urdf",
