@@ -139,8 +139,8 @@ def reached(
 ) -> tuple[Arm, list[NDArray[np.float64]]]:
     """Return the arm and its solutions (k,), at least one, as `solve_inverse` does from where the joints are.
 
-    Raise KernelError when there is none: LIMIT_EXCEEDED where the component says that limits are all that is in the way,
-    else UNREACHABLE.
+    Raise KernelError when there is none: LIMIT_EXCEEDED where the component knows that only limits forbid it, else
+    UNREACHABLE.
     """
     arm, result = solve_inverse(snapshot, robot, world_t_tcp, {}, solver_of, configuration, redundancy, group, near_of)
     if not len(result.solutions):
