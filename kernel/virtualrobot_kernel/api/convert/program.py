@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.api.convert.moves import requested_move
