@@ -12,7 +12,7 @@ from functools import partial
 from virtualrobot.v1 import motion_pb2, motion_pb2_grpc
 
 from virtualrobot_kernel.api.author import person
-from virtualrobot_kernel.api.convert.program import note_messages
+from virtualrobot_kernel.api.convert.program import NOTE
 from virtualrobot_kernel.api.convert.states import motion_message
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.motion_calls import find_motion, make_way, requested
@@ -73,7 +73,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         motion = find_motion(snapshot, str(done.created[0]))
         self._programs.remember(motion.id, planned.end)
         return motion_pb2.StartMotionResponse(
-            stamp=stamp(snapshot), motion=motion_message(snapshot, motion), notes=note_messages(planned.notes)
+            stamp=stamp(snapshot), motion=motion_message(snapshot, motion), notes=map(NOTE.write, planned.notes)
         )
 
     async def AppendMotion(

@@ -8,7 +8,7 @@ from weakref import WeakValueDictionary
 
 from virtualrobot.v1 import motion_pb2
 
-from virtualrobot_kernel.api.convert.program import note_messages, program_steps
+from virtualrobot_kernel.api.convert.program import NOTE, program_steps
 from virtualrobot_kernel.api.convert.states import motion_message
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.motion_calls import find_motion
@@ -97,5 +97,5 @@ class OpenPrograms:
         return motion_pb2.AppendMotionResponse(
             stamp=stamp(snapshot),
             motion=motion_message(snapshot, find_motion(snapshot, request.id)),
-            notes=note_messages(planned.notes),
+            notes=map(NOTE.write, planned.notes),
         )
