@@ -124,6 +124,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     ),
     # Settings are described by msgspec's Meta.
     f"{PLUGINS}/sensor_models": ("virtualrobot_plugins.sensor_models", "virtualrobot_sdk", "numpy", "msgspec"),
+    # Models by name are data: tables in YAML.
+    f"{PLUGINS}/models": ("virtualrobot_plugins.models", "virtualrobot_sdk", "numpy", "msgspec", "yaml"),
     # embreex casts rays where its library can't be driven.
     f"{PLUGINS}/ray_casters/embreex_scene.py": ("virtualrobot_sdk", "numpy", "embreex"),
     # Bullet is there to compare with; its worker process alone loads it.

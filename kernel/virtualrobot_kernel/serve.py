@@ -25,6 +25,12 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
+CLOSE_SECONDS = 20.0
+"""Longest time (s) that the rooms may take to close before the process ends without them."""
+
+LAST_THREADS_SECONDS = 5.0
+"""Longest time (s) after that for threads which may never return: those of components in this process."""
+
 SWITCH_INTERVAL_SECONDS = 0.0005
 """Greatest time (s) that a thread may hold the interpreter while others wait: measured for calls' shortest tail."""
 
@@ -117,8 +123,25 @@ def _serve(options: argparse.Namespace) -> int:
             while not ended.wait(0.5):  # a wait without timeout can't be interrupted on Windows
                 pass
     finally:
+        _end_after(CLOSE_SECONDS, 1)
         kernel.close()
+        _end_after(LAST_THREADS_SECONDS, 1 if faults else 0)
     return 1 if faults else 0
+
+
+def _end_after(seconds: float, code: int) -> None:
+    """End the process with an exit code after some seconds, if it has not ended by itself before."""
+
+    def end() -> None:
+        own = (threading.main_thread(), threading.current_thread())
+        running = ", ".join(one.name for one in threading.enumerate() if one not in own)
+        log.warning("ended by force after %g s, while these threads ran: %s", seconds, running)
+        logging.shutdown()
+        os._exit(code)
+
+    timer = threading.Timer(seconds, end)
+    timer.daemon = True
+    timer.start()
 
 
 def _wait_for_input(ended: threading.Event) -> None:

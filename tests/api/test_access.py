@@ -25,6 +25,8 @@ from tests.kernels import KernelProcess, StartKernel
 
 SERVE = [sys.executable, "-m", "virtualrobot_kernel.serve"]
 INFO = kernel_pb2.GetInfoRequest()
+HANDSHAKE = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + bytes([0, 0, 0, 4, 0, 0, 0, 0, 0])
+"""First words of HTTP/2: its preface and empty settings."""
 
 
 def deep_settings(depth: int) -> bytes:
@@ -105,8 +107,12 @@ def test_a_watch_of_health_wants_the_token(guarded: KernelProcess) -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows limits no descriptors")
 @pytest.mark.long
-def test_who_connects_and_says_nothing_locks_nobody_out(start_kernel: StartKernel) -> None:
-    """More than there are descriptors; each is closed, at once or when it has said nothing for some seconds."""
+@pytest.mark.parametrize("said", [b"", HANDSHAKE], ids=["nothing", "handshake"])
+def test_who_connects_and_says_no_more_locks_nobody_out(start_kernel: StartKernel, said: bytes) -> None:
+    """More than there are descriptors; each is closed, at once or when it has said nothing for some seconds.
+
+    Neither before HTTP/2 nor after its first words.
+    """
     import resource
 
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
@@ -118,8 +124,11 @@ def test_who_connects_and_says_nothing_locks_nobody_out(start_kernel: StartKerne
     host, port = kernel.address.split(":")
     with contextlib.ExitStack() as stack:
         silent = [stack.enter_context(socket.create_connection((host, int(port)))) for _ in range(300)]
+        for connection in silent:
+            with contextlib.suppress(OSError):
+                connection.send(said)
         stub = kernel.stubs().kernel
-        assert stub.GetInfo(INFO, wait_for_ready=True, timeout=100).process_id == kernel.process.pid
+        assert stub.GetInfo(INFO, wait_for_ready=True, timeout=40).process_id == kernel.process.pid
         for connection in silent:
             with contextlib.suppress(ConnectionResetError):
                 while connection.recv(1000):

@@ -15,7 +15,15 @@ import numpy as np
 import psutil
 import pytest
 import virtualrobot
-from virtualrobot import Client, InvalidArgumentError, PluginFailedError, Robot, UnknownNameError, pose
+from virtualrobot import (
+    Client,
+    InvalidArgumentError,
+    PluginFailedError,
+    Robot,
+    UnknownNameError,
+    VirtualRobotError,
+    pose,
+)
 from virtualrobot.plugins import ComponentUse
 from virtualrobot.v1 import scene_pb2
 
@@ -248,6 +256,23 @@ def test_a_component_of_a_plugin_that_failed_is_told_with_the_reason(client: Cli
     with pytest.raises(UnknownNameError, match=r"'raises_on_import' .*the licence of this plugin has expired"):
         arm.set_kinematics("raises_on_import")
     assert arm.kinematics == "arm_angle"
+
+
+def test_a_kernel_ends_though_a_component_in_its_own_process_never_returns(
+    start_kernel: StartKernel, site: Path, tmp_path: Path
+) -> None:
+    kernel = start_kernel(environment=environment(site))
+    with virtualrobot.connect(kernel.address) as client:
+        arm = client.load_robot(IIWA, name="arm")
+        arm.set_kinematics("hangs_inside", trigger=str(tmp_path / "now"))
+        (tmp_path / "now").touch()
+        asking = threading.Thread(target=pytest.raises, args=(VirtualRobotError, arm.solve_inverse, REACHED))
+        asking.start()
+        while "hangs" not in kernel.lines:
+            assert asking.is_alive()
+        assert kernel.end() == 0
+        asking.join()
+    assert re.search(r"ended by force after \d s, while these threads ran: .*solver_\d", kernel.lines[-1])
 
 
 def test_others_are_answered_while_a_component_hangs(

@@ -161,15 +161,19 @@ class Client:
         )
         return Robot(self._services, response.created[0].name)
 
-    def models(self) -> list[KnownModel]:
-        """Return the robots that the kernel knows by name.
+    def models(self, search: str = "", *, maker: str = "") -> list[KnownModel]:
+        """Return the models of robots and grippers that the kernel knows by name.
+
+        Args:
+            search: words that must all occur in name, description, maker or kind, in any case; empty means any model.
+            maker: part of the maker's name, in any case.
 
         Example:
-            >>> [model.name for model in client.models() if model.installed]
-            ['a1', 'iiwa', ...]
-            >>> client.load_robot("model://iiwa")
+            >>> [model.name for model in client.models("arm", maker="Universal") if model.reach_meters > 1.2]
+            ['ur10', 'ur10e', 'ur20', 'ur30']
+            >>> client.load_robot("model://ur10e")
         """
-        return known_models(self._services)
+        return known_models(self._services, search, maker)
 
     def move_together(self, moves: Iterable[motion_pb2.Move], **options: Unpack[motion.StartOptions]) -> motion.Motion:
         """Move several robots so that they start and end together.

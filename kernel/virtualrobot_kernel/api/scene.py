@@ -16,7 +16,6 @@ from virtualrobot_kernel.api.repeats import Repeats
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.export.model import export_model
-from virtualrobot_kernel.formats.model_table import list_models
 from virtualrobot_kernel.formats.xml import FileWarning, refuse_warnings
 from virtualrobot_kernel.messages.nodes import node_message
 from virtualrobot_kernel.messages.values import expected_revision, mask_fields, masked, poses_array, stamp
@@ -129,7 +128,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         )
 
     async def ListModels(self, request: scene_pb2.ListModelsRequest, context: object) -> scene_pb2.ListModelsResponse:
-        """Tell the robots that are known by name."""
+        """Tell the models that plugins know by name."""
         models = [
             scene_pb2.KnownModel(
                 name=model.name,
@@ -137,8 +136,15 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
                 uri=model.uri,
                 package=model.package,
                 installed=model.installed,
+                maker=model.maker,
+                kind=model.kind,
+                axes=model.axes,
+                payload_kilograms=model.payload_kilograms,
+                reach_meters=model.reach_meters,
+                license=model.license,
+                source=model.source,
             )
-            for model in list_models()
+            for model in self._rooms.catalog.models.values()
         ]
         return scene_pb2.ListModelsResponse(models=models)
 

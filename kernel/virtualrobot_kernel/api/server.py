@@ -96,6 +96,8 @@ OPTIONS = (
     ("grpc.keepalive_timeout_ms", 3000),
     ("grpc.http2.ping_timeout_ms", 3000),
     ("grpc.http2.max_pings_without_data", 0),
+    # Connections without a call are asked too: a stranger's program that shakes hands and falls silent is gone in 5 s.
+    ("grpc.keepalive_permit_without_calls", 1),
     # Who has connected and says nothing, before or after the handshake, has no token yet: it must not stay for good. A
     # client that is cut off between two calls connects again with the next one, by itself.
     ("grpc.server_handshake_timeout_ms", 5_000),

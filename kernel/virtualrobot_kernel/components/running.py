@@ -19,6 +19,9 @@ from virtualrobot_kernel.errors import KernelError, Reason
 START_SECONDS = 20.0
 """Deadline (s) for importing and making a component in a process of its own."""
 
+HUNG_SECONDS = 20.0
+"""Time (s) after which a call that has not returned counts as hung where nothing can end it: in this process."""
+
 
 class Instance(Protocol):
     """Answerer of the calls of one component."""
@@ -26,6 +29,11 @@ class Instance(Protocol):
     @property
     def process_id(self) -> int:
         """Return the number of its process; 0 for this one."""
+        ...
+
+    @property
+    def is_in_process(self) -> bool:
+        """True where it runs in this process."""
         ...
 
     def call(self, method: str, *arguments: object) -> Any:  # noqa: ANN401  what a method returns is its own matter
@@ -57,9 +65,9 @@ class Running:
         self.offer = offer
         self.fault: ComponentFault | None = None
         """Fault that ended its process; None while it runs."""
-        self.latest: ComponentFault | None = None
-        """Latest fault of any kind; None without one."""
         self.calls = 0
+        self._latest: ComponentFault | None = None
+        self._under_way: dict[object, tuple[str, float]] = {}
         self._seconds = 0.0
         self._instance = instance
         self._user = user
@@ -71,6 +79,23 @@ class Running:
         return self._instance.process_id
 
     @property
+    def latest(self) -> ComponentFault | None:
+        """Return the latest fault of any kind, or that it hangs in this process; None without one."""
+        return self._hung() or self._latest
+
+    def _hung(self) -> ComponentFault | None:
+        """Return the fault of a component in this process one of whose calls does not return."""
+        if not self._instance.is_in_process:
+            return None
+        with self._lock:
+            calls = tuple(self._under_way.values())
+        for method, started in calls:
+            if (seconds := time.perf_counter() - started) > HUNG_SECONDS:
+                said = f"{method} has not returned for {seconds:.0f} s; in its own process the kernel cannot end it"
+                return ComponentFault(FaultKind.HUNG, said)
+        return None
+
+    @property
     def mean_seconds(self) -> float:
         """Return the mean time of a call; 0 before the first."""
         return self._seconds / self.calls if self.calls else 0.0
@@ -79,11 +104,13 @@ class Running:
         """Return what the component's method returns.
 
         Raises FilesNeeded; KernelError with the component's own words for what it refuses, and PLUGIN_FAILED for a
-        fault, now or earlier.
+        fault, now or earlier, and for one in this process while another call hangs.
         """
-        if self.fault is not None:
-            raise self.failed(self.fault)
+        if (fault := self.fault or self._hung()) is not None:
+            raise self.failed(fault)
         started = time.perf_counter()
+        with self._lock:
+            self._under_way[this := object()] = method, started
         try:
             answer = self._instance.call(method, *arguments)
         except ArgumentError as error:
@@ -96,6 +123,7 @@ class Running:
             raise self.failed(_fault(error)) from error
         finally:
             with self._lock:
+                del self._under_way[this]
                 self.calls += 1
                 self._seconds += time.perf_counter() - started
         return answer
@@ -103,9 +131,9 @@ class Running:
     def failed(self, fault: ComponentFault) -> KernelError:
         """Keep a fault and return the error that tells of it."""
         # Without its traceback, whose frames would keep the caller, and so this component, alive.
-        self.latest = ComponentFault(fault.kind, fault.reason, fault.details)
+        self._latest = ComponentFault(fault.kind, fault.reason, fault.details)
         if self.fault is None and self._instance.has_ended:
-            self.fault = self.latest
+            self.fault = self._latest
             self._instance.close()
         return plugin_failed(self.offer, self._user, fault)
 
@@ -163,6 +191,7 @@ class _InProcess:
     """Component in this process."""
 
     process_id = 0
+    is_in_process = True
     has_ended = False
 
     def __init__(self, offer: Offer, settings: Mapping[str, Any], arguments: tuple[object, ...]) -> None:
@@ -192,6 +221,8 @@ class _InProcess:
 
 class _InWorker:
     """Component in a process of its own."""
+
+    is_in_process = False
 
     def __init__(self, offer: Offer, settings: Mapping[str, Any], arguments: tuple[object, ...]) -> None:
         self._deadline = offer.about.deadline_seconds

@@ -61,6 +61,12 @@ def with_semantics(robot: NodeSpec, semantics: Semantics) -> NodeSpec:
     )
 
 
+def with_allowed(robot: NodeSpec, pairs: Iterable[LinkPair]) -> NodeSpec:
+    """Return the robot's node with more pairs of links that may touch."""
+    data = robot.data if isinstance(robot.data, RobotData) else RobotData()
+    return replace(robot, data=replace(data, allowed_collisions=(*data.allowed_collisions, *pairs)))
+
+
 def read_srdf(file: File, nodes: tuple[NodeSpec, ...]) -> Semantics:
     """Return the content of an SRDF file about the robot whose nodes (the robot first, its links below) are given.
 

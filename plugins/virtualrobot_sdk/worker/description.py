@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+from virtualrobot_sdk.models import Model
 from virtualrobot_sdk.registration import ComponentKind, Isolation, Registration
 from virtualrobot_sdk.settings import schema
 
@@ -30,9 +31,10 @@ class Description:
 
     api_version: str
     components: tuple[ComponentDescription, ...]
+    models: tuple[Model, ...] = ()
 
 
-def describe(api_version: str, registrations: Iterable[Registration]) -> Description:
+def describe(api_version: str, registrations: Iterable[Registration], models: tuple[Model, ...] = ()) -> Description:
     """Return what `loading.load` returned as plain data."""
     return Description(
         api_version,
@@ -42,4 +44,5 @@ def describe(api_version: str, registrations: Iterable[Registration]) -> Descrip
             )
             for r in registrations
         ),
+        models,
     )

@@ -12,6 +12,9 @@ import sys
 import threading
 import time
 from collections import deque
+from collections.abc import Iterable
+
+import psutil
 
 log = logging.getLogger("virtualrobot_sdk.worker")
 
@@ -92,27 +95,37 @@ class Process:
         with self._killing:
             if self._gone:
                 return
+            descendants = self._descendants()
             if sys.platform == "win32":
                 self._popen.kill()
             else:
                 # Nobody is left in the group; macOS says it by the second error while the process is a zombie.
                 with contextlib.suppress(ProcessLookupError, PermissionError):
                     os.killpg(self.pid, signal.SIGKILL)
+            _kill(descendants)
             # From now on the number may be another's.
             self._gone = self._popen.poll() is not None
 
     def end(self, grace_seconds: float = 0.0) -> None:
         """Close the question pipe, wait `grace_seconds` for the process to end, kill it, and give everything back."""
+        descendants = self._descendants()
         self.requests.close()
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._popen.wait(grace_seconds)
         self.kill()
+        _kill(descendants)  # those that left the group and outlived it
         self._popen.wait(_REAP_SECONDS)
-        # Only a process that left the group on purpose can still hold the pipe; then the thread stays with it.
+        # Only a process whose parents were gone before can still hold the pipe; then the thread stays with it.
         self._reader.join(_REAP_SECONDS)
         self.answers.close()
         if not self._reader.is_alive():
             self._errors.close()
+
+    def _descendants(self) -> list[psutil.Process]:
+        """Return the processes that it has started, and that these have, in whatever group or session."""
+        with contextlib.suppress(psutil.Error):
+            return psutil.Process(self.pid).children(recursive=True) if self._popen.poll() is None else []
+        return []
 
     def how_it_ended(self) -> str:
         """Return `ended with SIGSEGV` or `ended with exit code 3`; waits for the end of its output too."""
@@ -168,6 +181,12 @@ class Process:
     def _said_left_out(self) -> str:
         said, self._left_out = f"({self._left_out:,} lines that it printed are left out)", 0
         return said
+
+
+def _kill(processes: Iterable[psutil.Process]) -> None:
+    for process in processes:
+        with contextlib.suppress(psutil.Error):
+            process.kill()
 
 
 def _raw(pipe: object) -> io.FileIO:

@@ -141,7 +141,8 @@ def test_known_models_are_listed_and_loaded(client: Client) -> None:
     assert list(known) == sorted(known)
     assert known["iiwa"].installed
     assert known["iiwa"].package == "pybullet"
-    assert all(model.description and model.uri for model in known.values())
+    assert (known["ur5e"].maker, known["ur5e"].payload_kilograms, known["ur5e"].uri) == ("Universal Robots", 5.0, "")
+    assert [one.name for one in client.models("arm UR10", maker="universal")] == ["ur10", "ur10e"]
     robot = client.load_robot("model://iiwa", name="arm")
     assert len(robot.chain_joint_names) == 7
     with pytest.raises(virtualrobot.UnknownNameError, match="did you mean 'iiwa'"):

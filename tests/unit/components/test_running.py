@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import threading
 from collections.abc import Callable
 from importlib.metadata import EntryPoint
 from typing import Any
@@ -12,7 +13,7 @@ import pytest
 from virtualrobot_kernel.components.catalog import Offer
 from virtualrobot_kernel.components.running import Running, start
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_sdk.errors import ArgumentError, FilesNeeded, PluginError
+from virtualrobot_sdk.errors import ArgumentError, FaultKind, FilesNeeded, PluginError
 from virtualrobot_sdk.registration import ComponentKind, Isolation, Registration
 from virtualrobot_sdk.worker.description import describe
 
@@ -75,6 +76,30 @@ def test_a_method_that_is_not_there_is_a_fault() -> None:
     with pytest.raises(KernelError, match=r"AttributeError: .*'jacobian'") as raised:
         running().call("jacobian")
     assert raised.value.reason is Reason.PLUGIN_FAILED
+
+
+def test_a_call_in_this_process_that_does_not_return_is_a_fault_until_it_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    begun, go_on = threading.Event(), threading.Event()
+
+    def work() -> bool:
+        begun.set()
+        return go_on.wait()
+
+    one = running(work=work, other=bool)
+    hanging = threading.Thread(target=one.call, args=("work",))
+    hanging.start()
+    begun.wait()
+    assert (one.latest, one.call("other")) == (None, False)
+    monkeypatch.setattr("virtualrobot_kernel.components.running.HUNG_SECONDS", 0.0)
+    assert one.latest is not None and one.latest.kind is FaultKind.HUNG
+    with pytest.raises(
+        KernelError, match="'tried' failed: work has not returned for 0 s; in its own process"
+    ) as raised:
+        one.call("other")
+    assert raised.value.metadata["fault"] == "HUNG"
+    go_on.set()
+    hanging.join()
+    assert (one.call("other"), one.fault) == (False, None)
 
 
 def test_a_refusal_may_name_its_metadata_as_it_likes() -> None:

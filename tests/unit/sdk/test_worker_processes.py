@@ -72,6 +72,16 @@ class TestProcesses:
         fault_of(worker, "crash")
         wait_until(lambda: is_gone(pid))
 
+    @pytest.mark.parametrize("way", ["closed", "killed"])
+    def test_what_it_started_in_a_session_of_its_own_ends_with_it(self, worker: Worker, way: str) -> None:
+        pid = call(worker, "start_a_child", True)
+        assert isinstance(pid, int)
+        if way == "closed":
+            worker.close()
+        else:
+            fault_of(worker, "hang", seconds=0.1)
+        wait_until(lambda: is_gone(pid))
+
     def test_ctrl_c_does_not_end_it(self, worker: Worker) -> None:
         assert worker.pid is not None
         os.kill(worker.pid, signal.SIGINT)

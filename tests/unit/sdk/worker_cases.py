@@ -190,8 +190,8 @@ class Cases:
                 continue
         return 1
 
-    def start_a_child(self) -> int:
-        return subprocess.Popen(["/bin/sleep", "1000"]).pid
+    def start_a_child(self, detached: bool = False) -> int:
+        return subprocess.Popen(["/bin/sleep", "1000"], start_new_session=detached).pid
 
 
 def make_wrongly() -> None:
