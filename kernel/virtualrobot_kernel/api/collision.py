@@ -13,10 +13,10 @@ from virtualrobot.v1 import collision_pb2, collision_pb2_grpc
 
 from virtualrobot_kernel.api.convert.collision_report import cost_message, report_message
 from virtualrobot_kernel.api.convert.collisions import (
+    DETAILS,
     allowed_messages,
     collision_message,
     configured,
-    detail_of,
     distance_message,
     mesh_messages,
     nodes_below,
@@ -54,7 +54,7 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
         self, request: collision_pb2.CheckCollisionRequest, context: object
     ) -> collision_pb2.CheckCollisionResponse:
         """Tell what touches, in a worker thread."""
-        snapshot, detail = self._rooms.world.snapshot, detail_of(request)
+        snapshot, detail = self._rooms.world.snapshot, DETAILS.read(request.detail, "detail")
         structure = snapshot.structure
         robots = {structure.node(name, Kind.ROBOT).uid for name in request.robots}
 

@@ -10,15 +10,14 @@ from virtualrobot.v1 import kernel_pb2, kernel_pb2_grpc
 from virtualrobot_sdk.registration import ComponentKind
 
 from virtualrobot_kernel.api.convert.states import (
-    MODE_BY_NUMBER,
-    clock_message,
+    CLOCK,
+    MODES,
     motion_message,
     robot_states,
     robots_named,
 )
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import MAX_MESSAGE_BYTES, Rooms
-from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.formats.models import MODEL_FORMATS
 from virtualrobot_kernel.messages.signals import signal_message
 from virtualrobot_kernel.messages.values import finite, stamp
@@ -68,17 +67,15 @@ class KernelServicer(kernel_pb2_grpc.KernelServiceServicer):
     async def GetClock(self, request: kernel_pb2.GetClockRequest, context: object) -> kernel_pb2.GetClockResponse:
         """Tell how time runs."""
         world = self._rooms.world
-        return kernel_pb2.GetClockResponse(stamp=stamp(world.snapshot), clock=clock_message(world.clock))
+        return kernel_pb2.GetClockResponse(stamp=stamp(world.snapshot), clock=CLOCK.write(world.clock))
 
     async def SetClock(self, request: kernel_pb2.SetClockRequest, context: object) -> kernel_pb2.SetClockResponse:
         """Change how time runs."""
-        mode = MODE_BY_NUMBER.get(request.mode)
-        if mode is None:
-            raise KernelError("mode must be CLOCK_MODE_REALTIME or CLOCK_MODE_STEPPED", mode=request.mode)
+        mode = MODES.read(request.mode, "mode")
         world = self._rooms.world
         factor = finite(request.speed_factor, "speed_factor") or world.clock.speed_factor
         snapshot = await asyncio.wrap_future(world.set_clock(mode, factor))
-        return kernel_pb2.SetClockResponse(stamp=stamp(snapshot), clock=clock_message(world.clock))
+        return kernel_pb2.SetClockResponse(stamp=stamp(snapshot), clock=CLOCK.write(world.clock))
 
     async def WatchClock(
         self, request: kernel_pb2.WatchClockRequest, context: object
@@ -86,7 +83,7 @@ class KernelServicer(kernel_pb2_grpc.KernelServiceServicer):
         """Tell how time runs, again and again."""
         world = self._rooms.world
         async for snapshot in self._rooms.publications.snapshots(rate(request.max_rate_hertz, 1.0)):
-            yield kernel_pb2.WatchClockResponse(stamp=stamp(snapshot), clock=clock_message(world.clock))
+            yield kernel_pb2.WatchClockResponse(stamp=stamp(snapshot), clock=CLOCK.write(world.clock))
 
     async def StepClock(self, request: kernel_pb2.StepClockRequest, context: object) -> kernel_pb2.StepClockResponse:
         """Advance time by a number of ticks."""

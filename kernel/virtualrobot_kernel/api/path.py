@@ -9,10 +9,10 @@ from collections.abc import AsyncIterator
 from virtualrobot.v1 import path_pb2, path_pb2_grpc
 
 from virtualrobot_kernel.api.convert.moves import point_goal
-from virtualrobot_kernel.api.convert.paths import found_message, path_options, start_of
+from virtualrobot_kernel.api.convert.paths import found_message, path_options
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.messages.robots import group_selection
-from virtualrobot_kernel.messages.values import stamp
+from virtualrobot_kernel.messages.values import by_name, stamp
 from virtualrobot_kernel.paths.query import PathQuery, path_query, started_at
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind
@@ -33,7 +33,8 @@ class PathServicer(path_pb2_grpc.PathServiceServicer):
         """Look for a path, and tell how far that is; a caller that goes ends it."""
         snapshot = self._rooms.world.snapshot
         robot = snapshot.structure.node(request.robot, Kind.ROBOT)
-        options, start, group = path_options(request), start_of(request), group_selection(request.group, "group")
+        options, group = path_options(request), group_selection(request.group, "group")
+        start = by_name(request.start.joint_positions, "start.joint_positions")
         goal = point_goal(request.goal, "goal")
 
         def asked() -> tuple[Snapshot, PathQuery]:

@@ -9,7 +9,7 @@ from virtualrobot.v1 import ray_pb2, ray_pb2_grpc
 from virtualrobot_sdk.rays import Hits, RayScene
 from virtualrobot_sdk.registration import ComponentKind
 
-from virtualrobot_kernel.api.convert.rays import cast_message, check_count, comparison_message, rays
+from virtualrobot_kernel.api.convert.rays import COMPARISON, cast_message, check_count, rays
 from virtualrobot_kernel.api.keyed_limiter import IsGone
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.components.catalog import Offer
@@ -81,7 +81,7 @@ class RayServicer(ray_pb2_grpc.RayServiceServicer):
             finally:
                 task.cancel()
             first = hits if first is None else first
-            answer.comparisons.append(comparison_message(comparison))
+            answer.comparisons.append(COMPARISON.write(comparison))
             answer.progress = (place + 1) / len(offers)
             yield answer
 

@@ -21,6 +21,7 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.messages.nodes import JOINT_TYPES, LIMITS
 from virtualrobot_kernel.messages.robots import ROBOT, group_selection
 from virtualrobot_kernel.messages.structs import settings_message
+from virtualrobot_kernel.messages.table import Table
 from virtualrobot_kernel.messages.values import (
     array,
     array_message,
@@ -44,6 +45,20 @@ from virtualrobot_kernel.world.structure import Kind, Node, RobotData
 
 MOST_POINTS = 10_000
 """Greatest number of points in one call of SolveJacobian."""
+
+EFFORT_VIOLATION = Table(EffortViolation, robot_pb2.EffortViolation)
+SELF_CHECK = Table(
+    SelfCheck,
+    robot_pb2.KinematicsCheck,
+    names={
+        "forward_position": "forward_position_error_meters",
+        "forward_rotation": "forward_rotation_error_radians",
+        "inverse_position": "inverse_position_error_meters",
+        "inverse_rotation": "inverse_rotation_error_radians",
+        "jacobian": "jacobian_error",
+    },
+    without=("solved",),
+)
 
 
 class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
@@ -212,7 +227,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
             return rooms.solvers.swap(snapshot, arm, *choice, lambda: submit([command]).result())
 
         applied, check = await rooms.limiter.run([node.uid], swap)
-        return robot_pb2.SetKinematicsResponse(stamp=stamp(applied.snapshot), check=_check_message(check))
+        return robot_pb2.SetKinematicsResponse(stamp=stamp(applied.snapshot), check=SELF_CHECK.write(check))
 
     async def SolveInverseDynamics(
         self, request: robot_pb2.SolveInverseDynamicsRequest, context: object
@@ -235,32 +250,10 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
             efforts=array_message(found.efforts),
             gravity_efforts=array_message(found.gravity_efforts),
             base_wrenches=array_message(found.base_wrenches),
-            first_violation=_violation_message(found.first_violation),
+            first_violation=found.first_violation and EFFORT_VIOLATION.write(found.first_violation),
             payload_kilograms=found.payload,
             warnings=found.warnings,
         )
-
-
-def _violation_message(violation: EffortViolation | None) -> robot_pb2.EffortViolation | None:
-    if violation is None:
-        return None
-    return robot_pb2.EffortViolation(
-        joint=violation.joint, sample=violation.sample, effort=violation.effort, limit=violation.limit
-    )
-
-
-def _check_message(check: SelfCheck) -> robot_pb2.KinematicsCheck:
-    return robot_pb2.KinematicsCheck(
-        postures=check.postures,
-        forward_position_error_meters=check.forward_position,
-        forward_rotation_error_radians=check.forward_rotation,
-        inverse_position_error_meters=check.inverse_position,
-        inverse_rotation_error_radians=check.inverse_rotation,
-        jacobian_error=check.jacobian,
-        forward_seconds=check.forward_seconds,
-        jacobian_seconds=check.jacobian_seconds,
-        inverse_seconds=check.inverse_seconds,
-    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 from virtualrobot.v1 import nodes_pb2, scene_pb2, scene_pb2_grpc
+from virtualrobot_sdk.models import Model
 
 from virtualrobot_kernel.api.convert.commands import world_commands
 from virtualrobot_kernel.api.rates import rate
@@ -18,6 +19,7 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.export.model import export_model
 from virtualrobot_kernel.formats.xml import FileWarning, refuse_warnings
 from virtualrobot_kernel.messages.nodes import node_message
+from virtualrobot_kernel.messages.table import Table
 from virtualrobot_kernel.messages.values import expected_revision, mask_fields, masked, poses_array, stamp
 from virtualrobot_kernel.scenes.assets import files_of, with_assets
 from virtualrobot_kernel.scenes.models import read_model
@@ -28,6 +30,8 @@ from virtualrobot_kernel.world.commands import Command, CreateNodes, UpdateNode
 from virtualrobot_kernel.world.state import Snapshot, unchanged
 from virtualrobot_kernel.world.store import Applied
 from virtualrobot_kernel.world.structure import Kind, Node, Structure
+
+MODEL = Table(Model, scene_pb2.KnownModel, without=("scene", "srdf", "touching", "settings", "installed"))
 
 MOST_COMMANDS = 20_000
 """Greatest number of commands of a batch: they are applied between two ticks."""
@@ -129,27 +133,14 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
 
     async def ListModels(self, request: scene_pb2.ListModelsRequest, context: object) -> scene_pb2.ListModelsResponse:
         """Tell the models that plugins know by name."""
-        models = [
-            scene_pb2.KnownModel(
-                name=model.name,
-                description=model.description,
-                uri=model.uri,
-                package=model.package,
-                installed=model.installed,
-                maker=model.maker,
-                kind=model.kind,
-                axes=model.axes,
-                payload_kilograms=model.payload_kilograms,
-                reach_meters=model.reach_meters,
-                license=model.license,
-                source=model.source,
-            )
-            for model in self._rooms.catalog.models.values()
-        ]
-        return scene_pb2.ListModelsResponse(models=models)
+        models = self._rooms.catalog.models.values()
+        return scene_pb2.ListModelsResponse(models=[MODEL.write(one, installed=one.installed) for one in models])
 
     async def LoadScene(self, request: scene_pb2.LoadSceneRequest, context: object) -> scene_pb2.LoadSceneResponse:
         """Read a scene file in a worker thread, then replace the world by it, as one change."""
+        return await self._repeats.once(request, lambda: self._load(request, context))
+
+    async def _load(self, request: scene_pb2.LoadSceneRequest, context: object) -> scene_pb2.LoadSceneResponse:
         meshes = self._rooms.meshes
         files = files_of(meshes, request.files)
         known = self._rooms.world.snapshot.structure.uid_by_name if request.add else None

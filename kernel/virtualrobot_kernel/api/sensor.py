@@ -10,16 +10,17 @@ from typing import TypeVar
 import numpy as np
 from virtualrobot.v1 import sensor_pb2, sensor_pb2_grpc
 
-from virtualrobot_kernel.api.convert.presets import preset_message
-from virtualrobot_kernel.api.convert.readings import checked_options, fill_reading, is_large
+from virtualrobot_kernel.api.convert.presets import PRESET
+from virtualrobot_kernel.api.convert.readings import STATES, checked_options, fill_reading, is_large
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.messages.structs import settings
+from virtualrobot_kernel.messages.table import Table
 from virtualrobot_kernel.messages.values import stamp
 from virtualrobot_kernel.sensing.range_reader import RangeReader
 from virtualrobot_kernel.sensing.reading import Moment, Reading, SensorState
-from virtualrobot_kernel.sensing.sensor_status import statuses
+from virtualrobot_kernel.sensing.sensor_status import Status, statuses
 from virtualrobot_kernel.world.apply_sensors import sensor_node, with_components
 from virtualrobot_kernel.world.commands import SetRangeComponents
 from virtualrobot_kernel.world.sensing import RangeSensor
@@ -33,6 +34,8 @@ SENSOR_KINDS = {
     kind: getattr(sensor_pb2, f"SENSOR_KIND_{kind.name.removesuffix('_SENSOR')}")
     for kind in (Kind.RANGE_SENSOR, Kind.CAMERA_SENSOR, Kind.CONTACT_SENSOR, Kind.MOTION_SENSOR)
 }
+
+STATUS = Table(Status, sensor_pb2.SensorStatus, state=STATES, without=("node", "name", "kind"))
 
 Told = TypeVar("Told")
 
@@ -50,16 +53,7 @@ class SensorServicer(sensor_pb2_grpc.SensorServiceServicer):
         """Tell how all sensors are."""
         snapshot = self._rooms.world.snapshot
         told = [
-            sensor_pb2.SensorStatus(
-                name=status.node.name,
-                kind=SENSOR_KINDS[status.node.kind],
-                state=status.state.value,  # pyright: ignore[reportArgumentType] the values are the contract's
-                fault=status.fault,
-                rate_hertz=status.rate_hertz,
-                readings=status.readings,
-                missed=status.missed,
-                mean_reading_seconds=status.mean_reading_seconds,
-            )
+            STATUS.write(status, name=status.node.name, kind=SENSOR_KINDS[status.node.kind])
             for status in statuses(self._rooms.sensors, snapshot)
         ]
         return sensor_pb2.ListSensorsResponse(stamp=stamp(snapshot), sensors=told)
@@ -158,7 +152,7 @@ class SensorServicer(sensor_pb2_grpc.SensorServiceServicer):
     ) -> sensor_pb2.ListSensorPresetsResponse:
         """Tell the devices that a range sensor may be set as."""
         presets = sorted(self._rooms.sensing.presets.values(), key=lambda one: one.name)
-        return sensor_pb2.ListSensorPresetsResponse(presets=map(preset_message, presets))
+        return sensor_pb2.ListSensorPresetsResponse(presets=map(PRESET.write, presets))
 
 
 def _removed(last: Reading) -> Reading:

@@ -37,7 +37,9 @@ HARMLESS: frozenset[type] = frozenset(
 )
 """Commands that put nothing elsewhere and change no way of braking: a motion starts at rest, and goes by ticks."""
 
-RATES: frozenset[type] = frozenset({commands.PauseMotion, commands.ResumeMotion, commands.SetSpeedFactor})
+RATES: frozenset[type] = frozenset(
+    {commands.PauseMotion, commands.ResumeMotion, commands.SetSpeedFactor, commands.AppendMotion}
+)
 """Commands that change nothing but how motions go on, and with it how they would brake."""
 
 
@@ -166,7 +168,7 @@ def _rest(now: RunningMotion, dt: float) -> NDArray[np.float64] | None:
     if isinstance(now, SetpointMotion) and now.phase is Phase.STOPPING:
         way, _ = online.brake(now.now, now.bounds, dt)
         count = math.ceil(way.duration / dt)
-        return np.array([way.at((row + 1) * dt).q for row in range(count)]) if count else None
+        return now.positions(np.array([way.at((row + 1) * dt).q for row in range(count)])) if count else None
     if not isinstance(now, ProgramRun) or now.running is None or not now.running.brakes:
         return None
     moving = now.running

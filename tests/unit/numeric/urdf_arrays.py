@@ -12,7 +12,7 @@ from virtualrobot_kernel.numeric.forest import forward_forest, topological_order
 from tests.pybullet_models import pybullet_data
 
 DATA = Path(pybullet_data.getDataPath())
-MODELS = Path(__file__).parents[3] / "kernel" / "virtualrobot_kernel" / "models"
+MODELS = Path(__file__).parents[3] / "plugins" / "virtualrobot_plugins" / "models"
 URDFS = {
     "iiwa": DATA / "kuka_iiwa" / "model.urdf",
     "panda": DATA / "franka_panda" / "panda.urdf",

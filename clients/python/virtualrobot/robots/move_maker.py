@@ -183,13 +183,14 @@ class MoveMaker:
     ) -> motion_pb2.Move:
         """Return a move through `positions` (n, k) at `times` (n,) in seconds from 0; the first row is where it is now.
 
-        `velocities` (n, k) are 0 at both ends; without them the curve is smooth. `joints` names the columns; without
-        it they are all joints, or those of the chain.
+        `velocities` (n, k) are 0 at both ends; without them the curve is smooth. `joints` names the columns, those
+        of a planar or floating joint together; without it they are all joints, or those of the chain.
         """
         columns = np.asarray(positions, dtype=float)
         if columns.ndim != 2:
             raise InvalidArgumentError(f"positions have the shape (times, joints), not {columns.shape}")
-        names = joints if joints is not None else self._joints_for(columns.shape[1])
+        every = self._joints_for(columns.shape[1]) if joints is None else joints
+        names = coordinate_names(self._description, every)
         return self._of_group(moves.trajectory(self.name, names, times, columns, velocities, speed_factor))
 
     def _wished(

@@ -13,6 +13,7 @@ from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix
 from virtualrobot.leases import Lease, acquire
 from virtualrobot.motions.setpoints import MODES, SetpointStream
+from virtualrobot.robots.description import coordinate_names
 from virtualrobot.robots.group import Group
 from virtualrobot.robots.move_maker import JointPositions
 from virtualrobot.robots.solver import Solver
@@ -165,7 +166,8 @@ class Robot(Solver):
 
         Args:
             mode: the quantity of the setpoints, `position` or `velocity`.
-            joints: the joints, in the order of the values; without them all joints of one coordinate.
+            joints: the joints, in the order of the values; without them all. A planar or floating one stands for its
+                coordinates (x, y, theta; x, y, z and a quaternion, of which velocities are the angular velocity and 0).
             timeout: after how many seconds of simulation time without a setpoint the joints stop.
             preempt: cancel motions in the way instead of being refused.
 
@@ -181,12 +183,12 @@ class Robot(Solver):
         if mode not in MODES:
             raise InvalidArgumentError(f"mode is 'position' or 'velocity', not {mode!r}")
         if joints is None:
-            joints = [joint.name for joint in self._description.joints if joint.coordinate_count == 1]
+            joints = self.joint_names
         if not joints:
             raise InvalidArgumentError(f"a stream of {self.name!r} needs joints to move")
         target = motion_pb2.SetpointTarget(
             robot=self.name,
-            joint_names=joints,
+            joint_names=coordinate_names(self._description, joints),
             mode=MODES[mode],
             timeout_seconds=timeout,
             busy_policy=motion_pb2.BUSY_POLICY_PREEMPT if preempt else motion_pb2.BUSY_POLICY_REJECT,
