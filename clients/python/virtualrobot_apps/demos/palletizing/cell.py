@@ -17,9 +17,10 @@ from virtualrobot.v1 import nodes_pb2
 SCENE = Path(__file__).parent / "cell.yaml"
 
 RTB = "package://rtbdata/xacro"
+FRANKIE = f"{RTB}/qut_frankie_description/robots"
 WITHOUT_PYBULLET = {
     "package://pybullet_data/kuka_iiwa/model.urdf": f"{RTB}/kuka_description/kuka_lbr_iiwa/urdf/lbr_iiwa_14_r820.xacro",
-    "package://pybullet_data/franka_panda/panda.urdf": f"{RTB}/qut_frankie_description/robots/panda_arm_hand.urdf.xacro",
+    "package://pybullet_data/franka_panda/panda.urdf": f"{FRANKIE}/panda_arm_hand.urdf.xacro",
     "iiwa.lbr_iiwa_link_7\n    adapter: {}\n    parent_t_node: {position: {z: 0.045}}": "iiwa.tool0\n    adapter: {}",
     "{robot: conveyor, mode: COLLISION_MODE_OFF}": "{robot: conveyor, mode: COLLISION_MODE_OFF}\n"
     "    - {robot: panda, mode: COLLISION_MODE_OFF}",
