@@ -31,12 +31,14 @@ LEASE_KEY = "virtualrobot-lease"
 DEEPEST_MESSAGE = 100
 """Greatest depth of nested messages that protobuf decodes."""
 
+
+def _moved(steps: Iterable[motion_pb2.ProgramStep], moves: Iterable[motion_pb2.Move] = ()) -> set[str]:
+    return {move.robot for some in (moves, *(step.move.moves for step in steps)) for move in some}
+
+
 NAMED: dict[type, Callable[[Any], Iterable[str]]] = {
-    motion_pb2.StartMotionRequest: lambda request: {
-        move.robot
-        for moves in (request.spec.moves, *(step.move.moves for step in request.spec.steps))
-        for move in moves
-    },
+    motion_pb2.StartMotionRequest: lambda request: _moved(request.spec.steps, request.spec.moves),
+    motion_pb2.AppendMotionRequest: lambda request: _moved(request.steps),
     robot_pb2.SetKinematicsRequest: lambda request: (request.choice.robot,),
 }
 """Robots of requests whose commands come late, after planning or trying: refused before that work is done.

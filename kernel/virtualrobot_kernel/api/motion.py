@@ -16,6 +16,7 @@ from virtualrobot_kernel.api.convert.program import note_messages
 from virtualrobot_kernel.api.convert.states import motion_message
 from virtualrobot_kernel.api.motion_calls import find_motion, make_way, requested
 from virtualrobot_kernel.api.motion_plans import checked_motion, planned_motion
+from virtualrobot_kernel.api.open_programs import OpenPrograms
 from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.repeats import Repeats
 from virtualrobot_kernel.api.rooms import Rooms
@@ -33,13 +34,14 @@ GRACE_SECONDS = 1.0
 
 
 class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
-    """Servicer of MotionService; remembers only the watchers of motions, and answers of starts by request id."""
+    """Servicer of MotionService; remembers watchers, answers by request id, and the ends of open programs."""
 
     def __init__(self, rooms: Rooms) -> None:
         """Serve from these rooms."""
         self._rooms = rooms
         self._watchers: Counter[str] = Counter()
         self._repeats = Repeats()
+        self._programs = OpenPrograms(rooms)
         self._bound: dict[str, asyncio.TimerHandle] = {}
 
     async def StartMotion(
@@ -59,16 +61,26 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         # From the snapshot of the moment when it is planned: the robots may have moved while they waited.
         planned = await self._rooms.limiter.run_while_wanted(
             robots,
-            lambda given_up: plan_motion(world.snapshot, spec, self._rooms.solvers.of, given_up, near_of),
+            lambda given_up: plan_motion(
+                world.snapshot, spec, self._rooms.solvers.of, given_up, near_of, open=request.open
+            ),
         )
         applied = self._rooms.submit([planned.command], context, expected)
         if request.on_disconnect != motion_pb2.DISCONNECT_POLICY_CONTINUE:
             # Not after an await: a client that vanishes there would leave a motion that nothing stops.
             applied.add_done_callback(partial(self._started, asyncio.get_running_loop()))
         snapshot = (done := await asyncio.wrap_future(applied)).snapshot
-        motion = motion_message(snapshot, find_motion(snapshot, str(done.created[0])))
-        notes = note_messages(planned.notes)
-        return motion_pb2.StartMotionResponse(stamp=stamp(snapshot), motion=motion, notes=notes)
+        motion = find_motion(snapshot, str(done.created[0]))
+        self._programs.remember(motion.id, planned.end)
+        return motion_pb2.StartMotionResponse(
+            stamp=stamp(snapshot), motion=motion_message(snapshot, motion), notes=note_messages(planned.notes)
+        )
+
+    async def AppendMotion(
+        self, request: motion_pb2.AppendMotionRequest, context: object
+    ) -> motion_pb2.AppendMotionResponse:
+        """Plan steps in a worker thread, then append them between two ticks."""
+        return await self._repeats.once(request, lambda: self._programs.append(request, context))
 
     async def PlanMotion(self, request: motion_pb2.PlanMotionRequest, context: object) -> motion_pb2.PlanMotionResponse:
         """Tell what StartMotion would do."""

@@ -66,11 +66,11 @@ class Track:
 class Braking:
     """Derivatives of a plan on an even grid of nominal time, for n joints and the u of l lines and arcs.
 
-    table (N, 3, n + l): first to third derivative at N - 1 times from 0 to the plan's duration, then zeros.
+    table (N, 3, n + l): first to third derivative at N - 1 times from `begin` to the plan's duration, then zeros.
     beyond (N, 2, n + l): how far the second and third one get beyond those of both rows at the breaks of the laws
     between a row and the next: a time-optimal acceleration is a saw, a pulse of jerk may be shorter than a step.
     max_acceleration, max_jerk (n + l,): the limits of what runs on it. stop_time (s): how long a smooth stop from top
-    speed takes.
+    speed takes. begin: the nominal time (s) of the first row.
     """
 
     table: Array
@@ -78,11 +78,14 @@ class Braking:
     max_acceleration: Array
     max_jerk: Array
     stop_time: float
+    begin: float
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
     """Motion of n joints that is at rest at both ends; joints of a group's robots are concatenated.
+
+    A plan that more was joined to while it ran may begin at a nominal time above 0, on its way.
 
     kind: "ptp", "lin", "circ", "trajectory" or "group". tracks: one for each robot, all with the same duration.
     start, goal (n,): the joints at the ends, to the last bit (rad or m).
@@ -157,7 +160,8 @@ class Plan:
 # Large, and the journal keeps every plan for good: so beside the plans, and only for the last ones.
 @lru_cache(maxsize=128)
 def _braking(plan: Plan) -> Braking:
-    times = np.linspace(0.0, plan.duration, int(np.clip(plan.duration / _TABLE_STEP, *_TABLE_ROWS)))
+    begin = min(track.time_law.start for track in plan.tracks)
+    times = np.linspace(begin, plan.duration, int(np.clip((plan.duration - begin) / _TABLE_STEP, *_TABLE_ROWS)))
     tcp_path = [(track.time_law, *track.path_limits) for track in plan.tracks if track.path_limits]
 
     def rows(at: Array) -> Array:
@@ -177,7 +181,7 @@ def _braking(plan: Plan) -> Braking:
     peak = np.abs(table[:, 0]).max(axis=0)
     # Peaks of a quintic step from 1 to 0 in time T: |rate'| 15/8 / T, |rate''| 10/sqrt(3) / T².
     seconds = np.maximum(1.875 * peak / accelerations, np.sqrt(10.0 / np.sqrt(3.0) * peak / jerks))
-    return Braking(table, beyond, accelerations, jerks, float(seconds.max(initial=0.0)))
+    return Braking(table, beyond, accelerations, jerks, float(seconds.max(initial=0.0)), begin)
 
 
 def peaks(track: Track, points: int = 2000) -> Array:

@@ -42,8 +42,13 @@ class Arm:
     home: tuple[float, ...] = ()
     sliding: tuple[int, ...] = ()
 
+    @property
+    def axes(self) -> int:
+        """Return the number of joints that can be moved by themselves."""
+        return len(self.joints)
 
-def scene(name: str, arm: Arm, color: Color) -> str:
+
+def arm_scene(name: str, arm: Arm, color: Color) -> str:
     """Return the text of a scene file that holds the arm: links `base_link`, `link_1` and so on, and `flange`."""
     count = len(arm.joints)
     points = np.array([(0.0, 0.0, 0.0), *(joint[:3] for joint in arm.joints), arm.flange[:3]]) / 1000.0
@@ -107,23 +112,24 @@ def _bodies(joint: Axis, beyond: np.ndarray, radius: float, color: Color) -> lis
     axis, length = _unit(joint[3]), float(np.linalg.norm(beyond))
     figures = []
     if length > 1e-6:
-        rod = _cylinder(0.8 * radius, length, color)
+        rod = cylinder(0.8 * radius, length, color)
         figures.append({**rod, "node_t_figure": {"position": _vector(beyond / 2), "orientation": _along(beyond)}})
     if length <= 1e-6 or abs(beyond @ axis) < 0.99 * length:
-        figures.append({**_cylinder(radius, 2.2 * radius, METAL), "node_t_figure": {"orientation": _along(axis)}})
+        figures.append({**cylinder(radius, 2.2 * radius, METAL), "node_t_figure": {"orientation": _along(axis)}})
     return figures
 
 
 def _foot(radius: float, height: float) -> dict:
     height = max(height, 0.2 * radius)
-    return {**_cylinder(1.3 * radius, height, METAL), "node_t_figure": {"position": {"z": height / 2.0}}}
+    return {**cylinder(1.3 * radius, height, METAL), "node_t_figure": {"position": {"z": height / 2.0}}}
 
 
 def _disc(radius: float) -> dict:
-    return {**_cylinder(float(radius), 0.2 * float(radius), METAL), "node_t_figure": {"position": {"z": -0.1 * radius}}}
+    return {**cylinder(float(radius), 0.2 * float(radius), METAL), "node_t_figure": {"position": {"z": -0.1 * radius}}}
 
 
-def _cylinder(radius: float, length: float, color: Color) -> dict:
+def cylinder(radius: float, length: float, color: Color) -> dict:
+    """Return a figure: a cylinder about z (m) in this colour."""
     red, green, blue = color
     return {
         "cylinder": {"radius_meters": radius, "length_meters": length},

@@ -7,22 +7,30 @@
         description: ABB IRB 120-3/0.6
         arm: {joints: [...], flange: [...], home: [...]}
 
-An entry has the fields of `Model`, those of the table's `defaults` unless it says otherwise, and for an arm without a
-file `arm` (see `arms.Arm`).
+An entry has the fields of `Model`, those of the table's `defaults` unless it says otherwise, and where there is no file
+`arm` (see `arms.Arm`), `jaws` or `cups` (see `grippers`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib.resources import files
+from typing import Any
 
 import yaml
 from virtualrobot_sdk.errors import ArgumentError, PluginError
 from virtualrobot_sdk.models import Model
 from virtualrobot_sdk.settings import make_settings
 
-from virtualrobot_plugins.models.arms import Arm, scene
+from virtualrobot_plugins.models.arms import Arm, arm_scene
+from virtualrobot_plugins.models.grippers import Cups, Jaws, cups_scene, jaws_scene
 
+_SCENES: dict[str, tuple[type[Any], Callable[..., str]]] = {
+    "arm": (Arm, arm_scene),
+    "jaws": (Jaws, jaws_scene),
+    "cups": (Cups, cups_scene),
+}
+"""Geometries of models without a file, by the key of an entry."""
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
@@ -43,13 +51,13 @@ def read_entry(name: str, entry: dict, color: tuple[float, float, float]) -> Mod
     Args:
         name: of the model.
         entry: fields of `Model` and of the arm, as the table has them.
-        color: red, green and blue of an arm's bodies, 0 to 1.
+        color: red, green and blue of bodies of our own, 0 to 1.
     """
     fields = {"name": name, **entry}
-    if "arm" in fields:
-        arm = make_settings(Arm, fields.pop("arm"))
-        assert arm is not None
-        fields |= {"scene": scene(name, arm, color), "axes": len(arm.joints)}
+    for key, (geometry, scene) in _SCENES.items():
+        if key in fields:
+            made: Any = make_settings(geometry, fields.pop(key))
+            fields |= {"scene": scene(name, made, color), "axes": made.axes}
     model = make_settings(Model, fields)
     assert model is not None
     return model

@@ -176,3 +176,17 @@ def test_ctrl_c_cancels_a_program(client: Client, environment: None, arm: Robot,
         while not (ended := next(one for one in client.motions(False) if one.id == id)).phase.ended:
             pass
         assert ended.message.end_cause in (motion_pb2.END_CAUSE_CALL, motion_pb2.END_CAUSE_UNWATCHED)
+
+
+def test_an_open_program_is_fed_line_by_line(client: Client, arm: Robot) -> None:
+    above = arm.tcp
+    corners = [above @ virtualrobot.pose(x=x, z=z) for x, z in ((0.0, 0.1), (0.1, 0.1), (0.1, 0.0))]
+    motion = client.program().move(arm.linear(corners[0]), zone_percent=30).start(open=True)
+    for corner in corners[1:]:
+        motion.append(client.program().set("part").move(arm.linear(corner), zone_percent=30))
+    notes = motion.append([], last=True)
+    assert [(note.step, note.message.endswith("no moves follow")) for note in notes] in ([], [(4, True)])
+    assert motion.wait().step_count == 5 and client.signals["part"] is True
+    np.testing.assert_allclose(arm.tcp, corners[-1], atol=1e-5)
+    with pytest.raises(virtualrobot.WrongStateError, match="has ended"):
+        motion.append(client.program().dwell(0.1))

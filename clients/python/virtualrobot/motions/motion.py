@@ -37,6 +37,7 @@ class Phase(Enum):
     CANCELLED = motion_pb2.MOTION_PHASE_CANCELLED
     WAITING = motion_pb2.MOTION_PHASE_WAITING
     ABORTED = motion_pb2.MOTION_PHASE_ABORTED
+    STARVED = motion_pb2.MOTION_PHASE_STARVED
 
     @property
     def ended(self) -> bool:
@@ -185,6 +186,27 @@ class Motion:
         raise_early_end(self._message)
         return self
 
+    def append(self, steps: Iterable[motion_pb2.ProgramStep], *, last: bool = False) -> tuple[motion_pb2.PlanNote, ...]:
+        """Append the steps of a `Program` to one that was started `open`; `last` closes it.
+
+        Returns notes on what the planner made other than it was asked to: a zone that is dropped says that the step
+        after it begins from rest, and why. Raises WrongStateError when the program is not open, stops or has ended,
+        and errors that name the step as a start does; then it goes on without these steps.
+
+        Example:
+            >>> motion = client.program().move(robot.linear(first), zone=0.02).start(open=True)
+            >>> for pose in poses:
+            ...     motion.append(client.program().move(robot.linear(pose), zone=0.02))
+            >>> motion.append([], last=True)
+            >>> motion.wait()
+        """
+        request = motion_pb2.AppendMotionRequest(id=self.id, steps=steps, last=last)
+        response = self._services.motion.AppendMotion(request, timeout=LONG_TIMEOUT_SECONDS)
+        with self._changed:
+            if not Phase(self._message.phase).ended:
+                self._message = response.motion
+        return tuple(response.notes)
+
     def pause(self) -> None:
         """Slow it to standstill on its path; it can go on by `resume`."""
         self._services.motion.PauseMotion(motion_pb2.PauseMotionRequest(id=self.id))
@@ -295,9 +317,10 @@ def start_spec(
     on_disconnect: str | None = None,
     expected_revision: int | None = None,
     tracking: Tracking | None = None,
+    open: bool = False,
     **unknown: object,
 ) -> Motion:
-    """Start a motion; return its handle, after its end with `wait`.
+    """Start a motion; return its handle, after its end with `wait` unless it is `open`.
 
     `preempt` cancels motions in the way instead of being refused. `on_disconnect` says what the kernel does when this
     program vanishes: `stop` or `continue`. With an `expected_revision` of the structure the start is refused
@@ -308,7 +331,7 @@ def start_spec(
         # Python's own error would name this function, which nobody has called by hand.
         known = ", ".join(sorted(StartOptions.__optional_keys__))
         raise TypeError(f"there is no option {next(iter(unknown))!r}; besides its move's own a start takes {known}")
-    asked = motion_pb2.StartMotionRequest(spec=spec)
+    asked = motion_pb2.StartMotionRequest(spec=spec, open=open)
     policies = {"stop": motion_pb2.DISCONNECT_POLICY_STOP, "continue": motion_pb2.DISCONNECT_POLICY_CONTINUE}
     if on_disconnect is not None:
         if on_disconnect not in policies:
@@ -327,4 +350,4 @@ def start_spec(
     motion = Motion(services, response.motion, response.notes)
     if asked.on_disconnect != motion_pb2.DISCONNECT_POLICY_CONTINUE:
         motion.keep_watching()
-    return motion.wait() if wait else motion
+    return motion.wait() if wait and not open else motion

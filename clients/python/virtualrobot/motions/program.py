@@ -73,12 +73,13 @@ class Program:
         self.spec.steps.add(dwell=motion_pb2.DwellStep(seconds=seconds))
         return self
 
-    def start(self, **options: Unpack[motion.StartOptions]) -> motion.Motion:
+    def start(self, *, open: bool = False, **options: Unpack[motion.StartOptions]) -> motion.Motion:
         """Plan all steps and start; the options are those of `Robot`.
 
-        An error of the planner names the step, in its message and as `metadata["step"]`; then nothing moves.
+        An `open` program is not waited for: `Motion.append` gives it more steps while it runs. An error of
+        the planner names the step, in its message and as `metadata["step"]`; then nothing moves.
         """
-        return motion.start_spec(self._services, self.spec, **options)
+        return motion.start_spec(self._services, self.spec, open=open, **options)
 
     def plan(self, *, sample_seconds: float = 0.0) -> plans.MotionPlan:
         """Return what it would do, in samples; see `Client.plan`. Nothing moves."""

@@ -29,14 +29,20 @@ MOST_PERCENT = 50.0
 def motion_spec(message: motion_pb2.MotionSpec) -> MotionSpec:
     """Return the specification of a motion; raise KernelError that names the field, and the step, that is wrong."""
     moves = tuple(requested_move(move, f"moves[{place}]") for place, move in enumerate(message.moves))
+    tracking = _tracking(message.tracking) if message.HasField("tracking") else None
+    return MotionSpec(moves, program_steps(message.steps), tracking)
+
+
+def program_steps(messages: Iterable[motion_pb2.ProgramStep], first: int = 0) -> tuple[Step, ...]:
+    """Return the steps of a program, whose numbers begin with `first`; raise KernelError that names the wrong one."""
     steps = []
-    for place, step in enumerate(message.steps):
+    for place, step in enumerate(messages):
         try:
             steps.append(_step(step, f"steps[{place}]"))
         except KernelError as error:
-            error.metadata["step"] = str(place)
+            error.metadata["step"] = str(place + first)
             raise
-    return MotionSpec(moves, tuple(steps), _tracking(message.tracking) if message.HasField("tracking") else None)
+    return tuple(steps)
 
 
 def note_messages(notes: Iterable[Note]) -> list[motion_pb2.PlanNote]:
