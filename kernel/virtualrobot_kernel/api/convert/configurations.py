@@ -65,7 +65,8 @@ def robot_rows(
         _check_limits(robot.name, joint, column)
         places.append(place)
     for columns in map(list, joint_limits(structure, robot, names).quaternions):
-        rows[:, columns] = [unit(quaternion, f"{field}.positions") for quaternion in rows[:, columns]]
+        for number, row in enumerate(rows):
+            unit(row[columns], f"{field}.positions[{number}] of {robot.name!r}")
     return places, rows
 
 
