@@ -14,7 +14,7 @@ from virtualrobot_kernel.motion.cartesian_path import CartesianPath, ConstantSpe
 from virtualrobot_kernel.motion.circle import Center, Via, arc
 from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits, checked_joints, checked_scale
 from virtualrobot_kernel.motion.line import line_between
-from virtualrobot_kernel.motion.nullspace import Wish
+from virtualrobot_kernel.motion.nullspace import SecondaryObjective
 from virtualrobot_kernel.motion.path import joint_line
 from virtualrobot_kernel.motion.path_law import law_along, path_law
 from virtualrobot_kernel.motion.planned import Plan, Track, peaks, planned
@@ -41,15 +41,15 @@ def plan_lin(
     velocity_scale: float = 1.0,
     tip_t_tcp: ArrayLike | None = None,
     time_law: TimeLaw = TimeLaw.JERK_LIMITED,
-    wish: Wish | None = None,
+    objective: SecondaryObjective | None = None,
 ) -> Plan:
     """Return the linear motion: the TCP moves on a straight line, its orientation turns about one axis (slerp).
 
     base_t_goal: (4, 4), where the TCP ends; tip_t_tcp: (4, 4), the TCP at the kinematics' last frame (identity when
     None). The law along the line keeps `cartesian_limits`, with speeds times `velocity_scale` in (0, 1]; where a joint
     cannot follow, the motion is slowed down until every joint keeps its velocity, acceleration and jerk. A time-optimal
-    law keeps the velocities and accelerations, of joints and TCP, and no jerk. `wish`: what the joints are used for
-    that the line leaves free. Errors: see `joint_path`; a singularity on the way to a goal out of reach is
+    law keeps the velocities and accelerations, of joints and TCP, and no jerk. `objective`: what the joints are used
+    for that the line leaves free. Errors: see `joint_path`; a singularity on the way to a goal out of reach is
     UNREACHABLE.
     """
     goal = np.array(base_t_goal, dtype=np.float64)
@@ -63,7 +63,7 @@ def plan_lin(
         velocity_scale,
         tip_t_tcp,
         time_law,
-        wish,
+        objective,
     )
 
 
@@ -78,7 +78,7 @@ def plan_circ(
     tip_t_tcp: ArrayLike | None = None,
     with_arc: bool = False,
     time_law: TimeLaw = TimeLaw.JERK_LIMITED,
-    wish: Wish | None = None,
+    objective: SecondaryObjective | None = None,
 ) -> Plan:
     """Return the circular motion: the TCP moves on an arc through a point or about a centre.
 
@@ -98,7 +98,7 @@ def plan_circ(
         velocity_scale,
         tip_t_tcp,
         time_law,
-        wish,
+        objective,
     )
 
 
@@ -111,7 +111,7 @@ def plan_spline(
     velocity_scale: float = 1.0,
     tip_t_tcp: ArrayLike | None = None,
     time_law: TimeLaw = TimeLaw.JERK_LIMITED,
-    wish: Wish | None = None,
+    objective: SecondaryObjective | None = None,
 ) -> Plan:
     """Return the motion along a smooth curve through poses (4, 4) of the TCP, base frame; it ends at the last one.
 
@@ -119,7 +119,7 @@ def plan_spline(
     their limits. What makes no spline: see `spline.spline`. Other errors as for `plan_lin`, with the goal that is
     nearest to the place; a singularity on the way to a goal out of reach is UNREACHABLE.
     """
-    start, tcp = checked_start("spline", kinematics, q_start, limits, tip_t_tcp, wish)
+    start, tcp = checked_start("spline", kinematics, q_start, limits, tip_t_tcp, objective)
     tcp_path = spline(tcp.pose(start), base_t_goals)
     path = checked_joint_path("spline", tcp, tcp_path, start, limits)
     slow = (cartesian_limits or CartesianLimits()).scaled(velocity_scale)
@@ -142,9 +142,9 @@ def _planned(
     velocity_scale: float,
     tip_t_tcp: ArrayLike | None,
     time_law: TimeLaw,
-    wish: Wish | None,
+    objective: SecondaryObjective | None,
 ) -> Plan:
-    q_start, tcp = checked_start(name, kinematics, q_start, limits, tip_t_tcp, wish)
+    q_start, tcp = checked_start(name, kinematics, q_start, limits, tip_t_tcp, objective)
     tcp_path = tcp_path_from(tcp.pose(q_start))
     checked_scale(velocity_scale, "velocity scale")
     if not (tcp_path.length or tcp_path.angle):
@@ -179,13 +179,13 @@ def checked_start(
     q_start: Sequence[float] | Array,
     limits: JointLimits,
     tip_t_tcp: ArrayLike | None,
-    wish: Wish | None = None,
+    objective: SecondaryObjective | None = None,
 ) -> tuple[Array, TcpKinematics]:
     """Return the start (k,) of a motion and the TCP that it leads; raise LimitError when it is outside its limits."""
     start = checked_joints(q_start, len(limits.names), f"the start of a {name} motion")
     limits.check(start, f"the start of the {name} motion")
     tip = np.eye(4) if tip_t_tcp is None else np.array(tip_t_tcp, dtype=np.float64)
-    return start, TcpKinematics(kinematics, tip, wish)
+    return start, TcpKinematics(kinematics, tip, objective)
 
 
 def checked_joint_path(

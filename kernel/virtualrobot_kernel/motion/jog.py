@@ -15,7 +15,7 @@ from virtualrobot_kernel.errors import KernelError, LimitError
 from virtualrobot_kernel.motion.cartesian_plan import along, checked_start
 from virtualrobot_kernel.motion.limits import TOLERANCE, CartesianLimits, JointLimits, checked_joints, checked_scale
 from virtualrobot_kernel.motion.line import Line
-from virtualrobot_kernel.motion.nullspace import Wish
+from virtualrobot_kernel.motion.nullspace import SecondaryObjective
 from virtualrobot_kernel.motion.path import joint_line
 from virtualrobot_kernel.motion.planned import Plan, planned
 from virtualrobot_kernel.motion.polynomial import Array
@@ -88,7 +88,7 @@ def plan_cartesian_jog(
     cartesian_limits: CartesianLimits,
     velocity_scale: float = 1.0,
     tip_t_tcp: ArrayLike | None = None,
-    wish: Wish | None = None,
+    objective: SecondaryObjective | None = None,
 ) -> tuple[Plan, JogEnd | None]:
     """Return the motion of the TCP along `translation` or about `rotation` as far as the arm can go, and what ends it.
 
@@ -96,7 +96,7 @@ def plan_cartesian_jog(
     It ends before a joint's limit, a singularity, or where no posture leads on. All else as for `plan_lin`; raises what
     that would raise when the TCP can't move that way at all.
     """
-    start, tcp = checked_start("jog", kinematics, q_start, limits, tip_t_tcp, wish)
+    start, tcp = checked_start("jog", kinematics, q_start, limits, tip_t_tcp, objective)
     tcp_path = _Jog(tcp.pose(start), rotation, translation)
     wanted = max(tcp_path.length, tcp_path.angle)
     path, error = farthest_joint_path(tcp, tcp_path, start, limits, SMALLEST_JOG / wanted)

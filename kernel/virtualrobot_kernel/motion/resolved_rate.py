@@ -18,9 +18,9 @@ from virtualrobot_sdk.kinematics import Kinematics
 
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.cartesian_path import CartesianPath
-from virtualrobot_kernel.motion.guide import guide
 from virtualrobot_kernel.motion.limits import TOLERANCE, JointLimits
-from virtualrobot_kernel.motion.nullspace import Rough, Wish, free_motion, projected
+from virtualrobot_kernel.motion.nullspace import NonsmoothObjective, SecondaryObjective, free_motion, projected
+from virtualrobot_kernel.motion.nullspace_reference import nullspace_reference
 from virtualrobot_kernel.motion.path import quintic_hermite
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 
@@ -44,12 +44,12 @@ _ENDS = (Reason.LIMIT_EXCEEDED, Reason.SINGULARITY, Reason.UNREACHABLE)
 class TcpKinematics:
     """Pose and Jacobian of a tool centre point that is fixed at the tip by `tip_t_tcp` (4, 4).
 
-    wish: what the joints are used for that a path leaves free; None: to move as little as possible.
+    objective: what the joints are used for that a path leaves free; None: to move as little as possible.
     """
 
     kinematics: Kinematics
     tip_t_tcp: Array
-    wish: Wish | None = None
+    objective: SecondaryObjective | None = None
 
     def pose(self, q: Array) -> Array:
         """Return base_t_tcp (4, 4)."""
@@ -92,9 +92,9 @@ class _Follower:
     def __init__(self, tcp: TcpKinematics, tcp_path: CartesianPath, q_start: Array) -> None:
         self.tcp, self.tcp_path = tcp, tcp_path
         self.weights = row_weights(lever_arm(tcp.jacobian(q_start)))
-        self.guide = None
-        if isinstance(tcp.wish, Rough):
-            self.guide = guide(tcp.pose, tcp.jacobian, self.weights, tcp_path, q_start, tcp.wish)
+        self.reference = None
+        if isinstance(tcp.objective, NonsmoothObjective):
+            self.reference = nullspace_reference(tcp.pose, tcp.jacobian, self.weights, tcp_path, q_start, tcp.objective)
         self.longest_difference = _DIFFERENCE * float(np.diff([0.0, *tcp_path.knots, 1.0]).min())
 
     def twist(self, u: float) -> Array:
@@ -105,12 +105,12 @@ class _Follower:
 
     def rate_by(self, jacobian: Array, u: float, q: Array) -> Array:
         rate = self.solve(jacobian, self.twist(u))
-        if self.tcp.wish is None:
+        if self.tcp.objective is None:
             return rate
         weighted = jacobian * self.weights[:, None]
-        if self.guide is not None:
-            return rate + projected(weighted, self.guide(u))
-        return rate + free_motion(weighted, rate, self.tcp.wish, q)
+        if self.reference is not None:
+            return rate + projected(weighted, self.reference(u))
+        return rate + free_motion(weighted, rate, self.tcp.objective, q)
 
     def solve(self, jacobian: Array, weighted: Array) -> Array:
         solution = np.linalg.lstsq(jacobian * self.weights[:, None], weighted, rcond=1e-12)[0]
@@ -131,7 +131,7 @@ class _Follower:
             )
         # Differences over about 1e-4 rad: truncation and rounding are both below 1e-7 of the value.
         step = min(1e-4 / max(float(np.abs(rate).max()), 1e-4), self.longest_difference)
-        if self.tcp.wish is not None:
+        if self.tcp.objective is not None:
             rate = self.rate(u, q)
         before, after = (self.tcp.jacobian(q + sign * step * rate) for sign in (-1.0, 1.0))
         curvature = self.rate_by(after, u + step, q + step * rate) - self.rate_by(before, u - step, q - step * rate)

@@ -157,7 +157,7 @@ def _through(
         if found := by(cut):
             return found
     begin = max(now, law.start)
-    found, low, high = None, 0, _GRID
+    found, low, high = None, 0, _GRID if begin < law.end else 0
     while low < high:
         middle = (low + high) // 2
         later = by(begin + (law.end - begin) * middle / _GRID)

@@ -69,7 +69,7 @@ class PathMove(Move):
             velocity_scale=factor,
             tip_t_tcp=tcp.tip_t_tcp,
             time_law=self.time_law,
-            wish=tcp.wish,
+            objective=tcp.objective,
         )
         return led_move(node, arm, plan, tcp, cartesian, factor)
 

@@ -1,6 +1,6 @@
-"""Guide of the free joints along a path, for wishes whose gradient is too rough or too dear to ask at each step.
+"""Reference of the null-space motion along a path, by objectives with a gradient too rough or dear for each step.
 
-The joints go along the path once in long steps, and the wish is asked after each. What it does in the null space,
+The joints go along the path once in long steps, and the objective is asked after each. What it does in the null space,
 with its edges rounded off, is a smooth function of the place on the path, which the exact path then follows.
 """
 
@@ -12,7 +12,7 @@ from math import ceil
 import numpy as np
 
 from virtualrobot_kernel.motion.cartesian_path import CartesianPath
-from virtualrobot_kernel.motion.nullspace import Wish, projected
+from virtualrobot_kernel.motion.nullspace import SecondaryObjective, projected
 from virtualrobot_kernel.motion.path import smooth_path
 from virtualrobot_kernel.motion.polynomial import Array
 
@@ -29,10 +29,15 @@ Pose = Callable[[Array], Array]
 Jacobian = Callable[[Array], Array]
 
 
-def guide(
-    pose: Pose, jacobian: Jacobian, weights: Array, tcp_path: CartesianPath, q_start: Array, wish: Wish
+def nullspace_reference(
+    pose: Pose,
+    jacobian: Jacobian,
+    weights: Array,
+    tcp_path: CartesianPath,
+    q_start: Array,
+    objective: SecondaryObjective,
 ) -> Callable[[float], Array]:
-    """Return the function of the joints' motion (k,) per tcp_path that a wish asks for at a place u of it, in [0, 1].
+    """Return the function of the joints' motion (k,) per path that an objective asks for at u in [0, 1].
 
     It is smooth in u, and is to be projected into the null space. Where the arm cannot follow the path any more it is
     0; whoever follows it exactly says why.
@@ -43,7 +48,7 @@ def guide(
         weights: (6,) that make its rows comparable.
         tcp_path: the path.
         q_start: where the joints are at its beginning (k,).
-        wish: what leads them.
+        objective: what leads them.
     """
     count = min(max(_FEWEST, ceil(tcp_path.length / STEP[0]), ceil(tcp_path.angle / STEP[1])), _MOST)
     places, q = np.linspace(0.0, 1.0, count + 1), q_start
@@ -57,7 +62,7 @@ def guide(
         weighted = jacobian(q) * weights[:, None]
         rate = np.linalg.lstsq(weighted, tcp_path.twist(u) * weights, rcond=1e-9)[0]
         # Of the gradient itself a small part may be left in the null space: how long that part is, is what counts.
-        way = projected(weighted, -wish(q)[1])
+        way = projected(weighted, -objective(q)[1])
         motions.append(GAIN * float(np.linalg.norm(rate)) / np.sqrt(1.0 + way @ way) * way)
         q = q + (rate + motions[-1]) / count
     if len(motions) < 2:
