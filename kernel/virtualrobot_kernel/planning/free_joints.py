@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from virtualrobot_sdk.kinematics import InverseOptions, InverseResult, Kinematics, SerialChain
+from virtualrobot_sdk.kinematics import InverseOptions, InverseResult, InverseStatus, Kinematics, SerialChain
 from virtualrobot_sdk.poses import inverse, rotation_vector
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
@@ -140,13 +140,15 @@ def reached(
 ) -> tuple[Arm, list[NDArray[np.float64]]]:
     """Return the arm and its solutions (k,), at least one, as `solve_inverse` does from where the joints are.
 
-    Raise KernelError (UNREACHABLE) when there is none.
+    Raise KernelError when there is none: LIMIT_EXCEEDED where the component knows that only limits forbid it, else
+    UNREACHABLE.
     """
     arm, result = solve_inverse(snapshot, robot, world_t_tcp, {}, solver_of, configuration, redundancy, group, near_of)
     if not len(result.solutions):
+        outside = result.status is InverseStatus.OUTSIDE_LIMITS
         raise KernelError(
             f"{robot.name!r}{group} cannot reach the pose: {result.reason}",
-            reason=Reason.UNREACHABLE,
+            reason=Reason.LIMIT_EXCEEDED if outside else Reason.UNREACHABLE,
             robot=robot.name,
             position_error_meters=result.position_error,
             rotation_error_radians=result.rotation_error,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from virtualrobot_sdk.models import Model
@@ -21,7 +21,7 @@ class ComponentDescription:
     isolation: Isolation
     deadline_seconds: float
     endings: tuple[str, ...]
-    settings_schema: dict[str, Any]
+    settings_schema: dict[str, Any] = field(default_factory=dict)
     """JSON schema of its settings; empty when it has none."""
 
 

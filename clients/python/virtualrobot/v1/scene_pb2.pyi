@@ -407,18 +407,20 @@ class KnownModel(_message.Message):
     def __init__(self, name: _Optional[str] = ..., description: _Optional[str] = ..., uri: _Optional[str] = ..., package: _Optional[str] = ..., installed: bool = ..., maker: _Optional[str] = ..., kind: _Optional[str] = ..., axes: _Optional[int] = ..., payload_kilograms: _Optional[float] = ..., reach_meters: _Optional[float] = ..., license: _Optional[str] = ..., source: _Optional[str] = ...) -> None: ...
 
 class LoadSceneRequest(_message.Message):
-    __slots__ = ("text", "uri", "files", "add", "strict")
+    __slots__ = ("text", "uri", "files", "add", "strict", "request_id")
     TEXT_FIELD_NUMBER: _ClassVar[int]
     URI_FIELD_NUMBER: _ClassVar[int]
     FILES_FIELD_NUMBER: _ClassVar[int]
     ADD_FIELD_NUMBER: _ClassVar[int]
     STRICT_FIELD_NUMBER: _ClassVar[int]
+    REQUEST_ID_FIELD_NUMBER: _ClassVar[int]
     text: str
     uri: str
     files: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.AssetFile]
     add: bool
     strict: bool
-    def __init__(self, text: _Optional[str] = ..., uri: _Optional[str] = ..., files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ..., add: bool = ..., strict: bool = ...) -> None: ...
+    request_id: str
+    def __init__(self, text: _Optional[str] = ..., uri: _Optional[str] = ..., files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ..., add: bool = ..., strict: bool = ..., request_id: _Optional[str] = ...) -> None: ...
 
 class LoadSceneResponse(_message.Message):
     __slots__ = ("stamp", "created", "warnings")

@@ -8,7 +8,9 @@ from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.api.convert.moves import requested_move
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.codecs import EnumTable
 from virtualrobot_kernel.messages.signals import condition_of, named_signal, value_of
+from virtualrobot_kernel.messages.table import Table
 from virtualrobot_kernel.messages.values import finite
 from virtualrobot_kernel.planning.notes import Note, NoteKind
 from virtualrobot_kernel.planning.program import (
@@ -22,7 +24,7 @@ from virtualrobot_kernel.planning.program import (
     Zone,
 )
 
-KINDS = {kind: getattr(motion_pb2, f"PLAN_NOTE_KIND_{kind.name}") for kind in NoteKind}
+NOTE = Table(Note, motion_pb2.PlanNote, kind=EnumTable(NoteKind, motion_pb2.PlanNoteKind))
 MOST_PERCENT = 50.0
 
 
@@ -43,21 +45,6 @@ def program_steps(messages: Iterable[motion_pb2.ProgramStep], first: int = 0) ->
             error.metadata["step"] = str(place + first)
             raise
     return tuple(steps)
-
-
-def note_messages(notes: Iterable[Note]) -> list[motion_pb2.PlanNote]:
-    """Return the notes on a plan as messages."""
-    return [
-        motion_pb2.PlanNote(
-            kind=KINDS[note.kind],
-            step=note.step,
-            robot=note.robot,
-            wanted=note.wanted,
-            kept=note.kept,
-            message=note.message,
-        )
-        for note in notes
-    ]
 
 
 def _step(message: motion_pb2.ProgramStep, what: str) -> Step:
