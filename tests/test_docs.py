@@ -39,7 +39,7 @@ from virtualrobot_sdk.testing.grade import command as grade
 ROOT = Path(__file__).resolve().parent.parent
 REFERENCE = ROOT / "docs" / "reference"
 KERNEL = ROOT / "kernel" / "virtualrobot_kernel"
-PAGES = (ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md")))
+PAGES = (*sorted(ROOT.glob("[CR]*.md")), *sorted((ROOT / "docs").rglob("*.md")))
 MODULES = (
     asset_pb2,
     collision_pb2,
@@ -193,6 +193,14 @@ def test_make_targets_that_a_page_names_are_there(page: Path) -> None:
     targets = set(re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE))
     named = re.findall(r"(?:^|`)make ([a-z][\w-]*)", page.read_text("utf-8"), re.MULTILINE)
     assert [name for name in named if name not in targets] == []
+
+
+def test_docstrings_open_with_a_noun_or_a_verb() -> None:
+    """A docstring that opens with a question word evades what the thing is."""
+    evasive = re.compile(r'^ *r?"""(?:What|Where|How|Which|Who|Whose|When|Whether|Why)\b.*', re.MULTILINE)
+    files = (file for folder in ("kernel", "plugins", "clients/python") for file in (ROOT / folder).rglob("*.py"))
+    told = {file: evasive.findall(file.read_text("utf-8")) for file in files if file.parent.name != "v1"}
+    assert {str(file): found for file, found in told.items() if found} == {}
 
 
 def sections(page: Path) -> dict[str, str]:

@@ -19,12 +19,13 @@ from virtualrobot_sdk import (
     importers,
     kinematics,
     mobile,
+    models,
     rays,
     registration,
     selfcheck,
     testing,
 )
-from virtualrobot_sdk.hookspecs import HOOKS
+from virtualrobot_sdk.hookspecs import HOOKS, MODELS_HOOK
 from virtualrobot_sdk.testing.contract import KinematicsContract
 from virtualrobot_sdk.testing.examination import LAWS
 from virtualrobot_sdk.testing.subject import LOADING_SECONDS
@@ -80,7 +81,8 @@ def values(module: ModuleType) -> dict[str, list[str]]:
 def test_every_hook_is_told_as_it_is() -> None:
     hooks = {name: f for name, f in vars(hookspecs).items() if name.startswith("virtualrobot_register")}
     told = dict(re.findall(r"^\| `(\w+)\((?:register)\)` \|(.*)\|$", section("Hooks"), re.MULTILINE))
-    assert set(told) == set(hooks) == {hook.hook for hook in HOOKS.values()}
+    assert f"`{MODELS_HOOK}(register)`" in section("Models by name")
+    assert {*told, MODELS_HOOK} == set(hooks) == {hook.hook for hook in HOOKS.values()} | {MODELS_HOOK}
     for hook in HOOKS.values():
         assert list(inspect.signature(hooks[hook.hook]).parameters) == ["register"]
         factory, returned, seconds = (cell.strip() for cell in told[hook.hook].split("|"))
@@ -114,7 +116,9 @@ def test_every_protocol_of_the_sdk_is_among_them() -> None:
     assert found == {interface.__name__ for interface in INTERFACES}
 
 
-@pytest.mark.parametrize("module", [drivers, importers, kinematics, mobile, rays], ids=lambda module: module.__name__)
+@pytest.mark.parametrize(
+    "module", [drivers, importers, kinematics, mobile, models, rays], ids=lambda module: module.__name__
+)
 def test_every_field_of_a_value_is_told(module: ModuleType) -> None:
     for name, fields in values(module).items():
         table = re.search(rf"^\| `{name}` \|(.*)\|\n((?:\|.*\n)*)", TEXT, re.MULTILINE)

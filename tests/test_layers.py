@@ -124,6 +124,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     ),
     # Settings are described by msgspec's Meta.
     f"{PLUGINS}/sensor_models": ("virtualrobot_plugins.sensor_models", "virtualrobot_sdk", "numpy", "msgspec"),
+    # Models by name are data: tables in YAML.
+    f"{PLUGINS}/models": ("virtualrobot_plugins.models", "virtualrobot_sdk", "numpy", "msgspec", "yaml"),
     # embreex casts rays where its library can't be driven.
     f"{PLUGINS}/ray_casters/embreex_scene.py": ("virtualrobot_sdk", "numpy", "embreex"),
     # Bullet is there to compare with; its worker process alone loads it.
@@ -241,7 +243,7 @@ def test_every_rule_is_about_something() -> None:
         (f"{KERNEL}/sensing/contact_reader.py", "import fcl", "fcl"),
         (f"{KERNEL}/api/server.py", "import numba", "numba"),
         (f"{KERNEL}/anew/room.py", "import pybullet", "pybullet"),
-        (f"{KERNEL}/formats/urdf_sensors.py", "from ..api import rooms", "virtualrobot_kernel.api.rooms"),
+        (f"{KERNEL}/formats/urdf_sensors.py", "from ..api import server", "virtualrobot_kernel.api.server"),
         (f"{KERNEL}/sensing/picture.py", "from ..drawing import view", "virtualrobot_kernel.drawing.view"),
         (f"{KERNEL}/collision/site.py", "from ..sensing import appearance", "virtualrobot_kernel.sensing.appearance"),
         (f"{KERNEL}/motion/follow.py", "from ..numeric import forest", "virtualrobot_kernel.numeric.forest"),

@@ -1,4 +1,4 @@
-"""The hooks of a plugin: functions that it may have, each called once to register components of one kind.
+"""The hooks of a plugin: functions that it may have, each called once to register components of one kind, or models.
 
     from virtualrobot_sdk.hookspecs import hookimpl
 
@@ -19,6 +19,7 @@ from typing import Any, Protocol
 
 import pluggy
 
+from virtualrobot_sdk.models import Model
 from virtualrobot_sdk.registration import ComponentKind, Isolation
 
 API_VERSION = "1.0"
@@ -83,6 +84,18 @@ class RegisterImporter(Protocol):
         ...
 
 
+class RegisterModel(Protocol):
+    """Function that `virtualrobot_register_models` is given to make a model known with."""
+
+    def __call__(self, model: Model) -> None:
+        """Make `model://NAME` known; the name is unique among the models of all plugins.
+
+        Raises:
+            PluginError: a field of the model is not as it must be.
+        """
+        ...
+
+
 @hookspec
 def virtualrobot_register_kinematics(register: Register) -> None:
     """Register kinematics: `factory(chain)` or `factory(chain, settings)` returns a `kinematics.Kinematics`.
@@ -117,6 +130,15 @@ def virtualrobot_register_importers(register: RegisterImporter) -> None:
     """Register importers of files: `factory()` or `factory(settings)` returns an `importers.Importer`."""
 
 
+@hookspec
+def virtualrobot_register_models(register: RegisterModel) -> None:
+    """Register models of robots and grippers, `models.Model`, that are asked for by `model://NAME`."""
+
+
+MODELS_HOOK = virtualrobot_register_models.__name__
+"""The hook for models, which are data and no components."""
+
+
 @dataclass(frozen=True, slots=True)
 class KindOfHook:
     """Registration and making of components of one kind."""
@@ -145,4 +167,4 @@ HOOKS = {
         virtualrobot_register_importers.__name__, IMPORTER_DEADLINE_SECONDS, has_endings=True
     ),
 }
-"""Every kind of component; a hook of a plugin that is not among them is refused."""
+"""Every kind of component; a hook of a plugin that is neither among them nor that for models is refused."""

@@ -1,4 +1,4 @@
-"""Loads one plugin: imports it, checks its version and its hooks, and lets it register its components.
+"""Loads one plugin: imports it, checks its version and its hooks, and lets it register its components and models.
 
 Each plugin has a plugin manager of its own, so that one which raises does not keep the others from registering.
 """
@@ -11,26 +11,30 @@ import inspect
 import math
 import re
 from collections.abc import Callable, Sequence
+from dataclasses import asdict
 from importlib.metadata import EntryPoint
 from typing import Any
 
+import msgspec
 import pluggy
 
 from virtualrobot_sdk import hookspecs
 from virtualrobot_sdk.errors import PluginError
-from virtualrobot_sdk.hookspecs import API_VERSION, HOOKS, PROJECT, KindOfHook
+from virtualrobot_sdk.hookspecs import API_VERSION, HOOKS, MODELS_HOOK, PROJECT, KindOfHook
+from virtualrobot_sdk.models import Model
 from virtualrobot_sdk.registration import ComponentKind, Isolation, Registration
 from virtualrobot_sdk.settings import schema
 from virtualrobot_sdk.worker.blame import describe_error, package_of
 
 _NAME = re.compile(r"[a-z][a-z0-9_-]*")
+_HOOKS = (*(hook.hook for hook in HOOKS.values()), MODELS_HOOK)
 _ENDING = re.compile(r"(\.[a-z0-9_-]+)+")
 # What keeps a plugin from loading: any error of its own, and `sys.exit` in a module.
 _TROUBLE = (Exception, SystemExit)
 
 
-def load(entry_point: EntryPoint) -> tuple[str, tuple[Registration, ...]]:
-    """Import the plugin and return the API version that it was written for and the components that it registers.
+def load(entry_point: EntryPoint) -> tuple[str, tuple[Registration, ...], tuple[Model, ...]]:
+    """Import the plugin and return its API version, the components and the models that it registers.
 
     Raises:
         PluginError: it cannot be imported, was written for another API, has a hook that does not exist or takes other
@@ -42,7 +46,7 @@ def load(entry_point: EntryPoint) -> tuple[str, tuple[Registration, ...]]:
     except _TROUBLE as error:
         raise PluginError(f"{entry_point.value!r} cannot be imported: {describe_error(error, package)}") from error
     try:
-        return _api_version(plugin, entry_point.value), _register(plugin, package)
+        return _api_version(plugin, entry_point.value), *_register(plugin, package)
     except PluginError:
         raise
     except _TROUBLE as error:
@@ -63,23 +67,42 @@ def _api_version(plugin: object, where: str) -> str:
     return version
 
 
-def _register(plugin: object, package: str) -> tuple[Registration, ...]:
+def _register(plugin: object, package: str) -> tuple[tuple[Registration, ...], tuple[Model, ...]]:
     manager = pluggy.PluginManager(PROJECT)
     manager.add_hookspecs(hookspecs)
     for name, function in _functions(plugin):
         _check_hook(manager, plugin, name, function)
     manager.register(plugin, "plugin")
     found: list[Registration] = []
-    for kind, hook in HOOKS.items():
+    models: dict[str, Model] = {}
+    registrars = {hook.hook: _registrar(kind, hook, found) for kind, hook in HOOKS.items()}
+    for hook, register in {**registrars, MODELS_HOOK: functools.partial(_add_model, models)}.items():
         try:
-            getattr(manager.hook, hook.hook)(register=_registrar(kind, hook, found))
+            getattr(manager.hook, hook)(register=register)
         except PluginError:
             raise
         except _TROUBLE as error:
-            raise PluginError(f"{hook.hook} raises {describe_error(error, package)}") from error
-    if not found:
-        raise PluginError(f"it registers nothing; a plugin has one of {_hooks()}, marked with @hookimpl")
-    return tuple(found)
+            raise PluginError(f"{hook} raises {describe_error(error, package)}") from error
+    if not found and not models:
+        raise PluginError(f"it registers nothing; a plugin has one of {', '.join(_HOOKS)}, marked with @hookimpl")
+    return tuple(found), tuple(models.values())
+
+
+def _add_model(found: dict[str, Model], model: Model) -> None:
+    if not isinstance(model, Model):
+        raise PluginError(f"{model!r} is registered as a model; it must be a virtualrobot_sdk.models.Model")
+    try:
+        msgspec.convert(asdict(model), Model)
+    except msgspec.ValidationError as error:
+        raise PluginError(f"the model {model.name!r} is not as it must be: {error}") from error
+    if model.name in found:
+        raise PluginError(f"the model {model.name!r} is registered twice; each needs a name of its own")
+    if bool(model.uri) == bool(model.scene):
+        has = "both uri and" if model.uri else "neither uri nor"
+        raise PluginError(f"the model {model.name!r} has {has} scene; give one of them")
+    if model.uri and not model.uri.startswith("package://"):
+        raise PluginError(f"the uri of the model {model.name!r} is {model.uri!r}; it must be package://PACKAGE/FILE")
+    found[model.name] = model
 
 
 def _functions(plugin: object) -> list[tuple[str, Callable[..., Any]]]:
@@ -94,10 +117,9 @@ def _functions(plugin: object) -> list[tuple[str, Callable[..., Any]]]:
 
 
 def _check_hook(manager: pluggy.PluginManager, plugin: object, name: str, function: Callable[..., Any]) -> None:
-    hooks = [hook.hook for hook in HOOKS.values()]
-    if name not in hooks:
-        nearest = difflib.get_close_matches(name, hooks, n=1)
-        right = f"did you mean {nearest[0]}?" if nearest else f"there is {_hooks()}"
+    if name not in _HOOKS:
+        nearest = difflib.get_close_matches(name, _HOOKS, n=1)
+        right = f"did you mean {nearest[0]}?" if nearest else f"there is {', '.join(_HOOKS)}"
         raise PluginError(f"there is no hook {name}; {right}")
     if manager.parse_hookimpl_opts(plugin, name) is None:
         raise PluginError(f"{name} is not marked as a hook: write @hookimpl above it")
@@ -205,7 +227,3 @@ def _check_endings(name: str, endings: object) -> None:
     if wrong:
         right = "they are a list in small letters, each with its dot: ('.stp', '.step')"
         raise PluginError(f"the endings of {name!r} have {wrong[0]!r}; {right}")
-
-
-def _hooks() -> str:
-    return ", ".join(hook.hook for hook in HOOKS.values())

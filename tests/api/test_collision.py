@@ -241,7 +241,7 @@ def test_what_makes_no_sense_is_refused_by_name(stubs: Stubs) -> None:
     collision = stubs.collision
     nan = refusal(lambda: collision.CheckCollision(Check(configurations=[standing(lbr_iiwa_joint_2=math.nan)])))
     assert (nan.code, nan.reason) == (grpc.StatusCode.INVALID_ARGUMENT, "INVALID_ARGUMENT")
-    assert "'lbr_iiwa_joint_2' of 'arm' cannot be at nan" in nan.message
+    assert "configurations[0].joint_positions['lbr_iiwa_joint_2'] must be a finite number" in nan.message
     far = refusal(lambda: collision.CheckCollision(Check(configurations=[standing(lbr_iiwa_joint_2=9.0)])))
     assert far.reason == "LIMIT_EXCEEDED"
     joint = refusal(lambda: collision.CheckCollision(Check(configurations=[standing(elbow=1.0)])))

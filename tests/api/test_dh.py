@@ -11,14 +11,15 @@ import grpc
 import numpy as np
 import pytest
 from google.protobuf import json_format, struct_pb2
-from virtualrobot.v1 import nodes_pb2, robot_pb2, scene_pb2
+from virtualrobot.v1 import motion_pb2, nodes_pb2, robot_pb2, scene_pb2
 
 from tests.api.asking import load, refusal
+from tests.api.moving import to_pose
 from tests.api.reading import matrices, matrix, pose, values
 from tests.kernels import Stubs
 from tests.unit.plugins.paper_arm import Lengths, closed_form
 
-MODELS = Path(str(resources.files("virtualrobot_kernel"))) / "models"
+MODELS = Path(str(resources.files("virtualrobot_plugins"))) / "models"
 PAPER = (MODELS / "ar_manipulator.yaml").read_text("utf-8")
 LENGTHS = Lengths(a_1=0.05, a_2=0.2, d_1=0.28, d_4=0.18, d_6=0.08)
 """Of the shipped arm; the file says them too."""
@@ -87,16 +88,25 @@ def test_a_pose_outside_limits_is_told_apart_from_one_out_of_reach(stepped: Stub
     joint = {"a_meters": 0.5, "limits": {"lower": -0.5, "upper": 0.5}}
     stepped.scene.ImportModel(request([joint], name="arm"))
 
-    def status(angle: float, radius: float) -> robot_pb2.InverseStatus:
+    def target_at(angle: float, radius: float) -> np.ndarray:
         target = np.eye(4)
         cos, sin = math.cos(angle), math.sin(angle)
         target[:2, :2], target[:2, 3] = [[cos, -sin], [sin, cos]], [radius * cos, radius * sin]
-        asked = robot_pb2.SolveInverseRequest(robot="arm", reference_t_tcp=pose(target))
+        return target
+
+    def status(angle: float, radius: float) -> robot_pb2.InverseStatus:
+        asked = robot_pb2.SolveInverseRequest(robot="arm", reference_t_tcp=pose(target_at(angle, radius)))
         return stepped.robot.SolveInverse(asked).status
+
+    def refused(angle: float, radius: float) -> str:
+        moves = [to_pose("arm", target_at(angle, radius))]
+        asked = motion_pb2.PlanMotionRequest(spec=motion_pb2.MotionSpec(moves=moves))
+        return refusal(lambda: stepped.motion.PlanMotion(asked)).reason
 
     assert status(0.4, 0.5) == robot_pb2.INVERSE_STATUS_SOLVED
     assert status(1.0, 0.5) == robot_pb2.INVERSE_STATUS_OUTSIDE_LIMITS
     assert status(0.4, 0.6) == robot_pb2.INVERSE_STATUS_UNREACHABLE
+    assert (refused(1.0, 0.5), refused(0.4, 0.6)) == ("LIMIT_EXCEEDED", "UNREACHABLE")
 
 
 def test_frames_of_the_table_are_nodes(stepped: Stubs) -> None:

@@ -145,6 +145,21 @@ def test_a_program_of_a_leased_robot_is_refused_before_it_is_planned(cell: Stubs
     assert "elbow" in refused.message
 
 
+def test_only_the_holder_appends_to_a_program_of_a_leased_robot(cell: Stubs, kernel: KernelProcess) -> None:
+    ada = Holder(kernel, "left")
+    steps = [motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=[joints("left", lbr_iiwa_joint_1=0.1)]))]
+    leave = motion_pb2.DISCONNECT_POLICY_CONTINUE
+    program = motion_pb2.StartMotionRequest(spec=motion_pb2.MotionSpec(steps=steps), on_disconnect=leave, open=True)
+    id = ada.stubs.motion.StartMotion(program, metadata=ada.metadata).motion.id
+    dwell = motion_pb2.ProgramStep(dwell=motion_pb2.DwellStep(seconds=0.01))
+    for request in (
+        motion_pb2.AppendMotionRequest(id=id, steps=[dwell]),
+        motion_pb2.AppendMotionRequest(id=id, last=True),
+    ):
+        assert refusal(lambda request=request: cell.motion.AppendMotion(request)).reason == "LEASED"
+        ada.stubs.motion.AppendMotion(request, metadata=ada.metadata)
+
+
 def test_the_methods_that_need_a_lease() -> None:
     """Whoever adds a method that moves or changes robots marks it, and this list says so."""
     marked = {
@@ -156,6 +171,7 @@ def test_the_methods_that_need_a_lease() -> None:
     }
     assert marked == {
         "MotionService.StartMotion",
+        "MotionService.AppendMotion",
         "MotionService.ResumeMotion",
         "MotionService.StreamSetpoints",
         "RobotService.SetKinematics",

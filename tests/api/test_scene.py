@@ -110,6 +110,10 @@ def test_a_repeated_request_is_done_once(stepped: Stubs) -> None:
         assert "belongs to another request" in refusal(lambda: stepped.scene.Apply(other)).message
         other.request_id = "x" * 201
         assert "200 characters" in refusal(lambda: stepped.scene.Apply(other)).message
+    loaded = scene_pb2.LoadSceneRequest(
+        text="schema_version: 1\nnodes: [{name: mug, object: {}}]", add=True, request_id="b1"
+    )
+    assert stepped.scene.LoadScene(loaded) == stepped.scene.LoadScene(loaded)
     wrong = scene_pb2.ApplyRequest(commands=[remove("ghost")], request_id="a8")
     assert refusal(lambda: stepped.scene.Apply(wrong)).reason == "UNKNOWN_NAME"
     apply(stepped, create(box("ghost")))

@@ -185,7 +185,7 @@ def test_what_is_refused(stepped: Stubs) -> None:
     assert refusal(lambda: start(stepped, "lidar", "radar")).reason == "UNKNOWN_NAME"
     assert status(stepped).state == STOPPED  # all or none
     assert "frame is 9" in refusal(lambda: read(stepped, frame=9)).message
-    assert "images holds 7" in refusal(lambda: read(stepped, images=[7])).message
+    assert "options.images is 7" in refusal(lambda: read(stepped, images=[7])).message
     for bad in (-1.0, float("nan")):
         request = sensor_pb2.WatchReadingsRequest(max_rate_hertz=bad)
         assert refusal(lambda request=request: next(stepped.sensor.WatchReadings(request))).reason == "INVALID_ARGUMENT"

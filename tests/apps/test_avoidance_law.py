@@ -9,7 +9,7 @@ from virtualrobot_apps.demos.avoidance import law
 ARM, TASK = 7, 6
 
 
-def away_from_singularities(rng: np.random.Generator) -> np.ndarray:
+def manipulability(rng: np.random.Generator) -> np.ndarray:
     """Return a Jacobian (6, 7) whose singular values are those of no damping; of normal numbers 1 in 120 has others."""
     left, _, right = np.linalg.svd(rng.normal(size=(TASK, ARM)), full_matrices=False)
     return left @ np.diag(rng.uniform(0.2, 2.0, TASK)) @ right
@@ -18,7 +18,7 @@ def away_from_singularities(rng: np.random.Generator) -> np.ndarray:
 def test_the_weighted_pseudo_inverse_is_a_right_inverse_of_least_norm(rng: np.random.Generator) -> None:
     """J J_w# = I, and of all u with J u = v it gives the least u^T W u: any part of the null space makes that more."""
     for _ in range(20):
-        jacobian, weights, v = away_from_singularities(rng), rng.uniform(0.5, 20.0, ARM), rng.normal(size=TASK)
+        jacobian, weights, v = manipulability(rng), rng.uniform(0.5, 20.0, ARM), rng.normal(size=TASK)
         inverse = law.weighted_pseudo_inverse(jacobian, weights)
         np.testing.assert_allclose(jacobian @ inverse, np.eye(TASK), atol=1e-9)
         u = inverse @ v
@@ -30,7 +30,7 @@ def test_the_weighted_pseudo_inverse_is_a_right_inverse_of_least_norm(rng: np.ra
 
 def test_a_heavy_joint_moves_less(rng: np.random.Generator) -> None:
     """By 1 + (w - 1) n0^2, with n the unit vector that moves nothing: the least of w q0^2 + q1^2 + ... on q + s n."""
-    jacobian, v = away_from_singularities(rng), rng.normal(size=TASK)
+    jacobian, v = manipulability(rng), rng.normal(size=TASK)
     light, heavy = (law.weighted_pseudo_inverse(jacobian, np.array([w, *[1.0] * 6])) @ v for w in (1.0, 1e3))
     free = np.linalg.svd(jacobian)[2][-1]
     assert heavy[0] == pytest.approx(light[0] / (1.0 + (1e3 - 1.0) * free[0] ** 2), rel=1e-6, abs=1e-9)
@@ -38,7 +38,7 @@ def test_a_heavy_joint_moves_less(rng: np.random.Generator) -> None:
 
 def test_the_null_projector_annihilates_the_task(rng: np.random.Generator) -> None:
     """J (I - J_w# J) = 0, and the projector is idempotent, of rank 7 - 6."""
-    jacobian, weights = away_from_singularities(rng), rng.uniform(0.5, 20.0, ARM)
+    jacobian, weights = manipulability(rng), rng.uniform(0.5, 20.0, ARM)
     projector = law.null_projector(jacobian, law.weighted_pseudo_inverse(jacobian, weights))
     np.testing.assert_allclose(jacobian @ projector, 0.0, atol=1e-9)
     np.testing.assert_allclose(projector @ projector, projector, atol=1e-9)
@@ -138,7 +138,7 @@ def test_the_gradient_is_that_of_the_sum_of_potentials(rng: np.random.Generator)
 def test_the_subtask_moves_links_away_and_leaves_the_tool_alone(rng: np.random.Generator) -> None:
     """With alpha below 0 distances grow by the subtask, and J u is the task's velocity whatever the subtask is."""
     for _ in range(20):
-        jacobian, gradients = away_from_singularities(rng), rng.normal(size=(1, ARM))
+        jacobian, gradients = manipulability(rng), rng.normal(size=(1, ARM))
         weights, task = rng.uniform(1.0, 5.0, ARM), 0.1 * rng.normal(size=TASK)
         gradient = law.subtask_gradient(np.array([0.1]), gradients, 0.3, 0.001)
         limits = np.full(ARM, 100.0)
@@ -149,7 +149,7 @@ def test_the_subtask_moves_links_away_and_leaves_the_tool_alone(rng: np.random.G
 
 def test_what_is_too_fast_is_slower_in_its_direction(rng: np.random.Generator) -> None:
     """The null space gives way first; the task keeps its direction."""
-    jacobian, weights = away_from_singularities(rng), np.ones(ARM)
+    jacobian, weights = manipulability(rng), np.ones(ARM)
     task, gradient, limits = rng.normal(size=TASK), rng.normal(size=ARM), np.full(ARM, 0.05)
     slow = law.joint_velocities(jacobian, weights, task, 1e6 * gradient, -1.0, limits)
     assert (np.abs(slow) <= limits + 1e-12).all()

@@ -7,8 +7,8 @@ from collections.abc import AsyncIterator
 from virtualrobot.v1 import view_pb2
 
 from virtualrobot_kernel.api.convert.view import node_point
+from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.rates import rate
-from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.messages.values import stamp, vector_message
 from virtualrobot_kernel.sensing.measuring import NodePoint, ends, length
 from virtualrobot_kernel.world.state import Snapshot
@@ -17,13 +17,13 @@ from virtualrobot_kernel.world.state import Snapshot
 class MeasureCalls:
     """Calls of ViewService that measure."""
 
-    _rooms: Rooms
+    _kernel: KernelServices
 
     async def MeasurePointDistance(
         self, request: view_pb2.MeasurePointDistanceRequest, context: object
     ) -> view_pb2.MeasurePointDistanceResponse:
         """Tell how far two points are apart now."""
-        snapshot = self._rooms.world.snapshot
+        snapshot = self._kernel.world.snapshot
         distance = _distance(snapshot, *_points(request, snapshot))
         return view_pb2.MeasurePointDistanceResponse(stamp=stamp(snapshot), distance=distance)
 
@@ -31,8 +31,8 @@ class MeasureCalls:
         self, request: view_pb2.WatchPointDistanceRequest, context: object
     ) -> AsyncIterator[view_pb2.WatchPointDistanceResponse]:
         """Tell it now and whenever the world changes; a slow reader gets the latest."""
-        points = _points(request, self._rooms.world.snapshot)
-        async for snapshot in self._rooms.publications.snapshots(rate(request.max_rate_hertz)):
+        points = _points(request, self._kernel.world.snapshot)
+        async for snapshot in self._kernel.publications.snapshots(rate(request.max_rate_hertz)):
             yield view_pb2.WatchPointDistanceResponse(stamp=stamp(snapshot), distance=_distance(snapshot, *points))
 
 

@@ -4,27 +4,26 @@ from __future__ import annotations
 
 import asyncio
 
-from google.protobuf.struct_pb2 import Struct
 from virtualrobot.v1 import plugin_pb2, plugin_pb2_grpc
 from virtualrobot_sdk.registration import ComponentKind, Isolation
 from virtualrobot_sdk.worker.description import ComponentDescription
 
-from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.components.catalog import Plugin
+from virtualrobot_kernel.messages.codecs import EnumTable
+from virtualrobot_kernel.messages.table import Table
+from virtualrobot_kernel.planning.solvers import Use
 from virtualrobot_kernel.sensing.sensor_status import at_work
 
-KINDS = {
-    ComponentKind.KINEMATICS: plugin_pb2.COMPONENT_KIND_KINEMATICS,
-    ComponentKind.IMPORTER: plugin_pb2.COMPONENT_KIND_IMPORTER,
-    ComponentKind.MOBILE_KINEMATICS: plugin_pb2.COMPONENT_KIND_MOBILE_KINEMATICS,
-    ComponentKind.RAY_CASTER: plugin_pb2.COMPONENT_KIND_RAY_CASTER,
-    ComponentKind.SENSOR_MODEL: plugin_pb2.COMPONENT_KIND_SENSOR_MODEL,
-    ComponentKind.ROBOT_DRIVER: plugin_pb2.COMPONENT_KIND_ROBOT_DRIVER,
-}
-ISOLATIONS = {
-    Isolation.IN_PROCESS: plugin_pb2.ISOLATION_IN_PROCESS,
-    Isolation.PROCESS: plugin_pb2.ISOLATION_PROCESS,
-}
+COMPONENT = Table(
+    ComponentDescription,
+    plugin_pb2.Component,
+    kind=EnumTable(ComponentKind, plugin_pb2.ComponentKind),
+    isolation=EnumTable(Isolation, plugin_pb2.Isolation),
+    without=("uses",),
+)
+PLUGIN = Table(Plugin, plugin_pb2.Plugin, without=("offers", "models", "state", "components"))
+USE = Table(Use, plugin_pb2.ComponentUse, without=("kinematics", "sensor"))
 
 Uses = dict[tuple[ComponentKind, str], list[plugin_pb2.ComponentUse]]
 
@@ -32,9 +31,9 @@ Uses = dict[tuple[ComponentKind, str], list[plugin_pb2.ComponentUse]]
 class PluginServicer(plugin_pb2_grpc.PluginServiceServicer):
     """Servicer of PluginService."""
 
-    def __init__(self, rooms: Rooms) -> None:
-        """Serve from these rooms."""
-        self._rooms = rooms
+    def __init__(self, kernel: KernelServices) -> None:
+        """Serve from the kernel."""
+        self._kernel = kernel
 
     async def ListPlugins(
         self, request: plugin_pb2.ListPluginsRequest, context: object
@@ -46,41 +45,24 @@ class PluginServicer(plugin_pb2_grpc.PluginServiceServicer):
         self, request: plugin_pb2.ReloadPluginsRequest, context: object
     ) -> plugin_pb2.ReloadPluginsResponse:
         """Look for plugins again, in a worker thread."""
-        await asyncio.get_running_loop().run_in_executor(self._rooms.workers, self._rooms.catalog.scan)
+        await asyncio.get_running_loop().run_in_executor(self._kernel.workers, self._kernel.catalog.scan)
         return plugin_pb2.ReloadPluginsResponse(plugins=self._plugins())
 
     def _plugins(self) -> list[plugin_pb2.Plugin]:
         uses = self._uses()
-        return [_plugin_message(plugin, uses) for plugin in self._rooms.catalog.plugins]
+        return [_plugin_message(plugin, uses) for plugin in self._kernel.catalog.plugins]
 
     def _uses(self) -> Uses:
         """Return the users of each component, robots and sensors by name."""
         uses: Uses = {}
-        for use in self._rooms.solvers.uses(self._rooms.world.snapshot.structure):
-            uses.setdefault((ComponentKind.KINEMATICS, use.kinematics), []).append(
-                plugin_pb2.ComponentUse(
-                    robot=use.robot,
-                    group=use.group,
-                    fault=use.fault,
-                    calls=use.calls,
-                    mean_call_seconds=use.mean_call_seconds,
-                    process_id=use.process_id,
-                )
-            )
-        for use in at_work(self._rooms.sensors, self._rooms.world.snapshot.structure):
-            about, fault = use.running.offer.about, use.running.latest
-            uses.setdefault((about.kind, about.name), []).append(
-                plugin_pb2.ComponentUse(
-                    sensor=use.sensor,
-                    fault=fault.reason if fault else "",
-                    calls=use.running.calls,
-                    mean_call_seconds=use.running.mean_seconds,
-                    process_id=0 if use.running.fault else use.running.process_id,
-                )
-            )
-        for running in (*self._rooms.importers.uses(), *self._rooms.casters.uses()):
+        for use in self._kernel.solvers.uses(self._kernel.world.snapshot.structure):
+            uses.setdefault((ComponentKind.KINEMATICS, use.kinematics), []).append(USE.write(use))
+        sensors = at_work(self._kernel.sensors, self._kernel.world.snapshot.structure)
+        others = (*self._kernel.importers.uses(), *self._kernel.casters.uses())
+        for sensor, running in (*((use.sensor, use.running) for use in sensors), *(("", one) for one in others)):
             uses.setdefault((running.offer.about.kind, running.offer.about.name), []).append(
                 plugin_pb2.ComponentUse(
+                    sensor=sensor,
                     fault=running.latest.reason if running.latest else "",
                     calls=running.calls,
                     mean_call_seconds=running.mean_seconds,
@@ -91,32 +73,11 @@ class PluginServicer(plugin_pb2_grpc.PluginServiceServicer):
 
 
 def _plugin_message(plugin: Plugin, uses: Uses) -> plugin_pb2.Plugin:
-    return plugin_pb2.Plugin(
-        name=plugin.name,
-        package=plugin.package,
-        version=plugin.version,
-        api_version=plugin.api_version,
+    return PLUGIN.write(
+        plugin,
         state=plugin_pb2.PLUGIN_STATE_FAILED if plugin.reason else plugin_pb2.PLUGIN_STATE_LOADED,
-        reason=plugin.reason,
         components=[
-            _component_message(offer.about, uses.get((offer.about.kind, offer.about.name), []))
+            COMPONENT.write(offer.about, uses=uses.get((offer.about.kind, offer.about.name), ()))
             for offer in plugin.offers
         ],
-    )
-
-
-def _component_message(about: ComponentDescription, uses: list[plugin_pb2.ComponentUse]) -> plugin_pb2.Component:
-    schema = None
-    if about.settings_schema:
-        schema = Struct()
-        schema.update(about.settings_schema)
-    return plugin_pb2.Component(
-        kind=KINDS[about.kind],
-        name=about.name,
-        description=about.description,
-        isolation=ISOLATIONS[about.isolation],
-        deadline_seconds=about.deadline_seconds,
-        settings_schema=schema,
-        endings=about.endings,
-        uses=uses,
     )

@@ -38,7 +38,7 @@ class Repeats:
                 f"request_id may have {LONGEST_ID} characters, not {len(id)}", field="request_id", limit=LONGEST_ID
             )
         # A request may have megabytes; its digest is enough to tell it from another.
-        digest = sha256(request.SerializeToString(deterministic=True)).digest()
+        digest = sha256(type(request).__name__.encode() + request.SerializeToString(deterministic=True)).digest()
         if id not in self._calls:
             self._calls[id] = digest, asyncio.ensure_future(work())
             self._calls[id][1].add_done_callback(lambda task: self._forget(id, task))

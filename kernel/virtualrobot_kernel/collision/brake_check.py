@@ -16,7 +16,7 @@ from virtualrobot_kernel.collision.swept import RESOLUTION, SweptContact, first_
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.braking import Way
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import Structure
+from virtualrobot_kernel.world.structure import JointType, Structure
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -26,7 +26,7 @@ APART = 5.0 * RESOLUTION
 """Two nodes that touched are looked at again when they are this far apart (m)."""
 
 LEVER = 4.0
-"""How far (m) a joint's axis is from what it moves, at the most, where the resolution follows from joints."""
+"""Largest distance (m) of a joint's axis from what it moves, where the resolution follows from joints."""
 
 
 def contact_on(
@@ -96,12 +96,20 @@ def distance(scene: CollisionScene, snapshot: Snapshot, pair: Pair, reach: float
 
 @lru_cache(maxsize=4)
 def jerk_limits(structure: Structure) -> Floats:
-    """Return the jerk limit of each coordinate (nq,), rad/s³ or m/s³; 0 for those without."""
+    """Return the jerk limit of each coordinate (nq,), rad/s³ or m/s³; 0 for those without.
+
+    The third derivative of a quaternion q that turns with the angular velocity w follows from q' = q w / 2: it is at
+    most j / 2 + 3/4 w a + w³ / 8, of which each axis keeps its limit.
+    """
     jerks = np.zeros(structure.q_count)
     for index in structure.robots.values():
         for joint, start in zip(index.joints, index.q_start, strict=True):
-            if np.isfinite(joint.limits.jerk):
-                jerks[start] = joint.limits.jerk
+            limits, most = joint.limits, np.sqrt(3.0)
+            if np.isfinite(limits.jerk):
+                jerks[start : start + joint.type.coordinate_count] = limits.jerk
+            if joint.type is JointType.FLOATING:
+                speed, bend = most * limits.velocity, most * limits.acceleration
+                jerks[start + 3 : start + 7] = most * limits.jerk / 2.0 + 0.75 * speed * bend + speed**3 / 8.0
     return jerks
 
 

@@ -15,6 +15,7 @@ from importlib.metadata import EntryPoint, entry_points
 from virtualrobot_sdk.errors import ComponentFault, PluginError
 from virtualrobot_sdk.hookspecs import ENTRY_POINT_GROUP
 from virtualrobot_sdk.loading import load
+from virtualrobot_sdk.models import Model
 from virtualrobot_sdk.registration import ComponentKind, Isolation, Registration
 from virtualrobot_sdk.worker import Worker
 from virtualrobot_sdk.worker.description import ComponentDescription, describe
@@ -41,13 +42,14 @@ class Offer:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plugin:
-    """Plugin by its entry point, and its offers or the `reason` why it has none."""
+    """Plugin by its entry point, with what it offers or the `reason` why that is nothing."""
 
     name: str
     package: str
     version: str
     api_version: str = ""
     offers: tuple[Offer, ...] = ()
+    models: tuple[Model, ...] = ()
     reason: str = ""
 
 
@@ -82,6 +84,12 @@ class Catalog:
             offer.about.name: offer for plugin in self._plugins for offer in plugin.offers if offer.about.kind is kind
         }
 
+    @property
+    def models(self) -> dict[str, Model]:
+        """Return the models of all plugins by name."""
+        models = (model for plugin in self._plugins for model in plugin.models)
+        return {model.name: model for model in sorted(models, key=lambda model: model.name)}
+
     def find(self, kind: ComponentKind, name: str) -> Offer:
         """Return the component of a kind called `name`.
 
@@ -113,19 +121,19 @@ def _looked_at(point: EntryPoint) -> Plugin:
     except (PluginError, ComponentFault) as error:
         return replace(found, reason=str(error))
     offers = tuple(Offer(point, component) for component in description.components)
-    return replace(found, api_version=description.api_version, offers=offers)
+    return replace(found, api_version=description.api_version, offers=offers, models=description.models)
 
 
 def _loaded(found: Plugin, point: EntryPoint) -> Plugin:
     """Return the plugin with its offers, imported into this process."""
-    api_version, registrations = load(point)
-    components = describe(api_version, registrations).components
+    api_version, registrations, models = load(point)
+    components = describe(api_version, registrations, models).components
     offers = tuple(Offer(point, about, one) for about, one in zip(components, registrations, strict=True))
-    return replace(found, api_version=api_version, offers=offers)
+    return replace(found, api_version=api_version, offers=offers, models=models)
 
 
-Claim = tuple[ComponentKind, str]
-"""Name among the components of its kind, or ending of the files that importers read."""
+Claim = tuple[ComponentKind | None, str]
+"""Name among the components of its kind, ending of the files that importers read, or (of no kind) name of a model."""
 
 
 def _claims(plugins: Iterable[Plugin]) -> dict[Claim, list[Plugin]]:
@@ -135,6 +143,8 @@ def _claims(plugins: Iterable[Plugin]) -> dict[Claim, list[Plugin]]:
         for about in (offer.about for offer in plugin.offers):
             for name in (about.name, *about.endings):
                 claims.setdefault((about.kind, name), []).append(plugin)
+        for model in plugin.models:
+            claims.setdefault((None, model.name), []).append(plugin)
     return claims
 
 
@@ -159,5 +169,6 @@ def _without_clashes(plugins: tuple[Plugin, ...], before: Mapping[Claim, list[Pl
                 reasons.setdefault(plugin.name, f"files {name!r} are read {by}")
             elif plugin.name != owner:
                 choose = "; choose another name" if owner else ""
-                reasons.setdefault(plugin.name, f"the {kind.value} component {name!r} is offered {by}{choose}")
-    return tuple(replace(p, offers=(), reason=reasons[p.name]) if p.name in reasons else p for p in plugins)
+                what = f"{kind.value} component" if kind else "model"
+                reasons.setdefault(plugin.name, f"the {what} {name!r} is offered {by}{choose}")
+    return tuple(replace(p, offers=(), models=(), reason=reasons[p.name]) if p.name in reasons else p for p in plugins)

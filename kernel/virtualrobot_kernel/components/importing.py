@@ -12,6 +12,7 @@ from typing import Any
 from virtualrobot_sdk.answers import nonsense
 from virtualrobot_sdk.errors import ComponentFault
 from virtualrobot_sdk.importers import NATIVE_FORMATS, Translation
+from virtualrobot_sdk.models import Model
 from virtualrobot_sdk.registration import ComponentKind
 
 from virtualrobot_kernel.components.catalog import Catalog, Offer
@@ -36,6 +37,11 @@ class Importers:
         self._lenders: Counter[Running] = Counter()
         self._lock = threading.Lock()
         self._closed = False
+
+    @property
+    def models(self) -> Mapping[str, Model]:
+        """Return the models that are known by name, installed or not."""
+        return self._catalog.models
 
     @property
     def endings(self) -> tuple[str, ...]:

@@ -26,8 +26,8 @@ DEFAULT_FIELD_OF_VIEW = 0.9
 class Camera:
     """Viewpoint of people: eye and target in meters in the world's frame, vertical field of view in radians."""
 
-    position: Vector
-    target: Vector
+    position: Vector = (0.0, 0.0, 0.0)
+    target: Vector = (0.0, 0.0, 0.0)
     field_of_view: float = DEFAULT_FIELD_OF_VIEW
 
 

@@ -11,12 +11,12 @@ from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import UNSCALED, MeshLibrary, Scale
 from virtualrobot_kernel.formats.meshes import MESH_FORMATS
 from virtualrobot_kernel.formats.references import ending, needs_xacro
-from virtualrobot_kernel.formats.srdf import read_srdf, with_semantics
+from virtualrobot_kernel.formats.srdf import read_srdf, with_allowed, with_semantics
 from virtualrobot_kernel.formats.translate import Settings, Translated, translate
 from virtualrobot_kernel.formats.urdf import BASE_JOINTS, read_urdf
 from virtualrobot_kernel.formats.xml import FileWarning, malformed, place_in
 from virtualrobot_kernel.world.figures import Figure, Mesh, Pose, identity
-from virtualrobot_kernel.world.structure import WORLD_NAME, JointType, Kind, NodeSpec, PartData
+from virtualrobot_kernel.world.structure import WORLD_NAME, JointType, Kind, LinkPair, NodeSpec, PartData
 
 MODEL_FORMATS = (".urdf", *MESH_FORMATS)
 """Endings of the files that `import_model` reads without an importer."""
@@ -70,11 +70,11 @@ def import_model(
 
     Args:
         uri: the main file: a path on the kernel's disk, `package://`, a name among the uploaded files, or `model://NAME`
-            for a model of the kernel's table.
+            for a model that a plugin knows.
         files: where the model's files come from.
         library: keeps the parsed meshes and has the importers.
-        name: of the robot, object or part; empty means the file's own (or that in the table), with a number behind it
-            when that is `taken`.
+        name: of the robot, object or part; empty means the file's own (or that of the known model), with a number
+            behind it when that is `taken`.
         parent: the node that it is fixed to.
         parent_t_node: where it goes, in the parent's frame.
         base_joint: for robots: how the root link hangs below the robot: FIXED, FLOATING or PLANAR.
@@ -88,7 +88,7 @@ def import_model(
     Raises:
         MalformedFileError: for an unknown format or a broken file, with file, line and element where known.
         MissingFileError: for a file that is nowhere, with each place that was tried.
-        UnknownNameError: for a `model://NAME` that is not in the table.
+        UnknownNameError: for a `model://NAME` that no plugin knows.
         KernelError: INVALID_ARGUMENT for another base joint, an impossible scale, settings or an SRDF file for what has
             none; TOO_LARGE, UNKNOWN_ASSET; PLUGIN_FAILED for an importer's fault.
     """
@@ -97,10 +97,14 @@ def import_model(
         raise _bad_argument(f"the base joint cannot be {base_joint.value[0]}; valid: {valid}", valid=valid)
     if 0.0 in scale:
         raise _bad_argument(f"the scale {scale} has a factor of 0", scale=scale)
-    known = model_table.named_by(uri)
+    known, touching = model_table.named_by(uri), ()
     if known and uri not in files.uploaded:
-        model = model_table.find(known)
-        uri, settings = model.uri, {**model.settings, **(settings or {})}
+        model = model_table.find(library.importers.models, known)
+        if model.scene:
+            _refuse_mesh_fields(uri, as_part, scale)
+            return TranslatedScene(model.scene, uri)
+        uri, srdf_uri, touching = model.uri, srdf_uri or model.srdf, model.touching
+        settings = {**model.settings, **(settings or {})}
     kind = ending(uri)
     if known and kind == ".yaml":
         _refuse_mesh_fields(uri, as_part, scale)
@@ -108,7 +112,7 @@ def import_model(
         return TranslatedScene(file.data.decode(), file.key)
     formats = tuple(dict.fromkeys((*MODEL_FORMATS, *library.importers.endings)))
     if kind not in formats:
-        right = "" if kind else model_table.hint(uri)
+        right = "" if kind else model_table.hint(library.importers.models, uri)
         raise malformed(uri, None, f"no model format has the ending {kind!r}; {right}known: {', '.join(formats)}")
 
     def choose_name(own: str) -> str:
@@ -158,6 +162,7 @@ def import_model(
             robot = with_semantics(robot, semantics)
             warnings.extend(semantics.warnings)
         warnings[:0] = translated.warnings if translated else ()
+        robot = with_allowed(robot, (LinkPair(*pair) for pair in touching))
         return ImportedModel((robot, *model.nodes[1:]), model.mesh_count, (*warnings, *model.warnings))
     if srdf_uri:
         raise _bad_argument(f"{uri} is no robot: the SRDF file {srdf_uri!r} has nothing to describe", file=srdf_uri)

@@ -7,11 +7,12 @@ names they ask for, and the kernel looks for it as for everything else.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NoReturn, Protocol
 
 from virtualrobot_sdk.errors import ArgumentError, FilesNeeded
 from virtualrobot_sdk.importers import Translation
+from virtualrobot_sdk.models import Model
 
 from virtualrobot_kernel.errors import KernelError, MalformedFileError, MissingFileError, Reason
 from virtualrobot_kernel.formats.assets import MEBIBYTE
@@ -29,7 +30,12 @@ Settings = Mapping[str, Any]
 
 
 class Importers(Protocol):
-    """Protocol of the importers of all plugins; any thread may call."""
+    """Protocol of the importers of all plugins, and of the models that these know by name; any thread may call."""
+
+    @property
+    def models(self) -> Mapping[str, Model]:
+        """Models by name, whether their files are installed or not."""
+        ...
 
     @property
     def endings(self) -> tuple[str, ...]:
@@ -51,6 +57,7 @@ class NoImporters:
     """Importers of a kernel without plugins: native formats alone."""
 
     endings: tuple[str, ...] = ()
+    models: Mapping[str, Model] = field(default_factory=dict)
 
     def translate(self, data: bytes, uri: str, files: Mapping[str, bytes | None], settings: Settings) -> Translation:
         """Raise MalformedFileError."""

@@ -15,7 +15,7 @@ Element: TypeAlias = Any
 """Element of lxml, which has neither types nor a public name for it."""
 
 _DECLARATION = re.compile(rb"^(?:\xef\xbb\xbf)?(\s*<\?xml\b[^>]*\?>)")
-_OLD_PREFIX = re.compile(r"Namespace prefix (sensor|controller|interface|body|geom|joint|model|rendering) ")
+_UNDECLARED = re.compile(r"Namespace prefix (drake|sensor|controller|interface|body|geom|joint|model|rendering) ")
 _ENCODING = re.compile(rb"""encoding\s*=\s*["']([A-Za-z0-9._-]+)["']""")
 
 
@@ -23,7 +23,7 @@ def parse_xml(data: bytes, uri: str, *, huge: bool = False) -> Element:
     """Return the root element of a document; `huge` lifts lxml's limit of 10 MB a text.
 
     A declaration that the standard refuses but that real models carry (`version="0.0"`, blank lines before it) is
-    passed over, and so is that nobody has declared a prefix of Gazebo's before 1.0 (`sensor:ray`). Raises
+    passed over, and so is that nobody has declared a prefix of Drake's or of Gazebo's before 1.0 (`sensor:ray`). Raises
     MalformedFileError when the bytes are no XML, or declare entities.
     """
     text = _utf8(data, uri)
@@ -35,7 +35,7 @@ def parse_xml(data: bytes, uri: str, *, huge: bool = False) -> Element:
     try:
         return etree.fromstring(text, parser)
     except etree.XMLSyntaxError as error:
-        if all(_OLD_PREFIX.match(entry.message) for entry in parser.error_log):
+        if all(_UNDECLARED.match(entry.message) for entry in parser.error_log):
             return etree.fromstring(text, _parser(huge, recover=True))
         raise malformed(uri, error.lineno or 1, f"not XML: {error.msg}") from error
 

@@ -70,7 +70,7 @@ VECTOR = Pair(vector, vector_message)
 POSE = Pair(pose, pose_message)
 COLOR = Pair(color, color_message)
 SETTINGS = Pair(settings, settings_message)
-BY_NAME = Pair(lambda given, what: by_name(given), same, whole=True)
+BY_NAME = Pair(by_name, same, whole=True)
 NUMBERS = Pair(lambda given, what: tuple(given), lambda values: values.tolist(), whole=True)
 """Codec of a repeated number that is an array (n,)."""
 

@@ -72,9 +72,12 @@ def not_negative(value: float, what: str) -> float:
     return value
 
 
-def by_name(values: Mapping[str, float]) -> dict[str, float]:
-    """Return a map in the order of its keys: protobuf gives one that differs from process to process."""
-    return {name: values[name] for name in sorted(values)}
+def by_name(values: Mapping[str, float], what: str) -> dict[str, float]:
+    """Return a map in the order of its keys, which in protobuf's differs from process to process.
+
+    Raises KernelError, which names the field `what` and the key, for a number that is not finite.
+    """
+    return {name: finite(values[name], f"{what}[{name!r}]") for name in sorted(values)}
 
 
 def vector(message: geometry_pb2.Vector3, what: str) -> tuple[float, float, float]:

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from virtualrobot_kernel.motion.course import EvenCourse
+from virtualrobot_kernel.motion.cartesian_path import ConstantSpeedPath
 from virtualrobot_kernel.motion.limits import CartesianLimits
 from virtualrobot_kernel.motion.polynomial import Array
 
@@ -17,8 +17,8 @@ _CENTRIPETAL_ACCELERATION, _CENTRIPETAL_JERK, _NORMAL_JERK = 0.8, 0.4, 0.6
 
 
 @dataclass(frozen=True, eq=False)
-class Arc(EvenCourse):
-    """Course on a circle: start + radius * (sin(u * sweep) * along + (1 - cos(u * sweep)) * inward), base frame.
+class Arc(ConstantSpeedPath):
+    """Path on a circle: start + radius * (sin(u * sweep) * along + (1 - cos(u * sweep)) * inward), base frame.
 
     along, inward (3,): unit vectors of the base frame at the start, tangential and to the centre; radius in m; sweep
     in rad, above 0. via: the fraction at which a via point is passed, if there is one.

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.blend import Rounded
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 from virtualrobot_kernel.motion.rates import Rate, stretch_needed
@@ -21,8 +22,8 @@ _CURVATURE_ACCELERATION, _CURVATURE_JERK, _ACROSS_JERK, _ALONG_JERK = 0.8, 0.4, 
 _LOOKS, _LOOKS_PER_PIECE = 33, 8
 #: Factor of slowdown beyond the needed one, for what lies between the places that are looked at.
 _MARGIN = 1.0002
-#: Excess over a limit below which a stretch of the whole law settles it.
-_NEARLY, _ROUNDS = 1.002, 20
+#: Excess over a limit below which a stretch of the whole law settles it; of a law that begins at speed, none.
+_NEARLY, _ROUNDS, _ROUNDING = 1.002, 20, 1e-6
 _TINY = 1e-200
 
 
@@ -42,21 +43,22 @@ class _Move:
         self.jerk /= factor**3
 
 
-def law_through(whole: Rounded, rates: Sequence[Rate]) -> PiecewisePolynomial:
-    """Return the law s(tau) from rest to rest with which all rates along the path keep their limits: cubic pieces.
+def law_through(whole: Rounded, rates: Sequence[Rate], entry: float = 0.0) -> PiecewisePolynomial:
+    """Return the law s(tau) to rest with which all rates along the path keep their limits: cubic pieces.
 
     The rates in the corners, s' = k there, are the greatest with which the limits hold and the moves have room to get
     from one to the next; between them s' has the double S profile (Biagiotti, Melchiorri, Trajectory Planning for
     Automatic Machines and Robots (2008), section 3.4) for constant limits of s', s'' and s''' that include what the
     move's own bending takes. All is verified on a fine grid; a move or corner that exceeds a limit becomes slower.
+    It begins with s' = `entry` and s'' = 0; raises KernelError where no such law from that speed is found.
     """
     moves = [_move(whole.path, part, rates) for part in whole.moves]
     passing = [_passing(whole.path, part, rates) for part in whole.corners]
     for _ in range(_ROUNDS):
-        reached = _reachable(passing, moves)
-        law, ends = _law(whole, moves, reached)
+        reached = _reachable(passing, moves, entry)
+        law, ends = _law(whole, moves, [entry, *reached, 0.0])
         needed = _needed(law, ends, rates, len(whole.path.coefficients))
-        if needed.max() <= _NEARLY:
+        if needed.max() <= (1.0 + _ROUNDING if entry else _NEARLY):
             break
         for place, factor in enumerate(needed.tolist()):
             if factor <= 1.0:
@@ -65,6 +67,10 @@ def law_through(whole: Rounded, rates: Sequence[Rate]) -> PiecewisePolynomial:
                 passing[place // 2] = reached[place // 2] / (factor * _MARGIN)
             else:
                 moves[place // 2].slow_down(factor * _MARGIN)
+    if entry:
+        if needed.max() > 1.0 + _ROUNDING:
+            raise KernelError("no law that begins at this speed keeps the limits along the path")
+        return law
     return law.stretched(law.end * max(1.0, float(needed.max())) * _MARGIN)
 
 
@@ -149,15 +155,18 @@ def _change(v0: float, v1: float, move: _Move) -> tuple[float, float, float]:
     return seconds, 0.5 * (v0 + v1) * seconds, ramp
 
 
-def _reachable(passing: Sequence[float], moves: Sequence[_Move]) -> list[float]:
+def _reachable(passing: Sequence[float], moves: Sequence[_Move], entry: float) -> list[float]:
     """Return the rates in the corners, none above `passing`, that can be reached from one another on the moves."""
-    reached = [0.0, *passing, 0.0]
+    reached = [entry, *passing, 0.0]
     for place, move in enumerate(moves):
-        reached[place : place + 2] = (min(rate, move.velocity) for rate in reached[place : place + 2])
+        reached[place + 1] = min(reached[place + 1], move.velocity)
+        reached[place] = min(reached[place], move.velocity) if place else entry
     for place, move in enumerate(moves):
         reached[place + 1] = _slower(reached[place], reached[place + 1], move)
     for place, move in reversed(list(enumerate(moves))):
         reached[place] = _slower(reached[place + 1], reached[place], move)
+    if reached[0] < entry:
+        raise KernelError("there is no room to slow down from this speed")
     return reached[1:-1]
 
 
@@ -175,9 +184,8 @@ def _greatest(low: float, high: float, fits) -> float:  # noqa: ANN001  a predic
     return low
 
 
-def _law(whole: Rounded, moves: Sequence[_Move], reached: Sequence[float]) -> tuple[PiecewisePolynomial, list[float]]:
-    """Return the law, and when each move and corner ends, in their order."""
-    rates = [0.0, *reached, 0.0]
+def _law(whole: Rounded, moves: Sequence[_Move], rates: Sequence[float]) -> tuple[PiecewisePolynomial, list[float]]:
+    """Return the law with these rates at the ends of the moves, and when each move and corner ends, in their order."""
     pieces: list[list[float]] = []
     breaks, ends = [0.0], []
     s = whole.path.start
@@ -211,7 +219,7 @@ def _law(whole: Rounded, moves: Sequence[_Move], reached: Sequence[float]) -> tu
             add((move.length - _change(v0, top, move)[1] - _change(top, v1, move)[1]) / top, top, 0.0, 0.0)
             change(top, v1, move)
         ends.append(breaks[-1])
-        if place < len(reached):
+        if place < len(whole.corners):
             s, length = end, whole.corners[place][1] - whole.corners[place][0]
             add(length / v1, v1, 0.0, 0.0)
             ends.append(breaks[-1])

@@ -1,4 +1,4 @@
-"""Planners of LIN, CIRC and splines: one mechanism, whatever the course of the tool centre point is."""
+"""Planners of LIN, CIRC and splines: one mechanism, whatever the path of the tool centre point is."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from virtualrobot_sdk.kinematics import InverseOptions, InverseStatus, Kinematic
 
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason
 from virtualrobot_kernel.motion.bounds import TcpBound, TimeLaw
-from virtualrobot_kernel.motion.cartesian_path import TcpKinematics, cartesian_path
+from virtualrobot_kernel.motion.cartesian_path import CartesianPath, ConstantSpeedPath
 from virtualrobot_kernel.motion.circle import Center, Via, arc
-from virtualrobot_kernel.motion.course import Course, EvenCourse
 from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits, checked_joints, checked_scale
 from virtualrobot_kernel.motion.line import line_between
-from virtualrobot_kernel.motion.nullspace import Wish
+from virtualrobot_kernel.motion.nullspace import SecondaryObjective
 from virtualrobot_kernel.motion.path import joint_line
 from virtualrobot_kernel.motion.path_law import law_along, path_law
 from virtualrobot_kernel.motion.planned import Plan, Track, peaks, planned
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 from virtualrobot_kernel.motion.profile import jerk_limited_profile
-from virtualrobot_kernel.motion.rates import Rate, course_rate, joint_rates
+from virtualrobot_kernel.motion.rates import Rate, cartesian_rate, joint_rates
+from virtualrobot_kernel.motion.resolved_rate import TcpKinematics, joint_path
 from virtualrobot_kernel.motion.spline import spline
 
 #: A motion that has to be slowed down for a joint is slowed down by this much more.
@@ -41,15 +41,15 @@ def plan_lin(
     velocity_scale: float = 1.0,
     tip_t_tcp: ArrayLike | None = None,
     time_law: TimeLaw = TimeLaw.JERK_LIMITED,
-    wish: Wish | None = None,
+    objective: SecondaryObjective | None = None,
 ) -> Plan:
     """Return the linear motion: the TCP moves on a straight line, its orientation turns about one axis (slerp).
 
     base_t_goal: (4, 4), where the TCP ends; tip_t_tcp: (4, 4), the TCP at the kinematics' last frame (identity when
     None). The law along the line keeps `cartesian_limits`, with speeds times `velocity_scale` in (0, 1]; where a joint
     cannot follow, the motion is slowed down until every joint keeps its velocity, acceleration and jerk. A time-optimal
-    law keeps the velocities and accelerations, of joints and TCP, and no jerk. `wish`: what the joints are used for
-    that the line leaves free. Errors: see `cartesian_path`; a singularity on the way to a goal out of reach is
+    law keeps the velocities and accelerations, of joints and TCP, and no jerk. `objective`: what the joints are used
+    for that the line leaves free. Errors: see `joint_path`; a singularity on the way to a goal out of reach is
     UNREACHABLE.
     """
     goal = np.array(base_t_goal, dtype=np.float64)
@@ -63,7 +63,7 @@ def plan_lin(
         velocity_scale,
         tip_t_tcp,
         time_law,
-        wish,
+        objective,
     )
 
 
@@ -78,7 +78,7 @@ def plan_circ(
     tip_t_tcp: ArrayLike | None = None,
     with_arc: bool = False,
     time_law: TimeLaw = TimeLaw.JERK_LIMITED,
-    wish: Wish | None = None,
+    objective: SecondaryObjective | None = None,
 ) -> Plan:
     """Return the circular motion: the TCP moves on an arc through a point or about a centre.
 
@@ -98,7 +98,7 @@ def plan_circ(
         velocity_scale,
         tip_t_tcp,
         time_law,
-        wish,
+        objective,
     )
 
 
@@ -111,7 +111,7 @@ def plan_spline(
     velocity_scale: float = 1.0,
     tip_t_tcp: ArrayLike | None = None,
     time_law: TimeLaw = TimeLaw.JERK_LIMITED,
-    wish: Wish | None = None,
+    objective: SecondaryObjective | None = None,
 ) -> Plan:
     """Return the motion along a smooth curve through poses (4, 4) of the TCP, base frame; it ends at the last one.
 
@@ -119,9 +119,9 @@ def plan_spline(
     their limits. What makes no spline: see `spline.spline`. Other errors as for `plan_lin`, with the goal that is
     nearest to the place; a singularity on the way to a goal out of reach is UNREACHABLE.
     """
-    start, tcp = checked_start("spline", kinematics, q_start, limits, tip_t_tcp, wish)
-    course = spline(tcp.pose(start), base_t_goals)
-    path = course_path("spline", tcp, course, start, limits)
+    start, tcp = checked_start("spline", kinematics, q_start, limits, tip_t_tcp, objective)
+    tcp_path = spline(tcp.pose(start), base_t_goals)
+    path = checked_joint_path("spline", tcp, tcp_path, start, limits)
     slow = (cartesian_limits or CartesianLimits()).scaled(velocity_scale)
     bound = TcpBound(path.start, path.end, slice(0, path.dimension), tcp, slow)
     law = path_law(path, limits.scaled(velocity_scale), (), (bound,), time_law)
@@ -129,12 +129,12 @@ def plan_spline(
     _, acceleration, jerk = np.abs(law.states(np.linspace(0.0, law.end, 2000), 3)[1:, :, 0]).max(axis=1).tolist()
     if time_law is TimeLaw.TIME_OPTIMAL:
         jerk = acceleration * slow.jerk / slow.acceleration
-    return planned(course.kind, path, law, limits, course_limits=(acceleration, jerk))
+    return planned(tcp_path.kind, path, law, limits, path_limits=(acceleration, jerk))
 
 
 def _planned(
     name: str,
-    course_from: Callable[[Array], EvenCourse],
+    tcp_path_from: Callable[[Array], ConstantSpeedPath],
     kinematics: Kinematics,
     q_start: Sequence[float] | Array,
     limits: JointLimits,
@@ -142,19 +142,19 @@ def _planned(
     velocity_scale: float,
     tip_t_tcp: ArrayLike | None,
     time_law: TimeLaw,
-    wish: Wish | None,
+    objective: SecondaryObjective | None,
 ) -> Plan:
-    q_start, tcp = checked_start(name, kinematics, q_start, limits, tip_t_tcp, wish)
-    course = course_from(tcp.pose(q_start))
+    q_start, tcp = checked_start(name, kinematics, q_start, limits, tip_t_tcp, objective)
+    tcp_path = tcp_path_from(tcp.pose(q_start))
     checked_scale(velocity_scale, "velocity scale")
-    if not (course.length or course.angle):
-        return planned(course.kind, joint_line(q_start, q_start), jerk_limited_profile(0.0, 1.0, 1.0, 1.0), limits)
-    path = course_path(name, tcp, course, q_start, limits)
-    return along(course, path, limits, cartesian_limits, velocity_scale, time_law)
+    if not (tcp_path.length or tcp_path.angle):
+        return planned(tcp_path.kind, joint_line(q_start, q_start), jerk_limited_profile(0.0, 1.0, 1.0, 1.0), limits)
+    path = checked_joint_path(name, tcp, tcp_path, q_start, limits)
+    return along(tcp_path, path, limits, cartesian_limits, velocity_scale, time_law)
 
 
 def along(
-    course: EvenCourse,
+    tcp_path: ConstantSpeedPath,
     path: PiecewisePolynomial,
     limits: JointLimits,
     cartesian_limits: CartesianLimits,
@@ -162,15 +162,15 @@ def along(
     time_law: TimeLaw = TimeLaw.JERK_LIMITED,
 ) -> Plan:
     """Return the plan along the joint path of a line, an arc or the like, on [0, 1]; see `plan_lin` for its law."""
-    bounds = _bounds(course, cartesian_limits, velocity_scale)
+    bounds = _bounds(tcp_path, cartesian_limits, velocity_scale)
     slow = limits.scaled(velocity_scale)
     if time_law is TimeLaw.TIME_OPTIMAL:
-        rate = course_rate(course, path, cartesian_limits.scaled(velocity_scale))
+        rate = cartesian_rate(tcp_path, path, cartesian_limits.scaled(velocity_scale))
         law = law_along([*joint_rates(path, slow, ()), rate], time_law)
     else:
         law = _law(path, bounds, slow)
     peak = float(np.abs(2.0 * law.coefficients[:, 2]).max())
-    return planned(course.kind, path, law, limits, course_limits=(max(bounds[1], peak), bounds[2]))
+    return planned(tcp_path.kind, path, law, limits, path_limits=(max(bounds[1], peak), bounds[2]))
 
 
 def checked_start(
@@ -179,28 +179,28 @@ def checked_start(
     q_start: Sequence[float] | Array,
     limits: JointLimits,
     tip_t_tcp: ArrayLike | None,
-    wish: Wish | None = None,
+    objective: SecondaryObjective | None = None,
 ) -> tuple[Array, TcpKinematics]:
     """Return the start (k,) of a motion and the TCP that it leads; raise LimitError when it is outside its limits."""
     start = checked_joints(q_start, len(limits.names), f"the start of a {name} motion")
     limits.check(start, f"the start of the {name} motion")
     tip = np.eye(4) if tip_t_tcp is None else np.array(tip_t_tcp, dtype=np.float64)
-    return start, TcpKinematics(kinematics, tip, wish)
+    return start, TcpKinematics(kinematics, tip, objective)
 
 
-def course_path(
-    name: str, tcp: TcpKinematics, course: Course, q_start: Array, limits: JointLimits
+def checked_joint_path(
+    name: str, tcp: TcpKinematics, tcp_path: CartesianPath, q_start: Array, limits: JointLimits
 ) -> PiecewisePolynomial:
-    """Return the joint path along a course, as `cartesian_path` does.
+    """Return the joint path along a Cartesian path, as `joint_path` does.
 
     A singularity on the way to a station that no posture reaches is UNREACHABLE; a joint's limit that is met before is
     told with it. `name` says what the motion is.
     """
     try:
-        return cartesian_path(tcp, course, q_start, limits)
+        return joint_path(tcp, tcp_path, q_start, limits)
     except KernelError as error:
         ends = error.reason in (Reason.SINGULARITY, Reason.LIMIT_EXCEEDED)
-        out = _out_of_reach(tcp, course, q_start) if ends else None
+        out = _out_of_reach(tcp, tcp_path, q_start) if ends else None
         if out is None:
             raise
         place, off = out
@@ -212,13 +212,13 @@ def course_path(
 
 
 def _law(path: PiecewisePolynomial, bounds: Sequence[float], limits: JointLimits) -> PiecewisePolynomial:
-    """Return the faster of the course's own law, slowed down uniformly, and one slowed down where it has to be."""
+    """Return the faster of the path's own law, slowed down uniformly, and one slowed down where it has to be."""
     own = jerk_limited_profile(1.0, *bounds)
     uniform = slowed_down(path, own, limits)
     if uniform.end <= _SLOWED * own.end:
         return uniform
-    course = PiecewisePolynomial(path.breaks[[0, -1]], np.ones((1, 1, 1)))
-    rates = [*joint_rates(path, limits, ()), Rate(course, 1, np.array(bounds)[:, None])]
+    tcp_path = PiecewisePolynomial(path.breaks[[0, -1]], np.ones((1, 1, 1)))
+    rates = [*joint_rates(path, limits, ()), Rate(tcp_path, 1, np.array(bounds)[:, None])]
     local = law_along(rates, TimeLaw.JERK_LIMITED)
     return min(uniform, local, key=lambda law: law.end)
 
@@ -238,24 +238,24 @@ def slowed_down(path: PiecewisePolynomial, law: PiecewisePolynomial, limits: Joi
     return law
 
 
-def _out_of_reach(tcp: TcpKinematics, course: Course, q_start: Array) -> tuple[str, float] | None:
-    """Return the first place of the course that no posture reaches, with or without limits, and by how many m."""
+def _out_of_reach(tcp: TcpKinematics, tcp_path: CartesianPath, q_start: Array) -> tuple[str, float] | None:
+    """Return the first place of the path that no posture reaches, with or without limits, and by how many m."""
     options = InverseOptions(seed=q_start, respect_limits=False, max_restarts=_RESTARTS)
-    for u, name in course.stations:
-        base_t_tip = course.pose(u) @ np.linalg.inv(tcp.tip_t_tcp)
+    for u, name in tcp_path.stations:
+        base_t_tip = tcp_path.pose(u) @ np.linalg.inv(tcp.tip_t_tcp)
         result = tcp.kinematics.inverse(base_t_tip, options)
         if result.status is InverseStatus.UNREACHABLE:
             return name, result.position_error
     return None
 
 
-def _bounds(course: EvenCourse, limits: CartesianLimits, velocity_scale: float) -> list[float]:
-    """Return velocity, acceleration and jerk limits of the fraction u of the course, which has a length or an angle."""
+def _bounds(tcp_path: ConstantSpeedPath, limits: CartesianLimits, velocity_scale: float) -> list[float]:
+    """Return velocity, acceleration and jerk limits of the fraction u of the path, which has a length or an angle."""
     rotation = (limits.rotation_velocity, limits.rotation_acceleration, limits.rotation_jerk)
     rows = []
-    if (length := course.length) > 0.0:
-        rows.append([value / length for value in course.tangential(limits, velocity_scale)])
-    if (angle := course.angle) > 0.0:
+    if (length := tcp_path.length) > 0.0:
+        rows.append([value / length for value in tcp_path.tangential(limits, velocity_scale)])
+    if (angle := tcp_path.angle) > 0.0:
         rows.append([value / angle for value in rotation])
     velocity, acceleration, jerk = (min(column) for column in zip(*rows, strict=True))
     return [velocity * velocity_scale, acceleration, jerk]

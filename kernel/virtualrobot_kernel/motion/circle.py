@@ -9,7 +9,7 @@ import numpy as np
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.arc import Arc
-from virtualrobot_kernel.motion.course import turn_between
+from virtualrobot_kernel.motion.cartesian_path import turn_between
 from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.pose_check import check_pose
 

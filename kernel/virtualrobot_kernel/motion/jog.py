@@ -12,15 +12,15 @@ from numpy.typing import ArrayLike
 from virtualrobot_sdk.kinematics import Kinematics
 
 from virtualrobot_kernel.errors import KernelError, LimitError
-from virtualrobot_kernel.motion.cartesian_path import farthest_path
 from virtualrobot_kernel.motion.cartesian_plan import along, checked_start
 from virtualrobot_kernel.motion.limits import TOLERANCE, CartesianLimits, JointLimits, checked_joints, checked_scale
 from virtualrobot_kernel.motion.line import Line
-from virtualrobot_kernel.motion.nullspace import Wish
+from virtualrobot_kernel.motion.nullspace import SecondaryObjective
 from virtualrobot_kernel.motion.path import joint_line
 from virtualrobot_kernel.motion.planned import Plan, planned
 from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.profile import jerk_limited_profile
+from virtualrobot_kernel.motion.resolved_rate import farthest_joint_path
 
 #: A jog that could only go less than this is refused, in m or rad; so near to what ends it one of the TCP ends.
 SMALLEST_JOG = 1e-5
@@ -88,7 +88,7 @@ def plan_cartesian_jog(
     cartesian_limits: CartesianLimits,
     velocity_scale: float = 1.0,
     tip_t_tcp: ArrayLike | None = None,
-    wish: Wish | None = None,
+    objective: SecondaryObjective | None = None,
 ) -> tuple[Plan, JogEnd | None]:
     """Return the motion of the TCP along `translation` or about `rotation` as far as the arm can go, and what ends it.
 
@@ -96,16 +96,16 @@ def plan_cartesian_jog(
     It ends before a joint's limit, a singularity, or where no posture leads on. All else as for `plan_lin`; raises what
     that would raise when the TCP can't move that way at all.
     """
-    start, tcp = checked_start("jog", kinematics, q_start, limits, tip_t_tcp, wish)
-    course = _Jog(tcp.pose(start), rotation, translation)
-    wanted = max(course.length, course.angle)
-    path, error = farthest_path(tcp, course, start, limits, SMALLEST_JOG / wanted)
+    start, tcp = checked_start("jog", kinematics, q_start, limits, tip_t_tcp, objective)
+    tcp_path = _Jog(tcp.pose(start), rotation, translation)
+    wanted = max(tcp_path.length, tcp_path.angle)
+    path, error = farthest_joint_path(tcp, tcp_path, start, limits, SMALLEST_JOG / wanted)
     if error is None and path is not None:
-        return along(course, path, limits, cartesian_limits, velocity_scale), None
+        return along(tcp_path, path, limits, cartesian_limits, velocity_scale), None
     kept = path.end * wanted if path is not None else 0.0
     if path is None or kept < SMALLEST_JOG:
         error = error or KernelError("it has no length")
         raise type(error)(f"the jog cannot move: {error}", reason=error.reason, **error.metadata)
-    shorter = _Jog(course.base_t_start, path.end * rotation, path.end * translation)
+    shorter = _Jog(tcp_path.base_t_start, path.end * rotation, path.end * translation)
     plan = along(shorter, path.stretched(1.0), limits, cartesian_limits, velocity_scale)
     return plan, JogEnd(wanted, kept, str(error))

@@ -7,14 +7,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from virtualrobot_kernel.motion.course import SHORTEST_LENGTH, EvenCourse, turn_between
+from virtualrobot_kernel.motion.cartesian_path import SHORTEST_LENGTH, ConstantSpeedPath, turn_between
 from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.pose_check import check_pose
 
 
 @dataclass(frozen=True, eq=False)
-class Line(EvenCourse):
-    """Course on a line: start + u * translation, with the translation (3,) in m in the base frame."""
+class Line(ConstantSpeedPath):
+    """Path on a line: start + u * translation, with the translation (3,) in m in the base frame."""
 
     kind: ClassVar[str] = "lin"
     noun: ClassVar[str] = "line"

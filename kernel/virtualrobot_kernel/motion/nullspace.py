@@ -1,8 +1,8 @@
-"""Null-space motion of an arm's redundant joints: wishes, and the motion that follows them.
+"""Null-space motion of an arm's redundant joints: secondary objectives, and the motion that follows them.
 
-A wish is a function from joints to a cost, the less the better, and its gradient. Where the tool centre point stands or
-goes, joints move by (I - J^+ J) z with z against the gradient (A. Liegeois, Automatic supervisory control of the
-configuration and behavior of multibody mechanisms, IEEE Trans. Systems, Man and Cybernetics 7(12), 1977).
+An objective is a function from joints to a cost, the less the better, and its gradient. Where the tool centre point
+stands or goes, joints move by (I - J^+ J) z with z against the gradient (A. Liegeois, Automatic supervisory control of
+the configuration and behavior of multibody mechanisms, IEEE Trans. Systems, Man and Cybernetics 7(12), 1977).
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ import numpy as np
 
 from virtualrobot_kernel.motion.polynomial import Array
 
-Wish = Callable[[Array], tuple[float, Array]]
+SecondaryObjective = Callable[[Array], tuple[float, Array]]
 """Cost (without unit) of joints (k,) and its gradient (k,), both smooth inside the joints' limits."""
 
 Near = Callable[[Array], tuple[Array, Array]]
-"""Distances (n,) in m of an arm at joints (k,) from things near it, and their gradients (n, k)."""
+"""Distances (n,) in m of an arm at joints (k,) from obstacles near it, and their gradients (n, k)."""
 
 DISTANCE_RANGE = 0.3
-"""Distance (m) below which things count for the wish to stay away from them."""
+"""Distance (m) below which obstacles count."""
 _DISTANCE_SIZE = 0.005
 _LEAST_DISTANCE = 0.05
 _LIMITS_SHARE = 0.02
@@ -37,8 +37,8 @@ _SHORTEST_STEP = 1e-6
 _CLOSED = 1e-10
 
 
-def away_from_limits(lower: Array, upper: Array) -> Wish:
-    """Return the wish to stay in the middle of joints' ranges (k,): the sum of -log(1 - x^2), x from -1 to 1 in each.
+def joint_limit_clearance(lower: Array, upper: Array) -> SecondaryObjective:
+    """Return the objective of joints amid their ranges (k,): the sum of -log(1 - x^2), x from -1 to 1 in each.
 
     Joints that lack a limit do not count.
     """
@@ -46,15 +46,15 @@ def away_from_limits(lower: Array, upper: Array) -> Wish:
     middle = np.where(counted, (np.where(counted, lower, 0.0) + np.where(counted, upper, 0.0)) / 2.0, 0.0)
     half = np.where(counted, (np.where(counted, upper, 2.0) - np.where(counted, lower, 0.0)) / 2.0, 1.0)
 
-    def wish(q: Array) -> tuple[float, Array]:
+    def objective(q: Array) -> tuple[float, Array]:
         x = np.where(counted, np.clip((q - middle) / half, -_NEAREST, _NEAREST), 0.0)
         return float(-np.log(1.0 - x * x).sum()), 2.0 * x / (1.0 - x * x) / half
 
-    return wish
+    return objective
 
 
-def away_from_singularities(jacobian: Callable[[Array], Array]) -> Wish:
-    """Return the wish for manipulability w, the product of the Jacobian's singular values: the cost is -log(w).
+def manipulability(jacobian: Callable[[Array], Array]) -> SecondaryObjective:
+    """Return the objective of manipulability w, the product of the Jacobian's singular values: the cost is -log(w).
 
     T. Yoshikawa, Manipulability of robotic mechanisms, Int. J. Robotics Research 4(2), 1985. `jacobian` gives (6, k) at
     joints (k,), its linear rows in lengths that compare with radians; the gradient is by central differences.
@@ -63,45 +63,45 @@ def away_from_singularities(jacobian: Callable[[Array], Array]) -> Wish:
     def cost(q: Array) -> float:
         return -float(np.log(np.maximum(np.linalg.svd(jacobian(q), compute_uv=False), 1e-9)).sum())
 
-    def wish(q: Array) -> tuple[float, Array]:
+    def objective(q: Array) -> tuple[float, Array]:
         steps = _DIFFERENCE * np.eye(len(q))
         return cost(q), np.array([(cost(q + step) - cost(q - step)) / (2.0 * _DIFFERENCE) for step in steps])
 
-    return wish
+    return objective
 
 
-def near_posture(posture: Array) -> Wish:
-    """Return the wish to be near a posture (k,), NaN where a joint has no wish: half the sum of squares (rad, m)."""
+def posture_distance(posture: Array) -> SecondaryObjective:
+    """Return the objective of a posture (k,), NaN where a joint has none: half the sum of squared offsets (rad, m)."""
     wanted = np.isfinite(posture)
 
-    def wish(q: Array) -> tuple[float, Array]:
+    def objective(q: Array) -> tuple[float, Array]:
         off = np.where(wanted, q - np.where(wanted, posture, 0.0), 0.0)
         return float(off @ off) / 2.0, off
 
-    return wish
+    return objective
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Rough:
-    """Wish whose gradient has edges or takes long: a path asks it at few places (`guide`)."""
+class NonsmoothObjective:
+    """Objective whose gradient has edges or takes long: a path asks it at few places (`nullspace_reference`)."""
 
-    wish: Wish
+    objective: SecondaryObjective
 
     def __call__(self, q: Array) -> tuple[float, Array]:
         """Return cost and gradient (k,) at joints (k,)."""
-        return self.wish(q)
+        return self.objective(q)
 
 
-def away_from_things(near: Near, lower: Array, upper: Array) -> Rough:
-    """Return the wish to stay away from things, and a little from joints' limits (k,) so as not to be led into them.
+def obstacle_clearance(near: Near, lower: Array, upper: Array) -> NonsmoothObjective:
+    """Return the objective of distance from obstacles, and a little from joints' limits (k,), so as to stay off both.
 
     The cost is the sum of size/2 (1/d - 1/range)^2 over distances d within the range (O. Khatib, Real-time obstacle
     avoidance for manipulators and mobile robots, Int. J. Robotics Research 5(1), 1986). Nearest points jump from one
     part of a shape to another, hence the edges.
     """
-    limits = away_from_limits(lower, upper)
+    limits = joint_limit_clearance(lower, upper)
 
-    def wish(q: Array) -> tuple[float, Array]:
+    def objective(q: Array) -> tuple[float, Array]:
         cost, gradient = limits(q)
         distances, gradients = near(q)
         d = np.clip(distances, _LEAST_DISTANCE, DISTANCE_RANGE)
@@ -109,15 +109,15 @@ def away_from_things(near: Near, lower: Array, upper: Array) -> Rough:
         total = _LIMITS_SHARE * cost + _DISTANCE_SIZE * float(rest @ rest) / 2.0
         return total, _LIMITS_SHARE * gradient - _DISTANCE_SIZE * (rest / d**2) @ gradients
 
-    return Rough(wish)
+    return NonsmoothObjective(objective)
 
 
-def free_motion(jacobian: Array, rate: Array, wish: Wish, q: Array) -> Array:
+def free_motion(jacobian: Array, rate: Array, objective: SecondaryObjective, q: Array) -> Array:
     """Return the motion of joints (k,) in the null space of a Jacobian (m, k) while the task moves them by `rate` (k,).
 
     It is along the path as `rate` is, never faster than GAIN times it, and smooth where that is smooth and not 0.
     """
-    gradient = wish(q)[1]
+    gradient = objective(q)[1]
     speed = GAIN * np.linalg.norm(rate) / np.sqrt(1.0 + gradient @ gradient)
     return projected(jacobian, -speed * gradient)
 
@@ -126,17 +126,17 @@ def improved(
     jacobian: Callable[[Array], Array],
     deviation: Callable[[Array], Array],
     q: Array,
-    wish: Wish,
+    objective: SecondaryObjective,
     lower: Array,
     upper: Array,
 ) -> Array:
-    """Return the joints (k,) that a wish leads to from `q` (k,), which solves a pose, while the pose stays.
+    """Return the joints (k,) that an objective leads to from `q` (k,), which solves a pose, while the pose stays.
 
     Steps against the gradient in the null space, each put back onto the pose by Newton steps and kept within limits
     (k,), until the cost does not fall any more: a local best. `jacobian` gives (6, k), `deviation` the twist (6,) from
     joints to the pose; the pose is met to 1e-10.
     """
-    cost, gradient = wish(q)
+    cost, gradient = objective(q)
     step = _LONGEST_STEP
     for _ in range(_STEPS):
         way = projected(jacobian(q), -gradient)
@@ -146,7 +146,7 @@ def improved(
         while step > _SHORTEST_STEP:
             tried = _put_back(jacobian, deviation, q + way * min(1.0, step / length))
             if tried is not None and ((tried >= lower) & (tried <= upper)).all():
-                after, downhill = wish(tried)
+                after, downhill = objective(tried)
                 if after < cost - 1e-12:
                     break
             step *= 0.5

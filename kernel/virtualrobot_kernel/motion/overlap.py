@@ -109,8 +109,8 @@ def overlapped(tracks: Sequence[Track], overlaps: Sequence[Overlap]) -> tuple[Tr
         if end - begin > _SHORTEST:
             part = law.between(begin, end)
             first, last = part.scalar_state(begin)[0], part.scalar_state(end)[0]
-            paths.append(_shifted(track.path.between(first, last), s - first))
-            laws.append(_shifted(_raised(part, s - first), now - begin))
+            paths.append(shifted(track.path.between(first, last), s - first))
+            laws.append(shifted(raised(part, s - first), now - begin))
             s, now = paths[-1].end, laws[-1].end
         if place == len(overlaps):
             break
@@ -118,8 +118,8 @@ def overlapped(tracks: Sequence[Track], overlaps: Sequence[Overlap]) -> tuple[Tr
         following = tracks[place + 1].time_law
         phases = _phases(law.scalar_state(law.end - one.leave), following.scalar_state(one.join), one.quintic.end)
         path = _by_law(one.quintic, phases)
-        paths.append(_shifted(path, s))
-        laws.append(_shifted(_raised(phases, s), now))
+        paths.append(shifted(path, s))
+        laws.append(shifted(raised(phases, s), now))
         windows.append((now, now + phases.end))
         s, now = paths[-1].end, laws[-1].end
     return Track(joined(paths), joined(laws)), windows
@@ -206,14 +206,16 @@ def _in_seconds(track: Track) -> Track:
     seconds = law.end - law.start
     scale = seconds / (path.end - path.start)
     scaled = PiecewisePolynomial(law.breaks, scale * law.coefficients)
-    return Track(path.onto(0.0, seconds), _raised(scaled, -scale * path.start))
+    return Track(path.onto(0.0, seconds), raised(scaled, -scale * path.start))
 
 
-def _shifted(function: PiecewisePolynomial, by: float) -> PiecewisePolynomial:
+def shifted(function: PiecewisePolynomial, by: float) -> PiecewisePolynomial:
+    """Return a function whose parameter is greater by a constant."""
     return PiecewisePolynomial(function.breaks + by, function.coefficients)
 
 
-def _raised(function: PiecewisePolynomial, by: float) -> PiecewisePolynomial:
+def raised(function: PiecewisePolynomial, by: float) -> PiecewisePolynomial:
+    """Return a function whose values are greater by a constant."""
     coefficients = function.coefficients.copy()
     coefficients[:, 0] += by
     return PiecewisePolynomial(function.breaks, coefficients)

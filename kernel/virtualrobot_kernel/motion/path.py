@@ -2,28 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from virtualrobot_kernel.motion.orientation import slerp
-from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial, with_columns
+from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 
 
 def joint_line(q_start: Array, q_goal: Array) -> PiecewisePolynomial:
     """Return q(u) = q_start + u (q_goal - q_start) for u in [0, 1]; joints (k,)."""
     return PiecewisePolynomial(np.array([0.0, 1.0]), np.stack([q_start, q_goal - q_start])[None])
-
-
-def turning_line(
-    q_start: Array, q_goal: Array, quaternions: Sequence[Sequence[int]]
-) -> tuple[PiecewisePolynomial, PiecewisePolynomial]:
-    """Return `joint_line` with quaternions (columns) turned evenly the shorter way, and its quasi-coordinates."""
-    path = quasi = joint_line(q_start, q_goal)
-    for columns in map(list, quaternions):
-        turn, rates = slerp(q_start[columns], q_goal[columns])
-        path, quasi = with_columns(path, columns, turn), with_columns(quasi, columns, rates)
-    return path, quasi
 
 
 def quintic_hermite(

@@ -11,11 +11,13 @@ from virtualrobot_kernel.errors import KernelError, LimitError
 from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.cartesian_plan import plan_circ, plan_lin, plan_spline
 from virtualrobot_kernel.motion.limits import TOLERANCE, JointLimits, checked_joints
-from virtualrobot_kernel.motion.path import joint_line, smooth_path, turning_line
+from virtualrobot_kernel.motion.orientation import unit
+from virtualrobot_kernel.motion.path import joint_line, smooth_path
 from virtualrobot_kernel.motion.planned import Plan, plan_together, planned
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 from virtualrobot_kernel.motion.profile import jerk_limited_profile
 from virtualrobot_kernel.motion.time_optimal import trapezoid
+from virtualrobot_kernel.motion.turning_path import turning_line, turning_path
 
 __all__ = ["Plan", "plan_circ", "plan_lin", "plan_ptp", "plan_spline", "plan_together", "plan_trajectory"]
 
@@ -63,7 +65,8 @@ def plan_trajectory(
 ) -> Plan:
     """Return the motion through joint positions (m, k) at times (m,) in s, m >= 2, at rest at start and end.
 
-    The path is `smooth_path`: it passes every sample at its time, with the given velocities (m, k) or its own.
+    The path is `smooth_path`, with quaternions `turning_path`: it passes every sample at its time, with the given
+    velocities (m, k) or its own.
     Raises KernelError when the times do not increase strictly from 0, something is not finite, the first sample is
     not at `q_start` (the current joints, to 1e-6), or an end velocity is not 0; LimitError naming joint, time, value
     and limit where position or velocity leaves its limits, also between the samples.
@@ -73,6 +76,8 @@ def plan_trajectory(
     v = None if velocities is None else np.array(velocities, dtype=np.float64)
     current = checked_joints(q_start, len(names), "the start of a trajectory")
     _check_samples(t, q, v, names)
+    for columns in map(list, limits.quaternions):
+        q[:, columns] = _continued(t, q[:, columns], current[columns], names[columns[0]].removesuffix("/qx"))
     for index in np.flatnonzero(np.abs(q[0] - current) > TOLERANCE):
         raise KernelError(
             f"the trajectory starts with joint {names[index]!r} at {q[0, index]:.9g}, but the joint is at "
@@ -82,12 +87,14 @@ def plan_trajectory(
             current=current[index],
         )
     q[0] = current
-    path = smooth_path(t, q, v)
+    path, quasi = smooth_path(t, q, v), None
+    if limits.quaternions:
+        path, quasi = turning_path(t, q, v, limits.quaternions)
     excursion = path.first_excursion(limits.lower, limits.upper, TOLERANCE)
     if excursion is not None:
         what = f"the trajectory leaves the joint limits at {excursion.entered:.6g} s, at {excursion.parameter:.6g} s"
         raise limits.error(excursion.component, excursion.value, what, time=excursion.entered)
-    excursion = path.derivative().first_excursion(-limits.velocity, limits.velocity, TOLERANCE)
+    excursion = (quasi or path).derivative().first_excursion(-limits.velocity, limits.velocity, TOLERANCE)
     if excursion is not None:
         name, limit = names[excursion.component], float(limits.velocity[excursion.component])
         raise LimitError(
@@ -98,7 +105,17 @@ def plan_trajectory(
             value=excursion.value,
             limit=limit,
         )
-    return planned("trajectory", path, PiecewisePolynomial(t[[0, -1]], np.array([[[0.0], [1.0]]])), limits, q[-1])
+    law = PiecewisePolynomial(t[[0, -1]], np.array([[[0.0], [1.0]]]))
+    return planned("trajectory", path, law, limits, q[-1], quasi=quasi)
+
+
+def _continued(t: Array, quaternions: Array, current: Array, joint: str) -> Array:
+    """Return unit quaternions (m, 4), each of two that are the same orientation the nearer one to that before it."""
+    found = [current]
+    for time, quaternion in zip(t, quaternions, strict=True):
+        one = unit(quaternion, f"the joint {joint!r} of a trajectory at {time:.6g} s")
+        found.append(one if one @ found[-1] >= 0.0 else -one)
+    return np.array(found[1:])
 
 
 def _check_samples(t: Array, q: Array, v: Array | None, names: tuple[str, ...]) -> None:

@@ -103,6 +103,19 @@ class PlanExecution:
             return self.plan.sample_path(self.path_states)
         return self.plan.sample(self.tau, self.rate, self.rate_slope)
 
+    @property
+    def settled(self) -> float:
+        """Nominal time (s) from which on its rate does not change by what is under way."""
+        if self.elapsed >= self.ramp.length:
+            return self.tau
+        return max(self.tau, self.ramp_tau + self.ramp.state(self.ramp.length)[3])
+
+    def on(self, plan: Plan, cut: float) -> PlanExecution | None:
+        """Return the motion on a plan that is the same up to the nominal time `cut` (s); None when it is too late."""
+        if self.ended or self.brakes or self.settled > cut + _END_TOLERANCE:
+            return None
+        return replace(self, plan=plan)
+
     def advance(self, dt: float, override: float, context: TickContext = NOTHING) -> PlanExecution:
         """Return the motion `dt` seconds later, with the speed `override` in (0, 1] that holds from now on."""
         del context  # what it does is in its plan

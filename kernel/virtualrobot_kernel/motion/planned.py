@@ -22,14 +22,14 @@ _ASIDE = 1e-9
 class Track:
     """One path q(u) (k joints) and its law u(tau), tau in [0, duration]; at rest at both ends of the law.
 
-    course_limits: largest |d2u/dt2| and |d3u/dt3| (1/s², 1/s³) of a line or an arc, whose own acceleration and jerk are
+    path_limits: largest |d2u/dt2| and |d3u/dt3| (1/s², 1/s³) of a line or an arc, whose own acceleration and jerk are
     limited; None for paths that only joints limit. quasi: quasi-coordinates, whose derivatives are the velocities where
     the path has quaternions (`motion.orientation`); None where they are the path's own.
     """
 
     path: PiecewisePolynomial
     time_law: PiecewisePolynomial
-    course_limits: tuple[float, float] | None = None
+    path_limits: tuple[float, float] | None = None
     quasi: PiecewisePolynomial | None = None
 
     @property
@@ -66,11 +66,11 @@ class Track:
 class Braking:
     """Derivatives of a plan on an even grid of nominal time, for n joints and the u of l lines and arcs.
 
-    table (N, 3, n + l): first to third derivative at N - 1 times from 0 to the plan's duration, then zeros.
+    table (N, 3, n + l): first to third derivative at N - 1 times from `begin` to the plan's duration, then zeros.
     beyond (N, 2, n + l): how far the second and third one get beyond those of both rows at the breaks of the laws
     between a row and the next: a time-optimal acceleration is a saw, a pulse of jerk may be shorter than a step.
     max_acceleration, max_jerk (n + l,): the limits of what runs on it. stop_time (s): how long a smooth stop from top
-    speed takes.
+    speed takes. begin: the nominal time (s) of the first row.
     """
 
     table: Array
@@ -78,11 +78,14 @@ class Braking:
     max_acceleration: Array
     max_jerk: Array
     stop_time: float
+    begin: float
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
     """Motion of n joints that is at rest at both ends; joints of a group's robots are concatenated.
+
+    A plan that more was joined to while it ran may begin at a nominal time above 0, on its way.
 
     kind: "ptp", "lin", "circ", "trajectory" or "group". tracks: one for each robot, all with the same duration.
     start, goal (n,): the joints at the ends, to the last bit (rad or m).
@@ -157,11 +160,12 @@ class Plan:
 # Large, and the journal keeps every plan for good: so beside the plans, and only for the last ones.
 @lru_cache(maxsize=128)
 def _braking(plan: Plan) -> Braking:
-    times = np.linspace(0.0, plan.duration, int(np.clip(plan.duration / _TABLE_STEP, *_TABLE_ROWS)))
-    courses = [(track.time_law, *track.course_limits) for track in plan.tracks if track.course_limits]
+    begin = min(track.time_law.start for track in plan.tracks)
+    times = np.linspace(begin, plan.duration, int(np.clip((plan.duration - begin) / _TABLE_STEP, *_TABLE_ROWS)))
+    tcp_path = [(track.time_law, *track.path_limits) for track in plan.tracks if track.path_limits]
 
     def rows(at: Array) -> Array:
-        derivatives = [plan.derivatives(at)[1:], *(law.states(at, 3)[1:] for law, _, _ in courses)]
+        derivatives = [plan.derivatives(at)[1:], *(law.states(at, 3)[1:] for law, _, _ in tcp_path)]
         return np.concatenate(derivatives, axis=2).transpose(1, 0, 2)
 
     table = rows(times)
@@ -172,12 +176,12 @@ def _braking(plan: Plan) -> Braking:
     between = rows(sides)[:, 1:]
     beyond = np.zeros((len(table), 2, table.shape[2]))
     np.maximum.at(beyond, before, np.maximum(between - ends.max(axis=0), ends.min(axis=0) - between))
-    accelerations = np.array([*plan.max_acceleration, *(acceleration for _, acceleration, _ in courses)])
-    jerks = np.array([*plan.max_jerk, *(jerk for _, _, jerk in courses)])
+    accelerations = np.array([*plan.max_acceleration, *(acceleration for _, acceleration, _ in tcp_path)])
+    jerks = np.array([*plan.max_jerk, *(jerk for _, _, jerk in tcp_path)])
     peak = np.abs(table[:, 0]).max(axis=0)
     # Peaks of a quintic step from 1 to 0 in time T: |rate'| 15/8 / T, |rate''| 10/sqrt(3) / T².
     seconds = np.maximum(1.875 * peak / accelerations, np.sqrt(10.0 / np.sqrt(3.0) * peak / jerks))
-    return Braking(table, beyond, accelerations, jerks, float(seconds.max(initial=0.0)))
+    return Braking(table, beyond, accelerations, jerks, float(seconds.max(initial=0.0)), begin)
 
 
 def peaks(track: Track, points: int = 2000) -> Array:
@@ -191,15 +195,15 @@ def planned(
     time_law: PiecewisePolynomial,
     limits: JointLimits,
     goal: Array | None = None,
-    course_limits: tuple[float, float] | None = None,
+    path_limits: tuple[float, float] | None = None,
     quasi: PiecewisePolynomial | None = None,
 ) -> Plan:
     """Return the plan of one robot; `limits` are the joints' own, not those of a slower move.
 
-    goal: (k,), where the joints end, when that is known better than the path's rounding; course_limits, quasi: see
+    goal: (k,), where the joints end, when that is known better than the path's rounding; path_limits, quasi: see
     `Track`.
     """
-    track = Track(path, time_law, course_limits, quasi)
+    track = Track(path, time_law, path_limits, quasi)
     velocity, acceleration, jerk = peaks(track)
     return Plan(
         kind,

@@ -55,18 +55,22 @@ class Stage:
 
 @dataclass(frozen=True, eq=False)
 class Program:
-    """Stages one after the other for n joints, at least one stage.
+    """Stages one after the other for n joints; at least one stage, unless it was open.
 
-    start (n,): where the joints are when it starts. step_count: 0 for moves that are no program. Derived: begins, when
-    each stage begins, in s at full rate, and when the last one ends; lowest, highest (n,): the least and greatest value
-    that each joint stands at between stages; places: the columns of each stage, None for all joints in their order;
-    signals: those that it sets, waits for or searches by.
+    start (n,): where the joints are when it starts. step_count: 0 for moves that are no program. open: more may be
+    appended. done: how long the stages were (s) that it had before its first one and has no more. Derived: begins, when
+    each stage begins, in s at full rate, and when the last one ends; goal (n,): where the joints are then; lowest,
+    highest (n,): the least and greatest value that each joint stands at between stages; places: the columns of each
+    stage, None for all joints in their order; signals: those that it sets, waits for or searches by.
     """
 
     stages: tuple[Stage, ...]
     start: Array
     step_count: int = 0
+    open: bool = False
+    done: float = 0.0
     begins: tuple[float, ...] = field(init=False)
+    goal: Array = field(init=False)
     lowest: Array = field(init=False)
     highest: Array = field(init=False)
     places: tuple[NDArray[np.int64] | None, ...] = field(init=False)
@@ -75,11 +79,12 @@ class Program:
     def __post_init__(self) -> None:
         """Derive what each tick and each start would have to compute again."""
         start = np.array(self.start, dtype=np.float64)
-        lowest, highest, begins = start.copy(), start.copy(), [0.0]
+        goal, lowest, highest, begins = start.copy(), start.copy(), start.copy(), [self.done]
         for stage in self.stages:
             begins.append(begins[-1] + stage.duration)
             if stage.plan is not None:
                 columns = list(stage.columns)
+                goal[columns] = stage.plan.goal
                 lowest[columns] = np.minimum(lowest[columns], stage.plan.goal)
                 highest[columns] = np.maximum(highest[columns], stage.plan.goal)
         every = tuple(range(len(start)))
@@ -90,7 +95,7 @@ class Program:
         object.__setattr__(self, "signals", frozenset(named))
         object.__setattr__(self, "begins", tuple(begins))
         object.__setattr__(self, "places", tuple(places))
-        for name, values in (("start", start), ("lowest", lowest), ("highest", highest)):
+        for name, values in (("start", start), ("goal", goal), ("lowest", lowest), ("highest", highest)):
             values.setflags(write=False)
             object.__setattr__(self, name, values)
 

@@ -127,12 +127,14 @@ class ProgramRun:
 
         Raises KernelError (WRONG_STATE) when it is stopping or has ended.
         """
-        if self.phase in (Phase.RUNNING, Phase.WAITING):
+        if self.phase in (Phase.RUNNING, Phase.WAITING, Phase.STARVED):
             return self
         _refuse(self, "resumed")
         if self.running is not None and not self._stands:
             return replace(self, running=self.running.resume(), phase=Phase.RUNNING)
-        waits = self.at < len(self.program.stages) and self.program.stages[self.at].wait is not None
+        if self.at == len(self.program.stages):
+            return replace(self, phase=Phase.STARVED)
+        waits = self.program.stages[self.at].wait is not None
         return replace(self, phase=Phase.WAITING if waits else Phase.RUNNING)
 
     def cancel(self) -> ProgramRun:
@@ -148,6 +150,27 @@ class ProgramRun:
             return replace(self, running=stopping, phase=Phase.STOPPING)
         return replace(self, running=stopping, phase=Phase.CANCELLED)
 
+    def append(self, more: Program, cut: float | None) -> ProgramRun | None:
+        """Return the program with the stages of `more` after its own, which are gone as far as they are done.
+
+        more: begins where this ends, for the same joints or more; it says how many steps there are now, and whether it
+        is still open. cut: its first stage takes the place of the last one, and is the same up to this nominal time (s)
+        of its plan; None: all come after. Returns None when the motion is past the cut.
+        """
+        stages, running = self.program.stages[self.at :], self.running
+        if cut is not None:
+            plan = more.stages[0].plan
+            if not stages or plan is None:
+                return None
+            if running is not None and len(stages) == 1 and (running := running.on(plan, cut)) is None:
+                return None
+            stages = stages[:-1]
+        stages = (*stages, *more.stages)
+        held = np.concatenate([self.held, more.start[len(self.held) :]])
+        program = replace(more, stages=stages, start=held, done=self.program.begins[self.at])
+        phase = Phase.RUNNING if self.phase is Phase.STARVED else self.phase
+        return replace(self, program=program, phase=phase, at=0, running=running, held=held)
+
     def abort(self) -> ProgramRun:
         """Return the program ended where it is: what it moved is gone."""
         return replace(self, phase=Phase.CANCELLED)
@@ -158,7 +181,7 @@ def start(program: Program, override: float) -> ProgramRun:
     first = program.stages[0]
     begun = plan_execution.start(first.plan, override) if first.plan is not None else None
     empty = begun is not None and begun.ended and not first.marks and first.until is None
-    phase = Phase.SUCCEEDED if empty and len(program.stages) == 1 else Phase.RUNNING
+    phase = Phase.SUCCEEDED if empty and len(program.stages) == 1 and not program.open else Phase.RUNNING
     return ProgramRun(program, phase, 0, begun, 0.0, program.start, 0, (), _NO_SIGNALS)
 
 
@@ -222,14 +245,15 @@ def _advanced(run: ProgramRun, dt: float, override: float, context: TickContext)
             at, moving, waited, marked = at + 1, None, 0.0, 0
             if phase is Phase.WAITING:
                 phase = Phase.RUNNING
-            elif phase is Phase.PAUSING and at < len(stages):
+            elif phase is Phase.PAUSING and (at < len(stages) or program.open):
                 phase = Phase.PAUSED  # it stands before what comes next
         _tell(due, told)
         if due or not over or phase is not Phase.RUNNING or at == len(stages):
             break
     if not due and phase not in (Phase.PAUSED, *ENDED):
         if at == len(stages):
-            phase = Phase.SUCCEEDED
+            end = Phase.CANCELLED if phase is Phase.STOPPING else Phase.STARVED
+            phase = end if program.open else Phase.SUCCEEDED
         elif phase is Phase.STOPPING and (moving is None or moving.ended):
             phase = Phase.SUCCEEDED if found else Phase.CANCELLED
     return ProgramRun(program, phase, at, moving, waited, held, marked, tuple(due), told, found, fault)

@@ -137,7 +137,7 @@ def _excess(
     last = len(braking.table) - 1
     max_acceleration, max_jerk = braking.max_acceleration[:columns], braking.max_jerk[:columns]
     r, r1, r2 = (values.reshape(-1, 1) for values in (rates, slopes, curvatures))
-    before = (taus * ((last - 1) / plan.duration)).astype(np.intp).ravel()
+    before = ((taus - braking.begin) * ((last - 1) / (plan.duration - braking.begin))).astype(np.intp).ravel()
     worst = np.zeros(len(lengths))
     # Both rows beside each time and what is beyond them in between, since acceleration and jerk may jump there; past
     # the end of the plan the joints stand still, which is the last row. Velocity needs no check: a rate of at most 1

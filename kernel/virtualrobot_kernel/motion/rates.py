@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from virtualrobot_kernel.motion.bounds import JointBound, TcpBound
-from virtualrobot_kernel.motion.course import Course
+from virtualrobot_kernel.motion.cartesian_path import CartesianPath
 from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 
@@ -103,9 +103,9 @@ def _within(function: PiecewisePolynomial, bound: JointBound | TcpBound) -> Piec
     return function.between(max(bound.begin, function.start), min(bound.end, function.end))
 
 
-def course_rate(course: Course, path: PiecewisePolynomial, limits: CartesianLimits) -> Rate:
-    """Return the rates of position and rotation along the course that the TCP of a joint path on [0, 1] follows."""
-    return Rate(fitted(course.twist, np.unique([path.start, *course.knots, path.end])), 3, _rows(limits))
+def cartesian_rate(tcp_path: CartesianPath, path: PiecewisePolynomial, limits: CartesianLimits) -> Rate:
+    """Return the rates of position and rotation along the Cartesian path that a joint path on [0, 1] follows."""
+    return Rate(fitted(tcp_path.twist, np.unique([path.start, *tcp_path.knots, path.end])), 3, _rows(limits))
 
 
 def _rows(limits: CartesianLimits) -> Array:

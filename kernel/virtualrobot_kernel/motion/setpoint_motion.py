@@ -11,15 +11,17 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
+from operator import add
 
 import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason
-from virtualrobot_kernel.motion import online
+from virtualrobot_kernel.motion import online, setpoint_turning
 from virtualrobot_kernel.motion.limits import TOLERANCE, JointLimits, checked_joints
 from virtualrobot_kernel.motion.online import Bounds, Coupling, JointState, StoppableTrajectory
 from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.running_motion import ENDED, NOTHING, Phase, TickContext
+from virtualrobot_kernel.motion.setpoint_turning import Turning, begun, check_rates, correction, gone_on, led_to
 from virtualrobot_kernel.motion.signals import SignalValue
 
 AHEAD_SECONDS = 0.05
@@ -52,7 +54,7 @@ class SetpointMotion:
     last tick. counted: the setpoint that the last tick followed; age: how old it is (s), interval: how old the one
     before it became (s). goal, drift: where position setpoints seem to be now and how fast they move, (k,). ahead: by
     how much each joint's setpoint may still be sooner than the joint could be, (k,) (s). closed: no more setpoints will
-    come.
+    come. turning: orientations of quaternions, whose columns are quasi-coordinates in all else.
     """
 
     mode: SetpointMode
@@ -69,6 +71,7 @@ class SetpointMotion:
     goal: tuple[float, ...]
     drift: tuple[float, ...]
     ahead: tuple[float, ...]
+    turning: tuple[Turning, ...] = ()
     closed: bool = False
     fault: tuple[str, str] | None = None
 
@@ -104,8 +107,14 @@ class SetpointMotion:
 
     def sample(self) -> tuple[Array, Array, Array]:
         """Return joint positions, velocities and accelerations (k,): rad or m, per s, per s²."""
-        q, v, a = self.now
-        return np.array(q), np.array(v), np.array(a)
+        q, v, a = map(np.array, self.now)
+        for one in self.turning:
+            q[one.columns] = one.now
+        return q, v, a
+
+    def positions(self, states: Array) -> Array:
+        """Return the joint positions (m, k) of what `now.q` comes to in the next m ticks, (m, k)."""
+        return setpoint_turning.positions(self.turning, self.now.q, states)
 
     def set(self, values: Sequence[float]) -> SetpointMotion:
         """Return the motion with a newer setpoint (k,); one that stops, has ended or was closed follows no more.
@@ -118,16 +127,19 @@ class SetpointMotion:
         if self.closed or self.ended or self.phase is Phase.STOPPING:
             return self
         wanted = tuple(checked_joints(values, len(self.newest), "a setpoint").tolist())
+        turning = self.turning
         if self.mode is SetpointMode.VELOCITY:
+            check_rates(self.limits, wanted)
             self._check_velocities(wanted)
         else:
             self.limits.check(np.array(wanted), "a setpoint is refused")
+            turning, wanted = led_to(turning, self.now.q, wanted)
             for coupling in self.bounds.couplings:
                 _check_coupling(coupling, wanted, "a setpoint is refused")
             # They may be outside by rounding; no joint goes there.
             wanted = tuple(map(min, map(max, wanted, self.bounds.lower), self.bounds.upper))
             self._check_jump(wanted)
-        return replace(self, newest=wanted, fresh=True)
+        return replace(self, newest=wanted, fresh=True, turning=turning)
 
     def close(self) -> SetpointMotion:
         """Return the motion going on to its newest setpoint, or to standstill, where it will have succeeded.
@@ -155,7 +167,8 @@ class SetpointMotion:
                 why = f": the limits of {kept} keep it from there" if kept else ""
                 message = f"the joint {name!r} comes no nearer than {off:.6g} to its last setpoint{why}"
                 fault = ("SETPOINT_REFUSED", message)
-        return replace(heard, now=now, phase=phase, fault=fault, goal=goal, age=heard.age + dt)
+        later = replace(heard, now=now, phase=phase, fault=fault, goal=goal, age=heard.age + dt)
+        return later._turned(heard.now.q) if self.turning else later
 
     def way(self, dt: float, override: float) -> tuple[StoppableTrajectory, JointState]:
         """Return the way of the joints in the next `dt` seconds, and where they are then."""
@@ -225,6 +238,15 @@ class SetpointMotion:
             return replace(self, goal=self.counted, drift=self._at_rest) if stands else self
         phase = Phase.CANCELLED if self.phase is Phase.PAUSED else Phase.STOPPING
         return replace(self, phase=phase, fault=("SETPOINT_TIMEOUT", f"no setpoint came for {self.timeout:g} s"))
+
+    def _turned(self, before: Sequence[float]) -> SetpointMotion:
+        """Return the motion with the orientations to which it has turned, and setpoints as seen from there."""
+        turning = gone_on(self.turning, before, self.now.q)
+        if self.mode is SetpointMode.VELOCITY:
+            return replace(self, turning=turning)
+        off = correction(turning, self.now.q, self.counted, SETTLED)
+        newest, counted, goal = (tuple(map(add, seen, off)) for seen in (self.newest, self.counted, self.goal))
+        return replace(self, turning=turning, newest=newest, counted=counted, goal=goal)
 
     @property
     def _at_rest(self) -> tuple[float, ...]:
@@ -352,6 +374,7 @@ def start(
         coupling._replace(lower=min(coupling.lower, value), upper=max(coupling.upper, value))
         for coupling, value in zip(couplings, values, strict=True)
     ]
+    turning, places = begun(limits, places)
     at = tuple(places.tolist())
     rest = (0.0,) * len(at)
     first = rest if mode is SetpointMode.VELOCITY else at
@@ -370,4 +393,5 @@ def start(
         goal=first,
         drift=rest,
         ahead=(AHEAD_SECONDS,) * len(at),
+        turning=turning,
     )

@@ -22,7 +22,7 @@ import numpy as np
 from virtualrobot_sdk.poses import left_jacobian, rotation_matrix
 
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.motion.course import Course, turn_between
+from virtualrobot_kernel.motion.cartesian_path import CartesianPath, turn_between
 from virtualrobot_kernel.motion.path import quintic_hermite, solve_tridiagonal
 from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.pose_check import check_pose
@@ -42,8 +42,8 @@ _PARTS = 8
 
 
 @dataclass(frozen=True, eq=False)
-class Spline(Course):
-    """Course through poses (n + 1, 4, 4), the first one being the start.
+class Spline(CartesianPath):
+    """Path through poses (n + 1, 4, 4), the first one being the start.
 
     u (n + 1,): where each one is passed, from 0 to 1. coefficients (n, 6, 6): between two of them, by ascending powers
     of u - u[k], the position in m and the rotation vector in rad by which the orientation is turned from pose k; base
@@ -75,7 +75,7 @@ class Spline(Course):
 
     @property
     def knots(self) -> tuple[float, ...]:
-        """Fractions u of the course, in (0, 1), at which the poses between start and goal are passed."""
+        """Fractions u of the path, in (0, 1), at which the poses between start and goal are passed."""
         return tuple(self.u[1:-1].tolist())
 
     def travelled(self, u: float) -> tuple[float, float]:
@@ -101,7 +101,7 @@ class Spline(Course):
         return rates
 
     def place(self, u: float) -> tuple[str, dict[str, object]]:
-        """Return the place of `u`, as of every course, and the nearest goal on the way."""
+        """Return the place of `u`, as of every path, and the nearest goal on the way."""
         words, metadata = super().place(u)
         nearest = int(np.argmin(np.abs(self.u - u)))
         goal = "the start" if nearest == 0 else f"goals[{nearest - 1}]"
@@ -144,8 +144,8 @@ def spline(base_t_start: Array, base_t_goals: Sequence[Array]) -> Spline:
         for k, (width, turn) in enumerate(zip(widths, turns, strict=True))
     ]
     coefficients = np.concatenate([path.coefficients, rotations], axis=2)
-    course = Spline(poses[0], poses, u, coefficients, np.zeros((2, 3)))
-    return Spline(poses[0], poses, u, coefficients, _ways(course))
+    tcp_path = Spline(poses[0], poses, u, coefficients, np.zeros((2, 3)))
+    return Spline(poses[0], poses, u, coefficients, _ways(tcp_path))
 
 
 def _check_apart(chords: Array, turns: Array) -> None:
@@ -222,11 +222,11 @@ def _rotation_piece(width: float, turn: Array, spins: Array, spin_ups: Array) ->
     return piece.coefficients[0]
 
 
-def _ways(course: Spline) -> Array:
+def _ways(tcp_path: Spline) -> Array:
     """Return rows of u, length and angle so far, by the midpoint rule."""
-    marks = np.concatenate([begin + np.arange(_PARTS) / _PARTS * (end - begin) for begin, end in pairwise(course.u)])
+    marks = np.concatenate([begin + np.arange(_PARTS) / _PARTS * (end - begin) for begin, end in pairwise(tcp_path.u)])
     marks = np.append(marks, 1.0)
-    twists = np.array([course.twist(0.5 * (begin + end)) for begin, end in pairwise(marks)])
+    twists = np.array([tcp_path.twist(0.5 * (begin + end)) for begin, end in pairwise(marks)])
     speeds = np.stack([np.linalg.norm(twists[:, :3], axis=1), np.linalg.norm(twists[:, 3:], axis=1)], axis=1)
     done = np.cumsum(speeds * np.diff(marks)[:, None], axis=0)
     return np.column_stack([marks, np.concatenate([np.zeros((1, 2)), done])])

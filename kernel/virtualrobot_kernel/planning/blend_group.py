@@ -15,26 +15,28 @@ from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
 from virtualrobot_kernel.motion.path_law import law_along
 from virtualrobot_kernel.motion.planned import Track
 from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial, stacked
-from virtualrobot_kernel.motion.rates import Rate, joint_rates, tcp_rate
+from virtualrobot_kernel.motion.rates import Rate, joint_rates, stretch_needed, tcp_rate
 from virtualrobot_kernel.planning.actuators import first_beyond
 from virtualrobot_kernel.planning.planned_move import PlannedMove, joint_limits
 from virtualrobot_kernel.planning.robots import Arm, arm_if_chain, tip_of, tip_t_tcp
-from virtualrobot_kernel.planning.steps import PlannedStep
+from virtualrobot_kernel.planning.steps import Column, PlannedStep
 from virtualrobot_kernel.planning.zones import Position
 from virtualrobot_kernel.world.change import single_joint
 from virtualrobot_kernel.world.state import Snapshot
 
 Floats = NDArray[np.float64]
 
+_LOOKS, _ROUNDING = 33, 1e-6
+"""Number of moments at which limits are looked at, and excess over one that is none."""
+
 
 class BlendGroup:
     """Group of steps that are joined by zones, with their common columns and limits."""
 
-    def __init__(self, steps: Sequence[PlannedStep]) -> None:
-        """Take steps of which each begins where the one before it ends."""
+    def __init__(self, steps: Sequence[PlannedStep], columns: Sequence[Column] = ()) -> None:
+        """Take steps of which each begins where the one before it ends; `columns` come first, moved or not."""
         self.steps = steps
-        moves = (one for step in steps for one in step.moves)
-        self.columns = list(dict.fromkeys((one.robot.name, name) for one in moves for name in one.joint_names))
+        self.columns = list(dict.fromkeys([*columns, *(column for step in steps for column in step.columns)]))
         self.places = {column: place for place, column in enumerate(self.columns)}
         structure = steps[0].snapshot.structure
         self.q_index = np.array(
@@ -85,12 +87,20 @@ class BlendGroup:
         path = self._among_all(step, moved, 0.0, step.plan.duration)
         return Track(path, law_along(self._rates(path, [step], Rounded(path, ((path.start, path.end),), ())), step.law))
 
-    def track_through(self, steps: Sequence[PlannedStep], whole: Rounded) -> Track:
-        """Return the law along the path of steps whose corners are rounded."""
+    def track_through(self, steps: Sequence[PlannedStep], whole: Rounded, entry: float = 0.0) -> Track:
+        """Return the law along the path of steps whose corners are rounded, which begins with the rate `entry`."""
         rates = self._rates(whole.path, steps, whole)
         if steps[0].law is TimeLaw.TIME_OPTIMAL:
             return Track(whole.path, law_along(rates, TimeLaw.TIME_OPTIMAL))
-        return Track(whole.path, law_through(whole, rates))
+        return Track(whole.path, law_through(whole, rates, entry))
+
+    def keeps_limits(
+        self, step: PlannedStep, path: PiecewisePolynomial, law: PiecewisePolynomial, begin: float
+    ) -> bool:
+        """Return True if a law along the path of a step keeps its limits from a nominal time (s) to the law's end."""
+        whole = Rounded(path, ((path.start, path.end),), ())
+        taus = np.linspace(begin, law.end, _LOOKS)
+        return bool(stretch_needed(self._rates(path, [step], whole), law, taus).max() <= 1.0 + _ROUNDING)
 
     def _rates(self, path: PiecewisePolynomial, steps: Sequence[PlannedStep], whole: Rounded) -> list[Rate]:
         """Return the limited rates along the path of steps, with the ranges of their moves and corners."""
@@ -152,8 +162,8 @@ class BlendGroup:
     def cartesian_through(self, pair: Sequence[PlannedStep]) -> list[TcpBound]:
         """Return the bounds of tool centre points in the corner between two steps.
 
-        The larger limits of those that are led along a course on both sides; one that is led on one side and stands
-        still on the other keeps that side's.
+        The larger limits of those that are led along a Cartesian path on both sides; one that is led on one side and
+        stands still on the other keeps that side's.
         """
         led = [{(one.robot.uid, one.group): one for one in step.moves if one.tcp} for step in pair]
         arms = [{(one.robot.uid, one.group) for one in step.moves} for step in pair]

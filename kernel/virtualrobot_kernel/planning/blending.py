@@ -47,13 +47,27 @@ class PlannedRun:
     """Move steps that became one plan, at rest at both ends.
 
     joints: (robot, joint) of each column. steps: nominal times (s) at which steps begin, with their numbers; a step
-    after a zone begins in the zone's middle. tool_states: (tool, state) that are true at its end.
+    after a zone begins in the zone's middle. tool_states: (tool, state) that are true at its end. tail: where a step
+    may be joined to its end; None where none may.
     """
 
     joints: tuple[Column, ...]
     plan: Plan
     steps: tuple[tuple[float, int], ...]
     tool_states: tuple[tuple[str, str], ...]
+    tail: Tail | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tail:
+    """Last steps of a run, between which corners are rounded, and where on its path each goes alone.
+
+    reach: how long the whole path of the last step is on the run's parameter.
+    """
+
+    steps: tuple[PlannedStep, ...]
+    sections: tuple[tuple[float, float], ...]
+    reach: float
 
 
 def join_steps(steps: Sequence[PlannedStep], go_on: GoOn = lambda: None) -> tuple[list[PlannedRun], list[Note]]:
@@ -67,16 +81,16 @@ def join_steps(steps: Sequence[PlannedStep], go_on: GoOn = lambda: None) -> tupl
     group: list[PlannedStep] = []
     for place, step in enumerate(steps):
         group.append(step)
-        if step.zone is not None and not (why := _obstacle(steps[place : place + 2])):
+        if step.zone is not None and not (why := obstacle(steps[place : place + 2])):
             continue
         if step.zone is not None:
-            notes.append(_dropped(step, why))
+            notes.append(dropped(step, why))
         found, told = _group(group, go_on)
         runs, notes, group = [*runs, *found], [*notes, *told], []
     return runs, sorted(notes, key=lambda note: note.step)
 
 
-def _obstacle(pair: Sequence[PlannedStep]) -> str:
+def obstacle(pair: Sequence[PlannedStep]) -> str:
     """Return why a step is not joined with the one after it; nothing where it is."""
     if len(pair) < 2:
         return "no moves follow"
@@ -88,33 +102,37 @@ def _obstacle(pair: Sequence[PlannedStep]) -> str:
     return ""
 
 
-def _dropped(step: PlannedStep, why: str) -> Note:
+def dropped(step: PlannedStep, why: str) -> Note:
+    """Return the note that the corner after a step is reached at rest."""
     message = f"the corner after step {step.number} is reached exactly and at rest: {why}"
-    return Note(NoteKind.ZONE_DROPPED, step.number, step.moves[0].robot.name, _size(step), 0.0, message)
+    return Note(NoteKind.ZONE_DROPPED, step.number, step.moves[0].robot.name, size(step), 0.0, message)
 
 
-def _shrunk(step: PlannedStep, room: Room) -> Note:
+def shrunk(step: PlannedStep, room: Room) -> Note:
+    """Return the note that the zone after a step is smaller than it was asked for."""
     assert step.zone is not None
-    wanted, unit = _size(step), "%" if step.zone.percent else " m"
+    wanted, unit = size(step), "%" if step.zone.percent else " m"
     message = f"the zone after step {step.number} is {room.kept:.6g}{unit} instead of {wanted:g}{unit}: {room.why}"
     return Note(NoteKind.ZONE_SHRUNK, step.number, step.moves[0].robot.name, wanted, room.kept, message)
 
 
-def _size(step: PlannedStep) -> float:
+def size(step: PlannedStep) -> float:
+    """Return the size of the zone after a step: percent, or meters."""
     assert step.zone is not None
     return step.zone.percent or step.zone.meters
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Part:
+class Part:
     """Steps that are one path with rounded corners, and its law from rest to rest.
 
-    ends: how long the paths of the first and of the last step are on its parameter. begins: when the steps after the
-    first begin, in s.
+    ends: how long the paths of the first and of the last step are on its parameter. sections: where on it each step
+    goes alone. begins: when the steps after the first begin, in s.
     """
 
     track: Track
     ends: tuple[float, float]
+    sections: tuple[tuple[float, float], ...]
     begins: tuple[float, ...] = ()
 
 
@@ -131,37 +149,49 @@ def _group(steps: Sequence[PlannedStep], go_on: GoOn) -> tuple[list[PlannedRun],
     if len(steps) == 1:
         return [alone_run(steps[0])], []
     group = BlendGroup(steps)
-    alone = [_alone(group.track(step)) for step in steps]
+    alone = [alone_part(group.track(step)) for step in steps]
     notes: list[Note] = []
     corners: list[_Corner] = []
     runs: list[PlannedRun] = []
     begin = 0
     for place, pair in enumerate(pairwise(steps)):
         go_on()
-        corner, why = _best(group, pair, alone[place : place + 2])
+        corner, why = best_corner(group, pair, alone[place : place + 2])
         if corner:
             corners.append(corner)
-            if corner.room.kept < _size(steps[place]):
-                notes.append(_shrunk(steps[place], corner.room))
+            if corner.room.kept < size(steps[place]):
+                notes.append(shrunk(steps[place], corner.room))
             continue
-        notes.append(_dropped(steps[place], why))
+        notes.append(dropped(steps[place], why))
         found, told = _joined(group, steps[begin : place + 1], alone[begin : place + 1], corners, go_on)
         runs, notes, corners, begin = [*runs, *found], [*notes, *told], [], place + 1
     found, told = _joined(group, steps[begin:], alone[begin:], corners, go_on)
-    dropped = {note.step for note in told if note.kind is NoteKind.ZONE_DROPPED}
-    return [*runs, *found], [note for note in notes if note.step not in dropped] + told
+    stops = {note.step for note in told if note.kind is NoteKind.ZONE_DROPPED}
+    return [*runs, *found], [note for note in notes if note.step not in stops] + told
 
 
 def alone_run(step: PlannedStep) -> PlannedRun:
     """Return a step that is joined with no other; where robots go along with others, all moves have one time law."""
     if any(one.relative_tcp for one in step.moves):
         group = BlendGroup([step])
-        return _run(group, [step], [_alone(group.track(step))], [], [])
+        return _run(group, [step], [alone_part(group.track(step))], [], [])
     tool_states = tuple(pair for one in step.moves for pair in one.tool_states)
-    return PlannedRun(tuple(step.columns), step.plan, ((0.0, step.number),), tool_states)
+    tail = None
+    if len(step.plan.tracks) == 1:
+        path = step.plan.tracks[0].path
+        tail = Tail((step,), ((path.start, path.end),), path.end - path.start)
+    return PlannedRun(tuple(step.columns), step.plan, ((0.0, step.number),), tool_states, tail)
 
 
-def _best(group: BlendGroup, pair: Sequence[PlannedStep], alone: Sequence[_Part]) -> tuple[_Corner | None, str]:
+def open_run(run: PlannedRun, step: PlannedStep) -> PlannedRun:
+    """Return a run so that more can be joined to its last step: moves that go together get one law."""
+    if run.tail is not None or step.obstacle:
+        return run
+    group = BlendGroup([step])
+    return _run(group, [step], [alone_part(group.track(step))], [], [])
+
+
+def best_corner(group: BlendGroup, pair: Sequence[PlannedStep], alone: Sequence[Part]) -> tuple[_Corner | None, str]:
     """Return the soonest way through the zone between two steps; without one why there is none."""
     zone = pair[0].zone
     assert zone is not None
@@ -170,7 +200,7 @@ def _best(group: BlendGroup, pair: Sequence[PlannedStep], alone: Sequence[_Part]
     if not room.kept:
         return None, room.why
     stopping = sum(step.plan.duration for step in pair)
-    beside = _overlap(group, pair, first, second, room)
+    beside = part_overlap(group, pair, first, second, room)
     over = first.track.time_law.end + second.track.time_law.end - beside.saved if beside else inf
     through = _rounded(group, pair, alone, [room])
     if through and through.track.time_law.end < min(over, stopping):
@@ -181,7 +211,7 @@ def _best(group: BlendGroup, pair: Sequence[PlannedStep], alone: Sequence[_Part]
 
 
 def _joined(
-    group: BlendGroup, steps: Sequence[PlannedStep], alone: Sequence[_Part], corners: Sequence[_Corner], go_on: GoOn
+    group: BlendGroup, steps: Sequence[PlannedStep], alone: Sequence[Part], corners: Sequence[_Corner], go_on: GoOn
 ) -> tuple[list[PlannedRun], list[Note]]:
     """Return the plans of steps with a way through each corner; where these don't go together one is left out."""
     go_on()
@@ -189,7 +219,7 @@ def _joined(
         return [alone_run(steps[0])], []
     cuts = [place + 1 for place, corner in enumerate(corners) if not corner.through]
     rooms = [corner.room for corner in corners]
-    parts: list[_Part] = []
+    parts: list[Part] = []
     overlaps: list[Overlap] = []
     unfit = None
     for begin, end in pairwise([0, *cuts, len(steps)]):
@@ -198,7 +228,7 @@ def _joined(
             unfit = end - 2
             break
         if parts:
-            beside = _overlap(group, steps[begin - 1 : begin + 1], parts[-1], part, rooms[begin - 1])
+            beside = part_overlap(group, steps[begin - 1 : begin + 1], parts[-1], part, rooms[begin - 1])
             if beside is None:
                 unfit = begin - 1
                 break
@@ -211,24 +241,25 @@ def _joined(
         unfit = len(corners) // 2
     first, told = _joined(group, steps[: unfit + 1], alone[: unfit + 1], corners[:unfit], go_on)
     second, more = _joined(group, steps[unfit + 1 :], alone[unfit + 1 :], corners[unfit + 1 :], go_on)
-    return [*first, *second], [*told, _dropped(steps[unfit], _UNFIT), *more]
+    return [*first, *second], [*told, dropped(steps[unfit], _UNFIT), *more]
 
 
-def _alone(track: Track) -> _Part:
+def alone_part(track: Track) -> Part:
+    """Return the part that is one step."""
     length = track.path.end - track.path.start
-    return _Part(track, (length, length))
+    return Part(track, (length, length), ((track.path.start, track.path.end),))
 
 
 def _rounded(
-    group: BlendGroup, steps: Sequence[PlannedStep], alone: Sequence[_Part], rooms: Sequence[Room]
-) -> _Part | None:
+    group: BlendGroup, steps: Sequence[PlannedStep], alone: Sequence[Part], rooms: Sequence[Room]
+) -> Part | None:
     """Return steps as one path with rounded corners; None when a corner finds no way or no law does."""
     if len(steps) == 1:
         return alone[0]
     paths = [alone[0].track.path.onto(0.0, alone[0].track.time_law.end)]
     corners: list[Corner] = []
     for part, room in zip(alone[1:], rooms, strict=True):
-        found = _corner(group, paths[-1], part.track.path.onto(0.0, part.track.time_law.end), room)
+        found = fitting_corner(group, paths[-1], part.track.path.onto(0.0, part.track.time_law.end), room)
         if found is None:
             return None
         corners.append(found[0])
@@ -239,19 +270,29 @@ def _rounded(
     except KernelError:
         return None
     begins = tuple(nominal_time(track.time_law, 0.5 * (begin + end), 0.0) for begin, end in whole.corners)
-    return _Part(track, (paths[0].end, paths[-1].end), begins)
+    return Part(track, (paths[0].end, paths[-1].end), whole.moves, begins)
 
 
-def _corner(
-    group: BlendGroup, before: PiecewisePolynomial, after: PiecewisePolynomial, room: Room
+def fitting_corner(
+    group: BlendGroup,
+    before: PiecewisePolynomial,
+    after: PiecewisePolynomial,
+    room: Room,
+    length: float | None = None,
+    most: float = inf,
 ) -> tuple[Corner, PiecewisePolynomial] | None:
     """Return a rounded corner that fits, and the path after it with a parameter that suits it.
+
+    length: how long the path of the step before the corner is, where `before` is more, or less; most: how much of its
+    end may be taken.
 
     What the zone takes of both paths gets the same length: so the tool centre point enters and leaves a distance's zone
     at the same speed, whatever the moves' own speeds are; the parameter changes at most by `_SCALE`.
     """
     for smaller in _SMALLER:
-        left, share = smaller * room.shares[0] * before.end, smaller * room.shares[1]
+        left, share = smaller * room.shares[0] * (length or before.end), smaller * room.shares[1]
+        if left >= most:
+            continue
         seconds = float(np.clip(left / share, after.end / _SCALE, after.end * _SCALE))
         changed = after.onto(0.0, seconds)
         corner = round_corner(before, changed, left, share * seconds)
@@ -269,10 +310,23 @@ def _stays(group: BlendGroup, piece: PiecewisePolynomial, room: Room) -> bool:
     return room.holds(piece.evaluate(np.linspace(piece.start, piece.end, _LOOKS)))
 
 
-def _overlap(group: BlendGroup, pair: Sequence[PlannedStep], before: _Part, after: _Part, room: Room) -> Overlap | None:
-    """Return the overlap of a part's last step and the first of the next one within a zone; None without one."""
+def part_overlap(
+    group: BlendGroup,
+    pair: Sequence[PlannedStep],
+    before: Part,
+    after: Part,
+    room: Room,
+    most: float = inf,
+    used: float = 1.0,
+) -> Overlap | None:
+    """Return the overlap of a part's last step and the first of the next one within a zone; None without one.
+
+    most: how long before its end (s) the part may be left; used: the share of the joints' limits that is used.
+    """
     path, law = before.track.path, before.track.time_law
-    leave = law.end - nominal_time(law, path.end - room.shares[0] * before.ends[1], 0.0)
+    leave = min(most, law.end - nominal_time(law, path.end - room.shares[0] * before.ends[1], law.start))
+    if leave <= 0.0:
+        return None
     path, law = after.track.path, after.track.time_law
     join = nominal_time(law, path.start + room.shares[1] * after.ends[0], 0.0)
     led, optimal = group.cartesian_through(pair), pair[0].law is TimeLaw.TIME_OPTIMAL
@@ -286,13 +340,13 @@ def _overlap(group: BlendGroup, pair: Sequence[PlannedStep], before: _Part, afte
         needed = stretch_needed(rates, law, np.linspace(0.0, quintic.end, _LOOKS))
         return bool(np.all((needed[:2] if optimal else needed) <= 1.0 + _ROUNDING))
 
-    return overlap(before.track, after.track, leave, join, group.corner_limits(pair), fits)
+    return overlap(before.track, after.track, leave, join, used * group.corner_limits(pair), fits)
 
 
 def _run(
     group: BlendGroup,
     steps: Sequence[PlannedStep],
-    parts: Sequence[_Part],
+    parts: Sequence[Part],
     overlaps: Sequence[Overlap],
     cuts: Sequence[int],
 ) -> PlannedRun:
@@ -302,9 +356,8 @@ def _run(
     """
     track, windows = overlapped([part.track for part in parts], overlaps)
     need = 1.0
-    for cut, (begin, end) in zip(cuts, windows, strict=True):
-        peaks = np.abs(track.derivatives(np.linspace(begin, end, 12 * _LOOKS))[1:]).max(axis=1)
-        need = max(need, float(((peaks / group.corner_limits(steps[cut - 1 : cut + 1])).max(axis=1) ** _POWERS).max()))
+    for cut, window in zip(cuts, windows, strict=True):
+        need = max(need, stretch_through(group, track, steps[cut - 1 : cut + 1], window))
     times = [0.0, *parts[0].begins]
     for part, one, (begin, end) in zip(parts[1:], overlaps, windows, strict=True):
         times += [0.5 * (begin + end), *(end - one.join + time for time in part.begins)]
@@ -313,4 +366,15 @@ def _run(
     plan = planned("blend", track.path, law, group.limits, arrival.state.q[group.q_index])
     numbered = tuple((need * time, step.number) for time, step in zip(times, steps, strict=True))
     tool_states = tuple(pair for step in steps for one in step.moves for pair in one.tool_states)
-    return PlannedRun(tuple(group.columns), plan, numbered, tool_states)
+    last, path = parts[-1], track.path
+    scale = last.track.time_law.end / (last.track.path.end - last.track.path.start)
+    since = track.time_law.scalar_state(windows[-1][1])[0] if windows else path.start
+    places = [[max(since, path.end - scale * (last.track.path.end - u)) for u in one] for one in last.sections]
+    tail = Tail(tuple(steps[-len(places) :]), tuple((begin, end) for begin, end in places), scale * last.ends[1])
+    return PlannedRun(tuple(group.columns), plan, numbered, tool_states, tail)
+
+
+def stretch_through(group: BlendGroup, track: Track, pair: Sequence[PlannedStep], window: tuple[float, float]) -> float:
+    """Return by what factor in time a track has to be slower to keep the limits between two steps in a window (s)."""
+    peaks = np.abs(track.derivatives(np.linspace(*window, 12 * _LOOKS))[1:]).max(axis=1)
+    return float(((peaks / group.corner_limits(pair)).max(axis=1) ** _POWERS).max())

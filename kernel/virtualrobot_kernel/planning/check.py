@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from virtualrobot_sdk.poses import rotation_matrix
 
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.motion.cartesian_path import SMALLEST_SINGULAR_VALUE
 from virtualrobot_kernel.motion.program import Program
+from virtualrobot_kernel.motion.resolved_rate import SMALLEST_SINGULAR_VALUE
 from virtualrobot_kernel.planning.moves import Move
 from virtualrobot_kernel.planning.notes import Note
 from virtualrobot_kernel.planning.plan_motion import GivenUp, PlannedMotion, plan_motion
@@ -171,7 +171,8 @@ def _told_by(snapshot: Snapshot, error: KernelError) -> Violation:
     elif error.reason is Reason.UNREACHABLE:
         kind, value, limit = ViolationKind.REACH, told.get("position_error_meters"), 0.0
     else:
-        kind = ViolationKind.JOINT_POSITION if "joint" in told and "lower" in told else ViolationKind.OTHER
+        at_limit = ("joint" in told and "lower" in told) or "position_error_meters" in told
+        kind = ViolationKind.JOINT_POSITION if at_limit else ViolationKind.OTHER
         value = told.get("value")
         ends = [float(told[end]) for end in ("lower", "upper", "limit") if end in told]
         limit = min(ends, key=lambda end: abs(end - float(value or 0.0)), default=0.0)

@@ -1,4 +1,4 @@
-"""Solving poses and leading tool centre points with what is wished of the joints that this leaves free."""
+"""Inverse kinematics and paths of tool centre points, with objectives of the joints that these leave free."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from virtualrobot_sdk.kinematics import InverseOptions, InverseResult, Kinematics, SerialChain
+from virtualrobot_sdk.kinematics import InverseOptions, InverseResult, InverseStatus, Kinematics, SerialChain
 from virtualrobot_sdk.poses import inverse, rotation_vector
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
-from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
 from virtualrobot_kernel.motion.nullspace import (
-    Rough,
-    Wish,
-    away_from_limits,
-    away_from_singularities,
-    away_from_things,
+    NonsmoothObjective,
+    SecondaryObjective,
     improved,
-    near_posture,
+    joint_limit_clearance,
+    manipulability,
+    obstacle_clearance,
+    posture_distance,
 )
+from virtualrobot_kernel.motion.resolved_rate import TcpKinematics
 from virtualrobot_kernel.planning.redundancy import FREE, NearOf, Preference, Redundancy
 from virtualrobot_kernel.planning.robots import (
     Arm,
@@ -38,8 +38,8 @@ from virtualrobot_kernel.world.structure import Node
 
 IMPROVED = 8
 """Number of solutions of a component that are improved: those nearest to the seed."""
-IMPROVED_ROUGHLY = 3
-"""Number of solutions that are improved where a wish takes long to ask."""
+IMPROVED_NONSMOOTH = 3
+"""Number of solutions that are improved where an objective takes long to ask."""
 NEEDED = 6
 """Number of joints that a pose takes: an arm with no more has none to spare."""
 _SAME = 1e-4
@@ -49,20 +49,21 @@ _FOUND = 1e-6
 def cartesian_tcp(
     snapshot: Snapshot, arm: Arm, solver_of: SolverOf, redundancy: Redundancy, near_of: NearOf | None = None
 ) -> TcpKinematics:
-    """Return the chosen tool centre point of an arm as it is led along a path, with what is wished of free joints."""
+    """Return the chosen tool centre point of an arm as it is led along a path, with the objective of free joints."""
     tcp = TcpKinematics(solver_of(snapshot, arm), tip_t_tcp(snapshot, arm))
-    return replace(tcp, wish=wish_of(snapshot, arm, redundancy, tcp.jacobian, snapshot.state.q[arm.q_index], near_of))
+    start = snapshot.state.q[arm.q_index]
+    return replace(tcp, objective=objective_of(snapshot, arm, redundancy, tcp.jacobian, start, near_of))
 
 
-def wish_of(
+def objective_of(
     snapshot: Snapshot,
     arm: Arm,
     redundancy: Redundancy,
     jacobian: Callable[[NDArray[np.float64]], NDArray[np.float64]],
     start: NDArray[np.float64],
     near_of: NearOf | None = None,
-) -> Wish | None:
-    """Return the wish for the joints (k,) of an arm; None without a wish or without a joint to spare.
+) -> SecondaryObjective | None:
+    """Return the objective for the joints (k,) of an arm; None without an objective or without a joint to spare.
 
     `snapshot` is the world that distances are measured in, `jacobian` gives (6, k), `start` (k,) is where its lengths
     are made comparable, `near_of` measures the distances. Raises UnknownNameError for a joint of a
@@ -76,17 +77,17 @@ def wish_of(
         return None
     match redundancy.preference:
         case Preference.JOINT_LIMITS:
-            return away_from_limits(chain.lower, chain.upper)
+            return joint_limit_clearance(chain.lower, chain.upper)
         case Preference.POSTURE:
-            return near_posture(np.array([redundancy.posture.get(name, np.nan) for name in chain.joint_names]))
+            return posture_distance(np.array([redundancy.posture.get(name, np.nan) for name in chain.joint_names]))
         case Preference.MANIPULABILITY:
             given = jacobian(start)
             lever = float(np.linalg.norm(given[:3], axis=0)[np.linalg.norm(given[3:], axis=0) > 1e-9].max(initial=0.0))
             weights = np.array([1.0 / lever if lever > 1e-6 else 1.0] * 3 + [1.0] * 3)[:, None]
-            return away_from_singularities(lambda q: jacobian(q) * weights)
+            return manipulability(lambda q: jacobian(q) * weights)
         case Preference.DISTANCE:
             assert near_of is not None, "nothing measures distances"
-            return away_from_things(near_of(snapshot, arm), chain.lower, chain.upper)
+            return obstacle_clearance(near_of(snapshot, arm), chain.lower, chain.upper)
         case Preference.UNSPECIFIED:
             return None
 
@@ -115,8 +116,8 @@ def solve_inverse(
     start = joint_vector(snapshot, reduced, seed)
     options = InverseOptions(seed=start, configuration=configuration, arm_angle=redundancy.arm_angle)
     result = solver.inverse(base_t_tip, options)
-    if (wish := wish_of(snapshot, reduced, redundancy, solver.jacobian, start, near_of)) is not None:
-        result = _preferred(solver, reduced.serial(), base_t_tip, result, options, wish)
+    if (objective := objective_of(snapshot, reduced, redundancy, solver.jacobian, start, near_of)) is not None:
+        result = _preferred(solver, reduced.serial(), base_t_tip, result, options, objective)
     if redundancy.arm_angle is not None and len(result.solutions) and not result.arm_angles:
         raise KernelError(
             f"the kinematics component of {robot.name!r} knows no arm angle, so {redundancy.arm_angle:g} cannot be "
@@ -139,13 +140,15 @@ def reached(
 ) -> tuple[Arm, list[NDArray[np.float64]]]:
     """Return the arm and its solutions (k,), at least one, as `solve_inverse` does from where the joints are.
 
-    Raise KernelError (UNREACHABLE) when there is none.
+    Raise KernelError when there is none: LIMIT_EXCEEDED where the component knows that only limits forbid it, else
+    UNREACHABLE.
     """
     arm, result = solve_inverse(snapshot, robot, world_t_tcp, {}, solver_of, configuration, redundancy, group, near_of)
     if not len(result.solutions):
+        outside = result.status is InverseStatus.OUTSIDE_LIMITS
         raise KernelError(
             f"{robot.name!r}{group} cannot reach the pose: {result.reason}",
-            reason=Reason.UNREACHABLE,
+            reason=Reason.LIMIT_EXCEEDED if outside else Reason.UNREACHABLE,
             robot=robot.name,
             position_error_meters=result.position_error,
             rotation_error_radians=result.rotation_error,
@@ -159,9 +162,9 @@ def _preferred(
     base_t_tip: Pose,
     result: InverseResult,
     options: InverseOptions,
-    wish: Wish,
+    objective: SecondaryObjective,
 ) -> InverseResult:
-    """Return solutions improved by a wish: each the best near one of them, the best first, with its own name."""
+    """Return solutions improved by an objective: each the best near one of them, the best first, with its own name."""
 
     def deviation(q: NDArray[np.float64]) -> NDArray[np.float64]:
         reached = solver.forward(q)[-1]
@@ -169,9 +172,9 @@ def _preferred(
         return np.concatenate([base_t_tip[:3, 3] - reached[:3, 3], turn])
 
     told: list[tuple[float, NDArray[np.float64], str, tuple[float, ...]]] = []
-    most = IMPROVED_ROUGHLY if isinstance(wish, Rough) else IMPROVED
+    most = IMPROVED_NONSMOOTH if isinstance(objective, NonsmoothObjective) else IMPROVED
     for i, given in enumerate(result.solutions[:most]):
-        best = improved(solver.jacobian, deviation, given, wish, chain.lower, chain.upper)
+        best = improved(solver.jacobian, deviation, given, objective, chain.lower, chain.upper)
         # The component tells its name: on its way a posture may have come to another branch.
         again = solver.inverse(base_t_tip, replace(options, seed=best))
         off = np.abs(again.solutions - best).max(axis=1, initial=0.0)
@@ -184,7 +187,7 @@ def _preferred(
         else:
             name, angles = "", ()
         if not any(np.abs(best - other).max() < _SAME for _, other, _, _ in told):
-            told.append((wish(best)[0], best, name, angles))
+            told.append((objective(best)[0], best, name, angles))
     told.sort(key=lambda one: one[0])
     return result._replace(
         solutions=np.array([q for _, q, _, _ in told]).reshape(-1, len(chain.joint_names)),

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.motion.carried_course import CarriedCourse
-from virtualrobot_kernel.motion.cartesian_plan import checked_start, course_path
-from virtualrobot_kernel.motion.course import Course
+from virtualrobot_kernel.motion.cartesian_path import CartesianPath
+from virtualrobot_kernel.motion.cartesian_plan import checked_joint_path, checked_start
 from virtualrobot_kernel.motion.limits import CartesianLimits
+from virtualrobot_kernel.motion.moving_frame_path import MovingFramePath
 from virtualrobot_kernel.motion.planned import planned
 from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.profile import jerk_limited_profile
@@ -38,7 +38,7 @@ class MovingBase:
     def at(self, u: float) -> tuple[Floats, Floats]:
         """Return the joints (k,) at the fraction `u` of their moves, and their derivatives by u.
 
-        Just outside of [0, 1] they go on smoothly, as a course does.
+        Just outside of [0, 1] they go on smoothly, as a path does.
         """
         within = min(max(u, 0.0), 1.0)
         states = []
@@ -149,16 +149,16 @@ def no_common_law(what: str, carried: Node) -> KernelError:
 def plan_on_moving_base(
     arm: Arm,
     base: MovingBase,
-    course_from: Callable[[Array], Course],
+    tcp_path_from: Callable[[Array], CartesianPath],
     reference: int,
     moving: bool,
     limits: CartesianLimits,
     speed_factor: float,
     solver_of: SolverOf,
 ) -> PlannedMove:
-    """Return the move of an arm along a course in a frame that moves relative to its base.
+    """Return the move of an arm along a Cartesian path in a frame that moves relative to its base.
 
-    course_from: from reference_t_tcp (4, 4) at the start to the course in that frame. The TCP keeps `limits` in the
+    tcp_path_from: from reference_t_tcp (4, 4) at the start to the path in that frame. The TCP keeps `limits` in the
     frame that the goal is given in: that of `reference` (a uid) when it is `moving`, else the world's. The plan's own
     law is that of the path's fraction; the step's law, for all its moves, comes from `planning.blending`.
     """
@@ -168,10 +168,10 @@ def plan_on_moving_base(
     start, tcp = checked_start("Cartesian", solver_of(snapshot, arm), start, joints, tip_t_tcp(snapshot, arm))
     frame = base.frame(arm, reference, moving)
     base_t_tcp = tcp.pose(start)
-    inner = course_from(inverse(frame(0.0)[0]) @ base_t_tcp)
-    course = CarriedCourse(base_t_tcp, inner, frame, base.turns)
-    path = course_path("Cartesian", tcp, course, start, joints)
-    plan = planned(course.kind, path, jerk_limited_profile(1.0, 1.0, 1.0, 1.0), joints)
+    inner = tcp_path_from(inverse(frame(0.0)[0]) @ base_t_tcp)
+    tcp_path = MovingFramePath(base_t_tcp, inner, frame, base.turns)
+    path = checked_joint_path("Cartesian", tcp, tcp_path, start, joints)
+    plan = planned(tcp_path.kind, path, jerk_limited_profile(1.0, 1.0, 1.0, 1.0), joints)
     within = reference if moving else WORLD_UID
     relative = RelativeTcp(snapshot, within, arm.tip, tcp.tip_t_tcp, limits.scaled(speed_factor))
     return PlannedMove(node, arm.joint_names, plan, speed_factor=speed_factor, relative_tcp=relative)

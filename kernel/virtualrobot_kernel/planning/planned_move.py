@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.motion.bounds import TcpBound
-from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
 from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
 from virtualrobot_kernel.motion.plan import Plan
+from virtualrobot_kernel.motion.resolved_rate import TcpKinematics
 from virtualrobot_kernel.planning.notes import Note
 from virtualrobot_kernel.planning.relative_frame import RelativeTcp
 from virtualrobot_kernel.planning.robots import Arm
@@ -51,10 +51,10 @@ class PlannedMove:
     """Plan of one move, with one track, and the joints of the robot that are its columns.
 
     What its law keeps besides the joints' own limits: `speed_factor` of their velocities, and `tcp`, the limits of the
-    tool centre point where it is led along a course. Or `relative_tcp`, where others of the step carry it: then the
-    path's fraction is that of all of the step's moves, and the plan's own law counts for nothing. tool_states: (tool,
-    state) that are true once it has succeeded. notes: what is other than asked, as of step 0. group: whose tool centre
-    point counts for zones.
+    tool centre point where it is led along a Cartesian path. Or `relative_tcp`, where others of the step carry it:
+    then the path's fraction is that of all of the step's moves, and the plan's own law counts for nothing.
+    tool_states: (tool, state) that are true once it has succeeded. notes: what is other than asked, as of step 0.
+    group: whose tool centre point counts for zones.
     """
 
     robot: Node
@@ -71,7 +71,7 @@ class PlannedMove:
 def led_move(
     node: Node, arm: Arm, plan: Plan, tcp: TcpKinematics, cartesian: CartesianLimits, speed_factor: float
 ) -> PlannedMove:
-    """Return the move of an arm whose TCP is led along a course and keeps Cartesian limits."""
+    """Return the move of an arm whose TCP is led along a Cartesian path and keeps Cartesian limits."""
     path = plan.tracks[0].path
     bound = TcpBound(path.start, path.end, slice(0, path.dimension), tcp, cartesian.scaled(speed_factor))
     return PlannedMove(node, arm.joint_names, plan, speed_factor=speed_factor, tcp=bound)

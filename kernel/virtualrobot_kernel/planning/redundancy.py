@@ -42,4 +42,4 @@ class Redundancy:
 
 
 FREE = Redundancy()
-"""Redundancy without any wish."""
+"""Redundancy without any objective."""

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.motion.cartesian_path import lever_arm
 from virtualrobot_kernel.motion.program import Program
+from virtualrobot_kernel.motion.resolved_rate import lever_arm
 from virtualrobot_kernel.planning.dynamics import solve_inverse_dynamics
 from virtualrobot_kernel.planning.plan_motion import GivenUp
 from virtualrobot_kernel.planning.robots import Arm

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot_kernel.motion.cartesian_path import row_weights
+from virtualrobot_kernel.motion.resolved_rate import row_weights
 from virtualrobot_kernel.numeric.forest import FIXED, forward_forest
 from virtualrobot_kernel.planning.relative_frame import axes_of
 from virtualrobot_kernel.planning.robots import arm_of
@@ -96,7 +96,7 @@ def tool_states(chain: ToolChain, q: Floats, v: Floats) -> ToolStates:
 def singular_values(jacobians: Floats, lever: float) -> Floats:
     """Return the smallest singular value (n,) of Jacobians (n, 6, k) whose linear rows are divided by `lever`.
 
-    The measure by which lines and arcs are refused (`motion.cartesian_path`), with the lever arm of the move's start.
+    The measure by which lines and arcs are refused (`motion.resolved_rate`), with the lever arm of the move's start.
     """
     if not jacobians.shape[2]:
         return np.zeros(len(jacobians))

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason
-from virtualrobot_kernel.motion.cartesian_path import SMALLEST_SINGULAR_VALUE
 from virtualrobot_kernel.motion.conveyor_tracking import OVERSHOOT, TrackingArm
 from virtualrobot_kernel.motion.limits import TOLERANCE, JointLimits
 from virtualrobot_kernel.motion.planned import Plan, peaks
 from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.program import Stage
+from virtualrobot_kernel.motion.resolved_rate import SMALLEST_SINGULAR_VALUE
 from virtualrobot_kernel.planning.actuators import ActuatorLimit
 from virtualrobot_kernel.world.actuators import LIMIT_TOLERANCE, beyond
 

@@ -128,7 +128,7 @@ def _exact(snapshot: Snapshot, program: Program, joints: Sequence[tuple[str, str
             kinds = [(ViolationKind.JOINT_POSITION, track.path, lower, upper, 1.0)]
             rate = _rate(track)
             if rate:
-                slope = track.path.derivative()
+                slope = track.rated.derivative()
                 most = np.array([one.velocity for one in own])
                 kinds.append((ViolationKind.JOINT_VELOCITY, slope, -most, most, rate))
                 most = np.array([one.acceleration for one in own])

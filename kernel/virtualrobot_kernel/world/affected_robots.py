@@ -90,6 +90,11 @@ def _started(snapshot: Snapshot, command: commands.StartMotion) -> Iterable[int]
     yield from _signal_owners(snapshot, marks, SET_BY_OWNER)
 
 
+def _appended(snapshot: Snapshot, command: commands.AppendMotion) -> Iterable[int]:
+    yield from _motion(snapshot, command)
+    yield from _started(snapshot, command.more)
+
+
 def _pairs(snapshot: Snapshot, command: commands.SetAllowedPairs) -> Iterable[int]:
     names = {name for pair in (*command.allow, *command.forbid) for name in pair[:2]}
     for uid in named_nodes(snapshot.structure, names):
@@ -170,6 +175,7 @@ AFFECTED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.SetSignal: _signal_set,
     commands.SetSpeedFactor: _speed,
     commands.StartMotion: _started,
+    commands.AppendMotion: _appended,
     commands.StartSetpointMotion: _robot,
     commands.SetSetpoint: _motion,
     commands.EndSetpoints: _motion,

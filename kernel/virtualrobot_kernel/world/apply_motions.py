@@ -8,6 +8,7 @@ import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.motion import program_run, tracking_motion
+from virtualrobot_kernel.motion.program_run import ProgramRun
 from virtualrobot_kernel.motion.running_motion import Phase
 from virtualrobot_kernel.world import preconditions
 from virtualrobot_kernel.world.actuators import coupled_joints
@@ -23,6 +24,7 @@ from virtualrobot_kernel.world.change import (
     single_joint,
 )
 from virtualrobot_kernel.world.commands import (
+    AppendMotion,
     CancelMotion,
     PauseMotion,
     ResumeMotion,
@@ -42,49 +44,18 @@ SLOWEST = 1e-9
 
 def start_motion(change: Change, command: StartMotion, forward: Forward) -> Change:
     """Start a planned motion where the joints are; refused when they move, or when it was planned for another world."""
-    structure, state = change.structure, change.state
-    joints = tuple((structure.robot(robot)[0].uid, joint) for robot, joint in command.joints)
-    program = command.program
-    for (robot, name), *ends in zip(command.joints, program.lowest.tolist(), program.highest.tolist(), strict=True):
-        # Limits may have changed since the motion was planned.
-        joint = single_joint(structure, structure.robot(robot)[0], name)[0]
-        for end in ends:
-            check_joint_value(robot, joint, end)
-    check_program(state, program)
-    needed = coupled_joints(structure, joints)
-    for uid in dict.fromkeys(uid for uid, _ in joints):
-        refuse_while_moving(change, structure.nodes[uid], {joint for joint in needed if joint[0] == uid})
-    q_index, v_index, rated = joint_places(structure, joints)
-    here = commanded(structure, state)[0][q_index]
-    off = np.abs(here - program.start)
-    if len(off) and off.max() > START_TOLERANCE:
-        worst = int(off.argmax())
-        robot, joint = command.joints[worst]
-        raise KernelError(
-            f"the joint {joint!r} of {robot!r} is at {here[worst]:g}, but the motion was planned from "
-            f"{program.start[worst]:g}; plan again",
-            reason=Reason.PLAN_OUTDATED,
-            robot=robot,
-            joint=joint,
-        )
-    preconditions.check(command.preconditions, structure, state)
-    tool_states = tuple((at, tool_state(structure, tool, name)[0].uid, name) for at, tool, name in command.tool_states)
-    owners = (robot.uid for _, tool, _ in tool_states if (robot := structure.robot_of(tool)))
+    structure, state, program = change.structure, change.state, command.program
     id = f"motion-{state.motion_count + 1}"
     motion = Motion(
         id=id,
-        robots=tuple(dict.fromkeys([*(uid for uid, _ in joints), *owners])),
-        joints=joints,
-        q_index=q_index,
-        v_index=v_index,
-        rated=rated,
+        robots=(),
+        joints=(),
+        q_index=np.zeros(0, np.int32),
+        v_index=np.zeros(0, np.int32),
         running=program_run.start(program, 1.0),
         start_tick=state.tick,
-        tool_states=tool_states,
-        step_count=program.step_count,
-        signals=program.signals,
-        searcher=structure.robot(command.searcher)[0].uid if command.searcher else 0,
     )
+    motion = _taken_on(change, motion, command)
     started = program_run.start(program, override(state, motion))
     if (tracking := command.tracking) is None:
         motion = replace(motion, running=started)
@@ -98,6 +69,81 @@ def start_motion(change: Change, command: StartMotion, forward: Forward) -> Chan
         )
     state = replace(state, motions=(*state.motions, motion), motion_count=state.motion_count + 1)
     return replace(change, state=state, created=(*change.created, id))
+
+
+def append_motion(change: Change, command: AppendMotion, forward: Forward) -> Change:
+    """Append stages to an open program; refused when it has been closed, is stopping, or is past where they join it."""
+    motion = running_motion(change.state, command.id)
+    run, later = open_program(motion), None
+    if run.program.step_count == command.step_count:
+        later = run.append(command.more.program, command.cut)
+    if later is None:
+        raise KernelError(
+            f"{motion.id!r} has gone on, or become longer, since the steps were planned; append them again",
+            reason=Reason.PLAN_OUTDATED,
+            motion=motion.id,
+        )
+    return replaced(change, replace(_taken_on(change, motion, command.more), running=later))
+
+
+def open_program(motion: Motion) -> ProgramRun:
+    """Return the state of a motion to which steps may be appended; raise KernelError (WRONG_STATE) for another one."""
+    run = motion.running
+    if isinstance(run, ProgramRun) and run.program.open and run.phase is not Phase.STOPPING:
+        return run
+    what = "it stops" if run.phase is Phase.STOPPING else "it was not started as an open program, or has been closed"
+    raise KernelError(
+        f"nothing can be appended to {motion.id!r}: {what}",
+        reason=Reason.WRONG_STATE,
+        motion=motion.id,
+    )
+
+
+def _taken_on(change: Change, motion: Motion, command: StartMotion) -> Motion:
+    """Return a motion with the joints and all else of a plan; refuse one that was made for another world.
+
+    Joints that are the motion's own already are where its program has them.
+    """
+    structure, state, program = change.structure, change.state, command.program
+    joints = tuple((structure.robot(robot)[0].uid, joint) for robot, joint in command.joints)
+    own = len(motion.joints)
+    for (robot, name), *ends in zip(command.joints, program.lowest.tolist(), program.highest.tolist(), strict=True):
+        # Limits may have changed since the motion was planned.
+        joint = single_joint(structure, structure.robot(robot)[0], name)[0]
+        for end in ends:
+            check_joint_value(robot, joint, end)
+    check_program(state, program)
+    needed = coupled_joints(structure, joints[own:]) - set(motion.joints)
+    for uid in dict.fromkeys(uid for uid, _ in joints[own:]):
+        refuse_while_moving(change, structure.nodes[uid], {joint for joint in needed if joint[0] == uid})
+    q_index, v_index, rated = joint_places(structure, joints)
+    here = commanded(structure, state)[0][q_index]
+    off = np.abs(here - program.start)[own:]
+    if len(off) and off.max() > START_TOLERANCE:
+        worst = own + int(off.argmax())
+        robot, joint = command.joints[worst]
+        raise KernelError(
+            f"the joint {joint!r} of {robot!r} is at {here[worst]:g}, but the motion was planned from "
+            f"{program.start[worst]:g}; plan again",
+            reason=Reason.PLAN_OUTDATED,
+            robot=robot,
+            joint=joint,
+        )
+    preconditions.check(command.preconditions, structure, state)
+    tool_states = tuple((at, tool_state(structure, tool, name)[0].uid, name) for at, tool, name in command.tool_states)
+    owners = (robot.uid for _, tool, _ in tool_states if (robot := structure.robot_of(tool)))
+    return replace(
+        motion,
+        robots=tuple(dict.fromkeys([*motion.robots, *(uid for uid, _ in joints), *owners])),
+        joints=joints,
+        q_index=q_index,
+        v_index=v_index,
+        rated=rated,
+        tool_states=(*motion.tool_states, *tool_states),
+        step_count=program.step_count,
+        signals=motion.signals | program.signals,
+        searcher=structure.robot(command.searcher)[0].uid if command.searcher else 0,
+    )
 
 
 def override(state: State, motion: Motion) -> float:

@@ -37,7 +37,9 @@ HARMLESS: frozenset[type] = frozenset(
 )
 """Commands that put nothing elsewhere and change no way of braking: a motion starts at rest, and goes by ticks."""
 
-RATES: frozenset[type] = frozenset({commands.PauseMotion, commands.ResumeMotion, commands.SetSpeedFactor})
+RATES: frozenset[type] = frozenset(
+    {commands.PauseMotion, commands.ResumeMotion, commands.SetSpeedFactor, commands.AppendMotion}
+)
 """Commands that change nothing but how motions go on, and with it how they would brake."""
 
 
@@ -91,8 +93,8 @@ def braking(structure: Structure, state: State, tick_seconds: float, forward: Fo
         reached = {id: places for id, places in ends if places is not None}
         return Way(state.tick, positions, tuple(tools), count <= LONGEST_BRAKE_TICKS, reached)
     robots = tuple({uid for motion in state.motions for uid in motion.robots})
-    halt = commands.StopRobots(robots, Cancellation(EndCause.COLLISION, ""))
-    now = apply(structure, state, [halt], forward).state
+    stop = commands.StopRobots(robots, Cancellation(EndCause.COLLISION, ""))
+    now = apply(structure, state, [stop], forward).state
     rows, tools = [now.q], [(0, now.tool_states)]
     while now.motions and len(rows) <= LONGEST_BRAKE_TICKS:
         now = advance(structure, now, tick_seconds, forward)
@@ -166,7 +168,7 @@ def _rest(now: RunningMotion, dt: float) -> NDArray[np.float64] | None:
     if isinstance(now, SetpointMotion) and now.phase is Phase.STOPPING:
         way, _ = online.brake(now.now, now.bounds, dt)
         count = math.ceil(way.duration / dt)
-        return np.array([way.at((row + 1) * dt).q for row in range(count)]) if count else None
+        return now.positions(np.array([way.at((row + 1) * dt).q for row in range(count)])) if count else None
     if not isinstance(now, ProgramRun) or now.running is None or not now.running.brakes:
         return None
     moving = now.running

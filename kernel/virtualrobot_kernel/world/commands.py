@@ -221,6 +221,21 @@ class StartMotion:
     tracking: Tracking | None = None
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class AppendMotion:
+    """Command to append planned stages to an open program; refused when it is not what they were planned for.
+
+    step_count: the number of steps that it has before. more: the stages, for its joints and perhaps others after them.
+    cut: the first of these takes the place of its last stage, and is the same up to this nominal time (s); None: all of
+    them come after.
+    """
+
+    id: str
+    step_count: int
+    more: StartMotion
+    cut: float | None = None
+
+
 @dataclass(frozen=True, slots=True)
 class StartSetpointMotion:
     """Command to start a motion of some joints of a robot that follows setpoints, from its present positions.
@@ -328,6 +343,7 @@ Command = (
     | SetSignal
     | SetSpeedFactor
     | StartMotion
+    | AppendMotion
     | StartSetpointMotion
     | SetSetpoint
     | EndSetpoints

@@ -162,7 +162,7 @@ def _make(value: str, name: str, settings: Mapping[str, Any], chain: SerialChain
 
     if not name:
         return EntryPoint("", value, "").load()(chain)
-    _, registrations = load(EntryPoint(value, value, ENTRY_POINT_GROUP))
+    _, registrations, _ = load(EntryPoint(value, value, ENTRY_POINT_GROUP))
     one = next(r for r in registrations if r.kind is ComponentKind.KINEMATICS and r.name == name)
     made = make_settings(one.config_type, settings)
     return one.factory(chain) if one.config_type is None else one.factory(chain, made)

@@ -95,7 +95,7 @@ def _made(kind: ComponentKind, value: str, name: str, settings: Mapping[str, Any
 
     if not name:
         return EntryPoint("", value, "").load()()
-    _, registrations = load(EntryPoint(value, value, ENTRY_POINT_GROUP))
+    _, registrations, _ = load(EntryPoint(value, value, ENTRY_POINT_GROUP))
     one = next((r for r in registrations if r.kind is kind and r.name == name), None)
     if one is None:
         names = ", ".join(r.name for r in registrations if r.kind is kind) or "none"

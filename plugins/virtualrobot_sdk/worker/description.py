@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
+from virtualrobot_sdk.models import Model
 from virtualrobot_sdk.registration import ComponentKind, Isolation, Registration
 from virtualrobot_sdk.settings import schema
 
@@ -20,7 +21,7 @@ class ComponentDescription:
     isolation: Isolation
     deadline_seconds: float
     endings: tuple[str, ...]
-    settings_schema: dict[str, Any]
+    settings_schema: dict[str, Any] = field(default_factory=dict)
     """JSON schema of its settings; empty when it has none."""
 
 
@@ -30,9 +31,10 @@ class Description:
 
     api_version: str
     components: tuple[ComponentDescription, ...]
+    models: tuple[Model, ...] = ()
 
 
-def describe(api_version: str, registrations: Iterable[Registration]) -> Description:
+def describe(api_version: str, registrations: Iterable[Registration], models: tuple[Model, ...] = ()) -> Description:
     """Return what `loading.load` returned as plain data."""
     return Description(
         api_version,
@@ -42,4 +44,5 @@ def describe(api_version: str, registrations: Iterable[Registration]) -> Descrip
             )
             for r in registrations
         ),
+        models,
     )

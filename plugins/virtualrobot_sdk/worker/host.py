@@ -6,12 +6,18 @@ import importlib
 import sys
 from collections.abc import Callable, Mapping
 from importlib.metadata import EntryPoint
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from virtualrobot_sdk.errors import ArgumentError, ComponentFault, FaultKind, FilesNeeded, PluginError
 from virtualrobot_sdk.registration import ComponentKind, Registration
 from virtualrobot_sdk.worker.answers import Outcome, pack
 from virtualrobot_sdk.worker.blame import describe_error, package_of, traceback_of
+
+if TYPE_CHECKING:
+    from virtualrobot_sdk.models import Model
+
+    Loaded = tuple[str, tuple[Registration, ...], tuple[Model, ...]]
+    """Plugin's API version, components and models."""
 
 
 class Host:
@@ -19,7 +25,7 @@ class Host:
 
     def __init__(self) -> None:
         """Start without a component."""
-        self._plugins: dict[tuple[str, str, str], tuple[str, tuple[Registration, ...]]] = {}
+        self._plugins: dict[tuple[str, str, str], Loaded] = {}
         self._component: object | None = None
         self._package = ""
 
@@ -43,7 +49,7 @@ class Host:
         """Make the component that the plugin registered under this kind and name."""
         from virtualrobot_sdk.settings import make_settings
 
-        _, registrations = self._load(name, value, group)
+        _, registrations, _ = self._load(name, value, group)
         found = next((r for r in registrations if r.kind is kind and r.name == component), None)
         if found is None:
             names = ", ".join(r.name for r in registrations if r.kind is kind) or "none"
@@ -80,7 +86,7 @@ class Host:
             reason = f"{asked} gave a {type(result).__name__} that cannot travel between processes"
             return pack(Outcome.FAULT, FaultKind.NONSENSE, f"{reason}: {describe_error(error, self._package)}")
 
-    def _load(self, name: str, value: str, group: str) -> tuple[str, tuple[Registration, ...]]:
+    def _load(self, name: str, value: str, group: str) -> Loaded:
         from virtualrobot_sdk.loading import load
 
         key = name, value, group

@@ -59,6 +59,10 @@ def test_kinematics_that_are_not_there_are_one_line(run: Run, iiwa: Robot) -> No
 
 def test_a_known_model_is_loaded_and_exported(run: Run, client: Client, tmp_path: Path) -> None:
     assert re.search(r"^puma560 +Unimation Puma 560", run("models"), re.MULTILINE)
+    heads, *rows = run("models", "--search", "arm 1200", "--maker", "abb").splitlines()
+    assert heads.split() == ["name", "model", "axes", "payload", "reach", "comes", "with"]
+    assert [row.split()[0] for row in rows] == ["irb1200_5_90", "irb1200_7_70"] and "5 kg  0.901 m" in rows[0]
+    assert run("models", "--search", "nothing of the kind") == "the kernel knows no such model\n"
     assert run("load", "model://puma560", "--name", "puma") == "loaded robot puma\n"
     file = tmp_path / "out" / "puma.urdf"
     assert run("export", "puma", str(file)).startswith(f"exported puma to {file}")

@@ -57,9 +57,38 @@ def test_a_plan_tells_the_columns_of_a_base(client: Client, craft: Robot) -> Non
 
 def test_a_program_drives_and_works(client: Client, agv: Robot) -> None:
     program = client.program().move(agv.ptp({"base": [0.2, 0.0, 0.0]})).move(agv.ptp({"lbr_iiwa_joint_1": 0.3}))
-    assert client.check(program).ok
+    assert program.check().ok
     program.start()
     np.testing.assert_array_equal(agv.positions[:4], [0.2, 0.0, 0.0, 0.3])
+
+
+def test_a_base_follows_times_and_jogs(client: Client, agv: Robot, craft: Robot) -> None:
+    agv.start(agv.trajectory([0.0, 0.5, 1.0], [[0.0, 0.0, 0.0], [0.1, 0.0, 0.1], [0.1, 0.1, 0.2]], joints=["base"]))
+    np.testing.assert_allclose(agv.positions[:3], [0.1, 0.1, 0.2], atol=1e-12)
+    agv.jog_joint("base/x", 0.5, 0.2, wait=True)
+    np.testing.assert_allclose(agv.positions[:3], [0.3, 0.1, 0.2], atol=1e-9)
+    here = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
+    craft.start(craft.trajectory([0.0, 1.0], [here, [0.0, 0.0, 0.2, *TURNED]], joints=["base"]))
+    np.testing.assert_allclose(craft.positions[:7], [0.0, 0.0, 0.2, *TURNED], atol=1e-9)
+
+
+def test_setpoints_lead_a_base(client: Client, agv: Robot, craft: Robot) -> None:
+    client.clock.set_stepped()
+    with agv.stream("velocity", ["base"], timeout=1e6) as stream:
+        assert stream.joint_names == ("base/x", "base/y", "base/theta")
+        stream.send({"base/x": 0.1, "base/theta": 0.2}, wait=True)
+        client.clock.step(200)
+        np.testing.assert_allclose(agv.state.velocities[:3], [0.1, 0.0, 0.2], atol=1e-12)
+        client.clock.set_realtime()
+    client.clock.set_stepped()
+    goal = [0.01, 0.0, 0.0, 0.0, 0.0, np.sin(0.01), np.cos(0.01)]
+    with craft.stream(timeout=1e6) as stream:
+        assert len(stream.joint_names) == 7 + 7 and stream.joint_names[6] == "base/qw"
+        stream.send(np.concatenate([goal, np.zeros(7)]), wait=True)
+        client.clock.set_realtime()
+    np.testing.assert_allclose(craft.positions[:7], goal, atol=1e-8)
+    with pytest.raises(virtualrobot.InvalidArgumentError, match="name all of"):
+        craft.stream(joints=["base/qx"])
 
 
 @pytest.mark.parametrize(
@@ -76,7 +105,12 @@ def test_values_that_are_no_coordinates_are_refused(agv: Robot, goal: object, wo
         agv.move_joints(goal)  # pyright: ignore[reportArgumentType]
 
 
-def test_a_quaternion_of_another_length_is_refused(craft: Robot) -> None:
+def test_a_quaternion_of_another_length_is_refused(client: Client, craft: Robot) -> None:
     for change in (craft.move_joints, craft.set_positions, craft.solve_forward):
         with pytest.raises(virtualrobot.InvalidArgumentError, match=r"of length 2; it must have length 1, to 0\.001"):
             change({"base": [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0]})
+    names = [f"base/q{axis}" for axis in "xyzw"]
+    with pytest.raises(virtualrobot.InvalidArgumentError, match=r"positions\[1\] of 'craft' has the quaternion .* 2"):
+        client.collisions.check_configurations("craft", [[0, 0, 0, 1], [0, 0, 0, 2]], joint_names=names)
+    with pytest.raises(virtualrobot.InvalidArgumentError, match="name all of"):
+        client.collisions.check_configurations("craft", [[1.0]], joint_names=names[:1])

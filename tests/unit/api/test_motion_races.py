@@ -18,7 +18,7 @@ from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.clock import Clock, Mode
-from virtualrobot_kernel.world.commands import CancelMotion, Command, StartMotion
+from virtualrobot_kernel.world.commands import AppendMotion, CancelMotion, Command, StartMotion
 from virtualrobot_kernel.world.journal import MemoryJournal
 from virtualrobot_kernel.world.state import Motion
 from virtualrobot_kernel.world.store import Applied, World
@@ -61,11 +61,11 @@ def served(world: World) -> api.MotionServicer:
     """Return the servicer on this world, for the running loop."""
     publications = Publications(world, asyncio.get_running_loop())
     solvers = SimpleNamespace(of=None)  # goals in joints need none, nor anything to keep away from
-    rooms: Any = SimpleNamespace(
-        world=world, publications=publications, limiter=KeyedLimiter(), solvers=solvers, collisions=None
+    kernel: Any = SimpleNamespace(
+        world=world, publications=publications, limiter=KeyedLimiter(), solvers=solvers, collisions=None, workers=None
     )
-    rooms.submit = lambda commands, context, revision=None: world.submit(commands, "a test", revision)
-    return api.MotionServicer(rooms)
+    kernel.submit = lambda commands, context, revision=None: world.submit(commands, "a test", revision)
+    return api.MotionServicer(kernel)
 
 
 def start(goal: float, policy: motion_pb2.BusyPolicy = motion_pb2.BUSY_POLICY_REJECT) -> motion_pb2.StartMotionRequest:
@@ -120,7 +120,7 @@ def test_a_client_that_vanishes_while_its_program_is_planned_ends_the_planning(
 ) -> None:
     begun, ended = threading.Event(), threading.Event()
 
-    def plan(*arguments: object) -> None:
+    def plan(*arguments: object, open: bool) -> None:
         given_up = arguments[3]
         assert callable(given_up)
         begun.set()
@@ -180,3 +180,29 @@ def test_a_watch_sleeps_between_its_messages_and_is_told_the_end_at_once(
         return wakings, [message.motion.phase for message in told]
 
     assert asyncio.run(run()) == ([], [motion_pb2.MOTION_PHASE_RUNNING, motion_pb2.MOTION_PHASE_SUCCEEDED])
+
+
+def test_an_append_that_comes_too_late_is_planned_again_and_begins_from_rest(world: SteeredWorld) -> None:
+    def step(goal: float) -> motion_pb2.ProgramStep:
+        move = start(goal).spec.moves[0]
+        return motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=[move], blend_percent=30.0))
+
+    submitted: list[float | None] = []
+
+    def go_on_first(commands: Sequence[Command]) -> None:
+        if isinstance(commands[0], AppendMotion):
+            submitted.append(commands[0].cut)
+            world.step(120).result()
+
+    async def run() -> motion_pb2.AppendMotionResponse:
+        servicer = served(world)
+        spec = motion_pb2.MotionSpec(steps=[step(1.0)])
+        id = (await servicer.StartMotion(motion_pb2.StartMotionRequest(spec=spec, open=True), CLIENT)).motion.id
+        world.before = go_on_first
+        return await servicer.AppendMotion(motion_pb2.AppendMotionRequest(id=id, steps=[step(1.5)]), CLIENT)
+
+    answer = asyncio.run(run())
+    assert submitted[0] is not None and submitted[-1] is None and len(submitted) == 2
+    assert answer.motion.step_count == 2 and not world.snapshot.state.motions[0].running.ended
+    assert [(note.step, note.kind) for note in answer.notes] == [(0, motion_pb2.PLAN_NOTE_KIND_ZONE_DROPPED)]
+    assert "too near" in answer.notes[0].message

@@ -10,6 +10,7 @@ from virtualrobot_kernel.collision.guard import CollisionGuard
 from virtualrobot_kernel.collision.monitor import Monitor
 from virtualrobot_kernel.collision.program_sweep import first_of_program
 from virtualrobot_kernel.collision.scene import CollisionScene
+from virtualrobot_kernel.motion.setpoint_motion import SetpointMode
 from virtualrobot_kernel.planning.moves import PointToPoint
 from virtualrobot_kernel.planning.plan_motion import plan_motion
 from virtualrobot_kernel.planning.program import MotionSpec
@@ -17,7 +18,14 @@ from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.change import joint_places
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.collisions import CollisionMode
-from virtualrobot_kernel.world.commands import Command, CreateNodes, SetCollisionSettings, StartMotion
+from virtualrobot_kernel.world.commands import (
+    Command,
+    CreateNodes,
+    SetCollisionSettings,
+    SetSetpoint,
+    StartMotion,
+    StartSetpointMotion,
+)
 from virtualrobot_kernel.world.figures import Box, Figure
 from virtualrobot_kernel.world.journal import MemoryJournal
 from virtualrobot_kernel.world.state import EndCause, Snapshot
@@ -27,7 +35,7 @@ from virtualrobot_kernel.world.structure import JointType, Kind, NodeSpec
 from tests.unit.collision.carts import WAIT, replayed
 from tests.unit.collision.worlds import SHAPES
 from tests.unit.planning.cell import chain
-from tests.unit.planning.crafts import FLOATING, PLANAR, SPEED, craft
+from tests.unit.planning.crafts import AXES, FLOATING, PLANAR, SPEED, craft
 from tests.unit.world.builders import TICK, shifted
 
 TURN = {PLANAR: {"base/theta": 3.0}, FLOATING: {"base/qx": 0.0, "base/qy": 0.0, "base/qz": 1.0, "base/qw": 0.0}}
@@ -80,6 +88,24 @@ def test_a_guarded_base_that_turns_stops_before_a_corner_meets(world: World, kin
     angle = 2.0 * np.arctan2(*world.snapshot.state.q[5:7]) if kind is FLOATING else world.snapshot.state.q[2]
     touches = np.pi / 4.0 - np.arccos(0.24 / np.hypot(0.2, 0.2))
     assert 0.0 < touches - angle < 0.01
+
+
+@pytest.mark.parametrize("kind", [PLANAR, FLOATING])
+def test_a_guarded_base_that_follows_velocities_stops_too(world: World, kind: JointType) -> None:
+    CollisionGuard(SHAPES, world)
+    do(world, craft(kind), wall(FACE), SetCollisionSettings(CollisionMode.GUARD))
+    names = tuple(f"base/{axis}" for axis in AXES[kind])
+    do(world, StartSetpointMotion("craft", names, SetpointMode.VELOCITY, 9.0))
+    rates = {"base/x": 0.5, "base/y": 0.3, "base/theta": 0.8, "base/qx": 0.2, "base/qy": -0.3, "base/qz": 0.8}
+    do(world, SetSetpoint(world.snapshot.state.motions[0].id, tuple(rates.get(name, 0.0) for name in names)))
+    corners = np.array([[x, y, z, 1.0] for x in (-0.2, 0.2) for y in (-0.2, 0.2) for z in (-0.2, 0.2)])
+    body = world.snapshot.structure.node("craft.body").uid
+    for _ in range(700):
+        now = world.step(1).result(WAIT)
+        gap = FACE - float((now.world_t(body) @ corners.T)[0].max())
+        assert gap > 0.0
+    assert gap < 0.05
+    assert now.state.ended[-1].cancellation and now.state.ended[-1].cancellation.cause is EndCause.COLLISION
 
 
 @pytest.mark.parametrize("kind", [PLANAR, FLOATING])

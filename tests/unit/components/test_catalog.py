@@ -5,6 +5,7 @@ from __future__ import annotations
 from importlib.metadata import EntryPoint
 
 from virtualrobot_kernel.components.catalog import OWN_PACKAGE, Offer, Plugin, _claims, _without_clashes
+from virtualrobot_sdk.models import Model
 from virtualrobot_sdk.registration import ComponentKind, Isolation
 from virtualrobot_sdk.worker.description import ComponentDescription
 
@@ -14,6 +15,12 @@ def plugin(name: str, component: str, endings: tuple[str, ...] = (), package: st
     kind = ComponentKind.IMPORTER if endings else ComponentKind.KINEMATICS
     about = ComponentDescription(kind, component, "", Isolation.PROCESS, 1.0, endings, {})
     return Plugin(name, package or name, "1.0", "1.0", (Offer(EntryPoint(name, name, "virtualrobot.plugins"), about),))
+
+
+def catalogue(name: str, *models: str, package: str = "") -> Plugin:
+    """Return a plugin that makes models known."""
+    known = tuple(Model(model, "x", scene="x") for model in models)
+    return Plugin(name, package or name, "1.0", "1.0", models=known)
 
 
 def offering(plugins: tuple[Plugin, ...]) -> list[str]:
@@ -40,6 +47,15 @@ def test_a_name_of_the_kernel_s_own_is_never_taken() -> None:
     own = plugin("kinematics", "chain", package=OWN_PACKAGE)
     foreign = plugin("a_chain", "chain")
     assert offering(_without_clashes((own, foreign), _claims((foreign,)))) == ["kinematics"]
+
+
+def test_nobody_takes_the_name_of_a_model() -> None:
+    own = catalogue("models", "ur5e", package=OWN_PACKAGE)
+    mine, late, new = catalogue("mine", "my_arm"), catalogue("a_late_one", "my_arm"), catalogue("new", "ur5e", "x")
+    found = _without_clashes((own, late, mine, new), _claims((mine,)))
+    assert [one.name for one in found if one.models] == ["models", "mine"]
+    assert found[1].reason == "the model 'my_arm' is offered by the plugin 'mine' already; choose another name"
+    assert found[3].reason == "the model 'ur5e' is offered by the plugin 'models' already; choose another name"
 
 
 def test_an_ending_is_a_name_too() -> None:

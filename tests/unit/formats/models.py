@@ -21,7 +21,9 @@ from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.structure import WORLD_NAME, WORLD_UID, JointType, Kind, Node, NodeSpec, Structure
 from virtualrobot_plugins.importers.sdf.importer import SdfImporter
 from virtualrobot_plugins.importers.xacro import Xacro, XacroSettings
+from virtualrobot_plugins.models.tables import read_tables
 from virtualrobot_sdk.importers import Translation
+from virtualrobot_sdk.models import Model
 
 from tests.pybullet_models import pybullet_data
 
@@ -39,10 +41,18 @@ ROBOTS = {
 }
 
 
+MODELS = {model.name: model for model in read_tables()}
+"""The models that the bundled plugin makes known."""
+
+
 class XacroOnly:
-    """The bundled importer for xacro, called in this process."""
+    """The bundled importer for xacro, called in this process, and models by name: the bundled ones unless told."""
 
     endings = (".xacro", ".urdf")
+
+    def __init__(self, models: Mapping[str, Model] = MODELS) -> None:
+        """Know these models."""
+        self.models = models
 
     def translate(
         self, data: bytes, uri: str, files: Mapping[str, bytes | None], settings: Mapping[str, Any]

@@ -13,10 +13,8 @@ import pytest
 from google.protobuf import json_format
 from virtualrobot.v1 import nodes_pb2, scene_pb2
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.formats import model_table
 from virtualrobot_kernel.formats.dh import read_table
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
-from virtualrobot_kernel.formats.model_table import KnownModel
 from virtualrobot_kernel.messages.dh import denavit_hartenberg
 from virtualrobot_kernel.scenes.models import read_model
 from virtualrobot_kernel.world.figures import Box, Cylinder, Figure, Frame
@@ -31,9 +29,10 @@ from virtualrobot_kernel.world.structure import (
     RobotData,
 )
 from virtualrobot_sdk.denavit_hartenberg import Row, Table, frames, pose
+from virtualrobot_sdk.models import Model
 from virtualrobot_sdk.settings import make_settings
 
-from tests.unit.formats.models import disk, forward, structure_of
+from tests.unit.formats.models import XacroOnly, disk, forward, structure_of
 
 CONVENTIONS = ["standard", "modified"]
 KINDS = ("revolute", "prismatic", "revolute", "revolute", "prismatic", "revolute")
@@ -274,16 +273,15 @@ def test_bad_tables_are_refused_by_row_and_field(fields: dict[str, Any], message
 
 
 @pytest.mark.parametrize("name", ["", "left"])
-def test_a_known_model_may_be_a_scene_file_with_a_table(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+def test_a_known_model_may_be_a_scene_file_with_a_table(name: str) -> None:
     """`model://NAME` gives the robot under any name, below any node, on any base."""
-    known = KnownModel("paper", "six axes", "package://virtualrobot_kernel/models/ar_manipulator.yaml")
-    monkeypatch.setattr(model_table, "list_models", lambda: (known,))
+    known = Model("paper", "six axes", "package://virtualrobot_plugins/models/ar_manipulator.yaml")
     files = disk()
     request = scene_pb2.ModelSource(
         uri="model://paper", name=name, parent="table", base_joint=nodes_pb2.JOINT_TYPE_PLANAR
     )
     request.parent_t_node.position.x = 2.0
-    nodes = read_model(MeshLibrary(files.store), request, files, {"ar_manipulator"}).nodes
+    nodes = read_model(MeshLibrary(files.store, XacroOnly({"paper": known})), request, files, {"ar_manipulator"}).nodes
     robot, base = nodes[:2]
     assert robot.name == (name or "ar_manipulator_2")
     assert (robot.parent, robot.parent_t_node[0, 3]) == ("table", 2.0)

@@ -54,6 +54,11 @@ def test_a_prefix_that_nobody_declared() -> None:
     assert data.pattern == Fan(5, -math.pi / 2, math.pi / 2)
 
 
+def test_a_prefix_of_drake_s_that_nobody_declared_is_passed_over() -> None:
+    robot = read_text('<robot name="it"><link name="a"/><drake:collision_filter_group name="b"/></robot>').nodes[0]
+    assert robot.name == "it"
+
+
 def test_a_force_sensor_of_a_joint_is_fixed_to_its_child() -> None:
     found, _ = sensors('<gazebo reference="wrist"><sensor name="ft" type="force_torque"/></gazebo>')
     node = found["it.ft"]

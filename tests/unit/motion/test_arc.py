@@ -40,8 +40,8 @@ def circle_through(points: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
     return center, float(np.linalg.norm(a - center)), normal / np.linalg.norm(normal)
 
 
-def positions(course: Arc) -> np.ndarray:
-    return np.array([course.pose(u)[:3, 3] for u in FRACTIONS])
+def positions(tcp_path: Arc) -> np.ndarray:
+    return np.array([tcp_path.pose(u)[:3, 3] for u in FRACTIONS])
 
 
 def test_an_arc_through_a_point_is_on_the_circle_of_the_three_and_passes_them_in_order(
@@ -50,30 +50,30 @@ def test_an_arc_through_a_point_is_on_the_circle_of_the_three_and_passes_them_in
     """The circle by a linear system, slerp by scipy."""
     for _ in range(50):
         start, goal, via = random_pose(rng), random_pose(rng), rng.uniform(-1.0, 1.0, 3)
-        course = arc(start, Via(via), goal)
+        tcp_path = arc(start, Via(via), goal)
         center, radius, normal = circle_through(np.array([start[:3, 3], via, goal[:3, 3]]))
-        away = positions(course) - center
+        away = positions(tcp_path) - center
         np.testing.assert_allclose(np.linalg.norm(away, axis=1), radius, atol=1e-11, rtol=1e-10)
         np.testing.assert_allclose(away @ normal, 0.0, atol=1e-10)
-        assert course.via is not None
-        assert 0.0 < course.via < 1.0
-        np.testing.assert_allclose(course.pose(course.via)[:3, 3], via, atol=1e-9)
-        np.testing.assert_allclose(course.pose(1.0), goal, atol=1e-9)
-        np.testing.assert_array_equal(course.pose(0.0), start)
+        assert tcp_path.via is not None
+        assert 0.0 < tcp_path.via < 1.0
+        np.testing.assert_allclose(tcp_path.pose(tcp_path.via)[:3, 3], via, atol=1e-9)
+        np.testing.assert_allclose(tcp_path.pose(1.0), goal, atol=1e-9)
+        np.testing.assert_array_equal(tcp_path.pose(0.0), start)
         slerp = Slerp([0.0, 1.0], Rotation.from_matrix([start[:3, :3], goal[:3, :3]]))
-        turned = Rotation.from_matrix([course.pose(u)[:3, :3] for u in FRACTIONS])
+        turned = Rotation.from_matrix([tcp_path.pose(u)[:3, :3] for u in FRACTIONS])
         assert (slerp(FRACTIONS).inv() * turned).magnitude().max() < 1e-7
 
 
 def test_the_twist_is_the_derivative_of_the_pose(rng: np.random.Generator) -> None:
     for with_arc in (False, True):
-        course = arc(random_pose(rng), Via(rng.uniform(-1.0, 1.0, 3)), random_pose(rng), with_arc)
+        tcp_path = arc(random_pose(rng), Via(rng.uniform(-1.0, 1.0, 3)), random_pose(rng), with_arc)
         for u in FRACTIONS:
-            before, after = course.pose(u - 1e-6), course.pose(u + 1e-6)
+            before, after = tcp_path.pose(u - 1e-6), tcp_path.pose(u + 1e-6)
             turn = Rotation.from_matrix(after[:3, :3] @ before[:3, :3].T).as_rotvec()
             difference = np.concatenate([after[:3, 3] - before[:3, 3], turn]) / 2e-6
-            np.testing.assert_allclose(course.twist(u), difference, atol=1e-8 * (1.0 + course.length**2))
-            assert np.linalg.norm(course.twist(u)[:3]) == pytest.approx(course.length)
+            np.testing.assert_allclose(tcp_path.twist(u), difference, atol=1e-8 * (1.0 + tcp_path.length**2))
+            assert np.linalg.norm(tcp_path.twist(u)[:3]) == pytest.approx(tcp_path.length)
 
 
 def test_an_arc_by_an_angle_ends_where_a_turning_disc_would(rng: np.random.Generator) -> None:
@@ -82,35 +82,35 @@ def test_an_arc_by_an_angle_ends_where_a_turning_disc_would(rng: np.random.Gener
     for angle in (*angles, tau, -tau, pi, 20.0 * pi):
         start, axis, radial = random_pose(rng), rng.normal(size=3), rng.normal(size=3)
         center = start[:3, 3] + np.cross(axis, radial)
-        course = arc(start, Center(center, axis, float(angle)), None)
+        tcp_path = arc(start, Center(center, axis, float(angle)), None)
         fixed = arc(start, Center(center, axis, float(angle)), None, with_arc=True)
         unit = axis / np.linalg.norm(axis)
         for u in FRACTIONS:
             turn = Rotation.from_rotvec(u * angle * unit).as_matrix()
             np.testing.assert_allclose(
-                course.pose(u)[:3, 3], center + turn @ (start[:3, 3] - center), atol=1e-11, err_msg=f"{angle}"
+                tcp_path.pose(u)[:3, 3], center + turn @ (start[:3, 3] - center), atol=1e-11, err_msg=f"{angle}"
             )
-            np.testing.assert_array_equal(course.pose(u)[:3, :3], start[:3, :3])
+            np.testing.assert_array_equal(tcp_path.pose(u)[:3, :3], start[:3, :3])
             np.testing.assert_allclose(fixed.pose(u)[:3, :3], turn @ start[:3, :3], atol=1e-11)
-        assert course.length == pytest.approx(abs(angle) * np.linalg.norm(center - start[:3, 3]))
-        np.testing.assert_allclose(course.center, center, atol=1e-12)
+        assert tcp_path.length == pytest.approx(abs(angle) * np.linalg.norm(center - start[:3, 3]))
+        np.testing.assert_allclose(tcp_path.center, center, atol=1e-12)
 
 
 def test_without_an_axis_it_goes_the_shorter_way_and_with_one_by_the_right_hand() -> None:
     start, goal = posed(X), posed(np.array([np.cos(2.0), np.sin(2.0), 0.0]))
     for axis, sweep in ((None, 2.0), (Z, 2.0), (5.0 * Z, 2.0), (-Z, tau - 2.0)):
-        course = arc(start, Center(np.zeros(3), axis), goal)
-        assert course.sweep == pytest.approx(sweep, rel=1e-12)
-        np.testing.assert_allclose(course.pose(1.0), goal, atol=1e-12)
-        assert course.pose(1e-3)[1, 3] > 0.0 if sweep == 2.0 else course.pose(1e-3)[1, 3] < 0.0
+        tcp_path = arc(start, Center(np.zeros(3), axis), goal)
+        assert tcp_path.sweep == pytest.approx(sweep, rel=1e-12)
+        np.testing.assert_allclose(tcp_path.pose(1.0), goal, atol=1e-12)
+        assert tcp_path.pose(1e-3)[1, 3] > 0.0 if sweep == 2.0 else tcp_path.pose(1e-3)[1, 3] < 0.0
 
 
 def test_an_angle_to_a_goal_says_after_how_many_turns() -> None:
     start, goal = posed(X), posed(Y, Rotation.from_rotvec([0.0, 0.3, 0.0]).as_matrix())
     for angle in (pi / 2, pi / 2 + tau, pi / 2 + 4 * tau, pi / 2 - tau, pi / 2 + 5e-5):
-        course = arc(start, Center(np.zeros(3), Z, angle), goal)
-        assert course.sweep == pytest.approx(abs(angle), abs=1e-4)
-        np.testing.assert_allclose(course.pose(1.0), goal, atol=1e-12)
+        tcp_path = arc(start, Center(np.zeros(3), Z, angle), goal)
+        assert tcp_path.sweep == pytest.approx(abs(angle), abs=1e-4)
+        np.testing.assert_allclose(tcp_path.pose(1.0), goal, atol=1e-12)
     whole = arc(start, Center(np.zeros(3), Z, -tau), start)
     assert whole.sweep == pytest.approx(tau)
     assert whole.pose(0.25)[1, 3] == pytest.approx(-1.0)
@@ -121,10 +121,10 @@ def test_a_center_that_is_a_little_off_gives_way_and_the_ends_do_not(rng: np.ran
         start, goal = posed(X), posed(np.array([np.cos(2.0), np.sin(2.0), 0.0]))
         off = rng.uniform(-4e-5, 4e-5, 3)
         for axis in (None, Z, np.array([1e-5, -1e-5, 1.0])):
-            course = arc(start, Center(off, axis), goal)
-            np.testing.assert_allclose(course.pose(1.0), goal, atol=1e-12)
-            assert np.abs(positions(course) @ Z).max() < 1e-4
-            assert np.abs(np.linalg.norm(positions(course), axis=1) - 1.0).max() < 2e-4
+            tcp_path = arc(start, Center(off, axis), goal)
+            np.testing.assert_allclose(tcp_path.pose(1.0), goal, atol=1e-12)
+            assert np.abs(positions(tcp_path) @ Z).max() < 1e-4
+            assert np.abs(np.linalg.norm(positions(tcp_path), axis=1) - 1.0).max() < 2e-4
 
 
 @pytest.mark.parametrize("bow", [2e-5, 1e-3, 0.3])
@@ -132,10 +132,10 @@ def test_a_flat_arc_is_as_exact_as_a_round_one(bow: float, rng: np.random.Genera
     # 0.02 mm over 1 m is a circle of 6 km.
     turn, offset = Rotation.from_rotvec(rng.normal(size=3)).as_matrix(), rng.uniform(-1.0, 1.0, 3)
     start, via, goal = (turn @ point + offset for point in (0.0 * X, 0.5 * X + bow * Y, X))
-    course = arc(posed(start), Via(via), posed(goal))
-    assert course.radius == pytest.approx((0.25 + bow**2) / (2.0 * bow), rel=1e-6)
-    np.testing.assert_allclose(course.pose(1.0)[:3, 3], goal, atol=1e-10)
-    np.testing.assert_allclose(course.pose(0.5)[:3, 3], via, atol=1e-10)
+    tcp_path = arc(posed(start), Via(via), posed(goal))
+    assert tcp_path.radius == pytest.approx((0.25 + bow**2) / (2.0 * bow), rel=1e-6)
+    np.testing.assert_allclose(tcp_path.pose(1.0)[:3, 3], goal, atol=1e-10)
+    np.testing.assert_allclose(tcp_path.pose(0.5)[:3, 3], via, atol=1e-10)
 
 
 def test_limits_along_the_arc_keep_those_in_space_and_are_the_line_s_on_large_circles(
@@ -146,9 +146,9 @@ def test_limits_along_the_arc_keep_those_in_space_and_are_the_line_s_on_large_ci
         velocity, acceleration = 10.0 ** rng.uniform(-2.0, 1.0), 10.0 ** rng.uniform(-1.0, 1.0)
         limits = CartesianLimits(velocity, acceleration, acceleration * 10.0 ** rng.uniform(0.0, 2.0))
         radius, speed = 10.0 ** rng.uniform(-3.0, 1.0), float(rng.uniform(0.01, 1.0))
-        course = arc(posed(radius * X), Center(np.zeros(3), Z, float(rng.uniform(0.1, tau))), None)
-        greatest, along, jerk = course.tangential(limits, speed)
-        law = jerk_limited_profile(course.length, greatest * speed, along, jerk)
+        tcp_path = arc(posed(radius * X), Center(np.zeros(3), Z, float(rng.uniform(0.1, tau))), None)
+        greatest, along, jerk = tcp_path.tangential(limits, speed)
+        law = jerk_limited_profile(tcp_path.length, greatest * speed, along, jerk)
         _, v, a, j = law.states(np.linspace(0.0, law.end, 4001), 3)[:, :, 0]
         assert np.hypot(a, v**2 / radius).max() <= limits.acceleration * (1.0 + 1e-9)
         assert np.hypot(j - v**3 / radius**2, 3.0 * v * a / radius).max() <= limits.jerk * (1.0 + 1e-9)

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason
-from virtualrobot_kernel.motion.cartesian_path import SMALLEST_SINGULAR_VALUE
 from virtualrobot_kernel.motion.jog import SMALLEST_JOG, plan_cartesian_jog, plan_joint_jog
 from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
 from virtualrobot_kernel.motion.plan import Plan
+from virtualrobot_kernel.motion.resolved_rate import SMALLEST_SINGULAR_VALUE
 
 from .motions import FINE, arm_limits, kinematics
 

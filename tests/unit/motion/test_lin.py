@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason
-from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
 from virtualrobot_kernel.motion.plan import Plan, plan_lin
+from virtualrobot_kernel.motion.resolved_rate import TcpKinematics
 from virtualrobot_plugins.chain.component import ChainKinematics
 from virtualrobot_sdk.poses import rotation_matrix, rotation_vector
 

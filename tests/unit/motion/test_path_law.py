@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from virtualrobot_kernel.motion.bounds import JointBound, TcpBound, TimeLaw
 from virtualrobot_kernel.motion.brake import nominal_time
-from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
 from virtualrobot_kernel.motion.cartesian_plan import slowed_down
 from virtualrobot_kernel.motion.limits import CartesianLimits
 from virtualrobot_kernel.motion.path import joint_line, quintic_hermite, smooth_path
@@ -17,6 +16,7 @@ from virtualrobot_kernel.motion.plan import plan_lin, plan_ptp
 from virtualrobot_kernel.motion.planned import Track
 from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
 from virtualrobot_kernel.motion.profile import jerk_limited_profile
+from virtualrobot_kernel.motion.resolved_rate import TcpKinematics
 
 from .motions import FINE, arm_limits, kinematics, random_limits, random_line
 

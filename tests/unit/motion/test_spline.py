@@ -42,41 +42,41 @@ def away(one: np.ndarray, other: np.ndarray) -> tuple[float, float]:
     return float(np.linalg.norm(one[:3, 3] - other[:3, 3])), float(turn)
 
 
-def poses_of(course: Spline, count: int = 2001) -> np.ndarray:
-    return np.array([course.pose(u) for u in np.linspace(0.0, 1.0, count)])
+def poses_of(tcp_path: Spline, count: int = 2001) -> np.ndarray:
+    return np.array([tcp_path.pose(u) for u in np.linspace(0.0, 1.0, count)])
 
 
 def test_a_spline_passes_each_pose_exactly_and_in_order(rng: np.random.Generator) -> None:
     for count in (2, 3, 4, 9):
         poses = random_poses(rng, count)
-        course = spline(poses[0], poses[1:])
-        assert course.knots == tuple(u for u, _ in course.stations[:-1])
-        assert course.stations[-1] == (1.0, f"goals[{count - 2}]")
-        assert list(course.u) == sorted(course.u)
-        for u, pose in zip(course.u, poses, strict=True):
-            np.testing.assert_allclose(course.pose(u), pose, atol=1e-12)
+        tcp_path = spline(poses[0], poses[1:])
+        assert tcp_path.knots == tuple(u for u, _ in tcp_path.stations[:-1])
+        assert tcp_path.stations[-1] == (1.0, f"goals[{count - 2}]")
+        assert list(tcp_path.u) == sorted(tcp_path.u)
+        for u, pose in zip(tcp_path.u, poses, strict=True):
+            np.testing.assert_allclose(tcp_path.pose(u), pose, atol=1e-12)
 
 
 def test_the_twist_is_the_derivative_of_the_pose(rng: np.random.Generator) -> None:
     """By central differences of positions, and of rotations as scipy has them: O(h²) apart."""
     poses = random_poses(rng, 6)
-    course, h = spline(poses[0], poses[1:]), 1e-6
+    tcp_path, h = spline(poses[0], poses[1:]), 1e-6
     for u in rng.uniform(0.01, 0.99, 40):
-        before, after = course.pose(u - h), course.pose(u + h)
+        before, after = tcp_path.pose(u - h), tcp_path.pose(u + h)
         turn = Rotation.from_matrix(after[:3, :3] @ before[:3, :3].T).as_rotvec()
         difference = np.concatenate([after[:3, 3] - before[:3, 3], turn]) / (2.0 * h)
-        np.testing.assert_allclose(course.twist(u), difference, atol=1e-6 * np.abs(course.twist(u)).max() + 1e-6)
+        np.testing.assert_allclose(tcp_path.twist(u), difference, atol=1e-6 * np.abs(tcp_path.twist(u)).max() + 1e-6)
 
 
 def test_velocity_and_acceleration_are_continuous_where_poses_are_passed(rng: np.random.Generator) -> None:
     """One-sided: differences of second order of the twist, left and right of each pose, agree as h² goes to 0."""
     poses = random_poses(rng, 7)
-    course = spline(poses[0], poses[1:])
-    for before, u, after in zip(course.u[:-2], course.u[1:-1], course.u[2:], strict=True):
+    tcp_path = spline(poses[0], poses[1:])
+    for before, u, after in zip(tcp_path.u[:-2], tcp_path.u[1:-1], tcp_path.u[2:], strict=True):
         h = 1e-4 * min(u - before, after - u)
-        at = course.twist(u)
-        left, right = ([course.twist(u + sign * k * h) for k in (1, 2)] for sign in (-1.0, 1.0))
-        np.testing.assert_allclose(course.twist(np.nextafter(u, 0.0)), at, rtol=1e-9, atol=1e-9)
+        at = tcp_path.twist(u)
+        left, right = ([tcp_path.twist(u + sign * k * h) for k in (1, 2)] for sign in (-1.0, 1.0))
+        np.testing.assert_allclose(tcp_path.twist(np.nextafter(u, 0.0)), at, rtol=1e-9, atol=1e-9)
         slope_left = (3.0 * at - 4.0 * left[0] + left[1]) / (2.0 * h)
         slope_right = (-3.0 * at + 4.0 * right[0] - right[1]) / (2.0 * h)
         scale = np.abs(np.stack([slope_left, slope_right])).max() + np.abs(at).max() / min(u - before, after - u)
@@ -85,21 +85,21 @@ def test_velocity_and_acceleration_are_continuous_where_poses_are_passed(rng: np
 
 def test_the_same_curve_in_whatever_frame_it_is_given(rng: np.random.Generator) -> None:
     poses, frame, tool = random_poses(rng, 5), posed(rng.normal(size=3), rng.normal(size=3)), posed(np.zeros(3), X)
-    course = spline(poses[0], poses[1:])
+    tcp_path = spline(poses[0], poses[1:])
     moved = spline(frame @ poses[0], [frame @ pose for pose in poses[1:]])
     held = spline(poses[0] @ tool, [pose @ tool for pose in poses[1:]])
     for u in rng.uniform(0.0, 1.0, 30):
-        np.testing.assert_allclose(moved.pose(u), frame @ course.pose(u), atol=1e-11)
-        np.testing.assert_allclose(held.pose(u), course.pose(u) @ tool, atol=1e-11)
+        np.testing.assert_allclose(moved.pose(u), frame @ tcp_path.pose(u), atol=1e-11)
+        np.testing.assert_allclose(held.pose(u), tcp_path.pose(u) @ tool, atol=1e-11)
 
 
 def test_one_goal_is_a_line(rng: np.random.Generator) -> None:
     start, goal = random_poses(rng, 2)
-    course, line = spline(start, [goal]), line_between(start, goal)
+    tcp_path, line = spline(start, [goal]), line_between(start, goal)
     for u in np.linspace(0.0, 1.0, 11):
-        np.testing.assert_allclose(course.pose(u), line.pose(u), atol=1e-12)
-    assert course.length == pytest.approx(line.length, rel=1e-3)
-    assert course.angle == pytest.approx(line.angle, rel=1e-3)
+        np.testing.assert_allclose(tcp_path.pose(u), line.pose(u), atol=1e-12)
+    assert tcp_path.length == pytest.approx(line.length, rel=1e-3)
+    assert tcp_path.angle == pytest.approx(line.angle, rel=1e-3)
 
 
 def circle(angles: np.ndarray, radius: float = 0.3) -> list[np.ndarray]:
@@ -118,8 +118,8 @@ def test_the_error_on_a_circle_falls_with_the_fourth_power_of_the_number_of_pose
             # A smooth distortion, so that twice the poses lie twice as densely everywhere.
             angles = angles + uneven * np.sin(2.0 * angles)
         poses = circle(angles)
-        course = spline(poses[0], poses[1:])
-        seen = poses_of(course, 1501)
+        tcp_path = spline(poses[0], poses[1:])
+        seen = poses_of(tcp_path, 1501)
         off = np.abs(np.linalg.norm(seen[:, :3, 3], axis=1) - 0.3).max()
         around = np.arctan2(seen[:, 1, 3], seen[:, 0, 3])
         turned = [away(posed(np.zeros(3), a * Z), one)[1] for a, one in zip(around, seen, strict=True)]
@@ -133,29 +133,29 @@ def test_a_straight_row_is_gone_straight_and_evenly_and_turns_about_one_axis_eve
     way, axis = rng.normal(size=3), rng.normal(size=3)
     marks = np.concatenate([[0.0], np.cumsum(rng.uniform(0.01, 1.0, 6))])
     poses = [posed(mark * way, mark * axis * 0.3) for mark in marks]
-    course = spline(poses[0], poses[1:])
+    tcp_path = spline(poses[0], poses[1:])
     for u in np.linspace(0.0, 1.0, 50):
-        np.testing.assert_allclose(course.pose(u)[:3, 3], u * marks[-1] * way, atol=1e-12)
-        assert away(course.pose(u), posed(X, u * marks[-1] * axis * 0.3))[1] < 1e-9
+        np.testing.assert_allclose(tcp_path.pose(u)[:3, 3], u * marks[-1] * way, atol=1e-12)
+        assert away(tcp_path.pose(u), posed(X, u * marks[-1] * axis * 0.3))[1] < 1e-9
 
 
 def test_poses_of_one_orientation_in_a_row_keep_it_between_them() -> None:
     """A cubic spline would swing by about a tenth of the turn that follows."""
     turns = [0.0, 0.0, 0.0, 1.5, 1.5, 1.5]
     poses = [posed(0.1 * k * X, turn * Z) for k, turn in enumerate(turns)]
-    course = spline(poses[0], poses[1:])
-    angles = np.array([Rotation.from_matrix(pose[:3, :3]).as_rotvec()[2] for pose in poses_of(course)])
+    tcp_path = spline(poses[0], poses[1:])
+    angles = np.array([Rotation.from_matrix(pose[:3, :3]).as_rotvec()[2] for pose in poses_of(tcp_path)])
     marks = np.linspace(0.0, 1.0, 2001)
-    np.testing.assert_allclose(angles[marks <= course.u[2]], 0.0, atol=1e-12)
-    np.testing.assert_allclose(angles[marks >= course.u[3]], 1.5, atol=1e-12)
+    np.testing.assert_allclose(angles[marks <= tcp_path.u[2]], 0.0, atol=1e-12)
+    np.testing.assert_allclose(angles[marks >= tcp_path.u[3]], 1.5, atol=1e-12)
     assert np.all(np.diff(angles) >= -1e-12)
 
 
 def test_a_turn_in_place_stays_in_place() -> None:
     poses = [posed(0.0 * X), posed(0.2 * X + 0.1 * Y), posed(0.2 * X + 0.1 * Y, 0.8 * Z), posed(0.4 * X, 0.8 * Z)]
-    course = spline(poses[0], poses[1:])
-    for u in np.linspace(course.u[1], course.u[2], 100):
-        np.testing.assert_allclose(course.pose(u)[:3, 3], [0.2, 0.1, 0.0], atol=1e-12)
+    tcp_path = spline(poses[0], poses[1:])
+    for u in np.linspace(tcp_path.u[1], tcp_path.u[2], 100):
+        np.testing.assert_allclose(tcp_path.pose(u)[:3, 3], [0.2, 0.1, 0.0], atol=1e-12)
 
 
 def test_a_far_pose_beside_near_ones_does_not_swing_the_curve_out() -> None:
@@ -170,15 +170,15 @@ def test_a_far_pose_beside_near_ones_does_not_swing_the_curve_out() -> None:
 
 def test_places_tell_the_goal_that_is_nearest() -> None:
     poses = circle(np.linspace(0.0, tau, 9))
-    course = spline(poses[0], poses[1:])
-    assert course.length == pytest.approx(0.3 * tau, rel=1e-2)
-    assert course.angle == pytest.approx(tau, rel=1e-2)
-    words, metadata = course.place(0.24)
+    tcp_path = spline(poses[0], poses[1:])
+    assert tcp_path.length == pytest.approx(0.3 * tau, rel=1e-2)
+    assert tcp_path.angle == pytest.approx(tau, rel=1e-2)
+    words, metadata = tcp_path.place(0.24)
     assert "at 24.0% of the spline" in words
     assert words.endswith("nearest to goals[1],")
     assert metadata["goal"] == 1
     assert float(str(metadata["millimeters"])) == pytest.approx(0.24e3 * 0.3 * tau, rel=1e-2)
-    assert course.place(0.01)[0].endswith("nearest to the start,")
+    assert tcp_path.place(0.01)[0].endswith("nearest to the start,")
 
 
 def test_what_makes_no_spline_is_refused_by_name(rng: np.random.Generator) -> None:

@@ -32,12 +32,12 @@ def test_each_pose_is_passed_and_all_limits_are_kept(name: str, rng: np.random.G
     assert np.all((q >= limits.lower - 1e-6) & (q <= limits.upper + 1e-6))
     for values, limit in ((v, limits.velocity), (a, limits.acceleration), (j, limits.jerk)):
         assert np.all(np.abs(values) <= limit * (1.0 + 1e-6))
-    course = spline(chain.forward(motion.start)[-1] @ tool, motion.goals)
+    tcp_path = spline(chain.forward(motion.start)[-1] @ tool, motion.goals)
     path = plan.tracks[0].path
-    for u, goal in zip(course.u[1:], motion.goals, strict=True):
+    for u, goal in zip(tcp_path.u[1:], motion.goals, strict=True):
         np.testing.assert_allclose(chain.forward(path.evaluate(u))[-1] @ tool, goal, atol=1e-9)
     for u in rng.uniform(0.0, 1.0, 300):
-        assert np.abs(course.deviation(u, chain.forward(path.evaluate(u))[-1] @ tool)).max() < 1e-6
+        assert np.abs(tcp_path.deviation(u, chain.forward(path.evaluate(u))[-1] @ tool)).max() < 1e-6
     # Just before its end it moves by less than is rounded.
     assert np.all(np.diff(plan.tracks[0].time_law.evaluate(tau)[:, 0]) >= -1e-15)
 

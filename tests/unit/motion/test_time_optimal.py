@@ -14,13 +14,13 @@ from toppra.constraint import JointAccelerationConstraint, JointVelocityConstrai
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion import plan_execution, time_optimal
 from virtualrobot_kernel.motion.bounds import JointBound, TcpBound, TimeLaw
-from virtualrobot_kernel.motion.cartesian_path import TcpKinematics
 from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.path import joint_line, smooth_path
 from virtualrobot_kernel.motion.path_law import path_law
 from virtualrobot_kernel.motion.plan import Plan, plan_circ, plan_lin, plan_ptp
 from virtualrobot_kernel.motion.planned import Track
 from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
+from virtualrobot_kernel.motion.resolved_rate import TcpKinematics
 from virtualrobot_kernel.motion.running_motion import Phase
 
 from .motions import (

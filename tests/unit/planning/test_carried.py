@@ -190,12 +190,12 @@ def test_a_spline_on_the_turning_table_and_one_in_the_world_from_a_rail(
         poses = along(snapshot, planned, fine(planned), reference)
         speed = np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1) / (TICK / 11.0)
         assert speed.max() <= 0.2 * (1.0 + 1e-6)
-        course = spline(start, goals)
+        tcp_path = spline(start, goals)
         # Where it is nearest to each goal in the end: half a step away at most.
         for goal in goals:
             assert np.linalg.norm(poses[:, :3, 3] - goal[:3, 3], axis=1).min() < 0.2 * TICK / 11.0
         for pose in poses[:: len(poses) // 20]:
-            nearest = min(np.linalg.norm(course.pose(u)[:3, 3] - pose[:3, 3]) for u in np.linspace(0.0, 1.0, 2001))
+            nearest = min(np.linalg.norm(tcp_path.pose(u)[:3, 3] - pose[:3, 3]) for u in np.linspace(0.0, 1.0, 2001))
             assert nearest < 1e-3
         check_joints(snapshot, planned)
 

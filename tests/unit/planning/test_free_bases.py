@@ -8,10 +8,12 @@ import pytest
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.running_motion import Phase
-from virtualrobot_kernel.planning.moves import PointToPoint
-from virtualrobot_kernel.planning.program import MoveStep, Zone
+from virtualrobot_kernel.planning.check import check_motion
+from virtualrobot_kernel.planning.moves import JointJog, JointTrajectory, PointToPoint
+from virtualrobot_kernel.planning.program import MotionSpec, MoveStep, Zone
 from virtualrobot_kernel.planning.relative_frame import axes_in_plane
 from virtualrobot_kernel.planning.sampling import sample_times, sampled
+from virtualrobot_kernel.planning.violations import ViolationKind
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import (
     CancelMotion,
@@ -20,12 +22,13 @@ from virtualrobot_kernel.world.commands import (
     SetJointPositions,
     SetMeasuredJoints,
     SetSpeedFactor,
+    UpdateNode,
 )
 from virtualrobot_kernel.world.state import Cancellation, EndCause
-from virtualrobot_kernel.world.structure import JointType
+from virtualrobot_kernel.world.structure import JointType, RobotData
 
 from tests.tiers import Draws
-from tests.unit.planning.cell import pictured
+from tests.unit.planning.cell import chain, pictured
 from tests.unit.planning.crafts import (
     ACCELERATION,
     FLOATING,
@@ -208,6 +211,20 @@ def test_motions_of_a_measured_base_go_on_from_what_is_commanded() -> None:
     assert np.allclose(np.abs(world.state.commanded[uid].q), [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], atol=1e-12)
 
 
+def test_a_posture_with_no_orientation_is_refused_when_it_is_given() -> None:
+    made = craft(FLOATING)
+    data = RobotData(flange="tip", postures={"up": at(FLOATING, np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]))})
+    world = after(empty(), made, UpdateNode("craft", data=data))
+    world, _, _ = run(after(world, planned(world, PointToPoint("craft", "up")).command))
+    assert world.state.q[2] == 1.0
+    for postures, words in (
+        ({"up": {"base/qw": 1.0}}, "the posture 'up' of 'craft': .* turns by a quaternion; name all of"),
+        ({"up": at(FLOATING, np.full(7, 1.0))}, "the posture 'up' of 'craft': .* of length 2; it must have length 1"),
+    ):
+        with pytest.raises(KernelError, match=words):
+            after(world, UpdateNode("craft", data=RobotData(flange="tip", postures=postures)))
+
+
 BAD = {
     "a joint of several coordinates": (
         PLANAR,
@@ -250,3 +267,74 @@ def test_places_with_quaternions_that_are_not_unit_are_refused(length: float) ->
             after(world, command)
     rounded = after(world, SetJointPositions("craft", {"base/qw": 0.9995}))
     assert rounded.state.q[6] == 1.0
+
+
+@pytest.mark.parametrize("given", [False, True])
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_trajectory_passes_its_samples_as_pinocchio_sees_it(
+    kind: JointType, given: bool, rng: np.random.Generator, draws: Draws
+) -> None:
+    model = model_of(kind)
+    for _ in range(draws(5)):
+        world = standing(kind, rng)
+        count = world.structure.q_count - 1
+        times = np.cumsum([0.0, *(TICK * rng.integers(300, 500, 5))])
+        rates = np.zeros((6, count))
+        rates[1:-1, : count - 1 if kind is FLOATING else count] = rng.uniform(-0.1, 0.1, 3 if kind is PLANAR else 6)
+        places = [pinocchio_q(kind, world.state.q[:count])]
+        for span in np.diff(times):
+            step = rng.uniform(-0.3, 0.3, model.nv) * span
+            places.append(pinocchio.integrate(model, places[-1], step))
+        samples = np.array(places) * rng.choice([1.0, -1.0], 6)[:, None] if kind is FLOATING else np.array(
+            [[x, y, np.arctan2(sine, cosine)] for x, y, cosine, sine in places]
+        )  # fmt: skip
+        if kind is FLOATING:
+            samples[:, :3] = np.array(places)[:, :3]  # a quaternion and its negative are one orientation
+        else:
+            samples[:, 2] = np.unwrap(samples[:, 2]) + world.state.q[2] - samples[0, 2]
+        names = tuple(at(kind, samples[0]))
+        move = JointTrajectory("craft", names, times, samples, rates if given else None)
+        _, q, v = run(after(world, planned(world, move).command))
+        for row, time in enumerate(times):
+            there = pinocchio_q(kind, q[round(time / TICK), :count])
+            assert np.abs(pinocchio.difference(model, there, places[row])).max() < 1e-9
+            if given:
+                assert np.allclose(v[round(time / TICK), : model.nv], rates[row, : model.nv], atol=1e-9)
+        for before, here, later, velocity in zip(q, q[1:], q[2:], v[1:], strict=False):
+            ends = [pinocchio_q(kind, one[:count]) for one in (before, here, later)]
+            ways = [pinocchio.difference(model, ends[1], end) for end in (ends[0], ends[2])]
+            rate = (ways[1] - ways[0]) / (2.0 * TICK)
+            assert np.allclose(rate, pinocchio_v(kind, here[:count], velocity[:-1]), atol=1e-4)
+
+
+def test_a_trajectory_that_turns_too_fast_or_is_no_orientation_is_refused() -> None:
+    world = after(empty(), craft(FLOATING))
+    names, times = tuple(at(FLOATING, np.zeros(7))), np.array([0.0, 1.0])
+    here = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
+    half = np.array([0.0, 0.0, 0.0, 0.0, 0.0, np.sin(0.5), np.cos(0.5)])
+    # A quintic from rest to rest is 15/8 times as fast in the middle as on the mean.
+    with pytest.raises(KernelError, match=r"joint 'base/qz' has velocity 1\.\d+, its limit is 1"):
+        planned(world, JointTrajectory("craft", names, times, np.array([here, half])))
+    with pytest.raises(KernelError, match=r"the joint 'base' of a trajectory at 1 s has the quaternion .* of length 2"):
+        planned(world, JointTrajectory("craft", names, times, np.array([here, 2.0 * here])))
+    spec = MotionSpec((JointTrajectory("craft", names, times, np.array([here, half])),))
+    found = check_motion(pictured(world), spec, chain, 0.0, lambda: False).first_violation
+    assert found and (found.kind, found.joint, found.limit) == (
+        ViolationKind.JOINT_ACCELERATION,
+        "base/qz",
+        ACCELERATION,
+    )
+
+
+@pytest.mark.parametrize(("joint", "place"), [("base/x", 0), ("base/y", 1), ("base/theta", 2)])
+def test_a_base_is_jogged_by_its_coordinates(joint: str, place: int, rng: np.random.Generator) -> None:
+    world = standing(PLANAR, rng)
+    after_jog, _, v = run(after(world, planned(world, JointJog("craft", joint, -0.5, 0.3)).command))
+    assert after_jog.state.q[place] == pytest.approx(world.state.q[place] - 0.3, abs=1e-12)
+    assert v[:, place].min() == pytest.approx(-0.5) and not np.delete(v, place, axis=1).any()
+    if joint == "base/theta":
+        turned, _, _ = run(after(world, planned(world, JointJog("craft", joint, 0.5)).command))
+        assert turned.state.q[2] == pytest.approx(world.state.q[2] + 2.0 * np.pi)
+    else:
+        with pytest.raises(KernelError, match=f"joint '{joint}' has no limit that way, so its jog needs a distance"):
+            planned(world, JointJog("craft", joint, 0.5))

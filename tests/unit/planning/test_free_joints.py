@@ -1,4 +1,4 @@
-"""What free joints are used for: at a pose and along a path they go where the wish leads, and the tool stays."""
+"""What free joints are used for: at a pose and along a path they go where the objective leads, and the tool stays."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.motion.cartesian_plan import plan_lin
 from virtualrobot_kernel.motion.nullspace import (
-    away_from_limits,
-    away_from_singularities,
-    away_from_things,
     free_motion,
-    near_posture,
+    joint_limit_clearance,
+    manipulability,
+    obstacle_clearance,
+    posture_distance,
 )
-from virtualrobot_kernel.planning.free_joints import cartesian_tcp, solve_inverse, wish_of
+from virtualrobot_kernel.planning.free_joints import cartesian_tcp, objective_of, solve_inverse
 from virtualrobot_kernel.planning.planned_move import joint_limits
 from virtualrobot_kernel.planning.redundancy import FREE, Preference, Redundancy
 from virtualrobot_kernel.planning.robots import arm_of, tcp_frame, tip_of
@@ -57,18 +57,18 @@ def test_gradients_are_those_of_the_costs(k: int, rng: np.random.Generator) -> N
     posture = rng.uniform(-1.0, 1.0, k)
     posture[1] = np.nan
     shape = rng.normal(size=(6, k, k))
-    wishes = [
-        away_from_limits(lower, upper),
-        near_posture(posture),
-        away_from_singularities(lambda q: np.eye(6, k) + 0.1 * np.sin(shape @ q)),  # far from any
+    objectives = [
+        joint_limit_clearance(lower, upper),
+        posture_distance(posture),
+        manipulability(lambda q: np.eye(6, k) + 0.1 * np.sin(shape @ q)),  # far from any
     ]
-    for i, wish in enumerate(wishes):
+    for i, objective in enumerate(objectives):
         q = rng.uniform(-0.9, 0.9, k)
         steps = 1e-6 * np.eye(k)
-        expected = [(wish(q + step)[0] - wish(q - step)[0]) / 2e-6 for step in steps]
-        np.testing.assert_allclose(wish(q)[1], expected, rtol=1e-4, atol=1e-5)
+        expected = [(objective(q + step)[0] - objective(q - step)[0]) / 2e-6 for step in steps]
+        np.testing.assert_allclose(objective(q)[1], expected, rtol=1e-4, atol=1e-5)
         if i < 2:
-            assert wish(q)[1][i] == 0.0
+            assert objective(q)[1][i] == 0.0
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -84,12 +84,14 @@ def test_a_pose_is_solved_where_the_wish_is_best_nearby(
         _, plain = solve_inverse(snapshot, node, target, {}, solvers.of)
         _, better = solve_inverse(snapshot, node, target, {}, solvers.of, redundancy=redundancy)
         tcp = cartesian_tcp(snapshot, arm, solvers.of, FREE)
-        wish = wish_of(snapshot, arm, redundancy, solvers.of(snapshot, arm).jacobian, np.array(list(seed.values())))
-        assert wish is not None
-        costs = [wish(q)[0] for q in better.solutions]
+        objective = objective_of(
+            snapshot, arm, redundancy, solvers.of(snapshot, arm).jacobian, np.array(list(seed.values()))
+        )
+        assert objective is not None
+        costs = [objective(q)[0] for q in better.solutions]
         assert costs == sorted(costs)
-        assert costs[0] <= min(wish(q)[0] for q in plain.solutions[:8]) + 1e-12
-        assert costs[0] < wish(np.array(list(seed.values())))[0], "a random posture is not the best one"
+        assert costs[0] <= min(objective(q)[0] for q in plain.solutions[:8]) + 1e-12
+        assert costs[0] < objective(np.array(list(seed.values())))[0], "a random posture is not the best one"
         for q in better.solutions:
             np.testing.assert_allclose(
                 tip_of(snapshot, arm)(q), tip_of(snapshot, arm)(np.array(list(seed.values()))), atol=1e-9
@@ -97,7 +99,7 @@ def test_a_pose_is_solved_where_the_wish_is_best_nearby(
             assert ((q >= arm.serial().lower) & (q <= arm.serial().upper)).all()
         assert len(better.configurations) == len(better.solutions)
         assert len(better.arm_angles) in (0, len(better.solutions))
-        assert tcp.wish is None
+        assert tcp.objective is None
 
 
 def test_a_pose_is_solved_near_a_wanted_posture(solvers: Solvers, rng: np.random.Generator) -> None:
@@ -115,14 +117,14 @@ def test_a_pose_is_solved_near_a_wanted_posture(solvers: Solvers, rng: np.random
             least = np.linalg.svd(solvers.of(snapshot, arm_of(snapshot, node)).jacobian(q), compute_uv=False)[-1]
             _, given = solve_inverse(snapshot, node, tcp_frame(snapshot, node), away, solvers.of)
             off = min((np.abs(one - q).max() for one in given.solutions[:1]), default=np.inf)
-        wish = Redundancy(preference=Preference.POSTURE, posture=wanted)
-        _, found = solve_inverse(snapshot, node, tcp_frame(snapshot, node), away, solvers.of, redundancy=wish)
+        objective = Redundancy(preference=Preference.POSTURE, posture=wanted)
+        _, found = solve_inverse(snapshot, node, tcp_frame(snapshot, node), away, solvers.of, redundancy=objective)
         np.testing.assert_allclose(found.solutions[0], q, atol=2e-3)
 
 
 @pytest.mark.parametrize("model", MODELS)
 def test_a_line_follows_the_wish_and_stays_a_line(solvers: Solvers, model: str, rng: np.random.Generator) -> None:
-    """To 0.01 mm, within the joints' limits, and to postures that cost less in the sum than without the wish.
+    """To 0.01 mm, within the joints' limits, and to postures that cost less in the sum than without the objective.
 
     Going downhill is no promise for one line, so a sum that says otherwise is asked of more of them.
     """
@@ -133,15 +135,15 @@ def test_a_line_follows_the_wish_and_stays_a_line(solvers: Solvers, model: str, 
         arm = arm_of(snapshot, node)
         limits, start = joint_limits(snapshot, node, arm.joint_names)
         tcp = cartesian_tcp(snapshot, arm, solvers.of, LIMITS)
-        assert tcp.wish is not None
+        assert tcp.objective is not None
         goal = tcp.pose(start)
         goal[:3, 3] += 0.15 * rng.uniform(-1.0, 1.0, 3)
         try:
             plain = plan_lin(tcp.kinematics, start, goal, limits, tip_t_tcp=tcp.tip_t_tcp)
-            wished = plan_lin(tcp.kinematics, start, goal, limits, tip_t_tcp=tcp.tip_t_tcp, wish=tcp.wish)
+            wished = plan_lin(tcp.kinematics, start, goal, limits, tip_t_tcp=tcp.tip_t_tcp, objective=tcp.objective)
         except KernelError:
             continue  # a limit or a singularity on the way
-        gains.append(tcp.wish(plain.goal)[0] - tcp.wish(wished.goal)[0])
+        gains.append(tcp.objective(plain.goal)[0] - tcp.objective(wished.goal)[0])
         np.testing.assert_allclose(tcp.pose(wished.goal), goal, atol=1e-6)
         track = wished.tracks[0]
         line = goal[:3, 3] - tcp.pose(start)[:3, 3]
@@ -159,10 +161,10 @@ def test_free_motion_goes_downhill_and_the_tool_stays(rng: np.random.Generator) 
     for _ in range(100):
         k = int(rng.integers(7, 11))
         jacobian, rate, q = rng.normal(size=(6, k)), rng.normal(size=k), rng.uniform(-2.0, 2.0, k)
-        wish = away_from_limits(np.full(k, -2.1), np.full(k, 2.1))
-        free = free_motion(jacobian, rate, wish, q)
+        objective = joint_limit_clearance(np.full(k, -2.1), np.full(k, 2.1))
+        free = free_motion(jacobian, rate, objective, q)
         np.testing.assert_allclose(jacobian @ free, 0.0, atol=1e-10)
-        assert wish(q)[1] @ free < 0.0
+        assert objective(q)[1] @ free < 0.0
         assert 0.0 < np.linalg.norm(free) <= np.linalg.norm(rate)
 
 
@@ -178,9 +180,9 @@ def test_a_line_that_would_meet_a_limit_is_led_away_from_it(solvers: Solvers) ->
         tcp = cartesian_tcp(snapshot, arm, solvers.of, LIMITS)
         goal = tcp.pose(start)
         goal[:3, 3] += 0.3 * rng.uniform(-1.0, 1.0, 3)
-        for name, wish in (("plain", None), ("wished", tcp.wish)):
+        for name, objective in (("plain", None), ("wished", tcp.objective)):
             try:
-                plan_lin(tcp.kinematics, start, goal, limits, tip_t_tcp=tcp.tip_t_tcp, wish=wish)
+                plan_lin(tcp.kinematics, start, goal, limits, tip_t_tcp=tcp.tip_t_tcp, objective=objective)
                 gone[name] += 1
             except KernelError:
                 pass
@@ -222,9 +224,9 @@ def test_a_posture_whose_arm_angle_nobody_tells_is_left_as_it_was() -> None:
 
 def test_a_posture_of_unknown_joints_is_refused(solvers: Solvers) -> None:
     snapshot, node = standing("panda", {"panda_joint4": -1.5, "panda_joint6": 1.5})
-    wish = Redundancy(preference=Preference.POSTURE, posture={"panda_joint9": 0.0})
+    objective = Redundancy(preference=Preference.POSTURE, posture={"panda_joint9": 0.0})
     with pytest.raises(UnknownNameError, match="panda_joint9"):
-        solve_inverse(snapshot, node, tcp_frame(snapshot, node), {}, solvers.of, redundancy=wish)
+        solve_inverse(snapshot, node, tcp_frame(snapshot, node), {}, solvers.of, redundancy=objective)
 
 
 def test_the_wish_to_stay_away_is_the_gradient_of_its_cost(rng: np.random.Generator) -> None:
@@ -233,11 +235,11 @@ def test_the_wish_to_stay_away_is_the_gradient_of_its_cost(rng: np.random.Genera
     The joints change them by less than 0.05 m, so none comes as near as things count at most.
     """
     slopes, base = rng.uniform(-0.012, 0.012, (3, 4)), np.array([0.1, 0.2, 0.4])
-    wish = away_from_things(lambda q: (base + slopes @ q, slopes), np.full(4, -2.0), np.full(4, 2.0))
+    objective = obstacle_clearance(lambda q: (base + slopes @ q, slopes), np.full(4, -2.0), np.full(4, 2.0))
     q = rng.uniform(-1.0, 1.0, 4)
-    expected = [(wish(q + step)[0] - wish(q - step)[0]) / 2e-6 for step in 1e-6 * np.eye(4)]
-    np.testing.assert_allclose(wish(q)[1], expected, rtol=1e-5, atol=1e-8)
-    near = wish(np.zeros(4))[0]
+    expected = [(objective(q + step)[0] - objective(q - step)[0]) / 2e-6 for step in 1e-6 * np.eye(4)]
+    np.testing.assert_allclose(objective(q)[1], expected, rtol=1e-5, atol=1e-8)
+    near = objective(np.zeros(4))[0]
     assert near == pytest.approx(0.0025 * ((10.0 - 1.0 / 0.3) ** 2 + (5.0 - 1.0 / 0.3) ** 2))
-    nothing = away_from_things(lambda q: (np.zeros(0), np.zeros((0, 4))), np.full(4, -2.0), np.full(4, 2.0))
+    nothing = obstacle_clearance(lambda q: (np.zeros(0), np.zeros((0, 4))), np.full(4, -2.0), np.full(4, 2.0))
     assert nothing(np.zeros(4))[0] == 0.0 and not nothing(np.zeros(4))[1].any()

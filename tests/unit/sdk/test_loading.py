@@ -12,6 +12,7 @@ import pytest
 from virtualrobot_sdk.errors import PluginError
 from virtualrobot_sdk.hookspecs import API_VERSION, ENTRY_POINT_GROUP, HOOKS
 from virtualrobot_sdk.loading import load
+from virtualrobot_sdk.models import Model
 from virtualrobot_sdk.registration import ComponentKind, Isolation, Registration
 
 HEAD = """
@@ -48,9 +49,10 @@ class Arm:
 """
 VERSION = 'api_version = "1.0"\n'
 KINEMATICS = "@hookimpl\ndef virtualrobot_register_kinematics(register):\n    "
+MODELS = "@hookimpl\ndef virtualrobot_register_models(register):\n    "
 IMPORTERS = "@hookimpl\ndef virtualrobot_register_importers(register):\n    "
 
-Plugin = Callable[..., tuple[str, tuple[Registration, ...]]]
+Plugin = Callable[..., tuple[str, tuple[Registration, ...], tuple[Model, ...]]]
 
 
 @pytest.fixture
@@ -59,7 +61,7 @@ def plugin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Plugin]:
     monkeypatch.syspath_prepend(tmp_path)
     name = f"plugin_{tmp_path.parent.name}_{tmp_path.name}".replace("-", "_")
 
-    def write(text: str, attribute: str = "") -> tuple[str, tuple[Registration, ...]]:
+    def write(text: str, attribute: str = "") -> tuple[str, tuple[Registration, ...], tuple[Model, ...]]:
         (tmp_path / f"{name}.py").write_text(text, encoding="utf-8")
         return load(EntryPoint("mine", name + attribute, ENTRY_POINT_GROUP))
 
@@ -68,7 +70,7 @@ def plugin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Plugin]:
 
 
 def test_a_plugin_registers_components_of_each_kind(plugin: Plugin) -> None:
-    version, found = plugin(
+    version, found, _ = plugin(
         HEAD
         + VERSION
         + KINEMATICS
@@ -98,8 +100,18 @@ def test_a_plugin_may_be_an_object(plugin: Plugin) -> None:
         "    def virtualrobot_register_kinematics(self, register): register('arm', arm)\n"
         "own = Own()\n"
     )
-    version, (arm,) = plugin(text, ":own")
+    version, (arm,), _ = plugin(text, ":own")
     assert (version, arm.name) == ("1.0", "arm")
+
+
+def models(text: str) -> str:
+    return HEAD + VERSION + "from virtualrobot_sdk.models import Model\n" + MODELS + text + "\n"
+
+
+def test_a_plugin_of_models_alone_is_one(plugin: Plugin) -> None:
+    text = "register(Model('arm', 'An arm', uri='package://mine/arm.urdf', settings={'arguments': {'a': 'b'}}))"
+    _, components, (arm,) = plugin(models(text))
+    assert (components, arm.name, arm.installed, arm.settings["arguments"]) == ((), "arm", False, {"a": "b"})
 
 
 def test_each_kind_of_component_has_a_hook() -> None:
@@ -117,6 +129,14 @@ def importers(text: str) -> str:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
+        # Models
+        (models("register('arm')"), "'arm' is registered as a model; it must be a virtualrobot_sdk.models.Model"),
+        (models("register(Model('Arm', 'x', scene='x'))"), r"the model 'Arm' is not as it must be: .*\$.name"),
+        (models("register(Model('arm', 'x', scene='x', axes=-1))"), r"the model 'arm' is not .*\$.axes"),
+        (models("register(Model('arm', 'x'))"), "'arm' has neither uri nor scene; give one of them"),
+        (models("register(Model('arm', 'x', scene='x', uri='package://a/b'))"), "'arm' has both uri and scene"),
+        (models("register(Model('arm', 'x', uri='/b.urdf'))"), "'/b.urdf'; it must be package://PACKAGE/FILE"),
+        (models("[register(Model('arm', 'x', scene='x')) for _ in '12']"), "the model 'arm' is registered twice"),
         # Import
         (
             "import no_such_library",

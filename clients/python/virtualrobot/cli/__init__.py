@@ -14,7 +14,7 @@ from virtualrobot.cli.options import Target, target_options
 _COMMANDS = {
     "serve": ("virtualrobot.cli.serve", "Start a kernel and keep it running."),
     "load": ("virtualrobot.cli.scene", "Load a model or a scene file."),
-    "models": ("virtualrobot.cli.scene", "Show the robots that the kernel knows by name."),
+    "models": ("virtualrobot.cli.scene", "Show the robots and grippers that the kernel knows by name."),
     "save": ("virtualrobot.cli.scene", "Save the world to a scene file."),
     "export": ("virtualrobot.cli.scene", "Write a robot as URDF, or anything as glTF."),
     "ls": ("virtualrobot.cli.scene", "Draw the scene tree."),

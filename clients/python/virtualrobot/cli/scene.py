@@ -123,15 +123,26 @@ def export(target: Target, node: str, file: Path) -> None:
 
 
 @click.command()
+@click.option("--search", default="", metavar="WORDS", help="Those with all these words in name, text, maker or kind.")
+@click.option("--maker", default="", help="Those of this maker, such as KUKA.")
 @target_options
-def models(target: Target) -> None:
-    """Show the robots that the kernel knows by name; 'virtualrobot load model://NAME' loads one."""
+def models(target: Target, search: str, maker: str) -> None:
+    """Show the robots and grippers that the kernel knows by name; 'virtualrobot load model://NAME' loads one."""
     from virtualrobot.tables import aligned
 
     with target.connect() as client:
-        known = client.models()
-    rows = [[m.name, m.description, m.package, "" if m.installed else "not installed"] for m in known]
-    click.echo("\n".join(aligned(rows, left=4)) if rows else "the kernel knows no models")
+        known = client.models(search, maker=maker)
+    heads = ["name", "model", "axes", "payload", "reach", "comes with"]
+    rows = [
+        [
+            *(model.name, model.description, str(model.axes)),
+            f"{model.payload:g} kg" if model.payload else "",
+            f"{model.reach:g} m" if model.reach else "",
+            model.package if model.installed else f"pip install {model.package}",
+        ]
+        for model in known
+    ]
+    click.echo("\n".join(aligned([heads, *rows], left=2)) if rows else "the kernel knows no such model")
 
 
 @click.command()

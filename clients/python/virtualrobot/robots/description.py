@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from virtualrobot._wire.services import Services
 from virtualrobot.v1 import nodes_pb2, robot_pb2
 
@@ -27,6 +29,7 @@ def joints_now(services: Services, robot: str) -> dict[str, float]:
     return dict(zip(coordinate_names(described(services, robot)), state.positions, strict=True))
 
 
-def coordinate_names(description: robot_pb2.GetRobotResponse) -> list[str]:
-    """Return what the coordinates of all joints are called, in the order of positions."""
-    return [name for joint in description.joints for name in joint.coordinate_names]
+def coordinate_names(description: robot_pb2.GetRobotResponse, joints: Sequence[str] | None = None) -> list[str]:
+    """Return the names of the coordinates of joints, or of all joints in the order of positions."""
+    own = {joint.name: list(joint.coordinate_names) for joint in description.joints}
+    return [coordinate for joint in (own if joints is None else joints) for coordinate in own.get(joint, [joint])]

@@ -64,6 +64,7 @@ class MotionPhase(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     MOTION_PHASE_CANCELLED: _ClassVar[MotionPhase]
     MOTION_PHASE_WAITING: _ClassVar[MotionPhase]
     MOTION_PHASE_ABORTED: _ClassVar[MotionPhase]
+    MOTION_PHASE_STARVED: _ClassVar[MotionPhase]
 
 class EndCause(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
@@ -139,6 +140,7 @@ MOTION_PHASE_SUCCEEDED: MotionPhase
 MOTION_PHASE_CANCELLED: MotionPhase
 MOTION_PHASE_WAITING: MotionPhase
 MOTION_PHASE_ABORTED: MotionPhase
+MOTION_PHASE_STARVED: MotionPhase
 END_CAUSE_UNSPECIFIED: EndCause
 END_CAUSE_CALL: EndCause
 END_CAUSE_STOP: EndCause
@@ -182,18 +184,46 @@ class MotionSpec(_message.Message):
     def __init__(self, moves: _Optional[_Iterable[_Union[Move, _Mapping]]] = ..., steps: _Optional[_Iterable[_Union[ProgramStep, _Mapping]]] = ..., tracking: _Optional[_Union[Tracking, _Mapping]] = ...) -> None: ...
 
 class StartMotionRequest(_message.Message):
-    __slots__ = ("spec", "busy_policy", "on_disconnect", "expected_structure_revision", "request_id")
+    __slots__ = ("spec", "busy_policy", "on_disconnect", "expected_structure_revision", "request_id", "open")
     SPEC_FIELD_NUMBER: _ClassVar[int]
     BUSY_POLICY_FIELD_NUMBER: _ClassVar[int]
     ON_DISCONNECT_FIELD_NUMBER: _ClassVar[int]
     EXPECTED_STRUCTURE_REVISION_FIELD_NUMBER: _ClassVar[int]
     REQUEST_ID_FIELD_NUMBER: _ClassVar[int]
+    OPEN_FIELD_NUMBER: _ClassVar[int]
     spec: MotionSpec
     busy_policy: BusyPolicy
     on_disconnect: DisconnectPolicy
     expected_structure_revision: int
     request_id: str
-    def __init__(self, spec: _Optional[_Union[MotionSpec, _Mapping]] = ..., busy_policy: _Optional[_Union[BusyPolicy, str]] = ..., on_disconnect: _Optional[_Union[DisconnectPolicy, str]] = ..., expected_structure_revision: _Optional[int] = ..., request_id: _Optional[str] = ...) -> None: ...
+    open: bool
+    def __init__(self, spec: _Optional[_Union[MotionSpec, _Mapping]] = ..., busy_policy: _Optional[_Union[BusyPolicy, str]] = ..., on_disconnect: _Optional[_Union[DisconnectPolicy, str]] = ..., expected_structure_revision: _Optional[int] = ..., request_id: _Optional[str] = ..., open: bool = ...) -> None: ...
+
+class AppendMotionRequest(_message.Message):
+    __slots__ = ("id", "steps", "last", "expected_step_count", "expected_structure_revision", "request_id")
+    ID_FIELD_NUMBER: _ClassVar[int]
+    STEPS_FIELD_NUMBER: _ClassVar[int]
+    LAST_FIELD_NUMBER: _ClassVar[int]
+    EXPECTED_STEP_COUNT_FIELD_NUMBER: _ClassVar[int]
+    EXPECTED_STRUCTURE_REVISION_FIELD_NUMBER: _ClassVar[int]
+    REQUEST_ID_FIELD_NUMBER: _ClassVar[int]
+    id: str
+    steps: _containers.RepeatedCompositeFieldContainer[ProgramStep]
+    last: bool
+    expected_step_count: int
+    expected_structure_revision: int
+    request_id: str
+    def __init__(self, id: _Optional[str] = ..., steps: _Optional[_Iterable[_Union[ProgramStep, _Mapping]]] = ..., last: bool = ..., expected_step_count: _Optional[int] = ..., expected_structure_revision: _Optional[int] = ..., request_id: _Optional[str] = ...) -> None: ...
+
+class AppendMotionResponse(_message.Message):
+    __slots__ = ("stamp", "motion", "notes")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    MOTION_FIELD_NUMBER: _ClassVar[int]
+    NOTES_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    motion: Motion
+    notes: _containers.RepeatedCompositeFieldContainer[PlanNote]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., motion: _Optional[_Union[Motion, _Mapping]] = ..., notes: _Optional[_Iterable[_Union[PlanNote, _Mapping]]] = ...) -> None: ...
 
 class ProgramStep(_message.Message):
     __slots__ = ("move", "set_signal", "wait_signal", "dwell")

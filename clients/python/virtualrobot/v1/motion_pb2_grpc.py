@@ -40,6 +40,11 @@ class MotionServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_motion__pb2.StartMotionRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_motion__pb2.StartMotionResponse.FromString,
                 _registered_method=True)
+        self.AppendMotion = channel.unary_unary(
+                '/virtualrobot.v1.MotionService/AppendMotion',
+                request_serializer=virtualrobot_dot_v1_dot_motion__pb2.AppendMotionRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_motion__pb2.AppendMotionResponse.FromString,
+                _registered_method=True)
         self.PlanMotion = channel.unary_unary(
                 '/virtualrobot.v1.MotionService/PlanMotion',
                 request_serializer=virtualrobot_dot_v1_dot_motion__pb2.PlanMotionRequest.SerializeToString,
@@ -104,6 +109,16 @@ class MotionServiceServicer(object):
     def StartMotion(self, request, context):
         """Plans a motion outside the world thread and starts it; answers when it runs. Refused with the place and the reason
         when it would meet a limit, a singularity or an unreachable pose; then nothing moves.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def AppendMotion(self, request, context):
+        """Appends steps to a program that was started open, while it runs or when it is STARVED: planned from where it will end,
+        on the world as it is. Its last step, where it has a zone, goes over into the first new one without stopping, if the
+        motion is not too near to its end; notes tell where it stops, and why. Refused as WRONG_STATE for a motion that is not
+        open, is stopping or has ended, and else as a start is; then the program is as it was.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
@@ -201,6 +216,11 @@ def add_MotionServiceServicer_to_server(servicer, server):
                     request_deserializer=virtualrobot_dot_v1_dot_motion__pb2.StartMotionRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_motion__pb2.StartMotionResponse.SerializeToString,
             ),
+            'AppendMotion': grpc.unary_unary_rpc_method_handler(
+                    servicer.AppendMotion,
+                    request_deserializer=virtualrobot_dot_v1_dot_motion__pb2.AppendMotionRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_motion__pb2.AppendMotionResponse.SerializeToString,
+            ),
             'PlanMotion': grpc.unary_unary_rpc_method_handler(
                     servicer.PlanMotion,
                     request_deserializer=virtualrobot_dot_v1_dot_motion__pb2.PlanMotionRequest.FromString,
@@ -285,6 +305,33 @@ class MotionService(object):
             '/virtualrobot.v1.MotionService/StartMotion',
             virtualrobot_dot_v1_dot_motion__pb2.StartMotionRequest.SerializeToString,
             virtualrobot_dot_v1_dot_motion__pb2.StartMotionResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def AppendMotion(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/virtualrobot.v1.MotionService/AppendMotion',
+            virtualrobot_dot_v1_dot_motion__pb2.AppendMotionRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_motion__pb2.AppendMotionResponse.FromString,
             options,
             channel_credentials,
             insecure,

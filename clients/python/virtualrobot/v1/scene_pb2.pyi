@@ -379,32 +379,48 @@ class ListModelsResponse(_message.Message):
     def __init__(self, models: _Optional[_Iterable[_Union[KnownModel, _Mapping]]] = ...) -> None: ...
 
 class KnownModel(_message.Message):
-    __slots__ = ("name", "description", "uri", "package", "installed")
+    __slots__ = ("name", "description", "uri", "package", "installed", "maker", "kind", "axes", "payload_kilograms", "reach_meters", "license", "source")
     NAME_FIELD_NUMBER: _ClassVar[int]
     DESCRIPTION_FIELD_NUMBER: _ClassVar[int]
     URI_FIELD_NUMBER: _ClassVar[int]
     PACKAGE_FIELD_NUMBER: _ClassVar[int]
     INSTALLED_FIELD_NUMBER: _ClassVar[int]
+    MAKER_FIELD_NUMBER: _ClassVar[int]
+    KIND_FIELD_NUMBER: _ClassVar[int]
+    AXES_FIELD_NUMBER: _ClassVar[int]
+    PAYLOAD_KILOGRAMS_FIELD_NUMBER: _ClassVar[int]
+    REACH_METERS_FIELD_NUMBER: _ClassVar[int]
+    LICENSE_FIELD_NUMBER: _ClassVar[int]
+    SOURCE_FIELD_NUMBER: _ClassVar[int]
     name: str
     description: str
     uri: str
     package: str
     installed: bool
-    def __init__(self, name: _Optional[str] = ..., description: _Optional[str] = ..., uri: _Optional[str] = ..., package: _Optional[str] = ..., installed: bool = ...) -> None: ...
+    maker: str
+    kind: str
+    axes: int
+    payload_kilograms: float
+    reach_meters: float
+    license: str
+    source: str
+    def __init__(self, name: _Optional[str] = ..., description: _Optional[str] = ..., uri: _Optional[str] = ..., package: _Optional[str] = ..., installed: bool = ..., maker: _Optional[str] = ..., kind: _Optional[str] = ..., axes: _Optional[int] = ..., payload_kilograms: _Optional[float] = ..., reach_meters: _Optional[float] = ..., license: _Optional[str] = ..., source: _Optional[str] = ...) -> None: ...
 
 class LoadSceneRequest(_message.Message):
-    __slots__ = ("text", "uri", "files", "add", "strict")
+    __slots__ = ("text", "uri", "files", "add", "strict", "request_id")
     TEXT_FIELD_NUMBER: _ClassVar[int]
     URI_FIELD_NUMBER: _ClassVar[int]
     FILES_FIELD_NUMBER: _ClassVar[int]
     ADD_FIELD_NUMBER: _ClassVar[int]
     STRICT_FIELD_NUMBER: _ClassVar[int]
+    REQUEST_ID_FIELD_NUMBER: _ClassVar[int]
     text: str
     uri: str
     files: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.AssetFile]
     add: bool
     strict: bool
-    def __init__(self, text: _Optional[str] = ..., uri: _Optional[str] = ..., files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ..., add: bool = ..., strict: bool = ...) -> None: ...
+    request_id: str
+    def __init__(self, text: _Optional[str] = ..., uri: _Optional[str] = ..., files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ..., add: bool = ..., strict: bool = ..., request_id: _Optional[str] = ...) -> None: ...
 
 class LoadSceneResponse(_message.Message):
     __slots__ = ("stamp", "created", "warnings")

@@ -118,7 +118,7 @@ class SceneServiceServicer(object):
         raise NotImplementedError('Method not implemented!')
 
     def ListModels(self, request, context):
-        """The robots that the kernel knows by name, for ImportModel as `model://NAME`.
+        """The models of robots and grippers that plugins know by name, for ImportModel as `model://NAME`.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')

@@ -26,7 +26,7 @@ if _version_not_supported:
 
 
 class ViewServiceStub(object):
-    """What every open viewer shows.
+    """Settings of the picture that every open viewer shows, pictures and films, and what lies under a pixel.
     """
 
     def __init__(self, channel):
@@ -78,11 +78,11 @@ class ViewServiceStub(object):
 
 
 class ViewServiceServicer(object):
-    """What every open viewer shows.
+    """Settings of the picture that every open viewer shows, pictures and films, and what lies under a pixel.
     """
 
     def GetView(self, request, context):
-        """How the picture is set up.
+        """The settings of the picture.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
@@ -117,14 +117,14 @@ class ViewServiceServicer(object):
         raise NotImplementedError('Method not implemented!')
 
     def PickPixel(self, request, context):
-        """What is under a pixel.
+        """Finds the node and the point under a pixel.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
     def MeasurePointDistance(self, request, context):
-        """How far points of nodes are apart now.
+        """Measures the distance of two points of nodes.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
@@ -189,7 +189,7 @@ def add_ViewServiceServicer_to_server(servicer, server):
 
  # This class is part of an EXPERIMENTAL API.
 class ViewService(object):
-    """What every open viewer shows.
+    """Settings of the picture that every open viewer shows, pictures and films, and what lies under a pixel.
     """
 
     @staticmethod

@@ -12,24 +12,16 @@ from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.report import thinned
 from virtualrobot_kernel.collision.scene import Collision, Detail, Nearest
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.messages.values import by_name, check_enum, vector_message
+from virtualrobot_kernel.messages.codecs import EnumTable
+from virtualrobot_kernel.messages.values import by_name, vector_message
 from virtualrobot_kernel.planning.robots import standing_at
 from virtualrobot_kernel.world.change import with_positions
 from virtualrobot_kernel.world.figures import Mesh
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind, Structure
 
-DETAILS = {
-    collision_pb2.COLLISION_DETAIL_UNSPECIFIED: Detail.PAIRS,
-    **{getattr(collision_pb2, f"COLLISION_DETAIL_{detail.name}"): detail for detail in Detail},
-}
-CAUSES = {cause: getattr(collision_pb2, f"ALLOWED_CAUSE_{cause.name}") for cause in Cause}
-
-
-def detail_of(request: collision_pb2.CheckCollisionRequest) -> Detail:
-    """Return the detail of a check; raise KernelError for a number that means nothing."""
-    check_enum(request, "detail")
-    return DETAILS[request.detail]
+DETAILS = EnumTable(Detail, collision_pb2.CollisionDetail, Detail.PAIRS)
+CAUSES = EnumTable(Cause, collision_pb2.AllowedCause)
 
 
 def configured(snapshot: Snapshot, messages: Sequence[collision_pb2.RobotConfiguration]) -> Snapshot:
@@ -46,7 +38,9 @@ def configured(snapshot: Snapshot, messages: Sequence[collision_pb2.RobotConfigu
                 field=f"configurations[{row}].robot",
                 robot=message.robot,
             )
-        q = with_positions(snapshot.structure, robot, q, by_name(message.joint_positions))
+        q = with_positions(
+            snapshot.structure, robot, q, by_name(message.joint_positions, f"configurations[{row}].joint_positions")
+        )
     return standing_at(snapshot, ..., q) if messages else snapshot
 
 
@@ -105,7 +99,7 @@ def allowed_messages(structure: Structure, bodies: Bodies, among: set[int]) -> I
             yield collision_pb2.AllowedPair(
                 first=structure.nodes[uid].name,
                 second=structure.nodes[other].name,
-                cause=CAUSES[why[0]],
+                cause=CAUSES.write(why[0]),
                 reason=why[1],
             )
 

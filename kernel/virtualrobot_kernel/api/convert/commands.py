@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any
 
-import numpy as np
 from virtualrobot.v1 import nodes_pb2, robot_pb2, scene_pb2
 
 from virtualrobot_kernel.errors import KernelError
@@ -81,12 +80,12 @@ def _attach(message: scene_pb2.AttachNode) -> commands.AttachNode:
 
 
 def _joints(message: scene_pb2.SetJointPositions) -> commands.SetJointPositions:
-    coordinates = array(message.coordinates, (None,), "coordinates") if message.HasField("coordinates") else None
-    if coordinates is not None and message.joint_positions:
+    positions = by_name(message.joint_positions, "joint_positions")
+    if not message.HasField("coordinates"):
+        return commands.SetJointPositions(message.robot, positions)
+    if positions:
         raise KernelError("give joint_positions or coordinates, not both", robot=message.robot)
-    return commands.SetJointPositions(
-        message.robot, by_name(message.joint_positions), None if coordinates is None else np.asarray(coordinates, float)
-    )
+    return commands.SetJointPositions(message.robot, coordinates=array(message.coordinates, (None,), "coordinates"))
 
 
 def kinematics_command(message: robot_pb2.KinematicsChoice) -> commands.SetKinematics:

@@ -7,7 +7,8 @@ from math import hypot, tau
 from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.messages.values import check_enum, finite, not_negative, vector
+from virtualrobot_kernel.messages.codecs import EnumTable
+from virtualrobot_kernel.messages.values import finite, not_negative, vector
 from virtualrobot_kernel.planning.moves import CartesianJog, JogFrame, JointJog
 
 SMALLEST_DIRECTION = 1e-9
@@ -16,12 +17,7 @@ SMALLEST_DIRECTION = 1e-9
 GREATEST_WAY, GREATEST_TURN = 100.0, 10.0 * tau
 """Greatest distance and angle of one jog of a tool centre point, in m and rad."""
 
-FRAMES = {
-    motion_pb2.JOG_FRAME_UNSPECIFIED: JogFrame.BASE,
-    motion_pb2.JOG_FRAME_BASE: JogFrame.BASE,
-    motion_pb2.JOG_FRAME_TOOL: JogFrame.TOOL,
-    motion_pb2.JOG_FRAME_NODE: JogFrame.NODE,
-}
+FRAMES = EnumTable(JogFrame, motion_pb2.JogFrame, JogFrame.BASE)
 
 
 def joint_jog(robot: str, jog: motion_pb2.JointJog, factor: float, what: str) -> JointJog:
@@ -35,8 +31,7 @@ def joint_jog(robot: str, jog: motion_pb2.JointJog, factor: float, what: str) ->
 
 def cartesian_jog(robot: str, jog: motion_pb2.CartesianJog, factor: float, what: str) -> CartesianJog:
     """Return the wish to jog a tool centre point; raise KernelError that names the field that is wrong."""
-    check_enum(jog, "frame")
-    kind = jog.WhichOneof("direction")
+    frame, kind = FRAMES.read(jog.frame, f"{what}.frame"), jog.WhichOneof("direction")
     if kind is None:
         raise KernelError(f"{what} does not say which way; give translation or rotation", field=what)
     turns = kind == "rotation"
@@ -46,7 +41,6 @@ def cartesian_jog(robot: str, jog: motion_pb2.CartesianJog, factor: float, what:
             f"{what}.{kind} must have a length of at least {SMALLEST_DIRECTION:g}, not {list(direction)}",
             field=f"{what}.{kind}",
         )
-    frame = FRAMES[jog.frame]
     if jog.node and frame is not JogFrame.NODE:
         raise KernelError(
             f"{what}.node is {jog.node!r}, but the direction is in the axes of {frame.value}; give JOG_FRAME_NODE, or "

@@ -93,15 +93,13 @@ def point_goal(message: motion_pb2.PointToPoint, what: str) -> dict[str, float] 
     """Return the goal of a point-to-point move; raise KernelError that names the field that is wrong."""
     kind = message.WhichOneof("goal")
     if kind == "joints":
-        positions = by_name(message.joints.joint_positions)
-        return {name: finite(value, f"{what}.joints[{name!r}]") for name, value in positions.items()}
+        return by_name(message.joints.joint_positions, f"{what}.joints")
     if kind == "pose":
         return _pose_goal(message.pose, f"{what}.pose")
     if kind == "posture":
         return message.posture
     if kind == "actuators":
-        positions = by_name(message.actuators.actuator_positions)
-        return ActuatorGoal({name: finite(value, f"{what}.actuators[{name!r}]") for name, value in positions.items()})
+        return ActuatorGoal(by_name(message.actuators.actuator_positions, f"{what}.actuators"))
     raise KernelError(f"{what} has no goal; give joints, pose, posture or actuators", field=what)
 
 

@@ -9,7 +9,7 @@ from virtualrobot.v1 import motion_pb2, path_pb2
 
 from virtualrobot_kernel.errors import KernelError, LimitError
 from virtualrobot_kernel.messages.robots import selection_message
-from virtualrobot_kernel.messages.values import by_name, check_enum, finite
+from virtualrobot_kernel.messages.values import check_enum, finite
 from virtualrobot_kernel.paths.query import PathOptions, PathQuery
 from virtualrobot_kernel.world.groups import WHOLE
 
@@ -51,12 +51,6 @@ def path_options(request: path_pb2.FindPathRequest) -> PathOptions:
         raise KernelError(f"blend_percent must be from 0 to {PERCENT:g}, not {percent:g}", field="blend_percent")
     check_enum(request, "planner")
     return PathOptions(PLANNERS[request.planner], request.seed, seconds, factor, percent)
-
-
-def start_of(request: path_pb2.FindPathRequest) -> dict[str, float]:
-    """Return the joints that are elsewhere at the start; raise KernelError for a value that is not finite."""
-    positions = by_name(request.start.joint_positions)
-    return {name: finite(value, f"start.joint_positions[{name!r}]") for name, value in positions.items()}
 
 
 def found_message(query: PathQuery, found: Mapping[str, Any]) -> path_pb2.FoundPath:

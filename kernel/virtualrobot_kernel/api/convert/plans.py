@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from virtualrobot.v1 import geometry_pb2, motion_pb2
 
-from virtualrobot_kernel.api.convert.program import note_messages
+from virtualrobot_kernel.api.convert.program import NOTE
+from virtualrobot_kernel.messages.codecs import EnumTable
 from virtualrobot_kernel.messages.robots import selection_message
 from virtualrobot_kernel.messages.values import array_message, pose_message, poses_array, vector_message
 from virtualrobot_kernel.planning.check import Checked
@@ -15,7 +16,7 @@ from virtualrobot_kernel.planning.notes import Note
 from virtualrobot_kernel.planning.sampling import RobotSamples, Samples
 from virtualrobot_kernel.planning.violations import Violation, ViolationKind
 
-VIOLATIONS = {kind: getattr(motion_pb2, f"VIOLATION_KIND_{kind.name}") for kind in ViolationKind}
+VIOLATIONS = EnumTable(ViolationKind, motion_pb2.ViolationKind)
 
 
 def plan_message(samples: Samples, notes: Sequence[Note]) -> motion_pb2.PlanMotionResponse:
@@ -25,7 +26,7 @@ def plan_message(samples: Samples, notes: Sequence[Note]) -> motion_pb2.PlanMoti
         times=array_message(samples.times),
         steps=array_message(samples.steps, geometry_pb2.NUMERIC_TYPE_INT32),
         robots=[_robot_message(robot) for robot in samples.robots],
-        notes=note_messages(notes),
+        notes=map(NOTE.write, notes),
     )
 
 
@@ -58,7 +59,7 @@ def check_message(checked: Checked) -> motion_pb2.CheckMotionResponse:
         first_violation=None if first is None else violation_message(first),
         duration_seconds=checked.duration,
         min_singular_value=checked.min_singular_value,
-        notes=note_messages(checked.notes),
+        notes=map(NOTE.write, checked.notes),
     )
 
 
@@ -66,7 +67,7 @@ def violation_message(violation: Violation) -> motion_pb2.Violation:
     """Return a limit that a motion violates, or a collision on its way."""
     (first, first_point), (second, second_point) = violation.contact or (("", None), ("", None))
     return motion_pb2.Violation(
-        kind=VIOLATIONS[violation.kind],
+        kind=VIOLATIONS.write(violation.kind),
         step=violation.step,
         robot=violation.robot,
         joint=violation.joint,

@@ -6,22 +6,12 @@ from virtualrobot.v1 import sensor_pb2
 
 from virtualrobot_kernel.formats import preset_file
 from virtualrobot_kernel.messages.sensing import RANGE_SENSOR
+from virtualrobot_kernel.messages.table import Table
 from virtualrobot_kernel.sensing.settings import Preset, Presets
+
+PRESET = Table(Preset, sensor_pb2.SensorPreset, sensor=RANGE_SENSOR)
 
 
 def presets() -> Presets:
     """Return the devices by name."""
-    return {
-        one.name: Preset(one.name, one.description, one.source, RANGE_SENSOR.read(one.sensor, f"preset {one.name}"))
-        for one in preset_file.read().presets
-    }
-
-
-def preset_message(preset: Preset) -> sensor_pb2.SensorPreset:
-    """Return the message of a device."""
-    return sensor_pb2.SensorPreset(
-        name=preset.name,
-        description=preset.description,
-        source=preset.source,
-        sensor=RANGE_SENSOR.write(preset.sensor),
-    )
+    return {one.name: PRESET.read(one, f"preset {one.name}") for one in preset_file.read().presets}

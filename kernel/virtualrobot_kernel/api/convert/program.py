@@ -8,7 +8,9 @@ from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.api.convert.moves import requested_move
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.codecs import EnumTable
 from virtualrobot_kernel.messages.signals import condition_of, named_signal, value_of
+from virtualrobot_kernel.messages.table import Table
 from virtualrobot_kernel.messages.values import finite
 from virtualrobot_kernel.planning.notes import Note, NoteKind
 from virtualrobot_kernel.planning.program import (
@@ -22,36 +24,27 @@ from virtualrobot_kernel.planning.program import (
     Zone,
 )
 
-KINDS = {kind: getattr(motion_pb2, f"PLAN_NOTE_KIND_{kind.name}") for kind in NoteKind}
+NOTE = Table(Note, motion_pb2.PlanNote, kind=EnumTable(NoteKind, motion_pb2.PlanNoteKind))
 MOST_PERCENT = 50.0
 
 
 def motion_spec(message: motion_pb2.MotionSpec) -> MotionSpec:
     """Return the specification of a motion; raise KernelError that names the field, and the step, that is wrong."""
     moves = tuple(requested_move(move, f"moves[{place}]") for place, move in enumerate(message.moves))
+    tracking = _tracking(message.tracking) if message.HasField("tracking") else None
+    return MotionSpec(moves, program_steps(message.steps), tracking)
+
+
+def program_steps(messages: Iterable[motion_pb2.ProgramStep], first: int = 0) -> tuple[Step, ...]:
+    """Return the steps of a program, whose numbers begin with `first`; raise KernelError that names the wrong one."""
     steps = []
-    for place, step in enumerate(message.steps):
+    for place, step in enumerate(messages):
         try:
             steps.append(_step(step, f"steps[{place}]"))
         except KernelError as error:
-            error.metadata["step"] = str(place)
+            error.metadata["step"] = str(place + first)
             raise
-    return MotionSpec(moves, tuple(steps), _tracking(message.tracking) if message.HasField("tracking") else None)
-
-
-def note_messages(notes: Iterable[Note]) -> list[motion_pb2.PlanNote]:
-    """Return the notes on a plan as messages."""
-    return [
-        motion_pb2.PlanNote(
-            kind=KINDS[note.kind],
-            step=note.step,
-            robot=note.robot,
-            wanted=note.wanted,
-            kept=note.kept,
-            message=note.message,
-        )
-        for note in notes
-    ]
+    return tuple(steps)
 
 
 def _step(message: motion_pb2.ProgramStep, what: str) -> Step:

@@ -11,6 +11,7 @@ from virtualrobot.v1 import geometry_pb2, ray_pb2
 from virtualrobot_sdk.rays import NO_ELEMENT
 
 from virtualrobot_kernel.errors import KernelError, LimitError
+from virtualrobot_kernel.messages.table import Table
 from virtualrobot_kernel.messages.values import GREATEST, array, array_message, not_negative, stamp
 from virtualrobot_kernel.sensing.casting import Cast
 from virtualrobot_kernel.sensing.compare import Comparison
@@ -19,6 +20,8 @@ from virtualrobot_kernel.world.state import Snapshot
 
 MOST_RAYS = 300_000
 """Greatest number of rays in a call: with origins and directions in double precision they just fit in a message."""
+
+COMPARISON = Table(Comparison, ray_pb2.RayCasterComparison)
 
 Floats = NDArray[np.float64]
 
@@ -87,18 +90,4 @@ def cast_message(cast: Cast, elements: Elements, snapshot: Snapshot, world_t_fra
         element_names=[snapshot.structure.nodes[uid].name for uid in nodes.tolist()],
         normals=array_message(hits.normal @ world_t_frame[:3, :3], geometry_pb2.NUMERIC_TYPE_FLOAT32),
         cast_seconds=cast.seconds,
-    )
-
-
-def comparison_message(comparison: Comparison) -> ray_pb2.RayCasterComparison:
-    """Return the comparison of a component as a message."""
-    return ray_pb2.RayCasterComparison(
-        ray_caster=comparison.ray_caster,
-        fault=comparison.fault,
-        agreement=comparison.agreement,
-        other_element=comparison.other_element,
-        median_difference_meters=comparison.median_difference,
-        largest_difference_meters=comparison.largest_difference,
-        first_cast_seconds=comparison.first_cast_seconds,
-        cast_seconds=comparison.cast_seconds,
     )

@@ -1,29 +1,21 @@
-"""Readings of sensors to messages; each kind of content has its own function in `CONTENTS`."""
+"""Readings of sensors to messages."""
 
 from __future__ import annotations
-
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from virtualrobot.v1 import geometry_pb2, sensor_pb2
 
 from virtualrobot_kernel.api.convert.readings_camera import fill_camera
-from virtualrobot_kernel.api.convert.readings_contact import contact_reading_message
-from virtualrobot_kernel.api.convert.readings_motion import (
-    encoder_message,
-    imu_message,
-    pose_reading_message,
-    wrench_message,
-)
-from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.codecs import NUMBERS, EnumTable
+from virtualrobot_kernel.messages.sensing import IMAGE_KINDS
+from virtualrobot_kernel.messages.table import OneOf, Table
 from virtualrobot_kernel.messages.values import array_message, check_enum, pose_message, stamp
 from virtualrobot_kernel.sensing.camera_reader import CameraContent
-from virtualrobot_kernel.sensing.contact_content import ContactContent
+from virtualrobot_kernel.sensing.contact_content import Contact, ContactContent
 from virtualrobot_kernel.sensing.motion_content import EncoderContent, ImuContent, PoseContent, WrenchContent
 from virtualrobot_kernel.sensing.range_content import RangeContent
-from virtualrobot_kernel.sensing.reading import Reading
+from virtualrobot_kernel.sensing.reading import Reading, SensorState
 from virtualrobot_kernel.world.sensing import ImageKind
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind
@@ -32,7 +24,16 @@ LARGE = 10_000
 """Number of beams or pixels from which a reading counts as large."""
 FLOAT32 = geometry_pb2.NUMERIC_TYPE_FLOAT32
 
-Filler = Callable[[sensor_pb2.SensorReading, Reading, sensor_pb2.ReadingOptions], None]
+STATES = EnumTable(SensorState, sensor_pb2.SensorState)
+CONTENT = OneOf(
+    "content",
+    contact=Table(ContactContent, sensor_pb2.ContactReading, contacts=Table(Contact, sensor_pb2.Contact)),
+    imu=Table(ImuContent, sensor_pb2.ImuReading),
+    encoders=Table(EncoderContent, sensor_pb2.EncoderReading, positions=NUMBERS, velocities=NUMBERS),
+    pose=Table(PoseContent, sensor_pb2.PoseReading),
+    wrench=Table(WrenchContent, sensor_pb2.WrenchReading),
+)
+"""Contents that are small and told whole."""
 
 
 def checked_options(options: sensor_pb2.ReadingOptions) -> tuple[ImageKind, ...] | None:
@@ -41,22 +42,23 @@ def checked_options(options: sensor_pb2.ReadingOptions) -> tuple[ImageKind, ...]
     Raises KernelError for a frame or a kind that the contract does not name.
     """
     check_enum(options, "frame")
-    for number in options.images:
-        if number not in (kind.value for kind in ImageKind):
-            names = ", ".join(f"IMAGE_KIND_{kind.name}" for kind in ImageKind)
-            raise KernelError(f"options.images holds {number}; give some of {names}", field="images", value=number)
-    return tuple(map(ImageKind, options.images)) or None
+    return tuple(IMAGE_KINDS.read(kind, "options.images") for kind in options.images) or None
 
 
 def fill_reading(message: sensor_pb2.SensorReading, reading: Reading, options: sensor_pb2.ReadingOptions) -> None:
     """Fill an empty message in with a reading, and what the options ask for."""
     message.stamp.CopyFrom(stamp(reading.snapshot))
     message.sensor, message.fault = reading.name, reading.fault
-    message.state = reading.state.value  # pyright: ignore[reportAttributeAccessIssue] the values are the contract's
+    message.state = STATES.write(reading.state)
     message.number, message.missed = reading.number, reading.missed
     message.world_t_sensor.CopyFrom(pose_message(reading.world_t_sensor))
-    if reading.content is not None:
-        CONTENTS[type(reading.content)](message, reading, options)
+    content = reading.content
+    if isinstance(content, RangeContent):
+        _fill_range(message.range, content, reading, options)
+    elif isinstance(content, CameraContent):
+        fill_camera(message.camera, content, options.images)
+    elif content is not None:
+        message.MergeFrom(sensor_pb2.SensorReading(**CONTENT.write(content)))
 
 
 def is_large(reading: Reading) -> bool:
@@ -86,9 +88,9 @@ def frame_t_sensor(reading: Reading, frame: sensor_pb2.ReadingFrame) -> NDArray[
     return np.eye(4)
 
 
-def _range(message: sensor_pb2.SensorReading, reading: Reading, options: sensor_pb2.ReadingOptions) -> None:
-    content, told = reading.content, message.range
-    assert isinstance(content, RangeContent)
+def _fill_range(
+    told: sensor_pb2.RangeReading, content: RangeContent, reading: Reading, options: sensor_pb2.ReadingOptions
+) -> None:
     told.distances.CopyFrom(array_message(content.distances, FLOAT32))
     told.valid.CopyFrom(array_message(content.valid, geometry_pb2.NUMERIC_TYPE_UINT8))
     told.frame = options.frame or sensor_pb2.READING_FRAME_SENSOR
@@ -101,45 +103,3 @@ def _range(message: sensor_pb2.SensorReading, reading: Reading, options: sensor_
         told.points.CopyFrom(array_message(content.points(frame_t_sensor(reading, options.frame)), FLOAT32))
     if content.ages is not None:
         told.ages.CopyFrom(array_message(content.ages, FLOAT32))
-
-
-def _camera(message: sensor_pb2.SensorReading, reading: Reading, options: sensor_pb2.ReadingOptions) -> None:
-    assert isinstance(reading.content, CameraContent)
-    fill_camera(message.camera, reading.content, options.images)
-
-
-def _contact(message: sensor_pb2.SensorReading, reading: Reading, options: sensor_pb2.ReadingOptions) -> None:
-    assert isinstance(reading.content, ContactContent)
-    message.contact.CopyFrom(contact_reading_message(reading.content))
-
-
-def _imu(message: sensor_pb2.SensorReading, reading: Reading, options: sensor_pb2.ReadingOptions) -> None:
-    assert isinstance(reading.content, ImuContent)
-    message.imu.CopyFrom(imu_message(reading.content))
-
-
-def _encoders(message: sensor_pb2.SensorReading, reading: Reading, options: sensor_pb2.ReadingOptions) -> None:
-    assert isinstance(reading.content, EncoderContent)
-    message.encoders.CopyFrom(encoder_message(reading.content))
-
-
-def _pose(message: sensor_pb2.SensorReading, reading: Reading, options: sensor_pb2.ReadingOptions) -> None:
-    assert isinstance(reading.content, PoseContent)
-    message.pose.CopyFrom(pose_reading_message(reading.content))
-
-
-def _wrench(message: sensor_pb2.SensorReading, reading: Reading, options: sensor_pb2.ReadingOptions) -> None:
-    assert isinstance(reading.content, WrenchContent)
-    message.wrench.CopyFrom(wrench_message(reading.content))
-
-
-CONTENTS: dict[type[Any], Filler] = {
-    RangeContent: _range,
-    CameraContent: _camera,
-    ContactContent: _contact,
-    ImuContent: _imu,
-    EncoderContent: _encoders,
-    PoseContent: _pose,
-    WrenchContent: _wrench,
-}
-"""Function by the class of a content that fills in a reading's message."""

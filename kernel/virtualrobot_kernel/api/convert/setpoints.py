@@ -8,6 +8,7 @@ from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.api.convert.states import motion_message
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.codecs import EnumTable
 from virtualrobot_kernel.messages.values import check_enum, not_negative, stamp
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMode
 from virtualrobot_kernel.world.commands import StartSetpointMotion
@@ -16,22 +17,17 @@ from virtualrobot_kernel.world.state import Motion, Snapshot
 TIMEOUT_SECONDS = 0.2
 """Default time without a setpoint after which a motion stops."""
 
-MODES = {
-    motion_pb2.SETPOINT_MODE_UNSPECIFIED: SetpointMode.POSITION,
-    **{getattr(motion_pb2, f"SETPOINT_MODE_{mode.name}"): mode for mode in SetpointMode},
-}
+MODES = EnumTable(SetpointMode, motion_pb2.SetpointMode, SetpointMode.POSITION)
 
 
 def followed(snapshot: Snapshot, target: motion_pb2.SetpointTarget) -> StartSetpointMotion:
     """Return the command that starts a motion which follows setpoints; raise KernelError that names the bad field."""
-    check_enum(target, "mode")
     check_enum(target, "busy_policy")
     timeout = not_negative(target.timeout_seconds, "target.timeout_seconds") or TIMEOUT_SECONDS
     names = tuple(target.joint_names)
     if not names:
-        index = snapshot.structure.robot(target.robot)[1]
-        names = tuple(joint.name for joint in index.joints if joint.type.coordinate_count == 1)
-    return StartSetpointMotion(target.robot, names, MODES[target.mode], timeout)
+        names = tuple(snapshot.structure.robot(target.robot)[1].coordinates)
+    return StartSetpointMotion(target.robot, names, MODES.read(target.mode, "target.mode"), timeout)
 
 
 def setpoint(message: motion_pb2.StreamSetpointsRequest, joint_names: tuple[str, ...]) -> tuple[float, ...]:

@@ -6,7 +6,7 @@ import math
 
 from virtualrobot.v1 import geometry_pb2, view_pb2
 
-from virtualrobot_kernel.api.convert.view import camera
+from virtualrobot_kernel.api.convert.view import CAMERA
 from virtualrobot_kernel.drawing.renderer import Picked
 from virtualrobot_kernel.drawing.shots import HEIGHT, LARGEST, WIDTH, ImageFormat, Shot
 from virtualrobot_kernel.drawing.view import Camera, check_camera
@@ -108,7 +108,7 @@ def _from(
         return None, structure.node(message.camera_sensor, Kind.CAMERA_SENSOR).uid
     if message.WhichOneof("from") is None:
         return None, 0
-    eye = camera(message.camera, f"{what}.camera".lstrip("."))
+    eye = CAMERA.read(message.camera, f"{what}.camera".lstrip("."))
     check_camera(eye)
     return eye, 0
 

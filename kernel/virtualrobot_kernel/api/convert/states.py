@@ -7,6 +7,8 @@ from collections.abc import Iterable
 from virtualrobot.v1 import geometry_pb2, kernel_pb2, motion_pb2, robot_pb2
 from virtualrobot_sdk.poses import quaternion
 
+from virtualrobot_kernel.messages.codecs import EnumTable
+from virtualrobot_kernel.messages.table import Table
 from virtualrobot_kernel.messages.values import pose_message, vector_message
 from virtualrobot_kernel.motion.running_motion import Phase
 from virtualrobot_kernel.planning.robots import tcp_frame
@@ -15,10 +17,10 @@ from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.state import EndCause, Motion, Search, Selection, Snapshot
 from virtualrobot_kernel.world.structure import Kind, Node
 
-CAUSES = {cause: getattr(motion_pb2, f"END_CAUSE_{cause.name}") for cause in EndCause}
-PHASES = {phase: getattr(motion_pb2, f"MOTION_PHASE_{phase.name}") for phase in Phase}
-MODES = {mode: getattr(kernel_pb2, f"CLOCK_MODE_{mode.name}") for mode in Mode}
-MODE_BY_NUMBER = {number: mode for mode, number in MODES.items()}
+CAUSES = EnumTable(EndCause, motion_pb2.EndCause)
+PHASES = EnumTable(Phase, motion_pb2.MotionPhase)
+MODES = EnumTable(Mode, kernel_pb2.ClockMode)
+CLOCK = Table(Clock, kernel_pb2.Clock, mode=MODES)
 
 
 def robot_states(snapshot: Snapshot, nodes: Iterable[Node]) -> list[robot_pb2.RobotState]:
@@ -64,12 +66,12 @@ def motion_message(snapshot: Snapshot, motion: Motion) -> motion_pb2.Motion:
     return motion_pb2.Motion(
         id=motion.id,
         robots=[nodes[uid].name for uid in motion.robots if uid in nodes],
-        phase=PHASES[motion.phase],
+        phase=PHASES.write(motion.phase),
         progress=motion.running.progress,
         planned_duration_seconds=motion.running.duration,
         start_time_seconds=motion.start_tick * snapshot.tick_seconds,
         end_reason=motion.cancellation.reason if motion.cancellation else "",
-        end_cause=CAUSES[motion.cancellation.cause] if motion.cancellation else None,
+        end_cause=CAUSES.write(motion.cancellation.cause) if motion.cancellation else None,
         # After the last step it is still at that one.
         step=min(motion.running.steps_done, max(0, motion.step_count - 1)),
         step_count=motion.step_count,
@@ -83,15 +85,4 @@ def _search_message(snapshot: Snapshot, search: Search) -> motion_pb2.SearchResu
         joint_positions=search.joint_positions,
         world_t_tcp=pose_message(search.world_t_tcp),
         time_seconds=search.tick * snapshot.tick_seconds,
-    )
-
-
-def clock_message(clock: Clock) -> kernel_pb2.Clock:
-    """Return the clock as a message."""
-    return kernel_pb2.Clock(
-        mode=MODES[clock.mode],
-        speed_factor=clock.speed_factor,
-        tick_nanoseconds=clock.tick_nanoseconds,
-        real_time_factor=clock.real_time_factor,
-        late_ticks=clock.late_ticks,
     )

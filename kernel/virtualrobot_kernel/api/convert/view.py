@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from google.protobuf.field_mask_pb2 import FieldMask
@@ -9,11 +10,14 @@ from virtualrobot.v1 import geometry_pb2, view_pb2
 
 from virtualrobot_kernel.api.convert.ghosts import ghost_messages, ghosts
 from virtualrobot_kernel.collision.clearances import Clearance, is_there
-from virtualrobot_kernel.drawing.view import DEFAULT_FIELD_OF_VIEW, Camera, ViewSettings
+from virtualrobot_kernel.drawing.view import Camera, ViewSettings
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.messages.values import check_enum, mask_fields, vector, vector_message
+from virtualrobot_kernel.messages.codecs import FINITE, EnumTable, OrDefault
+from virtualrobot_kernel.messages.table import Table
+from virtualrobot_kernel.messages.values import color, mask_fields, vector, vector_message
 from virtualrobot_kernel.sensing.measuring import Measurement, NodePoint
 from virtualrobot_kernel.sensing.overlays import PointColor, SensorOverlay
+from virtualrobot_kernel.sensing.picture import BACKGROUND
 from virtualrobot_kernel.world.apply_sensors import sensor_node
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind, Structure
@@ -26,43 +30,24 @@ def changed_settings(view: view_pb2.View, mask: FieldMask, snapshot: Snapshot) -
     if fields is None:
         names = ", ".join(field.name for field in view.DESCRIPTOR.fields)
         raise KernelError(f"update_mask must name the fields that change, some of {names}", field="update_mask")
-    result: dict[str, Any] = {}
-    if "background" in fields:
-        color = view.background
-        result["background"] = (
-            (color.red, color.green, color.blue) if view.HasField("background") else DEFAULT.background
-        )
-    if "grid_hidden" in fields:
-        result["grid_hidden"] = view.grid_hidden
-    if "collisions_hidden" in fields:
-        result["collisions_hidden"] = view.collisions_hidden
-    if "joint_axes" in fields:
-        result["joint_axes"] = tuple(structure.node(name, Kind.ROBOT).uid for name in view.joint_axes)
-    if "bounding_boxes" in fields:
-        result["bounding_boxes"] = tuple(structure.node(name).uid for name in view.bounding_boxes)
-    if "camera" in fields:
-        result["camera"] = camera(view.camera) if view.HasField("camera") else None
-    if "sensors" in fields:
-        result["sensors"] = tuple(_overlay(one, structure) for one in view.sensors)
-    if "measurements" in fields:
-        result["measurements"] = tuple(_measurement(one, structure) for one in view.measurements)
-    if "clearances" in fields:
-        result["clearances"] = tuple(_clearance(one, structure) for one in view.clearances)
-    if "ghosts" in fields:
-        result["ghosts"] = ghosts(view.ghosts, snapshot)
-    return result
+    readers: dict[str, Callable[[], Any]] = {
+        "background": lambda: color(view.background, "background")[:3] if view.HasField("background") else BACKGROUND,
+        "grid_hidden": lambda: view.grid_hidden,
+        "collisions_hidden": lambda: view.collisions_hidden,
+        "joint_axes": lambda: tuple(structure.node(name, Kind.ROBOT).uid for name in view.joint_axes),
+        "bounding_boxes": lambda: tuple(structure.node(name).uid for name in view.bounding_boxes),
+        "camera": lambda: CAMERA.read(view.camera, "camera") if view.HasField("camera") else None,
+        "sensors": lambda: tuple(_overlay(one, structure) for one in view.sensors),
+        "measurements": lambda: tuple(_measurement(one, structure) for one in view.measurements),
+        "clearances": lambda: tuple(_clearance(one, structure) for one in view.clearances),
+        "ghosts": lambda: ghosts(view.ghosts, snapshot),
+    }
+    return {name: readers[name]() for name in sorted(fields)}
 
 
-DEFAULT = ViewSettings()
-
-
-def camera(message: view_pb2.Camera, what: str = "camera") -> Camera:
-    """Return the viewpoint of a message; raise KernelError, naming `what`, for numbers that are not finite."""
-    return Camera(
-        vector(message.position, f"{what}.position"),
-        vector(message.target, f"{what}.target"),
-        message.field_of_view_radians or DEFAULT_FIELD_OF_VIEW,
-    )
+CAMERA = Table(Camera, view_pb2.Camera, field_of_view=OrDefault(FINITE))
+COLORS = EnumTable(PointColor, view_pb2.PointColor, PointColor.DISTANCE)
+OVERLAY = Table(SensorOverlay, view_pb2.SensorOverlay, color_by=COLORS, without=("uid", "sensor"))
 
 
 def node_point(message: view_pb2.NodePoint, what: str, structure: Structure) -> NodePoint:
@@ -71,15 +56,7 @@ def node_point(message: view_pb2.NodePoint, what: str, structure: Structure) -> 
 
 
 def _overlay(message: view_pb2.SensorOverlay, structure: Structure) -> SensorOverlay:
-    check_enum(message, "color_by")
-    return SensorOverlay(
-        sensor_node(structure, message.sensor).uid,
-        rays=message.rays,
-        points=message.points,
-        color_by=PointColor(message.color_by) if message.color_by else PointColor.DISTANCE,
-        frustum=message.frustum,
-        image=message.image,
-    )
+    return OVERLAY.read(message, f"sensors[{message.sensor!r}]", uid=sensor_node(structure, message.sensor).uid)
 
 
 def _measurement(message: view_pb2.Measurement, structure: Structure) -> Measurement:
@@ -112,20 +89,10 @@ def view_message(settings: ViewSettings, structure: Structure) -> view_pb2.View:
         collisions_hidden=settings.collisions_hidden,
         joint_axes=[structure.nodes[uid].name for uid in settings.joint_axes if uid in structure.nodes],
         bounding_boxes=[structure.nodes[uid].name for uid in settings.bounding_boxes if uid in structure.nodes],
+        camera=settings.camera and CAMERA.write(settings.camera),
     )
-    if settings.camera:
-        message.camera.position.CopyFrom(vector_message(settings.camera.position))
-        message.camera.target.CopyFrom(vector_message(settings.camera.target))
-        message.camera.field_of_view_radians = settings.camera.field_of_view
     message.sensors.extend(
-        view_pb2.SensorOverlay(
-            sensor=structure.nodes[one.uid].name,
-            rays=one.rays,
-            points=one.points,
-            color_by=one.color_by.value,  # pyright: ignore[reportArgumentType]  its number
-            frustum=one.frustum,
-            image=one.image,
-        )
+        OVERLAY.write(one, sensor=structure.nodes[one.uid].name)
         for one in settings.sensors
         if one.uid in structure.nodes
     )

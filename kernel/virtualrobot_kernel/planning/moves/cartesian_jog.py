@@ -96,7 +96,7 @@ class CartesianJog(Move):
             way, still = distance * direction, np.zeros(3)
             ways = (still, way) if self.turns else (way, still)
             return plan_cartesian_jog(
-                tcp.kinematics, start, *ways, limits, cartesian, speed_factor, tcp.tip_t_tcp, tcp.wish
+                tcp.kinematics, start, *ways, limits, cartesian, speed_factor, tcp.tip_t_tcp, tcp.objective
             )
 
         plan, end = planned(wanted)

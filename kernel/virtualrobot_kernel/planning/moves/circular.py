@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import partial
 
 from virtualrobot_kernel.motion.bounds import TimeLaw
+from virtualrobot_kernel.motion.cartesian_path import CartesianPath
 from virtualrobot_kernel.motion.circle import Center, Via, arc
-from virtualrobot_kernel.motion.course import Course
 from virtualrobot_kernel.motion.plan import Plan, plan_circ
 from virtualrobot_kernel.planning.moves.path_move import PathMove
 from virtualrobot_kernel.planning.redundancy import FREE, Redundancy
@@ -51,7 +51,7 @@ class Circular(PathMove):
         """Reference node of its goal, in whose frame the path is."""
         return self.reference
 
-    def path_from(self, snapshot: Snapshot, reference_t_start: Pose) -> Course:
+    def path_from(self, snapshot: Snapshot, reference_t_start: Pose) -> CartesianPath:
         """Return the arc to the goal."""
         return arc(reference_t_start, self.shape, self.reference_t_goal, self.with_arc)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from virtualrobot_kernel.motion.bounds import TimeLaw
-from virtualrobot_kernel.motion.course import Course
+from virtualrobot_kernel.motion.cartesian_path import CartesianPath
 from virtualrobot_kernel.motion.line import line_between
 from virtualrobot_kernel.motion.plan import Plan, plan_lin
 from virtualrobot_kernel.motion.signals import Condition
@@ -53,7 +53,7 @@ class Linear(PathMove):
         """Reference node of its goal, in whose frame the path is."""
         return self.goal.reference
 
-    def path_from(self, snapshot: Snapshot, reference_t_start: Pose) -> Course:
+    def path_from(self, snapshot: Snapshot, reference_t_start: Pose) -> CartesianPath:
         """Return the line to the goal."""
         return line_between(reference_t_start, self.goal.reference_t_tcp)
 

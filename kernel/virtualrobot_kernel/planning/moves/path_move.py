@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.motion.bounds import TimeLaw
-from virtualrobot_kernel.motion.course import Course
+from virtualrobot_kernel.motion.cartesian_path import CartesianPath
 from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.planning.free_joints import cartesian_tcp
 from virtualrobot_kernel.planning.moves.move import Move
@@ -37,7 +37,7 @@ class PathMove(Move):
         """Node in whose frame `path_from` is."""
 
     @abstractmethod
-    def path_from(self, snapshot: Snapshot, reference_t_start: Pose) -> Course:
+    def path_from(self, snapshot: Snapshot, reference_t_start: Pose) -> CartesianPath:
         """Return the path that begins at a pose (4, 4), in the frame of `path_reference`."""
 
     @abstractmethod
@@ -69,7 +69,7 @@ class PathMove(Move):
             velocity_scale=factor,
             tip_t_tcp=tcp.tip_t_tcp,
             time_law=self.time_law,
-            wish=tcp.wish,
+            objective=tcp.objective,
         )
         return led_move(node, arm, plan, tcp, cartesian, factor)
 

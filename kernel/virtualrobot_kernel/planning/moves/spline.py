@@ -8,7 +8,7 @@ from functools import partial
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.bounds import TimeLaw
-from virtualrobot_kernel.motion.course import Course
+from virtualrobot_kernel.motion.cartesian_path import CartesianPath
 from virtualrobot_kernel.motion.plan import Plan, plan_spline
 from virtualrobot_kernel.motion.spline import spline
 from virtualrobot_kernel.planning.moves.path_move import PathMove
@@ -53,7 +53,7 @@ class Spline(PathMove):
         """Node that all goals move along with, or the world."""
         return self.moving_reference or ""
 
-    def path_from(self, snapshot: Snapshot, reference_t_start: Pose) -> Course:
+    def path_from(self, snapshot: Snapshot, reference_t_start: Pose) -> CartesianPath:
         """Return the spline through the goals."""
         moving = self.moving_reference is not None
         goals = [goal.reference_t_tcp if moving else world_t_goal(snapshot, goal) for goal in self.goals]

@@ -1,4 +1,4 @@
-"""Course in a frame that moves while it is followed: on a positioner's table, or seen from an arm that is carried."""
+"""Path in a frame that moves while it is followed: on a positioner's table, or seen from an arm that is carried."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from virtualrobot_kernel.motion.course import Course
+from virtualrobot_kernel.motion.cartesian_path import CartesianPath
 from virtualrobot_kernel.motion.polynomial import Array
 
 
 @dataclass(frozen=True, eq=False)
-class CarriedCourse(Course):
-    """Course base_t_tcp(u) = base_t_frame(u) frame_t_tcp(u), with `inner` the course in the frame.
+class MovingFramePath(CartesianPath):
+    """Path base_t_tcp(u) = base_t_frame(u) frame_t_tcp(u), with `inner` the path in the frame.
 
     frame: from the fraction u to base_t_frame (4, 4) and its derivative by u, a twist (6,) in m and rad, base frame, at
     the frame's origin. turns: fractions where a derivative of the frame's own way jumps.
@@ -23,7 +23,7 @@ class CarriedCourse(Course):
     kind: ClassVar[str] = "carried"
     noun: ClassVar[str] = "way"
 
-    inner: Course
+    inner: CartesianPath
     frame: Callable[[float], tuple[Array, Array]]
     turns: tuple[float, ...]
 
@@ -43,12 +43,12 @@ class CarriedCourse(Course):
 
     @property
     def stations(self) -> tuple[tuple[float, str], ...]:
-        """Named fractions of the course in the frame."""
+        """Named fractions of the path in the frame."""
         return self.inner.stations
 
     @property
     def knots(self) -> tuple[float, ...]:
-        """Fractions where a derivative of the course, or of the frame's way, jumps."""
+        """Fractions where a derivative of the path, or of the frame's way, jumps."""
         return tuple(sorted({*self.inner.knots, *self.turns}))
 
     def pose(self, u: float) -> Array:

@@ -1,0 +1,187 @@
+"""Stages of a program from its steps: each is planned from where the steps before it leave the joints."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+
+from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.motion.planned import Plan
+from virtualrobot_kernel.motion.program import Stage, Wait
+from virtualrobot_kernel.motion.signals import SignalValue
+from virtualrobot_kernel.planning.blending import PlannedRun, join_steps, open_run
+from virtualrobot_kernel.planning.moves import Move
+from virtualrobot_kernel.planning.notes import Note, NoteKind
+from virtualrobot_kernel.planning.program import (
+    MAX_STEPS,
+    DwellStep,
+    MoveStep,
+    SetSignalStep,
+    Step,
+    WaitSignalStep,
+)
+from virtualrobot_kernel.planning.redundancy import NearOf
+from virtualrobot_kernel.planning.robots import SolverOf
+from virtualrobot_kernel.planning.steps import Column, GoOn, plan_steps
+from virtualrobot_kernel.planning.together import search_of
+from virtualrobot_kernel.world.apply_signals import check_condition, checked, named
+from virtualrobot_kernel.world.state import Snapshot
+
+Marks = tuple[tuple[float, str, SignalValue], ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """Stage before the columns of the whole program are known; `joints` names those of its plan."""
+
+    steps: tuple[tuple[float, int], ...]
+    plan: Plan | None = None
+    joints: tuple[Column, ...] = ()
+    tool_states: tuple[tuple[str, str], ...] = ()
+    marks: Marks = ()
+    wait: Wait | None = None
+
+    def stage(self, columns: dict[Column, int]) -> Stage:
+        """Return the stage in a program with these columns."""
+        return Stage(self.plan, tuple(columns[joint] for joint in self.joints), self.steps, self.marks, self.wait)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tools:
+    """Means of planning: solvers of arms, the check that somebody still waits, and the preference of arms."""
+
+    solver_of: SolverOf
+    go_on: GoOn
+    near_of: NearOf | None = None
+
+
+def plan_parts(
+    there: Snapshot, steps: Sequence[Step], tools: Tools, first: int = 0, *, open: bool = False
+) -> tuple[list[Part], list[Note], PlannedRun | None]:
+    """Return the parts of steps that begin in a world, notes, and the run at their end that more may be joined to.
+
+    first: the number of the first step. open: whether more may follow; else the last zone is dropped, as a note tells.
+    """
+    parts: list[Part] = []
+    notes: list[Note] = []
+    end = None
+    place = 0
+    while place < len(steps):
+        tools.go_on()
+        step, end = steps[place], None
+        if isinstance(step, MoveStep):
+            members, lonely = joined_places(steps, place, first)
+            moves = [move_step(steps, member) for member in members]
+            zone = moves[-1].zone
+            moves[-1] = replace(moves[-1], zone=None)
+            numbers = [member + first for member in members]
+            planned = plan_steps(there, moves, tools.solver_of, numbers, tools.go_on, tools.near_of)
+            runs, told = join_steps(planned, tools.go_on)
+            there = planned[-1].arrived()
+            place = members[-1]
+            if open and zone is not None and place == len(steps) - 1:
+                lonely, end = [], zoned(open_run(runs[-1], planned[-1]), moves[-1].moves, zone)
+                runs[-1] = end
+            parts += [_moving(run, steps, members, first) for run in runs]
+            notes += [*told, *lonely]
+        else:
+            parts.append(_standing(step, place + first))
+        place += 1
+    notes.sort(key=lambda note: note.step)
+    return parts, notes, end
+
+
+def zoned(run: PlannedRun, moves: Sequence[Move], zone: object) -> PlannedRun:
+    """Return a run whose last step has its zone again."""
+    if run.tail is None:
+        return run
+    *before, last = run.tail.steps
+    return replace(run, tail=replace(run.tail, steps=(*before, replace(last, zone=zone))))
+
+
+def check_steps(snapshot: Snapshot, steps: Sequence[Step], first: int = 0, *, open: bool = False) -> None:
+    """Raise KernelError, which names the step, for what needs no planning to be seen as wrong."""
+    if len(steps) > MAX_STEPS:
+        raise KernelError(f"a program has at most {MAX_STEPS} steps, not {len(steps)}", steps=len(steps))
+    for place, step in enumerate(steps):
+        with _at(place + first):
+            if isinstance(step, SetSignalStep):
+                checked(named(snapshot.state, step.signal), step.value)
+            if isinstance(step, WaitSignalStep):
+                check_condition(snapshot.state, step.condition)
+            if isinstance(step, MoveStep):
+                if step.searches and (open or place < len(steps) - 1):
+                    last = "the one that closes it" if open else f"which is step {len(steps) - 1 + first}"
+                    raise KernelError(f"a program may search in its last step only, {last}")
+                search_of(snapshot, step.moves)
+
+
+def joined_places(steps: Sequence[Step], begin: int, first: int) -> tuple[list[int], list[Note]]:
+    """Return the move steps (places) that zones join with the one at `begin`, and a note about a zone that joins none.
+
+    Signals may be set between them.
+    """
+    members = [begin]
+    while (step := move_step(steps, members[-1])).zone is not None:
+        place = members[-1] + 1
+        while place < len(steps) and isinstance(steps[place], SetSignalStep):
+            place += 1
+        following = steps[place] if place < len(steps) else None
+        if isinstance(following, MoveStep) and not following.searches:
+            members.append(place)
+            continue
+        why = "no moves follow" if following is None else f"step {place + first} waits"
+        if isinstance(following, MoveStep):
+            why = f"step {place + first} searches"
+        number = members[-1] + first
+        message = f"the corner after step {number} is reached exactly and at rest: {why}"
+        wanted = step.zone.percent or step.zone.meters
+        robot = step.moves[0].robot if step.moves else ""
+        return members, [Note(NoteKind.ZONE_DROPPED, number, robot, wanted, 0.0, message)]
+    return members, []
+
+
+def move_step(steps: Sequence[Step], place: int) -> MoveStep:
+    """Return the step at a place, which is one that moves."""
+    step = steps[place]
+    assert isinstance(step, MoveStep)
+    return step
+
+
+def _moving(run: PlannedRun, steps: Sequence[Step], members: Sequence[int], first: int) -> Part:
+    """Return a run with the signals that are set where one of its steps begins: in the zone's middle, or at rest."""
+    marks: list[tuple[float, str, SignalValue]] = []
+    for time, number in run.steps:
+        index = bisect_left(members, number - first)
+        before = members[index - 1] if index else number - first
+        marks += [(time, *value) for value in settings(steps[before + 1 : number - first])]
+    return Part(run.steps, run.plan, run.joints, run.tool_states, tuple(marks))
+
+
+def settings(steps: Sequence[Step]) -> list[tuple[str, SignalValue]]:
+    """Return the signals that steps set, with their values."""
+    return [(step.signal, step.value) for step in steps if isinstance(step, SetSignalStep)]
+
+
+def _standing(step: Step, number: int) -> Part:
+    """Return a step in which nothing moves."""
+    here = ((0.0, number),)
+    if isinstance(step, SetSignalStep):
+        return Part(here, marks=((0.0, step.signal, step.value),))
+    if isinstance(step, WaitSignalStep):
+        return Part(here, wait=Wait(step.timeout, step.condition))
+    assert isinstance(step, DwellStep)
+    return Part(here, wait=Wait(step.seconds))
+
+
+@contextmanager
+def _at(number: int) -> Iterator[None]:
+    """Name the step in errors."""
+    try:
+        yield
+    except KernelError as error:
+        error.metadata["step"] = str(number)
+        error.args = (f"step {number}: {error}",)
+        raise

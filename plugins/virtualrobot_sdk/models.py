@@ -1,0 +1,73 @@
+"""Models of robots and grippers that a plugin makes known by name, `model://NAME`: where each comes from, and its data.
+
+A model is a file of an installed Python package, or the text of a scene that the plugin has made:
+
+    @hookimpl
+    def virtualrobot_register_models(register):
+        register(Model("my_arm", "My arm, six axes", uri="package://my_package/arm.urdf", maker="Me", axes=6))
+"""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Any, Literal
+
+import msgspec
+
+Kind = Literal["arm", "scara", "palletizer", "gripper", "mobile", "mobile_manipulator", "legged", "axis"]
+"""Kind of a model: `axis` are rails, tables and belts, `mobile` bases on wheels."""
+
+Name = Annotated[str, msgspec.Meta(pattern="^[a-z][a-z0-9_]*$", description="Small letters, digits and _.")]
+Number = Annotated[float, msgspec.Meta(ge=0.0)]
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """Model that is known by name.
+
+    Attributes:
+        name: unique; small letters, digits and `_`, a letter first.
+        description: maker, type and what is special, in one line.
+        uri: its main file, `package://<Python package>/...`; empty where `scene` has the model.
+        scene: the text of a scene file that has the model, in place of a file.
+        srdf: an SRDF file, named like `uri`, with postures, groups and all pairs of links that may touch.
+        touching: pairs of links that may touch besides those that the file says, each with the reason.
+        maker: of the real one; empty where the model stands for no product.
+        kind: the kind of machine.
+        axes: number of joints of the arm; of what has no arm, of joints that can be moved by themselves.
+        payload_kilograms: greatest load at the flange, by the data sheet; 0 where none is told.
+        reach_meters: reach as the data sheet tells it; 0 where none is told.
+        license: of the model's file, as far as its package says.
+        source: document that the numbers are from.
+        package: distribution on the package index that brings the file; empty where the plugin has it.
+        settings: for the importer of the file, plain values.
+    """
+
+    name: Name
+    description: Annotated[str, msgspec.Meta(min_length=1)]
+    uri: str = ""
+    scene: str = ""
+    srdf: str = ""
+    touching: tuple[tuple[str, str, str], ...] = ()
+    maker: str = ""
+    kind: Kind = "arm"
+    axes: Annotated[int, msgspec.Meta(ge=0)] = 0
+    payload_kilograms: Number = 0.0
+    reach_meters: Number = 0.0
+    license: str = ""
+    source: str = ""
+    package: str = ""
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def installed(self) -> bool:
+        """Return whether the Python package of the file is there; it is not imported."""
+        module = self.uri.removeprefix("package://").partition("/")[0]
+        return not module or importlib.util.find_spec(module) is not None
+
+    @property
+    def how_to_install(self) -> str:
+        """Return what makes the model available, in one sentence."""
+        return f"the model {self.name!r} comes with the Python package {self.package}: pip install {self.package}"
