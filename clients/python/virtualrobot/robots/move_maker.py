@@ -47,6 +47,14 @@ class MoveMaker:
         joints = self._description.joints
         return {joint.name: name_of(joint.type).removeprefix("JOINT_TYPE_").lower() for joint in joints}
 
+    @property
+    def coordinates(self) -> dict[str, str]:
+        """Joint of each coordinate of the robot, by name in the order of `positions`.
+
+        A coordinate is called as its joint, those of a planar or floating joint `base` are `base/x` and so on.
+        """
+        return {name: joint.name for joint in self._description.joints for name in joint.coordinate_names}
+
     def ptp(
         self,
         goal: JointPositions | str,
