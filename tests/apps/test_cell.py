@@ -54,10 +54,10 @@ def test_drums_turn_as_the_belt_moves(client: virtualrobot.Client) -> None:
 
 
 def test_it_is_the_same_after_saving_and_loading(client: virtualrobot.Client, tmp_path: Path) -> None:
-    nodes, poses = client.scene.read()
+    nodes, poses = client.scene._read()
     client.scene.save(tmp_path / "saved.yaml")
     client.scene.load_scene(tmp_path / "saved.yaml")
-    nodes_after, poses_after = client.scene.read()
+    nodes_after, poses_after = client.scene._read()
     assert {node.name: rounded(node) for node in nodes} == {node.name: rounded(node) for node in nodes_after}
     order = [[node.name for node in nodes_after].index(node.name) for node in nodes]
     np.testing.assert_allclose(poses_after[order], poses, atol=1e-12)
@@ -73,3 +73,15 @@ def test_the_iiwa_gets_the_speeds_of_its_data_sheet(client: virtualrobot.Client)
     cell.load(client)
     speeds = [limit.velocity for limit in client.robot("iiwa").limits.values()]
     np.testing.assert_allclose(np.degrees(speeds), [98, 98, 100, 130, 140, 180, 180])  # KUKA, LBR iiwa 7 R800
+
+
+def test_without_pybullet_the_same_arms_come_from_rtb_data(
+    client: virtualrobot.Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cell.load(client)
+    places = [client.robot(robot).tcp for robot in ("iiwa", "panda")]
+    monkeypatch.setattr(cell, "find_spec", lambda name: None)
+    cell.load(client)
+    assert client.robot("iiwa").chain_joint_names[0] == "joint_a1"
+    np.testing.assert_allclose([client.robot(robot).tcp for robot in ("iiwa", "panda")], places, atol=3e-4)
+    assert not client.collisions.check(robots=["iiwa"]).pairs
