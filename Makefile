@@ -15,7 +15,8 @@
 #   .venv\Scripts\pip install -e .[kernel]
 #   .venv\Scripts\virtualrobot demo
 
-# 3.11, since pybullet, whose robot models the demo shows, has no wheels for later ones.
+# 3.11, since pybullet, whose robot models most pages and tests load, has no wheels for later ones, which will do as well:
+# make run PYTHON=python3.13
 PYTHON ?= python3.11
 VENV := .venv
 BIN := $(VENV)/bin

@@ -39,7 +39,7 @@ from virtualrobot_sdk.testing.grade import command as grade
 ROOT = Path(__file__).resolve().parent.parent
 REFERENCE = ROOT / "docs" / "reference"
 KERNEL = ROOT / "kernel" / "virtualrobot_kernel"
-PAGES = (ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md")))
+PAGES = (*sorted(ROOT.glob("[CR]*.md")), *sorted((ROOT / "docs").rglob("*.md")))
 MODULES = (
     asset_pb2,
     collision_pb2,

@@ -38,12 +38,17 @@ assert "virtualrobot.v1.robot_pb2_grpc" in names and "virtualrobot.cli" in names
 
 
 @pytest.fixture(scope="module")
-def client(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a fresh environment that holds what `pip install .` installs."""
+def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a copy, since setuptools would leave its build directory and read what an earlier build left there."""
     source = tmp_path_factory.mktemp("source") / "virtualrobot"
-    # A copy, since setuptools would leave its build directory and read what an earlier build left there.
     leave = shutil.ignore_patterns(".git", ".venv", "node_modules", "build", "dist", "*.egg-info", "__pycache__")
     shutil.copytree(ROOT, source, ignore=leave)
+    return source
+
+
+@pytest.fixture(scope="module")
+def client(tmp_path_factory: pytest.TempPathFactory, source: Path) -> Path:
+    """Return a fresh environment that holds what `pip install .` installs."""
     home = tmp_path_factory.mktemp("client")
     venv.create(home, with_pip=True)
     run(home, "python", "-m", "pip", "install", "--quiet", str(source)).check_returncode()
@@ -134,3 +139,27 @@ def test_the_source_distribution_has_all_that_the_repository_has(tmp_path: Path)
     with tarfile.open(next(tmp_path.glob("*.tar.gz"))) as packed:
         names = {name.partition("/")[2] for name in packed.getnames()}
     assert files - names == set()
+
+
+@pytest.mark.timeout(3000)
+@pytest.mark.parametrize("version", ["3.12", "3.13"])
+def test_a_kernel_runs_on_later_pythons(version: str, tmp_path: Path, source: Path) -> None:
+    """The cell stands there, with arms of a package that has wheels for it, and an arm moves."""
+    python = shutil.which(f"python{version}")
+    if python is None or subprocess.run([python, "-c", ""], capture_output=True).returncode:
+        pytest.skip(f"no Python {version} on this machine")
+    subprocess.run([python, "-m", "venv", str(tmp_path)], check=True)
+    wanted = ["-c", str(ROOT / "constraints.txt"), f"{source}[kernel]"]
+    run(tmp_path, "python", "-m", "pip", "install", "--quiet", *wanted).check_returncode()
+    program = (
+        "import virtualrobot\n"
+        "from virtualrobot.kernel_process import KernelProcess\n"
+        "from virtualrobot_apps.demos.palletizing import cell\n"
+        "with KernelProcess(headless=True) as kernel, virtualrobot.connect(kernel.address) as client:\n"
+        "    cell.load(client)\n"
+        "    client.robot('iiwa').move_joints([0.1] * 7)\n"
+        "    print(client.robot('iiwa').positions[0], client.scene.pose('panda.panda_hand').shape)\n"
+    )
+    done = run(tmp_path, "python", "-c", program)
+    assert done.stdout.split("\n")[0].startswith("0.1"), done.stderr
+    assert done.stdout.strip().endswith("(4, 4)"), done.stderr

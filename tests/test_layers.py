@@ -243,7 +243,7 @@ def test_every_rule_is_about_something() -> None:
         (f"{KERNEL}/sensing/contact_reader.py", "import fcl", "fcl"),
         (f"{KERNEL}/api/server.py", "import numba", "numba"),
         (f"{KERNEL}/anew/room.py", "import pybullet", "pybullet"),
-        (f"{KERNEL}/formats/urdf_sensors.py", "from ..api import rooms", "virtualrobot_kernel.api.rooms"),
+        (f"{KERNEL}/formats/urdf_sensors.py", "from ..api import server", "virtualrobot_kernel.api.server"),
         (f"{KERNEL}/sensing/picture.py", "from ..drawing import view", "virtualrobot_kernel.drawing.view"),
         (f"{KERNEL}/collision/site.py", "from ..sensing import appearance", "virtualrobot_kernel.sensing.appearance"),
         (f"{KERNEL}/motion/follow.py", "from ..numeric import forest", "virtualrobot_kernel.numeric.forest"),

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 from virtualrobot_sdk.worker import close_all
 
 from virtualrobot_kernel.api.convert.presets import presets
+from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.keyed_limiter import KeyedLimiter
 from virtualrobot_kernel.api.lease_table import LeaseTable
 from virtualrobot_kernel.api.publications import Publications
-from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.api.server import Address, Server
 from virtualrobot_kernel.collision.clearances import measured
 from virtualrobot_kernel.collision.geometry import CollisionShapes
@@ -95,7 +95,7 @@ class Kernel:
         self._monitor = Monitor(self.world, self._sensing.solids)
         self._workers = ThreadPoolExecutor(WORKERS, thread_name_prefix="worker")
         self._limiter = KeyedLimiter()
-        self._server = Server(settings.address, self.world, self._rooms)
+        self._server = Server(settings.address, self.world, self._services)
         self._shut_down = shut_down
 
     def start(self) -> int:
@@ -156,8 +156,8 @@ class Kernel:
         self._casters.close()
         close_all()  # those that are being made or looked at, too: the process waits for its threads
 
-    def _rooms(self, publications: Publications) -> Rooms:
-        return Rooms(
+    def _services(self, publications: Publications) -> KernelServices:
+        return KernelServices(
             world=self.world,
             mailbox=self._mailbox,
             publications=publications,

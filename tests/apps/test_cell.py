@@ -73,3 +73,15 @@ def test_the_iiwa_gets_the_speeds_of_its_data_sheet(client: virtualrobot.Client)
     cell.load(client)
     speeds = [limit.velocity for limit in client.robot("iiwa").limits.values()]
     np.testing.assert_allclose(np.degrees(speeds), [98, 98, 100, 130, 140, 180, 180])  # KUKA, LBR iiwa 7 R800
+
+
+def test_without_pybullet_the_same_arms_come_from_rtb_data(
+    client: virtualrobot.Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cell.load(client)
+    places = [client.robot(robot).tcp for robot in ("iiwa", "panda")]
+    monkeypatch.setattr(cell, "find_spec", lambda name: None)
+    cell.load(client)
+    assert client.robot("iiwa").chain_joint_names[0] == "joint_a1"
+    np.testing.assert_allclose([client.robot(robot).tcp for robot in ("iiwa", "panda")], places, atol=3e-4)
+    assert not client.collisions.check(robots=["iiwa"]).pairs

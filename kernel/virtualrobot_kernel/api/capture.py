@@ -10,7 +10,7 @@ from contextlib import aclosing
 from virtualrobot.v1 import view_pb2
 
 from virtualrobot_kernel.api.convert.shots import film_of, picture_size, shot_of
-from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.drawing.film import Film
 from virtualrobot_kernel.drawing.framing import Framing
 from virtualrobot_kernel.drawing.renderer import Renderer, Sight
@@ -22,13 +22,13 @@ from virtualrobot_kernel.world.state import Snapshot
 class CaptureCalls:
     """Calls of ViewService that take pictures."""
 
-    _rooms: Rooms
+    _kernel: KernelServices
 
     async def CaptureImage(
         self, request: view_pb2.CaptureImageRequest, context: object
     ) -> view_pb2.CaptureImageResponse:
         """Take a picture of the world as it is now."""
-        snapshot = self._rooms.world.snapshot
+        snapshot = self._kernel.world.snapshot
         shot = shot_of(request.shot, snapshot.structure)
         image = await self._taken(self._sight(snapshot), shot, Framing())
         width, height = picture_size(shot, snapshot)
@@ -38,11 +38,11 @@ class CaptureCalls:
         self, request: view_pb2.RecordFilmRequest, context: object
     ) -> AsyncIterator[view_pb2.RecordFilmResponse]:
         """Take a picture at each equal step of simulation time; what happens meanwhile is kept until it is drawn."""
-        world = self._rooms.world
+        world = self._kernel.world
         shot = shot_of(request.shot, world.snapshot.structure)
         rate, count = film_of(request, world.snapshot)
         film, framing = Film(world, self._sight, rate, count), Framing()
-        async with aclosing(self._rooms.publications.each(film.subscribe)) as wakings:
+        async with aclosing(self._kernel.publications.each(film.subscribe)) as wakings:
             async for _ in wakings:
                 while (frame := film.take()) is not None:
                     image = await self._taken(frame.sight, shot, framing)
@@ -53,7 +53,9 @@ class CaptureCalls:
                     return
 
     def _sight(self, snapshot: Snapshot) -> Sight:
-        return Sight(snapshot, self._rooms.view.get(), self._rooms.sensors.latest, self._rooms.monitor.latest.touching)
+        return Sight(
+            snapshot, self._kernel.view.get(), self._kernel.sensors.latest, self._kernel.monitor.latest.touching
+        )
 
     async def _taken(self, sight: Sight, shot: Shot, framing: Framing) -> bytes:
         gone = threading.Event()
@@ -62,6 +64,6 @@ class CaptureCalls:
             return packed(painter.paint(sight, shot, framing), shot.format, painter.check)
 
         try:
-            return await asyncio.wrap_future(self._rooms.renderers.submit(take, gone.is_set))
+            return await asyncio.wrap_future(self._kernel.renderers.submit(take, gone.is_set))
         finally:
             gone.set()

@@ -22,8 +22,8 @@ from virtualrobot_kernel.api.convert.collisions import (
     nodes_below,
 )
 from virtualrobot_kernel.api.convert.configurations import block_message, configuration_rows
+from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.keyed_limiter import IsGone
-from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.collision.configurations import CHECK_BLOCK
 from virtualrobot_kernel.collision.sampling import Touched, sample_touches
 from virtualrobot_kernel.errors import KernelError, LimitError
@@ -46,22 +46,22 @@ FEW_EVENTS = 8
 class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
     """Servicer of CollisionService; each call borrows a scene of its own and sees the snapshot of its moment."""
 
-    def __init__(self, rooms: Rooms) -> None:
-        """Serve from these rooms."""
-        self._rooms = rooms
+    def __init__(self, kernel: KernelServices) -> None:
+        """Serve from the kernel."""
+        self._kernel = kernel
 
     async def CheckCollision(
         self, request: collision_pb2.CheckCollisionRequest, context: object
     ) -> collision_pb2.CheckCollisionResponse:
         """Tell what touches, in a worker thread."""
-        snapshot, detail = self._rooms.world.snapshot, DETAILS.read(request.detail, "detail")
+        snapshot, detail = self._kernel.world.snapshot, DETAILS.read(request.detail, "detail")
         structure = snapshot.structure
         robots = {structure.node(name, Kind.ROBOT).uid for name in request.robots}
 
         def work() -> collision_pb2.CheckCollisionResponse:
             placed = configured(snapshot, request.configurations)
             started = time.perf_counter()
-            with self._rooms.collisions.scene() as scene:
+            with self._kernel.collisions.scene() as scene:
                 scene.place(placed)
                 found = scene.collisions(detail, robots or None)
             seconds = time.perf_counter() - started
@@ -71,16 +71,18 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
                 check_seconds=seconds,
             )
 
-        return await self._rooms.limiter.run([TURN], work)
+        return await self._kernel.limiter.run([TURN], work)
 
     async def CheckConfigurations(
         self, request: collision_pb2.CheckConfigurationsRequest, context: object
     ) -> AsyncIterator[collision_pb2.CheckConfigurationsResponse]:
         """Check blocks of rows in collision processes, some at a time; a caller that goes ends it."""
-        snapshot, processes = self._rooms.world.snapshot, self._rooms.processes
+        snapshot, processes = self._kernel.world.snapshot, self._kernel.processes
         structure = snapshot.structure
         robots = {structure.node(name, Kind.ROBOT).uid for name in request.robots} or None
-        q_index, rows = await self._rooms.limiter.run((), lambda: configuration_rows(structure, request.configurations))
+        q_index, rows = await self._kernel.limiter.run(
+            (), lambda: configuration_rows(structure, request.configurations)
+        )
         yield collision_pb2.CheckConfigurationsResponse(stamp=stamp(snapshot), progress=0.0 if len(rows) else 1.0)
         starts, done = iter(range(0, len(rows), BLOCK_ROWS)), 0
         waiting: dict[asyncio.Future[NDArray[np.int64]], int] = {}
@@ -111,7 +113,7 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
         self, request: collision_pb2.MeasureDistancesRequest, context: object
     ) -> collision_pb2.MeasureDistancesResponse:
         """Tell how far things are apart, in a worker thread."""
-        snapshot = self._rooms.world.snapshot
+        snapshot = self._kernel.world.snapshot
         structure = snapshot.structure
         if not request.first:
             raise KernelError("first names no node; name at least one", field="first")
@@ -122,7 +124,7 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
         def work() -> collision_pb2.MeasureDistancesResponse:
             placed = configured(snapshot, request.configurations)
             started = time.perf_counter()
-            with self._rooms.collisions.scene() as scene:
+            with self._kernel.collisions.scene() as scene:
                 scene.place(placed)
                 found = scene.distances(ours, theirs, range_meters)
             seconds = time.perf_counter() - started
@@ -132,44 +134,44 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
                 measure_seconds=seconds,
             )
 
-        return await self._rooms.limiter.run([TURN], work)
+        return await self._kernel.limiter.run([TURN], work)
 
     async def ListAllowedPairs(
         self, request: collision_pb2.ListAllowedPairsRequest, context: object
     ) -> collision_pb2.ListAllowedPairsResponse:
         """Tell what may touch, in a worker thread."""
-        snapshot = self._rooms.world.snapshot
+        snapshot = self._kernel.world.snapshot
         structure = snapshot.structure
         among = nodes_below(structure, request.nodes) or set(structure.nodes)
 
         def work() -> collision_pb2.ListAllowedPairsResponse:
-            with self._rooms.collisions.scene() as scene:
+            with self._kernel.collisions.scene() as scene:
                 scene.place(snapshot)
                 pairs = list(allowed_messages(structure, scene.bodies, among))
             return collision_pb2.ListAllowedPairsResponse(stamp=stamp(snapshot), pairs=pairs)
 
-        return await self._rooms.limiter.run([TURN], work)
+        return await self._kernel.limiter.run([TURN], work)
 
     async def ListCollisionMeshes(
         self, request: collision_pb2.ListCollisionMeshesRequest, context: object
     ) -> collision_pb2.ListCollisionMeshesResponse:
         """Tell what meshes collide as, in a worker thread."""
-        snapshot = self._rooms.world.snapshot
+        snapshot = self._kernel.world.snapshot
         structure = snapshot.structure
         among = nodes_below(structure, request.nodes) or set(structure.nodes)
 
         def work() -> collision_pb2.ListCollisionMeshesResponse:
-            meshes = list(mesh_messages(structure, self._rooms.collisions.shapes, among))
+            meshes = list(mesh_messages(structure, self._kernel.collisions.shapes, among))
             return collision_pb2.ListCollisionMeshesResponse(stamp=stamp(snapshot), meshes=meshes)
 
-        return await self._rooms.limiter.run([TURN], work)
+        return await self._kernel.limiter.run([TURN], work)
 
     async def GetCollisionSettings(
         self, request: collision_pb2.GetCollisionSettingsRequest, context: object
     ) -> collision_pb2.GetCollisionSettingsResponse:
         """Tell what is done about collisions."""
-        snapshot = self._rooms.world.snapshot
-        cost = cost_message(self._rooms.guard.cost)
+        snapshot = self._kernel.world.snapshot
+        cost = cost_message(self._kernel.guard.cost)
         return collision_pb2.GetCollisionSettingsResponse(
             stamp=stamp(snapshot), settings=settings_message(snapshot), guard_cost=cost
         )
@@ -178,12 +180,12 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
         self, request: collision_pb2.WatchCollisionsRequest, context: object
     ) -> AsyncIterator[collision_pb2.WatchCollisionsResponse]:
         """Tell what the monitor finds: all at once, then what happens; a slow reader gets the latest."""
-        monitor, told = self._rooms.monitor, None
-        async for _ in self._rooms.publications.each(monitor.subscribe):
+        monitor, told = self._kernel.monitor, None
+        async for _ in self._kernel.publications.each(monitor.subscribe):
             report = monitor.latest
             if told is None or report.event_count - told > FEW_EVENTS:
                 loop = asyncio.get_running_loop()
-                yield await loop.run_in_executor(self._rooms.workers, report_message, report, told)
+                yield await loop.run_in_executor(self._kernel.workers, report_message, report, told)
             elif report.event_count > told:
                 yield report_message(report, told)
             told = report.event_count
@@ -198,7 +200,7 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
                 samples=request.samples,
                 limit=MOST_SAMPLES,
             )
-        snapshot, samples = self._rooms.world.snapshot, request.samples or SAMPLES
+        snapshot, samples = self._kernel.world.snapshot, request.samples or SAMPLES
         structure = snapshot.structure
         _, robot = structure.robot(request.robot)
         done = [0]
@@ -208,13 +210,13 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
                 done[0] = count
                 return not is_gone()
 
-            with self._rooms.collisions.scene() as scene:
+            with self._kernel.collisions.scene() as scene:
                 rng = np.random.default_rng(request.seed)
                 return sample_touches(scene, snapshot, robot, samples, rng, told)
 
-        task = asyncio.ensure_future(self._rooms.limiter.run_while_wanted([TURN], work))
+        task = asyncio.ensure_future(self._kernel.limiter.run_while_wanted([TURN], work))
         try:
-            while not await self._rooms.publications.is_done(task):
+            while not await self._kernel.publications.is_done(task):
                 yield collision_pb2.FindAllowedPairsResponse(stamp=stamp(snapshot), progress=done[0] / samples)
             found = task.result()
         finally:

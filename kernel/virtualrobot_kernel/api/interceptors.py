@@ -15,9 +15,9 @@ from google.protobuf.descriptor import ServiceDescriptor
 from google.protobuf.message import DecodeError, Message
 from virtualrobot.v1 import lease_pb2, motion_pb2, robot_pb2
 
+from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.lease_table import CARRIED
 from virtualrobot_kernel.api.publications import Publications, ending
-from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.api.status import trailers
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.affected_robots import named_nodes
@@ -163,9 +163,9 @@ class Leasing(grpc.aio.ServerInterceptor):
     Calls of other methods pass as they are, and count as carrying no lease.
     """
 
-    def __init__(self, services: Iterable[ServiceDescriptor], rooms: Rooms) -> None:
+    def __init__(self, services: Iterable[ServiceDescriptor], kernel: KernelServices) -> None:
         """Guard the methods of these services that have the option."""
-        self._rooms = rooms
+        self._kernel = kernel
         self._methods = {
             f"/{service.full_name}/{method.name}"
             for service in services
@@ -200,8 +200,8 @@ class Leasing(grpc.aio.ServerInterceptor):
         """Note the leases of a call for the commands that it gives; raise KernelError when they do not do."""
         tokens = tuple(str(value) for key, value in context.invocation_metadata() or () if key == LEASE_KEY)
         named = NAMED[type(request)](request) if type(request) in NAMED else ()
-        snapshot = self._rooms.world.snapshot
-        self._rooms.leases.check(snapshot, named_nodes(snapshot.structure, named), tokens)
+        snapshot = self._kernel.world.snapshot
+        self._kernel.leases.check(snapshot, named_nodes(snapshot.structure, named), tokens)
         CARRIED.set(tokens)
 
 

@@ -16,7 +16,7 @@ from virtualrobot_kernel.api.convert.states import (
     robot_states,
     robots_named,
 )
-from virtualrobot_kernel.api.rooms import MAX_MESSAGE_BYTES, Rooms
+from virtualrobot_kernel.api.kernel_services import MAX_MESSAGE_BYTES, KernelServices
 from virtualrobot_kernel.formats.models import MODEL_FORMATS
 from virtualrobot_kernel.messages.signals import signal_message
 from virtualrobot_kernel.messages.values import finite, stamp
@@ -44,34 +44,34 @@ CAPABILITIES = (
 class KernelServicer(kernel_pb2_grpc.KernelServiceServicer):
     """Servicer of KernelService."""
 
-    def __init__(self, rooms: Rooms) -> None:
-        """Serve from these rooms."""
-        self._rooms = rooms
+    def __init__(self, kernel: KernelServices) -> None:
+        """Serve from the kernel."""
+        self._kernel = kernel
 
     async def GetInfo(self, request: kernel_pb2.GetInfoRequest, context: object) -> kernel_pb2.GetInfoResponse:
         """Tell versions, limits and capabilities."""
-        url = self._rooms.viewer_url()
+        url = self._kernel.viewer_url()
         return kernel_pb2.GetInfoResponse(
             version=VERSION,
             api_version="virtualrobot.v1",
             capabilities=[name for name in CAPABILITIES if name != "viewer" or url],
-            model_formats=dict.fromkeys((*MODEL_FORMATS, *self._rooms.importers.endings)),
-            kinematics=sorted(self._rooms.catalog.offers(ComponentKind.KINEMATICS)),
+            model_formats=dict.fromkeys((*MODEL_FORMATS, *self._kernel.importers.endings)),
+            kinematics=sorted(self._kernel.catalog.offers(ComponentKind.KINEMATICS)),
             max_message_bytes=MAX_MESSAGE_BYTES,
-            max_asset_bytes=self._rooms.assets.limit_bytes,
+            max_asset_bytes=self._kernel.assets.limit_bytes,
             viewer_url=url,
             process_id=os.getpid(),
         )
 
     async def GetClock(self, request: kernel_pb2.GetClockRequest, context: object) -> kernel_pb2.GetClockResponse:
         """Tell how time runs."""
-        world = self._rooms.world
+        world = self._kernel.world
         return kernel_pb2.GetClockResponse(stamp=stamp(world.snapshot), clock=CLOCK.write(world.clock))
 
     async def SetClock(self, request: kernel_pb2.SetClockRequest, context: object) -> kernel_pb2.SetClockResponse:
         """Change how time runs."""
         mode = MODES.read(request.mode, "mode")
-        world = self._rooms.world
+        world = self._kernel.world
         factor = finite(request.speed_factor, "speed_factor") or world.clock.speed_factor
         snapshot = await asyncio.wrap_future(world.set_clock(mode, factor))
         return kernel_pb2.SetClockResponse(stamp=stamp(snapshot), clock=CLOCK.write(world.clock))
@@ -80,13 +80,13 @@ class KernelServicer(kernel_pb2_grpc.KernelServiceServicer):
         self, request: kernel_pb2.WatchClockRequest, context: object
     ) -> AsyncIterator[kernel_pb2.WatchClockResponse]:
         """Tell how time runs, again and again."""
-        world = self._rooms.world
-        async for snapshot in self._rooms.publications.snapshots(request.max_rate_hertz, 1.0):
+        world = self._kernel.world
+        async for snapshot in self._kernel.publications.snapshots(request.max_rate_hertz, 1.0):
             yield kernel_pb2.WatchClockResponse(stamp=stamp(snapshot), clock=CLOCK.write(world.clock))
 
     async def StepClock(self, request: kernel_pb2.StepClockRequest, context: object) -> kernel_pb2.StepClockResponse:
         """Advance time by a number of ticks."""
-        world = self._rooms.world
+        world = self._kernel.world
         first = world.snapshot.state.tick
         snapshot = await asyncio.wrap_future(world.step(request.ticks))
         state = snapshot.state
@@ -100,5 +100,5 @@ class KernelServicer(kernel_pb2_grpc.KernelServiceServicer):
 
     async def Shutdown(self, request: kernel_pb2.ShutdownRequest, context: object) -> kernel_pb2.ShutdownResponse:
         """End the kernel once this call is answered."""
-        asyncio.get_running_loop().call_later(0.05, self._rooms.shut_down)
+        asyncio.get_running_loop().call_later(0.05, self._kernel.shut_down)
         return kernel_pb2.ShutdownResponse()

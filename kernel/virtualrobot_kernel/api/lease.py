@@ -11,8 +11,8 @@ from google.protobuf.timestamp_pb2 import Timestamp
 from virtualrobot.v1 import lease_pb2, lease_pb2_grpc
 
 from virtualrobot_kernel.api.author import author, person
+from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.lease_table import Lease, Loss
-from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.messages.values import stamp
 from virtualrobot_kernel.world.commands import StopRobots
@@ -30,9 +30,9 @@ LOSSES = {loss: getattr(lease_pb2, f"LEASE_LOSS_{loss.name}") for loss in (Loss.
 class LeaseServicer(lease_pb2_grpc.LeaseServiceServicer):
     """Servicer of LeaseService; remembers how many streams keep which lease alive."""
 
-    def __init__(self, rooms: Rooms) -> None:
-        """Serve from these rooms."""
-        self._rooms = rooms
+    def __init__(self, kernel: KernelServices) -> None:
+        """Serve from the kernel."""
+        self._kernel = kernel
         self._keepers: Counter[str] = Counter()
         self._timers: dict[str, asyncio.TimerHandle] = {}
 
@@ -40,9 +40,9 @@ class LeaseServicer(lease_pb2_grpc.LeaseServiceServicer):
         self, request: lease_pb2.AcquireLeaseRequest, context: object
     ) -> lease_pb2.AcquireLeaseResponse:
         """Lease robots, all or none."""
-        world = self._rooms.world
+        world = self._kernel.world
         robots, owner = _robots(world.snapshot, request.robots), _owner(request.owner, context)
-        lease = self._rooms.leases.acquire(world.snapshot, robots, owner)
+        lease = self._kernel.leases.acquire(world.snapshot, robots, owner)
         self._expire_later(lease.token)
         # Behind what was let into the queue before; so nobody else's command is applied once this call is answered.
         applied = await asyncio.wrap_future(world.submit([], f"{lease.id} acquired by {author(context)}"))
@@ -52,9 +52,9 @@ class LeaseServicer(lease_pb2_grpc.LeaseServiceServicer):
 
     async def TakeLease(self, request: lease_pb2.TakeLeaseRequest, context: object) -> lease_pb2.TakeLeaseResponse:
         """Lease robots whoever had them, and stop their motions."""
-        world = self._rooms.world
+        world = self._kernel.world
         robots, owner = _robots(world.snapshot, request.robots), _owner(request.owner, context)
-        lease, losers = self._rooms.leases.take(robots, owner)
+        lease, losers = self._kernel.leases.take(robots, owner)
         self._expire_later(lease.token)
         cancellation = Cancellation(EndCause.LEASE_TAKEN, f"the robot was taken over by {owner!r}")
         halt = world.submit([StopRobots(robots, cancellation)], f"{lease.id} taken by {author(context)}")
@@ -70,13 +70,13 @@ class LeaseServicer(lease_pb2_grpc.LeaseServiceServicer):
         self, request: lease_pb2.KeepLeaseAliveRequest, context: object
     ) -> AsyncIterator[lease_pb2.KeepLeaseAliveResponse]:
         """Hold a lease while the stream is open, and tell what it loses."""
-        world, leases, token = self._rooms.world, self._rooms.leases, request.token
+        world, leases, token = self._kernel.world, self._kernel.leases, request.token
         told = leases.held_by(token)
         self._keepers[token] += 1
         try:
             snapshot = world.snapshot
             yield lease_pb2.KeepLeaseAliveResponse(stamp=stamp(snapshot), lease=_message(snapshot, told))
-            async with aclosing(self._rooms.publications.each(leases.subscribe)) as changes:
+            async with aclosing(self._kernel.publications.each(leases.subscribe)) as changes:
                 async for _ in changes:
                     now = leases.record(token)
                     if now.robots == told.robots:
@@ -101,16 +101,16 @@ class LeaseServicer(lease_pb2_grpc.LeaseServiceServicer):
         self, request: lease_pb2.ReleaseLeaseRequest, context: object
     ) -> lease_pb2.ReleaseLeaseResponse:
         """Make the robots of a lease free."""
-        lease = self._rooms.leases.held_by(request.token)
-        self._rooms.leases.end(lease, Loss.RELEASED, "it was released")
-        snapshot = self._rooms.world.snapshot
+        lease = self._kernel.leases.held_by(request.token)
+        self._kernel.leases.end(lease, Loss.RELEASED, "it was released")
+        snapshot = self._kernel.world.snapshot
         return lease_pb2.ReleaseLeaseResponse(stamp=stamp(snapshot), lease=_message(snapshot, lease))
 
     async def ListLeases(self, request: lease_pb2.ListLeasesRequest, context: object) -> lease_pb2.ListLeasesResponse:
         """Tell who has leased what."""
-        snapshot = self._rooms.world.snapshot
+        snapshot = self._kernel.world.snapshot
         return lease_pb2.ListLeasesResponse(
-            stamp=stamp(snapshot), leases=[_message(snapshot, lease) for lease in self._rooms.leases.held]
+            stamp=stamp(snapshot), leases=[_message(snapshot, lease) for lease in self._kernel.leases.held]
         )
 
     def _expire_later(self, token: str) -> None:
@@ -122,13 +122,13 @@ class LeaseServicer(lease_pb2_grpc.LeaseServiceServicer):
     def _check(self, token: str) -> None:
         """End a lease that no stream keeps alive, and stop its robots; else the end of a stream checks again."""
         del self._timers[token]
-        lease = next((one for one in self._rooms.leases.held if one.token == token), None)
+        lease = next((one for one in self._kernel.leases.held if one.token == token), None)
         if self._keepers[token] or lease is None:
             return
         reason = f"nobody has kept it alive for {GRACE_SECONDS:g} s"
-        self._rooms.leases.end(lease, Loss.EXPIRED, reason)
+        self._kernel.leases.end(lease, Loss.EXPIRED, reason)
         cancellation = Cancellation(EndCause.LEASE_EXPIRED, f"the lease of {lease.owner!r} expired: {reason}")
-        self._rooms.world.submit([StopRobots(tuple(sorted(lease.robots)), cancellation)], "kernel")
+        self._kernel.world.submit([StopRobots(tuple(sorted(lease.robots)), cancellation)], "kernel")
 
 
 def _robots(snapshot: Snapshot, names: Sequence[str]) -> tuple[int, ...]:

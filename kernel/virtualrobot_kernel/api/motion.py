@@ -14,12 +14,12 @@ from virtualrobot.v1 import motion_pb2, motion_pb2_grpc
 from virtualrobot_kernel.api.author import person
 from virtualrobot_kernel.api.convert.program import NOTE
 from virtualrobot_kernel.api.convert.states import motion_message
+from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.motion_calls import find_motion, make_way, requested
 from virtualrobot_kernel.api.motion_plans import checked_motion, planned_motion
 from virtualrobot_kernel.api.open_programs import OpenPrograms
 from virtualrobot_kernel.api.publications import pause_seconds
 from virtualrobot_kernel.api.repeats import Repeats
-from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.api.setpoints import stream_setpoints
 from virtualrobot_kernel.collision.clearance import near_by
 from virtualrobot_kernel.formats import program_file
@@ -36,12 +36,12 @@ GRACE_SECONDS = 1.0
 class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
     """Servicer of MotionService; remembers watchers, answers by request id, and the ends of open programs."""
 
-    def __init__(self, rooms: Rooms) -> None:
-        """Serve from these rooms."""
-        self._rooms = rooms
+    def __init__(self, kernel: KernelServices) -> None:
+        """Serve from the kernel."""
+        self._kernel = kernel
         self._watchers: Counter[str] = Counter()
         self._repeats = Repeats()
-        self._programs = OpenPrograms(rooms)
+        self._programs = OpenPrograms(kernel)
         self._bound: dict[str, asyncio.TimerHandle] = {}
 
     async def StartMotion(
@@ -53,19 +53,19 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         return await self._repeats.once(request, lambda: self._start(request, context))
 
     async def _start(self, request: motion_pb2.StartMotionRequest, context: object) -> motion_pb2.StartMotionResponse:
-        world, expected = self._rooms.world, expected_revision(request)
+        world, expected = self._kernel.world, expected_revision(request)
         check_revision(world.snapshot.structure, expected)
-        spec, joints, robots = await requested(self._rooms, request.spec)
-        await make_way(self._rooms, lambda _: joints, request.busy_policy, context)
-        near_of = near_by(self._rooms.collisions)
+        spec, joints, robots = await requested(self._kernel, request.spec)
+        await make_way(self._kernel, lambda _: joints, request.busy_policy, context)
+        near_of = near_by(self._kernel.collisions)
         # From the snapshot of the moment when it is planned: the robots may have moved while they waited.
-        planned = await self._rooms.limiter.run_while_wanted(
+        planned = await self._kernel.limiter.run_while_wanted(
             robots,
             lambda given_up: plan_motion(
-                world.snapshot, spec, self._rooms.solvers.of, given_up, near_of, open=request.open
+                world.snapshot, spec, self._kernel.solvers.of, given_up, near_of, open=request.open
             ),
         )
-        applied = self._rooms.submit([planned.command], context, expected)
+        applied = self._kernel.submit([planned.command], context, expected)
         if request.on_disconnect != motion_pb2.DISCONNECT_POLICY_CONTINUE:
             # Not after an await: a client that vanishes there would leave a motion that nothing stops.
             applied.add_done_callback(partial(self._started, asyncio.get_running_loop()))
@@ -84,19 +84,19 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
 
     async def PlanMotion(self, request: motion_pb2.PlanMotionRequest, context: object) -> motion_pb2.PlanMotionResponse:
         """Tell what StartMotion would do."""
-        return await planned_motion(self._rooms, request)
+        return await planned_motion(self._kernel, request)
 
     async def CheckMotion(
         self, request: motion_pb2.CheckMotionRequest, context: object
     ) -> motion_pb2.CheckMotionResponse:
         """Tell whether a motion keeps all limits."""
-        return await checked_motion(self._rooms, request)
+        return await checked_motion(self._kernel, request)
 
     async def StreamSetpoints(
         self, request_iterator: AsyncIterator[motion_pb2.StreamSetpointsRequest], context: object
     ) -> AsyncIterator[motion_pb2.StreamSetpointsResponse]:
         """Move joints by setpoints as they come."""
-        async with aclosing(stream_setpoints(self._rooms, request_iterator, context)) as responses:
+        async with aclosing(stream_setpoints(self._kernel, request_iterator, context)) as responses:
             async for response in responses:
                 yield response
 
@@ -104,12 +104,12 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         self, request: motion_pb2.ReadProgramRequest, context: object
     ) -> motion_pb2.ReadProgramResponse:
         """Read a program file."""
-        spec = await self._rooms.read(partial(program_file.parse, request.text, request.uri or "program.yaml"))
+        spec = await self._kernel.read(partial(program_file.parse, request.text, request.uri or "program.yaml"))
         return motion_pb2.ReadProgramResponse(spec=spec)
 
     async def GetMotion(self, request: motion_pb2.GetMotionRequest, context: object) -> motion_pb2.GetMotionResponse:
         """Tell how a motion is doing."""
-        snapshot = self._rooms.world.snapshot
+        snapshot = self._kernel.world.snapshot
         motion = motion_message(snapshot, find_motion(snapshot, request.id))
         return motion_pb2.GetMotionResponse(stamp=stamp(snapshot), motion=motion)
 
@@ -117,7 +117,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         self, request: motion_pb2.ListMotionsRequest, context: object
     ) -> motion_pb2.ListMotionsResponse:
         """Tell which motions run, and which have ended lately."""
-        snapshot = self._rooms.world.snapshot
+        snapshot = self._kernel.world.snapshot
         state = snapshot.state
         motions = state.motions if request.running_only else (*state.ended, *state.motions)
         return motion_pb2.ListMotionsResponse(
@@ -132,7 +132,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         """Tell progress until the end; whoever watches keeps the motion alive."""
         id = request.id
         pause = pause_seconds(request.max_rate_hertz)
-        snapshot = self._rooms.world.snapshot
+        snapshot = self._kernel.world.snapshot
         find_motion(snapshot, id)
         self._watchers[id] += 1
         try:
@@ -172,7 +172,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
 
     async def Stop(self, request: motion_pb2.StopRequest, context: object) -> motion_pb2.StopResponse:
         """Cancel all motions, or all of some robots."""
-        going = {motion.id for motion in self._rooms.world.snapshot.state.motions if not motion.cancellation}
+        going = {motion.id for motion in self._kernel.world.snapshot.state.motions if not motion.cancellation}
         applied = await self._submit([StopMotions(tuple(request.robots), f"stopped by {person(context)}")], context)
         snapshot = applied.snapshot
         motions = (*snapshot.state.motions, *snapshot.state.ended)
@@ -182,15 +182,15 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
 
     async def _progressed(self, seen: Snapshot, id: str, pause: float) -> Snapshot:
         """Return a later snapshot, after `pause` seconds or once the motion has ended."""
-        await self._rooms.publications.end_of_motion(id, pause)
-        return await self._rooms.publications.newer_than(seen)
+        await self._kernel.publications.end_of_motion(id, pause)
+        return await self._kernel.publications.newer_than(seen)
 
     async def _changed(self, command: Command, id: str, context: object) -> tuple[Snapshot, motion_pb2.Motion]:
         snapshot = (await self._submit([command], context)).snapshot
         return snapshot, motion_message(snapshot, find_motion(snapshot, id))
 
     async def _submit(self, commands: Sequence[Command], context: object) -> Applied:
-        return await asyncio.wrap_future(self._rooms.submit(commands, context))
+        return await asyncio.wrap_future(self._kernel.submit(commands, context))
 
     def _started(self, loop: asyncio.AbstractEventLoop, started: Future[Applied]) -> None:
         """Bind a motion to its watch; called by the world thread once it is started, or refused."""
@@ -211,6 +211,6 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         if self._watchers[id]:
             return
         del self._bound[id]
-        if any(motion.id == id for motion in self._rooms.world.snapshot.state.motions):
+        if any(motion.id == id for motion in self._kernel.world.snapshot.state.motions):
             reason = f"nobody has watched it for {GRACE_SECONDS:g} s"
-            self._rooms.world.submit([CancelMotion(id, Cancellation(EndCause.UNWATCHED, reason))], "kernel")
+            self._kernel.world.submit([CancelMotion(id, Cancellation(EndCause.UNWATCHED, reason))], "kernel")

@@ -9,7 +9,7 @@ from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.api.author import person
 from virtualrobot_kernel.api.convert.program import motion_spec
-from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.planning.program import MotionSpec
 from virtualrobot_kernel.planning.together import joints_of, moved_arms, solved_robots
@@ -34,10 +34,10 @@ def find_motion(snapshot: Snapshot, id: str) -> Motion:
 
 
 async def make_way(
-    rooms: Rooms, needed: Callable[[Snapshot], set[tuple[int, str]]], policy: int, context: object
+    kernel: KernelServices, needed: Callable[[Snapshot], set[tuple[int, str]]], policy: int, context: object
 ) -> None:
     """Refuse, or cancel and wait for standstill, when joints that are `needed` (robot uid, joint name) move already."""
-    world = rooms.world
+    world = kernel.world
     snapshot = world.snapshot
     while motion := moving_motion(snapshot.state, coupled_joints(snapshot.structure, needed(snapshot))):
         if policy != motion_pb2.BUSY_POLICY_PREEMPT:
@@ -50,21 +50,21 @@ async def make_way(
         if not motion.cancellation:
             cancellation = Cancellation(EndCause.PREEMPTED, f"preempted by {person(context)}")
             try:
-                cancel = rooms.submit([CancelMotion(motion.id, cancellation)], context)
+                cancel = kernel.submit([CancelMotion(motion.id, cancellation)], context)
                 snapshot = (await asyncio.wrap_future(cancel)).snapshot
             except KernelError as error:
                 if error.reason not in (Reason.WRONG_STATE, Reason.UNKNOWN_NAME):
                     raise
                 snapshot = world.snapshot  # it has just ended by itself
         else:
-            snapshot = await _later(rooms, snapshot, motion)
+            snapshot = await _later(kernel, snapshot, motion)
 
 
-async def _later(rooms: Rooms, seen: Snapshot, braking: Motion) -> Snapshot:
+async def _later(kernel: KernelServices, seen: Snapshot, braking: Motion) -> Snapshot:
     """Return the world some time later; raise KernelError when time stands still: who waits here may be who steps."""
-    stepped = rooms.world.clock.mode is Mode.STEPPED
+    stepped = kernel.world.clock.mode is Mode.STEPPED
     try:
-        return await asyncio.wait_for(rooms.publications.newer_than(seen), PATIENCE_SECONDS if stepped else None)
+        return await asyncio.wait_for(kernel.publications.newer_than(seen), PATIENCE_SECONDS if stepped else None)
     except TimeoutError as error:
         raise KernelError(
             f"{braking.id!r} brakes to make way, but time has stood still for {PATIENCE_SECONDS:g} s; step the clock "
@@ -74,11 +74,13 @@ async def _later(rooms: Rooms, seen: Snapshot, braking: Motion) -> Snapshot:
         ) from error
 
 
-async def requested(rooms: Rooms, message: motion_pb2.MotionSpec) -> tuple[MotionSpec, set[tuple[int, str]], set[int]]:
+async def requested(
+    kernel: KernelServices, message: motion_pb2.MotionSpec
+) -> tuple[MotionSpec, set[tuple[int, str]], set[int]]:
     """Return a motion's spec, the joints (robot uid, name) that it needs, and the robots (uids) to be solved."""
 
     def work() -> tuple[MotionSpec, set[tuple[int, str]], set[int]]:
-        snapshot, spec = rooms.world.snapshot, motion_spec(message)
+        snapshot, spec = kernel.world.snapshot, motion_spec(message)
         joints = joints_of(snapshot, spec.every_move)
         if spec.tracking is not None:
             joints = arms_joints(joints, moved_arms(snapshot, spec.every_move))
@@ -87,4 +89,4 @@ async def requested(rooms: Rooms, message: motion_pb2.MotionSpec) -> tuple[Motio
     if not message.steps:
         return work()
     # Thousands of steps would hold up every other call.
-    return await asyncio.get_running_loop().run_in_executor(rooms.workers, work)
+    return await asyncio.get_running_loop().run_in_executor(kernel.workers, work)

@@ -6,8 +6,8 @@ from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.api.collision import TURN
 from virtualrobot_kernel.api.convert.plans import check_message, plan_message
+from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.motion_calls import requested
-from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.collision.clearance import near_by
 from virtualrobot_kernel.collision.program_sweep import first_of_program
 from virtualrobot_kernel.collision.scene import CollisionScene
@@ -29,14 +29,16 @@ FINEST, COARSEST = 1e-6, 0.1
 """Least and greatest resolution (m) of a check for collisions."""
 
 
-async def planned_motion(rooms: Rooms, request: motion_pb2.PlanMotionRequest) -> motion_pb2.PlanMotionResponse:
+async def planned_motion(
+    kernel: KernelServices, request: motion_pb2.PlanMotionRequest
+) -> motion_pb2.PlanMotionResponse:
     """Return a motion in samples, planned in a thread on the snapshot of that moment."""
-    seconds = _sample_seconds(rooms.world.snapshot, request.sample_seconds)
-    spec, _, robots = await requested(rooms, request.spec)
+    seconds = _sample_seconds(kernel.world.snapshot, request.sample_seconds)
+    spec, _, robots = await requested(kernel, request.spec)
 
     def work(given_up: GivenUp) -> motion_pb2.PlanMotionResponse:
-        snapshot = _snapshot(rooms, request)
-        planned = plan_motion(snapshot, spec, rooms.solvers.of, given_up, near_by(rooms.collisions))
+        snapshot = _snapshot(kernel, request)
+        planned = plan_motion(snapshot, spec, kernel.solvers.of, given_up, near_by(kernel.collisions))
         program, joints = planned.command.program, planned.command.joints
         arms = moved_arms(snapshot, spec.every_move)
         check_size(program.duration, seconds, len(joints), len({robot for robot, _ in joints}))
@@ -45,31 +47,33 @@ async def planned_motion(rooms: Rooms, request: motion_pb2.PlanMotionRequest) ->
         message.stamp.CopyFrom(stamp(snapshot))
         return message
 
-    return await rooms.limiter.run_while_wanted(robots, work)
+    return await kernel.limiter.run_while_wanted(robots, work)
 
 
-async def checked_motion(rooms: Rooms, request: motion_pb2.CheckMotionRequest) -> motion_pb2.CheckMotionResponse:
+async def checked_motion(
+    kernel: KernelServices, request: motion_pb2.CheckMotionRequest
+) -> motion_pb2.CheckMotionResponse:
     """Return the check of a motion, made in a thread on the snapshot of that moment."""
     margin = not_negative(request.min_singular_value, "min_singular_value")
     resolution = _resolution(request.resolution_meters)
-    spec, _, robots = await requested(rooms, request.spec)
+    spec, _, robots = await requested(kernel, request.spec)
     turns: set[int | str] = {*robots} if request.ignore_collisions else {*robots, TURN}
 
     def work(given_up: GivenUp) -> motion_pb2.CheckMotionResponse:
-        snapshot = _snapshot(rooms, request)
+        snapshot = _snapshot(kernel, request)
 
         def first_contact(snapshot: Snapshot, command: StartMotion, until: float) -> Contact | None:
-            with rooms.collisions.scene() as scene:
+            with kernel.collisions.scene() as scene:
                 return contact_of(scene, snapshot, command, until, resolution, given_up)
 
         looked_for = None if request.ignore_collisions else first_contact
-        near_of = near_by(rooms.collisions)
-        checked = check_motion(snapshot, spec, rooms.solvers.of, margin, given_up, looked_for, near_of)
+        near_of = near_by(kernel.collisions)
+        checked = check_motion(snapshot, spec, kernel.solvers.of, margin, given_up, looked_for, near_of)
         message = check_message(checked)
         message.stamp.CopyFrom(stamp(snapshot))
         return message
 
-    return await rooms.limiter.run_while_wanted(turns, work)
+    return await kernel.limiter.run_while_wanted(turns, work)
 
 
 def contact_of(
@@ -101,9 +105,11 @@ def _resolution(meters: float) -> float:
     return meters or RESOLUTION
 
 
-def _snapshot(rooms: Rooms, request: motion_pb2.PlanMotionRequest | motion_pb2.CheckMotionRequest) -> Snapshot:
+def _snapshot(
+    kernel: KernelServices, request: motion_pb2.PlanMotionRequest | motion_pb2.CheckMotionRequest
+) -> Snapshot:
     """Return the world as it is; raise KernelError when the request is meant for another one."""
-    snapshot = rooms.world.snapshot
+    snapshot = kernel.world.snapshot
     check_revision(snapshot.structure, expected_revision(request))
     return snapshot
 

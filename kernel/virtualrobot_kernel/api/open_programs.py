@@ -10,8 +10,8 @@ from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.api.convert.program import NOTE, program_steps
 from virtualrobot_kernel.api.convert.states import motion_message
+from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.motion_calls import find_motion
-from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.collision.clearance import near_by
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.messages.values import expected_revision, stamp
@@ -33,9 +33,9 @@ They are tried in turn; after the last one the steps begin from rest, for which 
 class OpenPrograms:
     """Ends of the open programs, by motion id; in the API's event loop alone. Each program has one append at a time."""
 
-    def __init__(self, rooms: Rooms) -> None:
+    def __init__(self, kernel: KernelServices) -> None:
         """Know of no program yet."""
-        self._rooms = rooms
+        self._kernel = kernel
         self._ends: dict[str, PlannedRun] = {}
         self._turns: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
 
@@ -43,14 +43,14 @@ class OpenPrograms:
         """Remember the run at the end of a program (None: nothing can be joined to it); forget programs that ended."""
         self._ends.pop(id, None)
         if end is not None:
-            going = {motion.id for motion in self._rooms.world.snapshot.state.motions}
+            going = {motion.id for motion in self._kernel.world.snapshot.state.motions}
             self._ends = {one: run for one, run in self._ends.items() if one in going} | {id: end}
 
     async def append(self, request: motion_pb2.AppendMotionRequest, context: object) -> motion_pb2.AppendMotionResponse:
         """Plan steps and append them; planned again where the motion has meanwhile gone too far."""
-        check_revision(self._rooms.world.snapshot.structure, expected_revision(request))
+        check_revision(self._kernel.world.snapshot.structure, expected_revision(request))
         async with self._turns.setdefault(request.id, asyncio.Lock()):
-            count = open_program(running_motion(self._rooms.world.snapshot.state, request.id)).program.step_count
+            count = open_program(running_motion(self._kernel.world.snapshot.state, request.id)).program.step_count
             if request.HasField("expected_step_count") and request.expected_step_count != count:
                 raise KernelError(
                     f"{request.id!r} has {count} steps, not {request.expected_step_count}",
@@ -59,7 +59,7 @@ class OpenPrograms:
                     step_count=count,
                 )
             steps = program_steps(request.steps, count)
-            clock = self._rooms.world.clock
+            clock = self._kernel.world.clock
             margins = (0.0,) if clock.mode is Mode.STEPPED else tuple(one * clock.speed_factor for one in MARGINS)
             for margin in margins:
                 try:
@@ -72,25 +72,25 @@ class OpenPrograms:
     async def _appended(
         self, request: motion_pb2.AppendMotionRequest, steps: tuple[Step, ...], margin: float, context: object
     ) -> motion_pb2.AppendMotionResponse:
-        rooms, end = self._rooms, self._ends.get(request.id)
+        kernel, end = self._kernel, self._ends.get(request.id)
         moves = MotionSpec(steps=steps).every_move
-        near_of, last = near_by(rooms.collisions), request.last
+        near_of, last = near_by(kernel.collisions), request.last
 
-        planned = await rooms.limiter.run_while_wanted(
-            solved_robots(rooms.world.snapshot, moves),
+        planned = await kernel.limiter.run_while_wanted(
+            solved_robots(kernel.world.snapshot, moves),
             lambda given_up: plan_append(
-                (now := rooms.world.snapshot),
+                (now := kernel.world.snapshot),
                 running_motion(now.state, request.id),
                 steps,
                 end,
                 margin,
-                rooms.solvers.of,
+                kernel.solvers.of,
                 given_up,
                 near_of,
                 last=last,
             ),
         )
-        submitted = rooms.submit([planned.command], context, expected_revision(request))
+        submitted = kernel.submit([planned.command], context, expected_revision(request))
         applied: Applied = await asyncio.wrap_future(submitted)
         self.remember(request.id, planned.end)
         snapshot = applied.snapshot

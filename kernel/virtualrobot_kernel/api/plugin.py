@@ -8,7 +8,7 @@ from virtualrobot.v1 import plugin_pb2, plugin_pb2_grpc
 from virtualrobot_sdk.registration import ComponentKind, Isolation
 from virtualrobot_sdk.worker.description import ComponentDescription
 
-from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.components.catalog import Plugin
 from virtualrobot_kernel.messages.codecs import EnumTable
 from virtualrobot_kernel.messages.table import Table
@@ -31,9 +31,9 @@ Uses = dict[tuple[ComponentKind, str], list[plugin_pb2.ComponentUse]]
 class PluginServicer(plugin_pb2_grpc.PluginServiceServicer):
     """Servicer of PluginService."""
 
-    def __init__(self, rooms: Rooms) -> None:
-        """Serve from these rooms."""
-        self._rooms = rooms
+    def __init__(self, kernel: KernelServices) -> None:
+        """Serve from the kernel."""
+        self._kernel = kernel
 
     async def ListPlugins(
         self, request: plugin_pb2.ListPluginsRequest, context: object
@@ -45,20 +45,20 @@ class PluginServicer(plugin_pb2_grpc.PluginServiceServicer):
         self, request: plugin_pb2.ReloadPluginsRequest, context: object
     ) -> plugin_pb2.ReloadPluginsResponse:
         """Look for plugins again, in a worker thread."""
-        await asyncio.get_running_loop().run_in_executor(self._rooms.workers, self._rooms.catalog.scan)
+        await asyncio.get_running_loop().run_in_executor(self._kernel.workers, self._kernel.catalog.scan)
         return plugin_pb2.ReloadPluginsResponse(plugins=self._plugins())
 
     def _plugins(self) -> list[plugin_pb2.Plugin]:
         uses = self._uses()
-        return [_plugin_message(plugin, uses) for plugin in self._rooms.catalog.plugins]
+        return [_plugin_message(plugin, uses) for plugin in self._kernel.catalog.plugins]
 
     def _uses(self) -> Uses:
         """Return the users of each component, robots and sensors by name."""
         uses: Uses = {}
-        for use in self._rooms.solvers.uses(self._rooms.world.snapshot.structure):
+        for use in self._kernel.solvers.uses(self._kernel.world.snapshot.structure):
             uses.setdefault((ComponentKind.KINEMATICS, use.kinematics), []).append(USE.write(use))
-        sensors = at_work(self._rooms.sensors, self._rooms.world.snapshot.structure)
-        others = (*self._rooms.importers.uses(), *self._rooms.casters.uses())
+        sensors = at_work(self._kernel.sensors, self._kernel.world.snapshot.structure)
+        others = (*self._kernel.importers.uses(), *self._kernel.casters.uses())
         for sensor, running in (*((use.sensor, use.running) for use in sensors), *(("", one) for one in others)):
             uses.setdefault((running.offer.about.kind, running.offer.about.name), []).append(
                 plugin_pb2.ComponentUse(

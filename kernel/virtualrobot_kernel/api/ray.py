@@ -10,8 +10,8 @@ from virtualrobot_sdk.rays import Hits, RayScene
 from virtualrobot_sdk.registration import ComponentKind
 
 from virtualrobot_kernel.api.convert.rays import COMPARISON, cast_message, check_count, rays
+from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.keyed_limiter import IsGone
-from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.components.catalog import Offer
 from virtualrobot_kernel.errors import LimitError
 from virtualrobot_kernel.messages.values import stamp
@@ -26,29 +26,29 @@ MOST_COMPARED_RAYS = 1_000_000
 class RayServicer(ray_pb2_grpc.RayServiceServicer):
     """Servicer of RayService."""
 
-    def __init__(self, rooms: Rooms) -> None:
-        """Serve from these rooms."""
-        self._rooms = rooms
+    def __init__(self, kernel: KernelServices) -> None:
+        """Serve from the kernel."""
+        self._kernel = kernel
 
     async def CastRays(self, request: ray_pb2.CastRaysRequest, context: object) -> ray_pb2.CastRaysResponse:
         """Cast a client's rays, in a worker thread, on the snapshot of that moment."""
         check_count(request)
-        rooms, name = self._rooms, request.ray_caster or DEFAULT_RAY_CASTER
-        rooms.catalog.find(ComponentKind.RAY_CASTER, name)
+        kernel, name = self._kernel, request.ray_caster or DEFAULT_RAY_CASTER
+        kernel.catalog.find(ComponentKind.RAY_CASTER, name)
 
         def work(is_gone: IsGone) -> ray_pb2.CastRaysResponse:
-            snapshot = rooms.world.snapshot
+            snapshot = kernel.world.snapshot
             structure = snapshot.structure
             world_t_frame = snapshot.world_t_node[structure.rows[structure.node(request.frame).uid]]
             given = rays(request, world_t_frame)
-            elements = rooms.casters.elements(snapshot)
+            elements = kernel.casters.elements(snapshot)
             scene = elements.scene(snapshot.world_t_node)
-            cast = rooms.casters.cast(
+            cast = kernel.casters.cast(
                 name, scene, given.origins, given.directions, given.max_range, lambda _: not is_gone()
             )
             return cast_message(cast, elements, snapshot, world_t_frame)
 
-        return await rooms.limiter.run_while_wanted([name], work)
+        return await kernel.limiter.run_while_wanted([name], work)
 
     async def CompareRayCasters(
         self, request: ray_pb2.CompareRayCastersRequest, context: object
@@ -60,13 +60,13 @@ class RayServicer(ray_pb2_grpc.RayServiceServicer):
                 rays=request.rays,
                 limit=MOST_COMPARED_RAYS,
             )
-        rooms, offers = self._rooms, self._offers(list(request.ray_casters))
-        snapshot = rooms.world.snapshot
+        kernel, offers = self._kernel, self._offers(list(request.ray_casters))
+        snapshot = kernel.world.snapshot
         loop = asyncio.get_running_loop()
-        elements = await loop.run_in_executor(rooms.workers, rooms.casters.elements, snapshot)
+        elements = await loop.run_in_executor(kernel.workers, kernel.casters.elements, snapshot)
         scene = elements.scene(snapshot.world_t_node)
         drawn = await loop.run_in_executor(
-            rooms.workers, random_rays, scene, request.rays or COMPARED_RAYS, request.seed
+            kernel.workers, random_rays, scene, request.rays or COMPARED_RAYS, request.seed
         )
         answer = ray_pb2.CompareRayCastersResponse(stamp=stamp(snapshot))
         first: Hits | None = None
@@ -74,7 +74,7 @@ class RayServicer(ray_pb2_grpc.RayServiceServicer):
             done = [0.0]
             task = self._begin(offer, scene, drawn, first, done)
             try:
-                while not await rooms.publications.is_done(task):
+                while not await kernel.publications.is_done(task):
                     answer.progress = (place + done[0]) / len(offers)
                     yield answer
                 comparison, hits = task.result()
@@ -97,11 +97,11 @@ class RayServicer(ray_pb2_grpc.RayServiceServicer):
 
             return compared(offer, scene, *drawn, first, told)
 
-        return asyncio.ensure_future(self._rooms.limiter.run_while_wanted([offer.about.name], work))
+        return asyncio.ensure_future(self._kernel.limiter.run_while_wanted([offer.about.name], work))
 
     def _offers(self, names: list[str]) -> list[Offer]:
         """Return the components of these names; of no names all of them, the default one first."""
-        catalog, kind = self._rooms.catalog, ComponentKind.RAY_CASTER
+        catalog, kind = self._kernel.catalog, ComponentKind.RAY_CASTER
         if not names:
             names = sorted(catalog.offers(kind), key=lambda name: (name != DEFAULT_RAY_CASTER, name))
         return [catalog.find(kind, name) for name in names]

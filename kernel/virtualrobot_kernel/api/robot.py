@@ -14,7 +14,7 @@ from virtualrobot_sdk.selfcheck import SelfCheck
 from virtualrobot_kernel.api.convert.commands import kinematics_command
 from virtualrobot_kernel.api.convert.redundancy import requested_redundancy
 from virtualrobot_kernel.api.convert.states import robot_states, robots_named
-from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.collision.clearance import near_by
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.messages.nodes import JOINT_TYPES, LIMITS
@@ -63,25 +63,25 @@ SELF_CHECK = Table(
 class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
     """Servicer of RobotService."""
 
-    def __init__(self, rooms: Rooms) -> None:
-        """Serve from these rooms."""
-        self._rooms = rooms
+    def __init__(self, kernel: KernelServices) -> None:
+        """Serve from the kernel."""
+        self._kernel = kernel
         self._book = _Book()
 
     async def GetRobot(self, request: robot_pb2.GetRobotRequest, context: object) -> robot_pb2.GetRobotResponse:
         """Tell joints, links and tools; and the chain of a group."""
-        snapshot = self._rooms.world.snapshot
+        snapshot = self._kernel.world.snapshot
         structure = snapshot.structure
         node, index = structure.robot(request.name)
         data = node.data if isinstance(node.data, RobotData) else RobotData()
         group = group_selection(request.group, "group")
         arm, kinematics = arm_if_chain(snapshot, node, group), ""
         if arm is not None:
-            kinematics = chosen(node, group)[0] or self._rooms.solvers.name_found(node, group)
+            kinematics = chosen(node, group)[0] or self._kernel.solvers.name_found(node, group)
         if arm is not None and not kinematics:
             # The robot has to be tried to tell; that is not for the thread that all calls share.
-            find = partial(self._rooms.solvers.name_of, snapshot, arm)
-            kinematics = await self._rooms.limiter.run([node.uid], find)
+            find = partial(self._kernel.solvers.name_of, snapshot, arm)
+            kinematics = await self._kernel.limiter.run([node.uid], find)
         settings = chosen(node, group)[1]
         described = ROBOT.write(data, joint_names=index.joint_names)
         for message in described.groups:
@@ -107,14 +107,14 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
             kinematics=kinematics,
             chain_joints=arm.joint_names if arm else index.coordinates_of(joints_of(structure, node, group)),
             kinematics_settings=settings_message(settings) if settings else None,
-            kinematics_fault=self._rooms.solvers.fault_of(node, group),
+            kinematics_fault=self._kernel.solvers.fault_of(node, group),
         )
 
     async def GetRobotStates(
         self, request: robot_pb2.GetRobotStatesRequest, context: object
     ) -> robot_pb2.GetRobotStatesResponse:
         """Tell where robots are."""
-        snapshot = self._rooms.world.snapshot
+        snapshot = self._kernel.world.snapshot
         fields = mask_fields(request.read_mask, robot_pb2.RobotState)
         robots = self._book.states(snapshot, robots_named(snapshot, request.names))
         return robot_pb2.GetRobotStatesResponse(
@@ -126,9 +126,9 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
     ) -> AsyncIterator[robot_pb2.WatchRobotStatesResponse]:
         """Tell where robots are, then those that change."""
         fields = mask_fields(request.read_mask, robot_pb2.RobotState)
-        watched = frozenset(node.uid for node in robots_named(self._rooms.world.snapshot, request.names))
+        watched = frozenset(node.uid for node in robots_named(self._kernel.world.snapshot, request.names))
         told: _Told | None = None
-        async for snapshot in self._rooms.publications.snapshots(request.max_rate_hertz):
+        async for snapshot in self._kernel.publications.snapshots(request.max_rate_hertz):
             if told is not None and _quiet(told.snapshot, snapshot):
                 continue
             told = self._book.news(told, snapshot, watched if request.names else None, fields)
@@ -139,7 +139,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         self, request: robot_pb2.SolveForwardRequest, context: object
     ) -> robot_pb2.SolveForwardResponse:
         """Tell where links would be."""
-        snapshot = self._rooms.world.snapshot
+        snapshot = self._kernel.world.snapshot
         node = snapshot.structure.node(request.robot, Kind.ROBOT)
         group = group_selection(request.group, "group")
         world_t_link, world_t_tcp = forward_links(snapshot, node, dict(request.joint_positions), group)
@@ -155,7 +155,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         self, request: robot_pb2.SolveJacobianRequest, context: object
     ) -> robot_pb2.SolveJacobianResponse:
         """Tell how points move with joints, in a worker thread."""
-        snapshot = self._rooms.world.snapshot
+        snapshot = self._kernel.world.snapshot
         structure = snapshot.structure
         node = structure.node(request.robot, Kind.ROBOT)
         if len(request.points) > MOST_POINTS:
@@ -174,7 +174,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         ]
         group = group_selection(request.group, "group")
         solve = partial(solve_jacobian, snapshot, node, dict(request.joint_positions), points, group)
-        found = await asyncio.get_running_loop().run_in_executor(self._rooms.workers, solve)
+        found = await asyncio.get_running_loop().run_in_executor(self._kernel.workers, solve)
         return robot_pb2.SolveJacobianResponse(
             stamp=stamp(snapshot),
             joint_names=found.joint_names,
@@ -187,16 +187,16 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         self, request: robot_pb2.SolveInverseRequest, context: object
     ) -> robot_pb2.SolveInverseResponse:
         """Tell which joints reach a pose."""
-        snapshot = self._rooms.world.snapshot
+        snapshot = self._kernel.world.snapshot
         node = snapshot.structure.node(request.robot, Kind.ROBOT)
         reference = snapshot.structure.node(request.reference)
         world_t_tcp = snapshot.world_t(reference.uid) @ pose(request.reference_t_tcp, "reference_t_tcp")
-        seed, solver_of = dict(request.seed), self._rooms.solvers.of
+        seed, solver_of = dict(request.seed), self._kernel.solvers.of
         redundancy = requested_redundancy(request.redundancy, "redundancy")
-        group, near_of = group_selection(request.group, "group"), near_by(self._rooms.collisions)
+        group, near_of = group_selection(request.group, "group"), near_by(self._kernel.collisions)
         options = seed, solver_of, request.configuration, redundancy, group, near_of
         solve = partial(solve_inverse, snapshot, node, world_t_tcp, *options)
-        arm, result = await self._rooms.limiter.run([node.uid], solve)
+        arm, result = await self._kernel.limiter.run([node.uid], solve)
         return robot_pb2.SolveInverseResponse(
             stamp=stamp(snapshot),
             status=getattr(robot_pb2, f"INVERSE_STATUS_{result.status.name}"),
@@ -213,26 +213,26 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         self, request: robot_pb2.SetKinematicsRequest, context: object
     ) -> robot_pb2.SetKinematicsResponse:
         """Try a component on the robot in a worker thread, then choose it."""
-        rooms = self._rooms
-        snapshot = rooms.world.snapshot
+        kernel = self._kernel
+        snapshot = kernel.world.snapshot
         command = kinematics_command(request.choice)
         node = snapshot.structure.node(command.robot, Kind.ROBOT)
-        submit = rooms.submitting(context)
+        submit = kernel.submitting(context)
 
         def swap() -> tuple[Applied, SelfCheck]:
             # All in one thread: a client that goes away cancels what is awaited, and a component must not be lost.
             arm = arm_of(snapshot, node, Group(command.group))
             choice = command.kinematics, command.settings
-            return rooms.solvers.swap(snapshot, arm, *choice, lambda: submit([command]).result())
+            return kernel.solvers.swap(snapshot, arm, *choice, lambda: submit([command]).result())
 
-        applied, check = await rooms.limiter.run([node.uid], swap)
+        applied, check = await kernel.limiter.run([node.uid], swap)
         return robot_pb2.SetKinematicsResponse(stamp=stamp(applied.snapshot), check=SELF_CHECK.write(check))
 
     async def SolveInverseDynamics(
         self, request: robot_pb2.SolveInverseDynamicsRequest, context: object
     ) -> robot_pb2.SolveInverseDynamicsResponse:
         """Tell which efforts a movement takes, in a worker thread."""
-        snapshot = self._rooms.world.snapshot
+        snapshot = self._kernel.world.snapshot
         node = snapshot.structure.node(request.robot, Kind.ROBOT)
         given = {
             name: getattr(request, name)
@@ -242,7 +242,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         # Of any shape here: which one is right is the robot's matter.
         movement = {name: array(values, [None] * len(values.shape), name) for name, values in given.items()}
         solve = partial(solve_inverse_dynamics, snapshot, node, tuple(request.joint_names), **movement)
-        found = await asyncio.get_running_loop().run_in_executor(self._rooms.workers, solve)
+        found = await asyncio.get_running_loop().run_in_executor(self._kernel.workers, solve)
         return robot_pb2.SolveInverseDynamicsResponse(
             stamp=stamp(snapshot),
             joint_names=found.joint_names,

@@ -11,9 +11,9 @@ from virtualrobot.v1 import nodes_pb2, scene_pb2, scene_pb2_grpc
 from virtualrobot_sdk.models import Model
 
 from virtualrobot_kernel.api.convert.commands import world_commands
+from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.readiness import ready_for_guard
 from virtualrobot_kernel.api.repeats import Repeats
-from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.export.model import export_model
 from virtualrobot_kernel.formats.xml import FileWarning, refuse_warnings
@@ -42,14 +42,14 @@ FEW = 100
 class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
     """Servicer of SceneService."""
 
-    def __init__(self, rooms: Rooms) -> None:
-        """Serve from these rooms."""
-        self._rooms = rooms
+    def __init__(self, kernel: KernelServices) -> None:
+        """Serve from the kernel."""
+        self._kernel = kernel
         self._repeats = Repeats()
 
     async def GetScene(self, request: scene_pb2.GetSceneRequest, context: object) -> scene_pb2.GetSceneResponse:
         """Tell nodes and where they are."""
-        snapshot = self._rooms.world.snapshot
+        snapshot = self._kernel.world.snapshot
         fields = mask_fields(request.read_mask, nodes_pb2.Node)
         structure = snapshot.structure
         nodes = [structure.node(name) for name in request.names] or _parents_first(structure)
@@ -65,9 +65,9 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
     ) -> AsyncIterator[scene_pb2.WatchSceneResponse]:
         """Tell all nodes, then changes."""
         fields = mask_fields(request.read_mask, nodes_pb2.Node)
-        wanted = {self._rooms.world.snapshot.structure.node(name).uid for name in request.names}
+        wanted = {self._kernel.world.snapshot.structure.node(name).uid for name in request.names}
         before: Snapshot | None = None
-        async for snapshot in self._rooms.publications.snapshots(request.max_rate_hertz):
+        async for snapshot in self._kernel.publications.snapshots(request.max_rate_hertz):
             if before is None or not _quiet(before, snapshot):
                 message = _difference(before, snapshot, wanted, fields)
                 if before is None or message.nodes or message.removed_uids or message.moved_uids:
@@ -88,11 +88,11 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
                 limit=MOST_COMMANDS,
             )
         if count > FEW:
-            commands = await run(self._rooms.workers, world_commands, request.commands)
+            commands = await run(self._kernel.workers, world_commands, request.commands)
         else:
             commands = world_commands(request.commands)
         if any(isinstance(command, (CreateNodes, UpdateNode)) for command in commands):
-            commands = await run(self._rooms.workers, with_assets, self._rooms.meshes, commands)
+            commands = await run(self._kernel.workers, with_assets, self._kernel.meshes, commands)
         applied = await self._submit(commands, context, expected_revision(request))
         nodes = applied.snapshot.structure.nodes
         return scene_pb2.ApplyResponse(
@@ -109,12 +109,12 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
 
     async def _import(self, source: scene_pb2.ModelSource, context: object) -> scene_pb2.ImportModelResponse:
         run = asyncio.get_running_loop().run_in_executor
-        meshes = self._rooms.meshes
+        meshes = self._kernel.meshes
         files = files_of(meshes, source.files)
         while True:
-            structure = self._rooms.world.snapshot.structure
+            structure = self._kernel.world.snapshot.structure
             read = partial(read_model, meshes, source, files, structure.uid_by_name)
-            model = await run(self._rooms.workers, read)
+            model = await run(self._kernel.workers, read)
             try:
                 applied = await self._submit([CreateNodes(model.nodes)], context)
                 break
@@ -132,7 +132,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
 
     async def ListModels(self, request: scene_pb2.ListModelsRequest, context: object) -> scene_pb2.ListModelsResponse:
         """Tell the models that plugins know by name."""
-        models = self._rooms.catalog.models.values()
+        models = self._kernel.catalog.models.values()
         return scene_pb2.ListModelsResponse(models=[MODEL.write(one, installed=one.installed) for one in models])
 
     async def LoadScene(self, request: scene_pb2.LoadSceneRequest, context: object) -> scene_pb2.LoadSceneResponse:
@@ -140,25 +140,25 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         return await self._repeats.once(request, lambda: self._load(request, context))
 
     async def _load(self, request: scene_pb2.LoadSceneRequest, context: object) -> scene_pb2.LoadSceneResponse:
-        meshes = self._rooms.meshes
+        meshes = self._kernel.meshes
         files = files_of(meshes, request.files)
-        known = self._rooms.world.snapshot.structure.uid_by_name if request.add else None
+        known = self._kernel.world.snapshot.structure.uid_by_name if request.add else None
         read = partial(read_scene, request.text, request.uri, files, meshes, known)
-        commands, warnings = await self._rooms.read(read)
+        commands, warnings = await self._kernel.read(read)
         if request.strict:
             refuse_warnings(warnings)
         applied = await self._submit(commands, context)
         if not request.add:
-            self._rooms.view.reset()
+            self._kernel.view.reset()
         return scene_pb2.LoadSceneResponse(
             stamp=stamp(applied.snapshot), created=created_nodes(applied), warnings=self._told(warnings)
         )
 
     async def SaveScene(self, request: scene_pb2.SaveSceneRequest, context: object) -> scene_pb2.SaveSceneResponse:
         """Write the world as a scene file's text."""
-        snapshot = self._rooms.world.snapshot
+        snapshot = self._kernel.world.snapshot
         run = asyncio.get_running_loop().run_in_executor
-        text, files = await run(self._rooms.workers, write_scene, snapshot, request.bundle)
+        text, files = await run(self._kernel.workers, write_scene, snapshot, request.bundle)
         return scene_pb2.SaveSceneResponse(
             stamp=stamp(snapshot),
             text=text,
@@ -169,10 +169,10 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         self, request: scene_pb2.ExportModelRequest, context: object
     ) -> scene_pb2.ExportModelResponse:
         """Write a node as a model file in a worker thread."""
-        snapshot = self._rooms.world.snapshot
+        snapshot = self._kernel.world.snapshot
         run = asyncio.get_running_loop().run_in_executor
         written = await run(
-            self._rooms.workers, export_model, snapshot, self._rooms.meshes, request.node, request.format
+            self._kernel.workers, export_model, snapshot, self._kernel.meshes, request.node, request.format
         )
         return scene_pb2.ExportModelResponse(
             stamp=stamp(snapshot),
@@ -182,16 +182,16 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
 
     def _told(self, warnings: Sequence[FileWarning]) -> list[scene_pb2.FileWarning]:
         """Tell who looks at the viewer of warnings, and return them as messages."""
-        self._rooms.view.tell(warnings)
+        self._kernel.view.tell(warnings)
         return [scene_pb2.FileWarning(file=one.file, line=one.line, text=one) for one in warnings]
 
     async def _submit(
         self, commands: Sequence[Command], context: object, expected_revision: int | None = None
     ) -> Applied:
-        self._rooms.solvers.check_choices(commands)
-        check_choices(commands, self._rooms.sensing)
-        await ready_for_guard(self._rooms, commands)
-        return await asyncio.wrap_future(self._rooms.submit(commands, context, expected_revision))
+        self._kernel.solvers.check_choices(commands)
+        check_choices(commands, self._kernel.sensing)
+        await ready_for_guard(self._kernel, commands)
+        return await asyncio.wrap_future(self._kernel.submit(commands, context, expected_revision))
 
 
 def created_nodes(applied: Applied) -> list[scene_pb2.CreatedNode]:

@@ -12,8 +12,8 @@ from virtualrobot.v1 import sensor_pb2, sensor_pb2_grpc
 
 from virtualrobot_kernel.api.convert.presets import PRESET
 from virtualrobot_kernel.api.convert.readings import STATES, checked_options, fill_reading, is_large
+from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.publications import pause_seconds
-from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.messages.structs import settings
 from virtualrobot_kernel.messages.table import Table
@@ -43,25 +43,25 @@ Told = TypeVar("Told")
 class SensorServicer(sensor_pb2_grpc.SensorServiceServicer):
     """Servicer of SensorService."""
 
-    def __init__(self, rooms: Rooms) -> None:
-        """Serve from these rooms."""
-        self._rooms = rooms
+    def __init__(self, kernel: KernelServices) -> None:
+        """Serve from the kernel."""
+        self._kernel = kernel
 
     async def ListSensors(
         self, request: sensor_pb2.ListSensorsRequest, context: object
     ) -> sensor_pb2.ListSensorsResponse:
         """Tell how all sensors are."""
-        snapshot = self._rooms.world.snapshot
+        snapshot = self._kernel.world.snapshot
         told = [
             STATUS.write(status, name=status.node.name, kind=SENSOR_KINDS[status.node.kind])
-            for status in statuses(self._rooms.sensors, snapshot)
+            for status in statuses(self._kernel.sensors, snapshot)
         ]
         return sensor_pb2.ListSensorsResponse(stamp=stamp(snapshot), sensors=told)
 
     async def ReadSensor(self, request: sensor_pb2.ReadSensorRequest, context: object) -> sensor_pb2.ReadSensorResponse:
         """Make one reading, in the sensor's own thread."""
         kinds = checked_options(request.options)
-        worker, coming = self._rooms.sensors.read(request.sensor, kinds)
+        worker, coming = self._kernel.sensors.read(request.sensor, kinds)
         waited = asyncio.wrap_future(coming)
         try:
             # What waits for its turn behind others is not late.
@@ -86,7 +86,7 @@ class SensorServicer(sensor_pb2_grpc.SensorServiceServicer):
         """Tell the latest readings, then new ones; a slow reader gets the latest."""
         checked_options(request.options)
         pause = pause_seconds(request.max_rate_hertz, FASTEST_HERTZ)
-        sensors, publications, world = self._rooms.sensors, self._rooms.publications, self._rooms.world
+        sensors, publications, world = self._kernel.sensors, self._kernel.publications, self._kernel.world
         wanted = {sensor_node(world.snapshot.structure, name).uid for name in request.sensors}
         told: dict[int, Reading] = {}
         async for _ in publications.each(sensors.subscribe):
@@ -109,13 +109,13 @@ class SensorServicer(sensor_pb2_grpc.SensorServiceServicer):
         options: sensor_pb2.ReadingOptions,
     ) -> Told:
         """Return a message that takes a while to fill in; the API's thread answers others meanwhile."""
-        return await asyncio.get_running_loop().run_in_executor(self._rooms.workers, fill, reading, options)
+        return await asyncio.get_running_loop().run_in_executor(self._kernel.workers, fill, reading, options)
 
     async def SetRangeComponents(
         self, request: sensor_pb2.SetRangeComponentsRequest, context: object
     ) -> sensor_pb2.SetRangeComponentsResponse:
         """Try other components on the sensor, then give them to it."""
-        snapshot = self._rooms.world.snapshot
+        snapshot = self._kernel.world.snapshot
         node = snapshot.structure.node(request.sensor, Kind.RANGE_SENSOR)
         command = SetRangeComponents(
             request.sensor,
@@ -130,7 +130,7 @@ class SensorServicer(sensor_pb2_grpc.SensorServiceServicer):
         changed = replace(node, data=with_components(node.data, command))
 
         def tried() -> RangeReader:
-            room = self._rooms.sensing
+            room = self._kernel.sensing
             reader = RangeReader(changed, room.catalog, room.shapes, room.presets)
             try:
                 reader.read(Moment(snapshot, (), 1, np.random.default_rng((changed.data.seed, 1))))  # pyright: ignore[reportOptionalMemberAccess, reportAttributeAccessIssue] a range sensor's
@@ -138,8 +138,8 @@ class SensorServicer(sensor_pb2_grpc.SensorServiceServicer):
                 reader.close()
             return reader
 
-        reader = await self._rooms.limiter.run([node.uid], tried)
-        applied = await asyncio.wrap_future(self._rooms.submit([command], context))
+        reader = await self._kernel.limiter.run([node.uid], tried)
+        applied = await asyncio.wrap_future(self._kernel.submit([command], context))
         return sensor_pb2.SetRangeComponentsResponse(
             stamp=stamp(applied.snapshot),
             cast_seconds=reader.cast_seconds,
@@ -151,7 +151,7 @@ class SensorServicer(sensor_pb2_grpc.SensorServiceServicer):
         self, request: sensor_pb2.ListSensorPresetsRequest, context: object
     ) -> sensor_pb2.ListSensorPresetsResponse:
         """Tell the devices that a range sensor may be set as."""
-        presets = sorted(self._rooms.sensing.presets.values(), key=lambda one: one.name)
+        presets = sorted(self._kernel.sensing.presets.values(), key=lambda one: one.name)
         return sensor_pb2.ListSensorPresetsResponse(presets=map(PRESET.write, presets))
 
 

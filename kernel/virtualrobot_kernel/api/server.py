@@ -46,6 +46,7 @@ from virtualrobot_kernel.api.asset import AssetServicer
 from virtualrobot_kernel.api.collision import CollisionServicer
 from virtualrobot_kernel.api.interceptors import Errors, Leasing, Token
 from virtualrobot_kernel.api.kernel import KernelServicer
+from virtualrobot_kernel.api.kernel_services import MAX_MESSAGE_BYTES, MAX_SENT_BYTES, KernelServices
 from virtualrobot_kernel.api.lease import LeaseServicer
 from virtualrobot_kernel.api.motion import MotionServicer
 from virtualrobot_kernel.api.path import PathServicer
@@ -53,7 +54,6 @@ from virtualrobot_kernel.api.plugin import PluginServicer
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.ray import RayServicer
 from virtualrobot_kernel.api.robot import RobotServicer
-from virtualrobot_kernel.api.rooms import MAX_MESSAGE_BYTES, MAX_SENT_BYTES, Rooms
 from virtualrobot_kernel.api.scene import SceneServicer
 from virtualrobot_kernel.api.sensor import SensorServicer
 from virtualrobot_kernel.api.signal import SignalServicer
@@ -126,11 +126,11 @@ class Address:
 class Server:
     """Server of the contract, with the API's thread and event loop."""
 
-    def __init__(self, address: Address, world: World, rooms: Callable[[Publications], Rooms]) -> None:
-        """Prepare to serve `world`; `rooms` is called once the event loop runs."""
+    def __init__(self, address: Address, world: World, kernel: Callable[[Publications], KernelServices]) -> None:
+        """Prepare to serve `world`; `kernel` gives the services once the event loop runs."""
         self._address = address
         self._world = world
-        self._rooms = rooms
+        self._kernel = kernel
         self._started: Future[int] = Future()
         self._stop: asyncio.Event | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -160,15 +160,15 @@ class Server:
         self._stop = asyncio.Event()
         publications = Publications(self._world, self._loop)
         tokens = [Token(self._address.token)] if self._address.token else []
-        rooms = self._rooms(publications)
+        kernel = self._kernel(publications)
         services = [service for module, _, _ in SERVICES for service in module.DESCRIPTOR.services_by_name.values()]
-        errors, leasing = Errors(publications), Leasing(services, rooms)
+        errors, leasing = Errors(publications), Leasing(services, kernel)
         options = (*OPTIONS, ("grpc.max_allowed_incoming_connections", _most_connections()))
         server = grpc.aio.server(interceptors=[*tokens, errors, leasing], options=options)
         names = [reflection.SERVICE_NAME, health_pb2.DESCRIPTOR.services_by_name["Health"].full_name]
         names += [service.full_name for service in services]
         for _, add, servicer in SERVICES:
-            add(servicer(rooms), server)
+            add(servicer(kernel), server)
         health = HealthServicer()
         health_pb2_grpc.add_HealthServicer_to_server(health, server)
         reflection.enable_server_reflection(names, server)

@@ -12,9 +12,9 @@ from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.api.author import author
 from virtualrobot_kernel.api.convert.setpoints import followed, progress, setpoint
+from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.lease_table import CARRIED
 from virtualrobot_kernel.api.motion_calls import find_motion, make_way
-from virtualrobot_kernel.api.rooms import Rooms
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMotion
 from virtualrobot_kernel.world.clock import Mode
@@ -38,7 +38,7 @@ Requests = AsyncIterator[motion_pb2.StreamSetpointsRequest]
 
 
 async def stream_setpoints(
-    rooms: Rooms, requests: Requests, context: object
+    kernel: KernelServices, requests: Requests, context: object
 ) -> AsyncGenerator[motion_pb2.StreamSetpointsResponse, None]:
     """Start a motion, hand setpoints on to it, and tell how it follows until it has ended.
 
@@ -48,16 +48,18 @@ async def stream_setpoints(
     first = await anext(aiter(requests), None)
     if first is None or not first.HasField("target"):
         raise KernelError("the first message of the stream must say in `target` what is moved", field="target")
-    command = followed(rooms.world.snapshot, first.target)
+    command = followed(kernel.world.snapshot, first.target)
     values = setpoint(first, command.joint_names) if first.values else None
-    await make_way(rooms, lambda snapshot: _needed(snapshot, command), first.target.busy_policy, context)
+    await make_way(kernel, lambda snapshot: _needed(snapshot, command), first.target.busy_policy, context)
     writer, tokens = author(context), CARRIED.get()
     # A client that vanishes here leaves a motion that is stopped by its own timeout.
-    applied = await asyncio.wrap_future(rooms.submit([command], context))
+    applied = await asyncio.wrap_future(kernel.submit([command], context))
     id, snapshot = str(applied.created[0]), applied.snapshot
     robots = find_motion(snapshot, id).robots
-    feed = _Feed(rooms, id, command.joint_names, writer, rooms.leases.permit(tokens))
-    working = {asyncio.create_task(_or_stop(rooms, id, work)) for work in (feed.read(values, requests), feed.refusal())}
+    feed = _Feed(kernel, id, command.joint_names, writer, kernel.leases.permit(tokens))
+    working = {
+        asyncio.create_task(_or_stop(kernel, id, work)) for work in (feed.read(values, requests), feed.refusal())
+    }
     try:
         while True:
             motion = find_motion(snapshot, id)
@@ -66,22 +68,24 @@ async def stream_setpoints(
                 break
             snapshot = await _later(feed.news(snapshot), working)
         if motion.cancellation and motion.cancellation.cause in LEASE_LOST:
-            rooms.leases.check(snapshot, robots, tokens)
+            kernel.leases.check(snapshot, robots, tokens)
     finally:
         for task in working:
             task.cancel()
-        if any(motion.id == id and not motion.cancellation for motion in rooms.world.snapshot.state.motions):
-            _cancel(rooms, id, EndCause.UNWATCHED, "the client that sent setpoints is gone")
+        if any(motion.id == id and not motion.cancellation for motion in kernel.world.snapshot.state.motions):
+            _cancel(kernel, id, EndCause.UNWATCHED, "the client that sent setpoints is gone")
 
 
 class _Feed:
     """Feed of setpoints from a client to the world's mailbox, where the newest one waits for the next tick."""
 
-    def __init__(self, rooms: Rooms, id: str, joint_names: tuple[str, ...], writer: str, permit: Permit) -> None:
+    def __init__(
+        self, kernel: KernelServices, id: str, joint_names: tuple[str, ...], writer: str, permit: Permit
+    ) -> None:
         """Feed a motion with what `writer` sends."""
         self.given = 0
         """Number of setpoints given to the motion, those that were replaced by newer ones included."""
-        self._rooms = rooms
+        self._kernel = kernel
         self._id = id
         self._joint_names = joint_names
         self._writer = writer
@@ -107,7 +111,7 @@ class _Feed:
 
     def _give(self, values: tuple[float, ...]) -> None:
         """Have a setpoint count in the next tick; raise KernelError when the world as it is refuses it already."""
-        state = self._rooms.world.snapshot.state
+        state = self._kernel.world.snapshot.state
         motion = next((motion for motion in state.motions if motion.id == self._id), None)
         if motion is None:
             return  # it has ended
@@ -119,7 +123,7 @@ class _Feed:
 
     def _put(self, command: SetSetpoint | EndSetpoints) -> None:
         target = f"{type(command).__name__} {self._id}"
-        self._rooms.mailbox.put(target, TickInput(command, self._writer, self._refuse, self._permit))
+        self._kernel.mailbox.put(target, TickInput(command, self._writer, self._refuse, self._permit))
 
     def _refuse(self, error: KernelError) -> None:
         """Tell the API's thread of an error; called in the world thread."""
@@ -137,15 +141,15 @@ class _Feed:
 
         In STEPPED mode, where the client may wait for it, at once, and also when a setpoint has been handed on.
         """
-        publications = self._rooms.publications
-        if self._rooms.world.clock.mode is Mode.REALTIME:
+        publications = self._kernel.publications
+        if self._kernel.world.clock.mode is Mode.REALTIME:
             await publications.end_of_motion(self._id, 1.0 / MAX_RATE_HERTZ)
             return await publications.newer_than(seen)
         newer = asyncio.create_task(publications.newer_than(seen))
         handed = asyncio.create_task(self._handed.wait())
         try:
             await asyncio.wait({newer, handed}, return_when=asyncio.FIRST_COMPLETED)
-            return newer.result() if newer.done() else self._rooms.world.snapshot
+            return newer.result() if newer.done() else self._kernel.world.snapshot
         finally:
             self._handed.clear()
             newer.cancel()
@@ -167,14 +171,14 @@ async def _later(news: Coroutine[Any, Any, Snapshot], working: set[asyncio.Task[
         telling.cancel()
 
 
-async def _or_stop(rooms: Rooms, id: str, work: Coroutine[Any, Any, None]) -> None:
+async def _or_stop(kernel: KernelServices, id: str, work: Coroutine[Any, Any, None]) -> None:
     """Do a part of the work for a motion; when that is refused stop the motion, also while its client reads nothing."""
     try:
         await work
     except KernelError as error:
         cause = EndCause.LEASE_TAKEN if error.reason in NO_LEASE else EndCause.SETPOINT_REFUSED
         with suppress(KernelError):  # it has ended
-            await asyncio.wrap_future(_cancel(rooms, id, cause, str(error)))
+            await asyncio.wrap_future(_cancel(kernel, id, cause, str(error)))
         raise
 
 
@@ -183,5 +187,5 @@ def _needed(snapshot: Snapshot, command: StartSetpointMotion) -> set[tuple[int, 
     return {(robot.uid, name) for name in command.joint_names}
 
 
-def _cancel(rooms: Rooms, id: str, cause: EndCause, reason: str) -> Future[Applied]:
-    return rooms.world.submit([CancelMotion(id, Cancellation(cause, reason))], "kernel")
+def _cancel(kernel: KernelServices, id: str, cause: EndCause, reason: str) -> Future[Applied]:
+    return kernel.world.submit([CancelMotion(id, Cancellation(cause, reason))], "kernel")

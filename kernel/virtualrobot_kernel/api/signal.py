@@ -6,7 +6,7 @@ from collections.abc import AsyncIterator, Iterable, Mapping
 
 from virtualrobot.v1 import signal_pb2, signal_pb2_grpc
 
-from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.errors import UnknownNameError
 from virtualrobot_kernel.messages.signals import signal_message
 from virtualrobot_kernel.messages.values import stamp
@@ -16,13 +16,13 @@ from virtualrobot_kernel.world.state import Signal, Snapshot
 class SignalServicer(signal_pb2_grpc.SignalServiceServicer):
     """Servicer of SignalService."""
 
-    def __init__(self, rooms: Rooms) -> None:
-        """Serve from these rooms."""
-        self._rooms = rooms
+    def __init__(self, kernel: KernelServices) -> None:
+        """Serve from the kernel."""
+        self._kernel = kernel
 
     async def GetSignals(self, request: signal_pb2.GetSignalsRequest, context: object) -> signal_pb2.GetSignalsResponse:
         """Tell signals as they are."""
-        snapshot = self._rooms.world.snapshot
+        snapshot = self._kernel.world.snapshot
         chosen = _chosen(snapshot.state.signals, request.names)
         return signal_pb2.GetSignalsResponse(stamp=stamp(snapshot), signals=_messages(snapshot, chosen))
 
@@ -30,9 +30,9 @@ class SignalServicer(signal_pb2_grpc.SignalServiceServicer):
         self, request: signal_pb2.WatchSignalsRequest, context: object
     ) -> AsyncIterator[signal_pb2.WatchSignalsResponse]:
         """Tell signals, then each change in order."""
-        _chosen(self._rooms.world.snapshot.state.signals, request.names)
+        _chosen(self._kernel.world.snapshot.state.signals, request.names)
         told: Mapping[str, Signal] | None = None
-        async for snapshot in self._rooms.publications.every_signal_change():
+        async for snapshot in self._kernel.publications.every_signal_change():
             now = snapshot.state.signals
             if request.names:
                 now = {name: now[name] for name in request.names if name in now}

@@ -10,7 +10,7 @@ from virtualrobot.v1 import view_pb2, view_pb2_grpc
 from virtualrobot_kernel.api.capture import CaptureCalls
 from virtualrobot_kernel.api.convert.shots import pick_message, pixel_of
 from virtualrobot_kernel.api.convert.view import changed_settings, node_point, view_message
-from virtualrobot_kernel.api.rooms import Rooms
+from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.drawing.renderer import Picked, Renderer
 from virtualrobot_kernel.messages.values import stamp, vector_message
 from virtualrobot_kernel.sensing.measuring import NodePoint, ends, length
@@ -20,47 +20,47 @@ from virtualrobot_kernel.world.state import Snapshot
 class ViewServicer(CaptureCalls, view_pb2_grpc.ViewServiceServicer):
     """Servicer of ViewService; its calls that take pictures are in a file of their own."""
 
-    def __init__(self, rooms: Rooms) -> None:
-        """Serve from these rooms."""
-        self._rooms = rooms
+    def __init__(self, kernel: KernelServices) -> None:
+        """Serve from the kernel."""
+        self._kernel = kernel
 
     async def GetView(self, request: view_pb2.GetViewRequest, context: object) -> view_pb2.GetViewResponse:
         """Tell the set-up."""
-        snapshot = self._rooms.world.snapshot
-        view = view_message(self._rooms.view.get(), snapshot.structure)
-        return view_pb2.GetViewResponse(stamp=stamp(snapshot), view=view, viewer_count=self._rooms.viewer_count())
+        snapshot = self._kernel.world.snapshot
+        view = view_message(self._kernel.view.get(), snapshot.structure)
+        return view_pb2.GetViewResponse(stamp=stamp(snapshot), view=view, viewer_count=self._kernel.viewer_count())
 
     async def UpdateView(self, request: view_pb2.UpdateViewRequest, context: object) -> view_pb2.UpdateViewResponse:
         """Change the set-up."""
-        snapshot = self._rooms.world.snapshot
+        snapshot = self._kernel.world.snapshot
         fields = changed_settings(request.view, request.update_mask, snapshot)
-        view = view_message(self._rooms.view.update(**fields), snapshot.structure)
+        view = view_message(self._kernel.view.update(**fields), snapshot.structure)
         return view_pb2.UpdateViewResponse(stamp=stamp(snapshot), view=view)
 
     async def WatchView(
         self, request: view_pb2.WatchViewRequest, context: object
     ) -> AsyncIterator[view_pb2.WatchViewResponse]:
         """Tell the set-up, then each change; a slow reader gets the latest."""
-        async for _ in self._rooms.publications.each(self._rooms.view.subscribe):
-            snapshot = self._rooms.world.snapshot
-            view = view_message(self._rooms.view.get(), snapshot.structure)
+        async for _ in self._kernel.publications.each(self._kernel.view.subscribe):
+            snapshot = self._kernel.world.snapshot
+            view = view_message(self._kernel.view.get(), snapshot.structure)
             yield view_pb2.WatchViewResponse(stamp=stamp(snapshot), view=view)
 
     async def PickPixel(self, request: view_pb2.PickPixelRequest, context: object) -> view_pb2.PickPixelResponse:
         """Tell what is under a pixel of the world as it is now."""
-        snapshot, settings = self._rooms.world.snapshot, self._rooms.view.get()
+        snapshot, settings = self._kernel.world.snapshot, self._kernel.view.get()
         shot, column, row = pixel_of(request, snapshot)
 
         def look(painter: Renderer) -> Picked | None:
             return painter.pick(snapshot, settings, shot, column, row)
 
-        return pick_message(await asyncio.wrap_future(self._rooms.renderers.submit(look)), snapshot)
+        return pick_message(await asyncio.wrap_future(self._kernel.renderers.submit(look)), snapshot)
 
     async def MeasurePointDistance(
         self, request: view_pb2.MeasurePointDistanceRequest, context: object
     ) -> view_pb2.MeasurePointDistanceResponse:
         """Tell how far two points are apart now."""
-        snapshot = self._rooms.world.snapshot
+        snapshot = self._kernel.world.snapshot
         distance = _distance(snapshot, *_points(request, snapshot))
         return view_pb2.MeasurePointDistanceResponse(stamp=stamp(snapshot), distance=distance)
 
@@ -68,8 +68,8 @@ class ViewServicer(CaptureCalls, view_pb2_grpc.ViewServiceServicer):
         self, request: view_pb2.WatchPointDistanceRequest, context: object
     ) -> AsyncIterator[view_pb2.WatchPointDistanceResponse]:
         """Tell it now and whenever the world changes; a slow reader gets the latest."""
-        points = _points(request, self._rooms.world.snapshot)
-        async for snapshot in self._rooms.publications.snapshots(request.max_rate_hertz):
+        points = _points(request, self._kernel.world.snapshot)
+        async for snapshot in self._kernel.publications.snapshots(request.max_rate_hertz):
             yield view_pb2.WatchPointDistanceResponse(stamp=stamp(snapshot), distance=_distance(snapshot, *points))
 
 

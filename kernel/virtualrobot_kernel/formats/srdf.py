@@ -25,12 +25,16 @@ from virtualrobot_kernel.formats.xml import (
 from virtualrobot_kernel.world.structure import (
     Joint,
     JointGroup,
+    JointLimits,
     JointType,
     LinkData,
     LinkPair,
     NodeSpec,
     RobotData,
 )
+
+NO_LIMITS = JointLimits()
+"""Limits of the coordinates of a planar or floating joint."""
 
 _READ = ("group", "group_state", "end_effector", "virtual_joint", "passive_joint", "disable_collisions")
 
@@ -220,9 +224,11 @@ class _Reader:
                 if joint in self.virtual or self._known(member, "joint", joint) not in self.movable:
                     continue
             if joint in self.joints:
-                (values[joint],) = numbers(Place(self.uri, f"group_state {name!r}"), member, "value", 1)
+                names = self.joints[joint].coordinate_names
+                state = Place(self.uri, f"group_state {name!r}")
+                values.update(zip(names, numbers(state, member, "value", len(names)), strict=True))
         for joint, value in values.items():
-            limits = self.joints[joint].limits
+            limits = self.joints[joint].limits if joint in self.joints else NO_LIMITS
             if not limits.lower <= value <= limits.upper:
                 raise malformed(
                     self.uri,

@@ -4,9 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
+import numpy as np
+
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
+from virtualrobot_kernel.motion.orientation import unit
 from virtualrobot_kernel.world.actuators import check_actuators
-from virtualrobot_kernel.world.change import Change, check_joint_value, refuse_while_moving, single_joint
+from virtualrobot_kernel.world.change import (
+    Change,
+    check_joint_value,
+    joint_limits,
+    refuse_while_moving,
+    single_joint,
+)
 from virtualrobot_kernel.world.figures import Figure
 from virtualrobot_kernel.world.groups import Group, chain_links
 from virtualrobot_kernel.world.structure import Kind, Node, NodeData, RobotData, Structure, ToolData
@@ -145,9 +154,12 @@ def _check_actuators(structure: Structure, robot: Node, data: RobotData) -> None
 
 
 def _check_posture(structure: Structure, robot: Node, positions: Mapping[str, float], what: str) -> None:
-    for joint, value in positions.items():
-        try:
+    try:
+        for joint, value in positions.items():
             check_joint_value(robot.name, single_joint(structure, robot, joint)[0], value)
-        except KernelError as error:
-            error.args = (f"{what}: {error}",)
-            raise
+        values = [*positions.values()]
+        for columns in joint_limits(structure, robot, [*positions]).quaternions if positions else ():
+            unit(np.array([values[column] for column in columns]), robot.name)
+    except KernelError as error:
+        error.args = (f"{what}: {error}",)
+        raise

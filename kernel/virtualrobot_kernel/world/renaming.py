@@ -32,13 +32,16 @@ def with_joint_renamed(structure: Structure, link: Node, joint: Joint, nodes: Ma
     result = dict(nodes)
     if robot is None or old == new or link.data.joint.type is JointType.FIXED:  # nothing names fixed joints
         return result
+    names = {old: new, **dict(zip(link.data.joint.coordinate_names, joint.coordinate_names, strict=False))}
     sensors = (
         node.uid
         for node in structure.below(robot.uid)
         if node.kind is Kind.MOTION_SENSOR and structure.robot_of(node.uid) is robot
     )
     for uid in (robot.uid, *structure.robots[robot.uid].links, *structure.tools.get(robot.uid, ()), *sensors):
-        data = _with_other_name(nodes[uid].data, old, new)
+        data = nodes[uid].data
+        for before, after in names.items():
+            data = _with_other_name(data, before, after)
         if data is not nodes[uid].data and uid != link.uid:
             result[uid] = replace(nodes[uid], data=data)
     return result

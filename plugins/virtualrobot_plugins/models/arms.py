@@ -108,13 +108,24 @@ def _si(arm: Arm, joint: int, value: float) -> float:
 
 
 def _bodies(joint: Axis, beyond: np.ndarray, radius: float, color: Color) -> list[dict]:
-    """Return the figures of a link: a rod to the next axis and, unless it lies along its own axis, a housing there."""
-    axis, length = _unit(joint[3]), float(np.linalg.norm(beyond))
+    """Return the figures of a link: a rod along its own axis, or a housing there, and a rod across to the next one."""
+    axis = _unit(joint[3])
+    along = (beyond @ axis) * axis
+    across = beyond - along
+    rods = [(start, rod) for start, rod in ((0.0 * axis, along), (along, across)) if np.linalg.norm(rod) > 1e-6]
     figures = []
-    if length > 1e-6:
-        rod = cylinder(0.8 * radius, length, color)
-        figures.append({**rod, "node_t_figure": {"position": _vector(beyond / 2), "orientation": _along(beyond)}})
-    if length <= 1e-6 or abs(beyond @ axis) < 0.99 * length:
+    for start, rod in rods:
+        placed = {"position": _vector(start + rod / 2.0), "orientation": _along(rod)}
+        figures.append({**cylinder(0.8 * radius, float(np.linalg.norm(rod)), color), "node_t_figure": placed})
+    if len(rods) == 2:
+        figures.append(
+            {
+                **material(color),
+                "sphere": {"radius_meters": 0.8 * radius},
+                "node_t_figure": {"position": _vector(along)},
+            }
+        )
+    elif not along.any():
         figures.append({**cylinder(radius, 2.2 * radius, METAL), "node_t_figure": {"orientation": _along(axis)}})
     return figures
 
@@ -130,11 +141,12 @@ def _disc(radius: float) -> dict:
 
 def cylinder(radius: float, length: float, color: Color) -> dict:
     """Return a figure: a cylinder about z (m) in this colour."""
-    red, green, blue = color
-    return {
-        "cylinder": {"radius_meters": radius, "length_meters": length},
-        "material": {"color": {"red": red, "green": green, "blue": blue}},
-    }
+    return {"cylinder": {"radius_meters": radius, "length_meters": length}, **material(color)}
+
+
+def material(color: Color) -> dict:
+    """Return the part of a figure that says its colour."""
+    return {"material": {"color": dict(zip(("red", "green", "blue"), color, strict=True))}}
 
 
 def _unit(direction: Direction) -> np.ndarray:

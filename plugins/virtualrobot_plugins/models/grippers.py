@@ -12,7 +12,7 @@ from typing import Annotated
 
 import msgspec
 
-from virtualrobot_plugins.models.arms import METAL, Color, cylinder
+from virtualrobot_plugins.models.arms import METAL, Color, cylinder, material
 
 Size = Annotated[float, msgspec.Meta(gt=0.0)]
 Box = tuple[Size, Size, Size]
@@ -137,11 +137,10 @@ def cups_scene(name: str, cups: Cups, color: Color) -> str:
 
 
 def _box(size: Box, color: Color, place: dict) -> dict:
-    red, green, blue = color
     return {
+        **material(color),
         "node_t_figure": {"position": place},
         "box": {"size": {axis: extent / 1000.0 for axis, extent in zip("xyz", size, strict=True)}},
-        "material": {"color": {"red": red, "green": green, "blue": blue}},
     }
 
 

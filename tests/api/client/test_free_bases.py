@@ -105,7 +105,12 @@ def test_values_that_are_no_coordinates_are_refused(agv: Robot, goal: object, wo
         agv.move_joints(goal)  # pyright: ignore[reportArgumentType]
 
 
-def test_a_quaternion_of_another_length_is_refused(craft: Robot) -> None:
+def test_a_quaternion_of_another_length_is_refused(client: Client, craft: Robot) -> None:
     for change in (craft.move_joints, craft.set_positions, craft.solve_forward):
         with pytest.raises(virtualrobot.InvalidArgumentError, match=r"of length 2; it must have length 1, to 0\.001"):
             change({"base": [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0]})
+    names = [f"base/q{axis}" for axis in "xyzw"]
+    with pytest.raises(virtualrobot.InvalidArgumentError, match=r"positions\[1\] of 'craft' has the quaternion .* 2"):
+        client.collisions.check_configurations("craft", [[0, 0, 0, 1], [0, 0, 0, 2]], joint_names=names)
+    with pytest.raises(virtualrobot.InvalidArgumentError, match="name all of"):
+        client.collisions.check_configurations("craft", [[1.0]], joint_names=names[:1])

@@ -10,6 +10,7 @@ import virtualrobot
 from virtualrobot import Client, JointGroup, Robot, pose
 
 from tests.api.client.conftest import Run
+from tests.kernels import KernelProcess
 
 DUAL = "package://rtbdata/xacro/qut_frankie_description/robots/dual_panda_example.urdf.xacro"
 ENDS = {side: ("base", f"panda_{number}_link8") for side, number in (("right", 1), ("left", 2))}
@@ -140,6 +141,57 @@ def test_each_group_has_its_component(client: Client, pandas: Robot) -> None:
     assert ("pandas", "left") in {(use.robot, use.group) for use in component.uses}
     with pytest.raises(virtualrobot.UnknownNameError, match="chain"):
         left.set_kinematics("chian")
+
+
+def test_a_guarded_arm_stops_before_its_twin_which_goes_on(client: Client, pandas: Robot) -> None:
+    left, right = pandas.group("left"), pandas.group("right")
+    across = [-1.5, 1.2, 0.0, -0.6, 0.0, 1.5, 0.6]  # stretched out over the table, to the other arm
+
+    def touching() -> set[tuple[str, str]]:
+        return {(pair.first, pair.second) for pair in client.collisions.check().pairs}
+
+    before = touching()  # the model's arms touch the table that they stand on
+    client.collisions.set(robots={"pandas": "guard"})
+    toward = left.move_joints(across, wait=False)
+    with pytest.raises(virtualrobot.MotionAbortedError, match="would touch") as error:
+        toward.wait()
+    assert "pandas" in str(error.value)
+    assert touching() == before
+    lift = POSTURE.copy()
+    lift[0] -= 0.5  # away from it
+    right.move_joints(lift)
+    np.testing.assert_allclose(right.positions, lift)
+
+
+def test_a_lease_of_the_robot_is_one_of_all_its_groups(client: Client, kernel: KernelProcess, pandas: Robot) -> None:
+    with virtualrobot.connect(kernel.address) as other, pandas.lease():
+        for name in ENDS:
+            with pytest.raises(virtualrobot.LeasedError, match="'pandas'"):
+                other.robot("pandas").group(name).move_joints(POSTURE + 0.1)
+            group = pandas.group(name)
+            group.move_joints(POSTURE + 0.05)
+            np.testing.assert_allclose(group.positions, POSTURE + 0.05)
+    other_way = pandas.group("left")
+    other_way.move_joints(POSTURE)
+    assert other_way.positions[0] == POSTURE[0]
+
+
+def test_one_arm_goes_along_with_a_belt_while_the_other_works(client: Client, pandas: Robot) -> None:
+    left, right = pandas.group("left"), pandas.group("right")
+    x, y, _ = left.tcp[:3, 3]
+    client.load_robot("model://conveyor", name="conveyor", pose=pose(x, y - 0.7, 0.0, yaw=np.pi / 2))
+    belt = client.robot("conveyor")
+    goal = np.linalg.inv(client.scene.node("conveyor.belt").pose) @ left.tcp @ pose(z=0.05)
+    belt.move_joints({"belt": 50.0}, speed_factor=0.04, wait=False)
+    along = virtualrobot.Tracking("conveyor.belt", 0.25, 0.06)
+    motion = left.move_linear(goal, reference="conveyor.belt", tracking=along, wait=False)
+    right.move_joints(POSTURE + 0.1)
+    motion.wait()
+    assert motion.progress == 1.0
+    height = (np.linalg.inv(client.scene.node("conveyor.belt").pose) @ left.tcp)[2, 3]
+    np.testing.assert_allclose(height, goal[2, 3], atol=1e-5)
+    np.testing.assert_allclose(right.positions, POSTURE + 0.1)
+    belt.stop()
 
 
 def test_wrong_groups_are_refused_with_the_right_ones(pandas: Robot) -> None:

@@ -61,11 +61,11 @@ def served(world: World) -> api.MotionServicer:
     """Return the servicer on this world, for the running loop."""
     publications = Publications(world, asyncio.get_running_loop())
     solvers = SimpleNamespace(of=None)  # goals in joints need none, nor anything to keep away from
-    rooms: Any = SimpleNamespace(
+    kernel: Any = SimpleNamespace(
         world=world, publications=publications, limiter=KeyedLimiter(), solvers=solvers, collisions=None, workers=None
     )
-    rooms.submit = lambda commands, context, revision=None: world.submit(commands, "a test", revision)
-    return api.MotionServicer(rooms)
+    kernel.submit = lambda commands, context, revision=None: world.submit(commands, "a test", revision)
+    return api.MotionServicer(kernel)
 
 
 def start(goal: float, policy: motion_pb2.BusyPolicy = motion_pb2.BUSY_POLICY_REJECT) -> motion_pb2.StartMotionRequest:

@@ -42,8 +42,8 @@ def test_snapshots_in_which_nothing_has_moved_are_not_compared(world: World, mon
     monkeypatch.setattr(scene, "_difference", difference)
 
     async def run() -> list[scene_pb2.WatchSceneResponse]:
-        rooms: Any = SimpleNamespace(world=world, publications=Publications(world, asyncio.get_running_loop()))
-        watch: Any = scene.SceneServicer(rooms).WatchScene(scene_pb2.WatchSceneRequest(max_rate_hertz=1e6), None)
+        kernel: Any = SimpleNamespace(world=world, publications=Publications(world, asyncio.get_running_loop()))
+        watch: Any = scene.SceneServicer(kernel).WatchScene(scene_pb2.WatchSceneRequest(max_rate_hertz=1e6), None)
         told = [await anext(watch)]
         next = asyncio.ensure_future(anext(watch))
         for _ in range(20):

@@ -107,11 +107,11 @@ class DrawnNowhere:
 
 
 class Capturing(CaptureCalls):
-    """The calls that take pictures, in rooms without a kernel."""
+    """Calls that take pictures, of services without a kernel."""
 
     def __init__(self, world: World, publications: Publications) -> None:
         """Take pictures of `world`."""
-        rooms = SimpleNamespace(
+        kernel = SimpleNamespace(
             world=world,
             publications=publications,
             view=ViewStore(),
@@ -119,7 +119,7 @@ class Capturing(CaptureCalls):
             sensors=SimpleNamespace(latest={}),
             monitor=SimpleNamespace(latest=SimpleNamespace(touching=())),
         )
-        self._rooms = rooms  # pyright: ignore[reportAttributeAccessIssue] no more of them is asked for
+        self._kernel = kernel  # pyright: ignore[reportAttributeAccessIssue] no more of them is asked for
 
 
 @pytest.mark.parametrize("leaving", ["while it waits", "while there is more"])

@@ -189,6 +189,18 @@ def test_a_base_that_moves_belongs_to_the_group_of_its_link() -> None:
     assert robot_data(floating).groups == (JointGroup("all", ("base", "panda_joint1")),)
 
 
+def test_a_state_of_a_base_that_moves_is_a_posture_of_its_coordinates() -> None:
+    """MoveIt gives x, y, theta of a planar joint in one value, of a floating one the place and the quaternion."""
+    group = '<group name="g"><joint name="base"/></group>'
+    for kind, value in ((JointType.PLANAR, "1 2 0.5"), (JointType.FLOATING, "1 2 3 0 0 0.6 0.8")):
+        state = f'<group_state name="s" group="g"><joint name="base" value="{value}"/></group_state>'
+        posture = robot_data(panda(srdf(group, state), base_joint=kind)).postures["s"]
+        assert list(posture.values()) == [float(word) for word in value.split()]
+        assert next(iter(posture)) == "base/x"
+        short = panda(srdf(group, state.replace(f' {value.split()[-1]}"', '"')), base_joint=kind)
+        assert any("value" in warning and warning.endswith("(left out)") for warning in short.warnings)
+
+
 def test_an_srdf_file_for_what_is_no_robot_is_refused() -> None:
     with pytest.raises(KernelError, match=r"duck\.obj is no robot"):
         load(ROBOTS["panda"].parent.parent / "duck.obj", srdf_uri=str(SRDF))

@@ -17,7 +17,9 @@ from virtualrobot_kernel.numeric.forest import (
     topological_order,
 )
 
-from .urdf_arrays import URDFS, Forest, read
+from tests.unit.world.builders import random_pose, unit
+
+from .urdf_arrays import URDFS, read, world_poses
 
 
 def single(kind: int, q: np.ndarray, axis: np.ndarray, parent_t_node: np.ndarray | None = None) -> np.ndarray:
@@ -28,36 +30,6 @@ def single(kind: int, q: np.ndarray, axis: np.ndarray, parent_t_node: np.ndarray
     kinds = np.array([kind], np.int8)
     forward_forest(zero, zero - 1, kinds, axis[None], zero, np.ones(1), np.zeros(1), pose[None].copy(), q, out)
     return out[0]
-
-
-def random_pose(rng: np.random.Generator) -> np.ndarray:
-    pose = np.eye(4)
-    pose[:3, :3] = Rotation.from_quat(rng.normal(size=4)).as_matrix()
-    pose[:3, 3] = rng.normal(size=3)
-    return pose
-
-
-def world_poses(forest: Forest, q: np.ndarray) -> np.ndarray:
-    """Return the world pose of every link."""
-    out = np.full((len(forest.links), 4, 4), np.nan)
-    forward_forest(
-        topological_order(forest.parent),
-        forest.parent,
-        forest.joint_type,
-        forest.axis,
-        forest.q_index,
-        forest.multiplier,
-        forest.offset,
-        forest.parent_t_node,
-        q,
-        out,
-    )
-    return out
-
-
-def unit(rng: np.random.Generator) -> np.ndarray:
-    axis = rng.normal(size=3)
-    return axis / np.linalg.norm(axis)
 
 
 @pytest.mark.parametrize("name", sorted(URDFS))

@@ -20,7 +20,7 @@ from virtualrobot_kernel.numeric.forest import (
 from virtualrobot_kernel.numeric.motion_bounds import element_travels, joint_travels
 from virtualrobot_kernel.numeric.sweeping import boxes_in_reach, pairs_in_reach
 
-from .test_forest import random_pose, unit
+from tests.unit.world.builders import random_pose, unit
 
 WIDTHS = {FIXED: 0, REVOLUTE: 1, PRISMATIC: 1, FLOATING: 7, PLANAR: 3}
 

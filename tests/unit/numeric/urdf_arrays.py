@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from virtualrobot_kernel.numeric.forest import forward_forest, topological_order
 
 from tests.pybullet_models import pybullet_data
 
@@ -101,3 +102,21 @@ def read(path: Path) -> Forest:
             forest.lower[forest.q_index[row]] = float(limit.attrib["lower"])
             forest.upper[forest.q_index[row]] = float(limit.attrib["upper"])
     return forest
+
+
+def world_poses(forest: Forest, q: np.ndarray) -> np.ndarray:
+    """Return the world pose of every link."""
+    out = np.full((len(forest.links), 4, 4), np.nan)
+    forward_forest(
+        topological_order(forest.parent),
+        forest.parent,
+        forest.joint_type,
+        forest.axis,
+        forest.q_index,
+        forest.multiplier,
+        forest.offset,
+        forest.parent_t_node,
+        q,
+        out,
+    )
+    return out

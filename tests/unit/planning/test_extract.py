@@ -8,8 +8,7 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.numeric.forest import PLANAR
 from virtualrobot_plugins.chain.serial import chain_frames
 
-from ..numeric.test_forest import world_poses
-from ..numeric.urdf_arrays import URDFS, read
+from ..numeric.urdf_arrays import URDFS, read, world_poses
 from ..plugins.chain.arms import extract
 
 

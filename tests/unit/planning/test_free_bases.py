@@ -22,9 +22,10 @@ from virtualrobot_kernel.world.commands import (
     SetJointPositions,
     SetMeasuredJoints,
     SetSpeedFactor,
+    UpdateNode,
 )
 from virtualrobot_kernel.world.state import Cancellation, EndCause
-from virtualrobot_kernel.world.structure import JointType
+from virtualrobot_kernel.world.structure import JointType, RobotData
 
 from tests.tiers import Draws
 from tests.unit.planning.cell import chain, pictured
@@ -208,6 +209,20 @@ def test_motions_of_a_measured_base_go_on_from_what_is_commanded() -> None:
     world, _, _ = run(moving(world, {"base/x": 1.0, "base/qx": 0.0, "base/qy": 1.0, "base/qz": 0.0, "base/qw": 0.0}))
     assert np.allclose(world.state.q, measured)
     assert np.allclose(np.abs(world.state.commanded[uid].q), [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], atol=1e-12)
+
+
+def test_a_posture_with_no_orientation_is_refused_when_it_is_given() -> None:
+    made = craft(FLOATING)
+    data = RobotData(flange="tip", postures={"up": at(FLOATING, np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]))})
+    world = after(empty(), made, UpdateNode("craft", data=data))
+    world, _, _ = run(after(world, planned(world, PointToPoint("craft", "up")).command))
+    assert world.state.q[2] == 1.0
+    for postures, words in (
+        ({"up": {"base/qw": 1.0}}, "the posture 'up' of 'craft': .* turns by a quaternion; name all of"),
+        ({"up": at(FLOATING, np.full(7, 1.0))}, "the posture 'up' of 'craft': .* of length 2; it must have length 1"),
+    ):
+        with pytest.raises(KernelError, match=words):
+            after(world, UpdateNode("craft", data=RobotData(flange="tip", postures=postures)))
 
 
 BAD = {

@@ -38,6 +38,12 @@ def shifted(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Pose:
     return pose
 
 
+def unit(rng: np.random.Generator) -> np.ndarray:
+    """Return a random unit vector (3,)."""
+    axis = rng.normal(size=3)
+    return axis / np.linalg.norm(axis)
+
+
 def random_pose(rng: np.random.Generator) -> Pose:
     """Return a random rigid transform; the rotation is the Q of a random matrix's QR decomposition."""
     q, r = np.linalg.qr(rng.normal(size=(3, 3)))

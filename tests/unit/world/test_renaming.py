@@ -101,6 +101,21 @@ def test_what_names_a_joint_follows_it(cell: Change) -> None:
     assert other.states["open"] == {"f": 0.04}, "another robot's joint of the old name"
 
 
+def test_postures_of_a_renamed_base_name_its_coordinates() -> None:
+    def base(name: str) -> LinkData:
+        return LinkData(Joint(name, JointType.PLANAR, Z, LIMITS))
+
+    made = CreateNodes(
+        (
+            NodeSpec("agv", Kind.ROBOT, data=RobotData(postures={"dock": {"base/x": 1.0, "base/theta": 0.5}})),
+            NodeSpec("agv.body", Kind.LINK, "agv", data=base("base")),
+        )
+    )
+    data = after(empty(), made, UpdateNode("agv.body", data=base("floor"))).structure.node("agv").data
+    assert isinstance(data, RobotData)
+    assert data.postures == {"dock": {"floor/x": 1.0, "floor/theta": 0.5}}
+
+
 def test_a_joint_and_its_tool_change_in_one_batch(cell: Change) -> None:
     wide = ToolData({"tip": shifted(x=0.1)}, {"open": {"thumb": 0.03}, "half": {"thumb": 0.02}})
     named = after(

@@ -10,7 +10,8 @@ from virtualrobot.v1 import collision_pb2, geometry_pb2
 
 from virtualrobot_kernel.errors import KernelError, LimitError
 from virtualrobot_kernel.messages.values import array, array_message
-from virtualrobot_kernel.world.change import check_joint_value, single_joint
+from virtualrobot_kernel.motion.orientation import unit
+from virtualrobot_kernel.world.change import check_joint_value, joint_limits, single_joint
 from virtualrobot_kernel.world.structure import Joint, Kind, Node, Structure
 
 
@@ -63,6 +64,9 @@ def robot_rows(
         joint, place, _ = single_joint(structure, robot, name)
         _check_limits(robot.name, joint, column)
         places.append(place)
+    for columns in map(list, joint_limits(structure, robot, names).quaternions):
+        for number, row in enumerate(rows):
+            unit(row[columns], f"{field}.positions[{number}] of {robot.name!r}")
     return places, rows
 
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import virtualrobot
@@ -13,6 +15,20 @@ from virtualrobot import Client
 from virtualrobot.v1 import nodes_pb2
 
 SCENE = Path(__file__).parent / "cell.yaml"
+
+RTB = "package://rtbdata/xacro"
+FRANKIE = f"{RTB}/qut_frankie_description/robots"
+WITHOUT_PYBULLET = {
+    "package://pybullet_data/kuka_iiwa/model.urdf": f"{RTB}/kuka_description/kuka_lbr_iiwa/urdf/lbr_iiwa_14_r820.xacro",
+    "package://pybullet_data/franka_panda/panda.urdf": f"{FRANKIE}/panda_arm_hand.urdf.xacro",
+    "iiwa.lbr_iiwa_link_7\n    adapter: {}\n    parent_t_node: {position: {z: 0.045}}": "iiwa.tool0\n    adapter: {}",
+    "{robot: conveyor, mode: COLLISION_MODE_OFF}": "{robot: conveyor, mode: COLLISION_MODE_OFF}\n"
+    "    - {robot: panda, mode: COLLISION_MODE_OFF}",
+}
+"""Words of the scene file about the arms, and those for the same arms of rtb-data.
+
+Its Panda collides as cylinders and spheres that are larger than its hand, so that it could hold nothing.
+"""
 
 IIWA_SPEEDS = np.radians([98, 98, 100, 130, 140, 180, 180])
 """Speeds of joints A1 to A7 (rad/s). Source: KUKA, LBR iiwa 7 R800, data sheet; the model file says 10 for all."""
@@ -62,12 +78,18 @@ STATIONS = (
 
 
 def load(client: Client) -> None:
-    """Replace the world by the cell.
+    """Replace the world by the cell; without PyBullet, which has no wheel from Python 3.12 on, with arms of rtb-data.
 
     The Panda keeps the limits of its model file, which are those of Franka Emika, Franka Control Interface
     Documentation, Robot and interface specifications: 2.175 rad/s for joints 1 to 4, 2.61 rad/s for joints 5 to 7.
     """
-    client.scene.load_scene(SCENE)
+    text = SCENE.read_text("utf-8")
+    if not find_spec("pybullet_data"):
+        for theirs, others in WITHOUT_PYBULLET.items():
+            text = text.replace(theirs, others)
+    with TemporaryDirectory() as folder:
+        (file := Path(folder) / SCENE.name).write_text(text, "utf-8")
+        client.scene.load_scene(file)
     limit_speeds(client, "iiwa", IIWA_SPEEDS)
     client.view.background = "#e8edf2"
     client.view.grid = False

@@ -1,4 +1,4 @@
-"""Rooms of the kernel as the servicers reach them; `kernel.py` fills them in."""
+"""Services of the kernel as the servicers reach them; `kernel.py` fills them in."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ MAX_SENT_BYTES = 256 * 1024 * 1024
 
 
 @dataclass(frozen=True, slots=True)
-class Rooms:
-    """Rooms that the API opens. Long work goes to `workers` or `limiter`, never to the API's thread."""
+class KernelServices:
+    """Parts of the kernel that the API opens. Long work goes to `workers` or `limiter`, never to the API's thread."""
 
     world: World
     mailbox: Mailbox
