@@ -108,8 +108,9 @@ def _circular(robot: str, circular: motion_pb2.Circular, factor: float, what: st
     if circular.goal.HasField("reference_t_tcp") or not isinstance(shape, Center) or shape.angle is None:
         goal = PATH_GOAL.read(circular.goal, f"{what}.goal").reference_t_tcp
     with_arc = circular.orientation == motion_pb2.ARC_ORIENTATION_WITH_ARC
-    rates = (not_negative(getattr(circular, name), f"{what}.{name}") for name in RATES)
-    return Circular(robot, shape, goal, circular.goal.reference, with_arc, factor, *rates, moving=circular.goal.moving)
+    speed, acceleration = (not_negative(getattr(circular, name), f"{what}.{name}") for name in RATES)
+    reference, moving = circular.goal.reference, circular.goal.moving
+    return Circular(robot, shape, goal, reference, with_arc, factor, speed, acceleration, moving=moving)
 
 
 def _trajectory(robot: str, trajectory: motion_pb2.JointTrajectory, factor: float, what: str) -> JointTrajectory:
