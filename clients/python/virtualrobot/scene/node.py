@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NodeInfo:
-    """What is told of a node at one instant.
+    """Description of a node at one instant.
 
     Attributes:
         name: its name, unique in the world.
@@ -64,7 +64,7 @@ class Node:
 
     @property
     def info(self) -> NodeInfo:
-        """What is told of the node now."""
+        """Description of the node now."""
         return NodeInfo.of(self._message)
 
     @property
