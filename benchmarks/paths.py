@@ -92,7 +92,7 @@ def measured(client: Client, arm: Robot, name: str) -> list[Row]:
         client.scene.set_joint_positions(arm.name, start)
         began = time.perf_counter()
         plan = arm.plan(arm.ptp(goal))
-        straight.append((1e3 * (time.perf_counter() - began), plan.duration_seconds))
+        straight.append((1e3 * (time.perf_counter() - began), plan.duration))
     lengths = [(path.length, path.straight_length) for path in found]
     durations = [(path.duration, one[1]) for path, one in zip(found, straight, strict=True)]
     free = sum(path.straight for path in found)

@@ -195,6 +195,14 @@ def test_make_targets_that_a_page_names_are_there(page: Path) -> None:
     assert [name for name in named if name not in targets] == []
 
 
+def test_docstrings_open_with_a_noun_or_a_verb() -> None:
+    """A docstring that opens with a question word evades what the thing is."""
+    evasive = re.compile(r'^ *r?"""(?:What|Where|How|Which|Who|Whose|When|Whether|Why)\b.*', re.MULTILINE)
+    files = (file for folder in ("kernel", "plugins", "clients/python") for file in (ROOT / folder).rglob("*.py"))
+    told = {file: evasive.findall(file.read_text("utf-8")) for file in files if file.parent.name != "v1"}
+    assert {str(file): found for file, found in told.items() if found} == {}
+
+
 def sections(page: Path) -> dict[str, str]:
     """Return the text below each second-level heading of a page."""
     parts = re.split(r"^## (.+)$", page.read_text("utf-8"), flags=re.MULTILINE)

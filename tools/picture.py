@@ -57,7 +57,7 @@ def _annotated(client: virtualrobot.Client) -> Picture:
     tip = arm.tcp[:3, 3]
     turn = np.linspace(0.0, 4.0 * np.pi, 120)
     path = tip + np.stack([0.16 * np.cos(turn), 0.16 * np.sin(turn), -0.02 * turn], axis=1)
-    view.add_lines(path, color="#2060c0", width_pixels=3)
+    view.add_lines(path, color="#2060c0", width=3)
     view.add_frame(pose(-0.6, 0.3, 0.02), length=0.3)
     view.add_label("base", pose(-0.6, 0.3, 0.34))
     view.joint_axes, view.bounding_boxes = ["iiwa"], ["box"]

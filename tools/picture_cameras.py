@@ -14,8 +14,7 @@ import virtualrobot
 from numpy.typing import ArrayLike, NDArray
 from PIL import Image
 from virtualrobot.kernel_process import KernelProcess
-from virtualrobot.sensors.cameras import CameraReading
-from virtualrobot.v1.sensing_pb2 import CameraSensor
+from virtualrobot.sensors.cameras import CameraReading, CameraSettings
 from virtualrobot_apps.demos.palletizing import cell
 
 GAP = 8
@@ -36,7 +35,7 @@ def main(folder: Path) -> None:
         write(folder / "camera-lights.png", lights(client))
 
 
-def look(client: virtualrobot.Client, settings: CameraSensor, eye: ArrayLike, target: ArrayLike) -> CameraReading:
+def look(client: virtualrobot.Client, settings: CameraSettings, eye: ArrayLike, target: ArrayLike) -> CameraReading:
     """Return what a camera at `eye` sees that looks at `target`."""
     client.scene.add_camera("eye", settings, pose=virtualrobot.looking_at(eye, target))
     reading = client.sensors["eye"].read(images=["color", "depth", "segmentation", "normals"]).camera

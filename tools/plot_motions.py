@@ -14,8 +14,9 @@ import numpy as np
 import virtualrobot
 from numpy.typing import NDArray
 from virtualrobot.kernel_process import KernelProcess
-from virtualrobot.motions import moves
-from virtualrobot.motions.plans import MotionPlan, RobotTrajectory, Wish
+from virtualrobot.motions.moves import Move
+from virtualrobot.motions.plans import MotionPlan, RobotTrajectory
+from virtualrobot.motions.program import Program
 from virtualrobot_apps.chart import Panel, chart
 
 IIWA, PANDA = "package://pybullet_data/kuka_iiwa/model.urdf", "package://pybullet_data/franka_panda/panda.urdf"
@@ -86,7 +87,7 @@ def fingers(plan: MotionPlan) -> list[Panel]:
     return [Panel("position, m", names, told.positions), Panel("velocity, m/s", names, told.velocities)]
 
 
-def samples(cell: Cell) -> list[Wish]:
+def samples(cell: Cell) -> list[Move]:
     """Return a trajectory of the iiwa's first and fourth joint: a cosine and back, 40 samples in 4 s."""
     times = np.linspace(0.0, 4.0, 41)
     wave = 0.5 - 0.5 * np.cos(np.pi * times / 2.0)
@@ -94,11 +95,11 @@ def samples(cell: Cell) -> list[Wish]:
     return [cell.iiwa.trajectory(times, positions, joints=["lbr_iiwa_joint_1", "lbr_iiwa_joint_4"])]
 
 
-def corners(cell: Cell, zone: float) -> Iterable[Wish]:
+def corners(cell: Cell, zone: float) -> Program:
     """Return a program along three sides of a square of 20 cm, its corners rounded off."""
     program = cell.client.program()
     for step, by in enumerate(((0.0, 0.2, 0.0), (0.0, 0.2, 0.2), (0.0, 0.0, 0.2))):
-        program.move(cell.iiwa.linear(cell.lifted(*by)), zone=zone if step < 2 else 0.0)
+        program.move(cell.iiwa.linear(cell.lifted(*by)), zone=zone if step < 2 else None)
     return program
 
 
@@ -111,7 +112,7 @@ def search(cell: Cell) -> Drawing:
     times, places = [0.0], [cell.iiwa.tcp[:3, 3]]
     while not motion.phase.ended:
         seen = client.clock.step()
-        times.append(times[-1] + client.clock.read().tick_seconds)
+        times.append(times[-1] + client.clock.read().tick_length)
         places.append(seen.robots["iiwa"].world_t_tcp[:3, 3])
         if abs(times[-1] - at) < 1e-9:
             client.signals["touch"] = True
@@ -122,7 +123,7 @@ def search(cell: Cell) -> Drawing:
 
 def tracking(cell: Cell) -> Drawing:
     """Return a line down to a belt that runs at 0.1 m/s in y, and up again, as it was run."""
-    client, tick = cell.client, cell.client.clock.read().tick_seconds
+    client, tick = cell.client, cell.client.clock.read().tick_length
     x, y, _ = cell.iiwa.tcp[:3, 3]
     base = virtualrobot.pose(x, y - 0.7, 0.0, yaw=np.pi / 2)
     conveyor = client.load_robot("model://conveyor", name="conveyor", pose=base)
@@ -153,7 +154,7 @@ def tracking(cell: Cell) -> Drawing:
 
 def stream(cell: Cell) -> Drawing:
     """Return a joint that follows velocities, as it was run: 0.8, -0.4 and 0 rad/s."""
-    joint, tick = "lbr_iiwa_joint_1", cell.client.clock.read().tick_seconds
+    joint, tick = "lbr_iiwa_joint_1", cell.client.clock.read().tick_length
     rows: list[tuple[float, float, float]] = []
 
     def run(wanted: float, ticks: int) -> None:
@@ -174,11 +175,14 @@ def stream(cell: Cell) -> Drawing:
     return Drawing(table[:, 0], [Panel("velocity, rad/s", ["setpoint", "joint_1"], table[:, 1:])])
 
 
-def planned(wishes: Callable[[Cell], Iterable[Wish]], panels: Callable[[MotionPlan], list[Panel]] = usual) -> Profile:
+def planned(
+    wishes: Callable[[Cell], Iterable[Move] | Program], panels: Callable[[MotionPlan], list[Panel]] = usual
+) -> Profile:
     """Return the profile of a motion as PlanMotion tells it, with a line where each step of a program begins."""
 
     def drawing(cell: Cell) -> Drawing:
-        plan = cell.client.plan(wishes(cell))
+        wanted = wishes(cell)
+        plan = wanted.plan() if isinstance(wanted, Program) else cell.client.plan(wanted)
         for note in plan.notes:
             click.echo(f"  {note.message}")
         begins = tuple(float(plan.times[row]) for row in np.flatnonzero(np.diff(plan.steps)) + 1)
@@ -198,10 +202,8 @@ PROFILES: dict[str, Profile] = {
         lambda cell: [cell.iiwa.spline([cell.lifted(0.0, 0.08 * k, 0.06 * (-1) ** k) for k in range(1, 5)])]
     ),
     "joint_trajectory": planned(samples),
-    "joint_jog": planned(lambda cell: [moves.joint_jog("iiwa", "lbr_iiwa_joint_1", 0.5, 1.0)], with_accelerations),
-    "cartesian_jog": planned(
-        lambda cell: [moves.cartesian_jog("iiwa", translation=(0.0, 1.0, 0.0), velocity=0.2, distance=0.25)]
-    ),
+    "joint_jog": planned(lambda cell: [cell.iiwa.joint_jog("lbr_iiwa_joint_1", 0.5, 1.0)], with_accelerations),
+    "cartesian_jog": planned(lambda cell: [cell.iiwa.cartesian_jog((0.0, 1.0, 0.0), velocity=0.2, distance=0.25)]),
     "tool_state": planned(lambda cell: [cell.panda.tool("hand").state_move("open")], fingers),
     "group": planned(
         lambda cell: [

@@ -83,6 +83,7 @@ class Program:
             self.move_arc,
             self.move_tool,
             self.move_program,
+            self.append,
             self.steer,
             self.steer,
             self.step,
@@ -214,10 +215,12 @@ class Program:
             chosen = scene_pb2.SelectTool(robot="panda", tool=str(self.rng.choice(["hand", "hand", ""])))
             self.apply(scene_pb2.Command(select_tool=chosen))
 
-    def start(self, *moves: motion_pb2.Move, steps: Sequence[motion_pb2.ProgramStep] = ()) -> None:
+    def start(self, *moves: motion_pb2.Move, steps: Sequence[motion_pb2.ProgramStep] = (), open: bool = False) -> None:
         """Start a motion that goes on without a watch."""
         request = motion_pb2.StartMotionRequest(
-            spec=motion_pb2.MotionSpec(moves=moves, steps=steps), on_disconnect=motion_pb2.DISCONNECT_POLICY_CONTINUE
+            spec=motion_pb2.MotionSpec(moves=moves, steps=steps),
+            on_disconnect=motion_pb2.DISCONNECT_POLICY_CONTINUE,
+            open=open,
         )
         if answer := self.ask(self.stubs.motion.StartMotion, request):
             self.motions.append(answer.motion.id)
@@ -262,7 +265,19 @@ class Program:
         self.start(motion_pb2.Move(robot="panda", tool_state=state))
 
     def move_program(self) -> None:
-        """Start a program of up to six steps: moves with zones, signals set and waited for, dwells."""
+        """Start a program of up to six steps, open or closed."""
+        self.start(steps=self.steps(), open=bool(self.rng.random() < 0.3))
+
+    def append(self) -> None:
+        """Append up to six steps to one of the last motions, and perhaps close it."""
+        if self.motions:
+            id, last = str(self.rng.choice(self.motions[-4:])), bool(self.rng.random() < 0.3)
+            self.ask(
+                self.stubs.motion.AppendMotion, motion_pb2.AppendMotionRequest(id=id, steps=self.steps(), last=last)
+            )
+
+    def steps(self) -> list[motion_pb2.ProgramStep]:
+        """Return up to six steps: moves with zones, signals set and waited for, dwells."""
         steps = []
         for _ in range(self.rng.integers(1, 7)):
             signal, value = f"signal{self.rng.integers(6)}", bool(self.rng.integers(2))
@@ -286,7 +301,7 @@ class Program:
             else:
                 dwell = motion_pb2.DwellStep(seconds=float(self.rng.uniform(0.01, 0.5)))
                 steps.append(motion_pb2.ProgramStep(dwell=dwell))
-        self.start(steps=steps)
+        return steps
 
     def steer(self) -> None:
         """Pause, resume or cancel one of the last motions."""

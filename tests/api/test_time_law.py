@@ -85,11 +85,11 @@ def test_the_client_chooses_a_law_by_name(stepped_kernel: KernelProcess, stepped
             arm.linear(up, time_law="time_optimal"),
             arm.circular(center=up[:3, 3], axis=[1, 0, 0], angle=1.0, time_law="time_optimal"),
         ]
-        assert {move.time_law for move in asked} == {OPTIMAL}
+        assert {move._message.time_law for move in asked} == {OPTIMAL}
         durations = []
         for law in ("jerk_limited", "time_optimal"):
             motion = arm.move_linear(up, time_law=law, wait=False)
-            durations.append(motion.planned_duration_seconds)
+            durations.append(motion.planned_duration)
             motion.cancel()
             step(stepped, 500)
             put(stepped, "arm", READY)

@@ -50,7 +50,7 @@ def watched_run(layers: int) -> Record:
             thread.join()
         record.text = text.getvalue()
         record.limits = {robot.name: robot.limits for robot in client.robots()}
-        nodes, poses = client.scene.read()
+        nodes, poses = client.scene._read()
         record.nodes = {node.name: node for node in nodes}
         record.poses = {node.name: world_t_node for node, world_t_node in zip(nodes, poses, strict=True)}
     return record
@@ -73,5 +73,5 @@ def _watch_signals(watcher: virtualrobot.Client, record: Record) -> None:
 
 
 def _watch_scene(watcher: virtualrobot.Client, record: Record) -> None:
-    for change in watcher.scene.watch(max_rate_hertz=60):
+    for change in watcher.scene.watch(max_rate=60):
         record.moved.append(change.poses)

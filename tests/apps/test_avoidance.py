@@ -47,7 +47,7 @@ def test_links_keep_away_while_the_tool_stays(client: virtualrobot.Client, name:
     assert np.abs(by_law.positions[-1] - by_law.positions[0]).max() > 0.1
     # What is recorded is what the kernel says of these joints and of the ball as it is at the end.
     q = dict(zip(client.robot("arm").chain_joint_names, by_law.positions[-1].tolist(), strict=True))
-    near = client.collisions.distances("arm", range_meters=0.5, configurations={"arm": q})
+    near = client.collisions.distances("arm", max_distance=0.5, configurations={"arm": q})
     assert by_law.least[-1] == pytest.approx(near[0].distance, abs=1e-9)
 
 

@@ -54,10 +54,10 @@ def test_drums_turn_as_the_belt_moves(client: virtualrobot.Client) -> None:
 
 
 def test_it_is_the_same_after_saving_and_loading(client: virtualrobot.Client, tmp_path: Path) -> None:
-    nodes, poses = client.scene.read()
+    nodes, poses = client.scene._read()
     client.scene.save(tmp_path / "saved.yaml")
     client.scene.load_scene(tmp_path / "saved.yaml")
-    nodes_after, poses_after = client.scene.read()
+    nodes_after, poses_after = client.scene._read()
     assert {node.name: rounded(node) for node in nodes} == {node.name: rounded(node) for node in nodes_after}
     order = [[node.name for node in nodes_after].index(node.name) for node in nodes]
     np.testing.assert_allclose(poses_after[order], poses, atol=1e-12)

@@ -121,7 +121,7 @@ def test_the_arms_keep_their_limits(record: Record, robot: str) -> None:
         assert (state.positions >= lower - 1e-9).all() and (state.positions <= upper + 1e-9).all()
     # The velocities are told honestly: no joint goes farther than its limit allows from one state to the next.
     for before, after in pairwise(states):
-        seconds = after.stamp.simulation_time_seconds - before.stamp.simulation_time_seconds
+        seconds = after.stamp.simulation_time - before.stamp.simulation_time
         assert (np.abs(after.positions - before.positions) <= speeds * seconds + 1e-9).all()
 
 

@@ -57,7 +57,7 @@ def test_loop_clears_the_pallets_and_starts_over() -> None:
         with running(kernel, 20.0, loop=True, layers=1) as lines:
             lines.wait_for("total     12 in")
             lines.wait_for("box  3 of 12", 2)
-            parts = [node.message.parent for node in watcher.scene.nodes("part")]
+            parts = [node.parent for node in watcher.scene.nodes("part")]
             assert parts.count("pallet-iiwa") + parts.count("pallet-panda") <= 12, "boxes of the first round are left"
         # Nobody watches the arms any more: the kernel stops them.
         deadline = time.monotonic() + GUARD_SECONDS

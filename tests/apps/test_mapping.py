@@ -53,7 +53,7 @@ def test_an_ideal_laser_maps_surfaces_only(
         "crate": True,
         "air": False,
     }
-    (shown,), _ = client.scene.read(["map"], ("figures",))
+    (shown,), _ = client.scene._read(["map"], ("figures",))
     assert len(shown.figures) == result.occupied and all(one.HasField("box") for one in shown.figures)
 
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from virtualrobot._wire.messages import Stamp, stamp_of
+from virtualrobot._wire.messages import Stamp, stamp_of, value_or_default
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot._wire.signal_values import SignalValue, value_of
+from virtualrobot.motions.motion import MotionState
 from virtualrobot.robots.values import RobotState
-from virtualrobot.v1 import kernel_pb2, motion_pb2
+from virtualrobot.v1 import kernel_pb2
 
 _MODES = {kernel_pb2.CLOCK_MODE_REALTIME: "realtime", kernel_pb2.CLOCK_MODE_STEPPED: "stepped"}
 
@@ -22,7 +23,7 @@ class ClockState:
         stamp: the instant of this state.
         mode: `realtime` or `stepped`.
         speed_factor: simulated seconds for each second of the wall clock that are aimed at.
-        tick_seconds: the length of a tick.
+        tick_length: length of a tick (s).
         real_time_factor: simulated seconds for each second of the wall clock that were reached lately.
         late_ticks: ticks that began late since the kernel started.
     """
@@ -30,7 +31,7 @@ class ClockState:
     stamp: Stamp
     mode: str
     speed_factor: float
-    tick_seconds: float
+    tick_length: float
     real_time_factor: float
     late_ticks: int
 
@@ -42,7 +43,7 @@ class Observation:
     stamp: Stamp
     robots: dict[str, RobotState]
     signals: dict[str, SignalValue]
-    motions: tuple[motion_pb2.Motion, ...]
+    motions: tuple[MotionState, ...]
 
 
 class Clock:
@@ -62,9 +63,9 @@ class Clock:
         response = self._services.kernel.GetClock(kernel_pb2.GetClockRequest())
         return _state(response)
 
-    def watch(self, max_rate_hertz: float = 0.0) -> Iterator[ClockState]:
-        """Yield how time runs, now and at each change of mode, and the real-time factor once a second by default."""
-        request = kernel_pb2.WatchClockRequest(max_rate_hertz=max_rate_hertz)
+    def watch(self, max_rate: float | None = None) -> Iterator[ClockState]:
+        """Yield how time runs, now, at each change of mode, and `max_rate` (1 by default) times a second."""
+        request = kernel_pb2.WatchClockRequest(max_rate_hertz=value_or_default(max_rate, "max_rate"))
         with self._services.kernel.WatchClock(request) as stream:
             yield from map(_state, stream)
 
@@ -76,7 +77,7 @@ class Clock:
     @property
     def simulation_time(self) -> float:
         """Seconds of simulation time."""
-        return self.read().stamp.simulation_time_seconds
+        return self.read().stamp.simulation_time
 
     @property
     def real_time_factor(self) -> float:
@@ -113,7 +114,7 @@ class Clock:
             stamp_of(response.stamp),
             {robot.name: RobotState.of(robot, response.stamp) for robot in response.robots},
             {signal.name: value_of(signal.value) for signal in response.signals},
-            tuple(response.motions),
+            tuple(map(MotionState.of, response.motions)),
         )
 
 

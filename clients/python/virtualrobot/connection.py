@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Unpack
 
@@ -17,6 +18,8 @@ from virtualrobot.files.assets import Assets
 from virtualrobot.files.scene_files import model_request
 from virtualrobot.leases import Lease, LeaseInfo, acquire, list_leases
 from virtualrobot.motions import motion, plans
+from virtualrobot.motions.motion import Motion, Tracking
+from virtualrobot.motions.moves import Move
 from virtualrobot.motions.paths import Paths
 from virtualrobot.motions.program import Program, read
 from virtualrobot.plugins import Plugins
@@ -25,7 +28,7 @@ from virtualrobot.robots.description import described
 from virtualrobot.robots.models import KnownModel, known_models
 from virtualrobot.robots.robot import Robot
 from virtualrobot.scene.editor import Direct
-from virtualrobot.scene.scene import Scene
+from virtualrobot.scene.scene import LoadOptions, Scene
 from virtualrobot.sensors.rays import Rays
 from virtualrobot.sensors.sensors import Sensors
 from virtualrobot.session import checked_token, default_address, find_token, split_address, token_path
@@ -34,6 +37,48 @@ from virtualrobot.v1 import kernel_pb2, motion_pb2, robot_pb2, scene_pb2
 from virtualrobot.view.view import View
 
 API_VERSION = "virtualrobot.v1"
+
+
+@dataclass(frozen=True, slots=True)
+class KernelInfo:
+    """Versions, limits and capabilities of a kernel.
+
+    Attributes:
+        version: the version of its package, such as 0.2.0.
+        api_version: the version of the contract: virtualrobot.v1.
+        capabilities: what it can do, such as `motion.linear` or `viewer`.
+        model_formats: the endings of the model files that it reads.
+        kinematics: its kinematics components by name.
+        max_message_bytes: size of the largest message.
+        max_asset_bytes: size of the largest file that can be uploaded.
+        viewer_url: the address of the viewer for a browser on its machine; empty without viewer.
+        process_id: its process number on its machine.
+    """
+
+    version: str
+    api_version: str
+    capabilities: tuple[str, ...]
+    model_formats: tuple[str, ...]
+    kinematics: tuple[str, ...]
+    max_message_bytes: int
+    max_asset_bytes: int
+    viewer_url: str
+    process_id: int
+
+    @staticmethod
+    def of(message: kernel_pb2.GetInfoResponse) -> KernelInfo:
+        """Return what a message tells."""
+        return KernelInfo(
+            message.version,
+            message.api_version,
+            tuple(message.capabilities),
+            tuple(message.model_formats),
+            tuple(message.kinematics),
+            message.max_message_bytes,
+            message.max_asset_bytes,
+            message.viewer_url,
+            message.process_id,
+        )
 
 
 class Client:
@@ -50,10 +95,10 @@ class Client:
         collisions: collisions and distances: `client.collisions.check()`.
         paths: free ways around what stands in between: `client.paths.find("arm", goal)`.
         sensors: sensors by name: `client.sensors["lidar"].read()`.
-        info: versions, limits and capabilities of the kernel, as it was when connected.
+        info: versions, limits and capabilities of the kernel, as it was when connected, a `KernelInfo`.
     """
 
-    def __init__(self, channel: Channel, address: str, info: kernel_pb2.GetInfoResponse) -> None:
+    def __init__(self, channel: Channel, address: str, info: KernelInfo) -> None:
         """Take a channel to a kernel that has answered."""
         self._channel = channel
         self._services = Services(channel, address)
@@ -85,36 +130,14 @@ class Client:
         response = self._services.robot.GetRobotStates(robot_pb2.GetRobotStatesRequest())
         return [Robot(self._services, robot.name) for robot in response.robots]
 
-    def load_robot(
-        self,
-        file: str | Path,
-        *,
-        name: str = "",
-        pose: ArrayLike | None = None,
-        parent: str = "",
-        packages: Mapping[str, str | Path] | None = None,
-        base: str = "fixed",
-        settings: Mapping[str, object] | None = None,
-        srdf: str | Path | None = None,
-        strict: bool = False,
-    ) -> Robot:
-        """Load a robot from a model file and return it; the arguments are those of `Scene.load`.
+    def load_robot(self, file: str | Path, **options: Unpack[LoadOptions]) -> Robot:
+        """Load a robot from a model file and return it; as `Scene.load` does.
 
         Example:
             >>> robot = client.load_robot("package://pybullet_data/kuka_iiwa/model.urdf", name="iiwa")
             >>> other = client.load_robot("arm.urdf.xacro", settings={"arguments": {"prefix": "left_"}})
         """
-        node = self.scene.load(
-            file,
-            name=name,
-            pose=pose,
-            parent=parent,
-            packages=packages,
-            base=base,
-            settings=settings,
-            srdf=srdf,
-            strict=strict,
-        )
+        node = self.scene.load(file, **options)
         if node.kind != "robot":
             raise WrongStateError(f"{file} is no robot: it was loaded as the {node.kind} {node.name!r}")
         return Robot(self._services, node.name)
@@ -124,9 +147,9 @@ class Client:
         rows: Iterable[Row],
         *,
         convention: str,
-        name: str = "",
+        name: str | None = None,
         pose: ArrayLike | None = None,
-        parent: str = "",
+        parent: str = "world",
         base_t_first: ArrayLike | None = None,
         last_t_flange: ArrayLike | None = None,
     ) -> Robot:
@@ -141,9 +164,9 @@ class Client:
                 some.
             convention: `standard`: theta and d about and along z, then a and alpha along and about x (Paul 1981); or
                 `modified`: alpha and a first, then theta and d (Craig 1986).
-            name: the robot's name; empty means one that the kernel gives.
+            name: the robot's name; by default one that the kernel gives.
             pose: `parent_t_node`, 4x4.
-            parent: the node that it is fixed to; empty means the world.
+            parent: the node that it is fixed to.
             base_t_first: pose of the frame before the first row in the robot's frame, 4x4.
             last_t_flange: pose of the flange in the frame of the last row, 4x4.
 
@@ -161,21 +184,21 @@ class Client:
         )
         return Robot(self._services, response.created[0].name)
 
-    def models(self, search: str = "", *, maker: str = "") -> list[KnownModel]:
+    def models(self, search: str | None = None, *, maker: str | None = None) -> list[KnownModel]:
         """Return the models of robots and grippers that the kernel knows by name.
 
         Args:
-            search: words that must all occur in name, description, maker or kind, in any case; empty means any model.
+            search: words that must all occur in name, description, maker or kind, in any case; by default any model.
             maker: part of the maker's name, in any case.
 
         Example:
-            >>> [model.name for model in client.models("arm", maker="Universal") if model.reach_meters > 1.2]
+            >>> [model.name for model in client.models("arm", maker="Universal") if (model.reach or 0.0) > 1.2]
             ['ur10', 'ur10e', 'ur20', 'ur30']
             >>> client.load_robot("model://ur10e")
         """
         return known_models(self._services, search, maker)
 
-    def move_together(self, moves: Iterable[motion_pb2.Move], **options: Unpack[motion.StartOptions]) -> motion.Motion:
+    def move_together(self, moves: Iterable[Move], **options: Unpack[motion.StartOptions]) -> Motion:
         """Move several robots so that they start and end together.
 
         Example:
@@ -184,46 +207,31 @@ class Client:
         return motion.start(self._services, moves, **options)
 
     def plan(
-        self, wishes: Iterable[plans.Wish], *, sample_seconds: float = 0.0, tracking: motion.Tracking | None = None
+        self, moves: Iterable[Move], *, tracking: Tracking | None = None, **options: Unpack[plans.PlanOptions]
     ) -> plans.MotionPlan:
-        """Return what a motion would do, in samples: joints, efforts, tool centre points, duration. Nothing moves.
+        """Return what moves that start and end together would do. Nothing moves.
 
-        Args:
-            wishes: moves that start and end together, or the steps of a program.
-            sample_seconds: the time between samples, at least a tick; 0 means a tick.
-            tracking: the node that it goes along with; the samples are those of the motion while that stands still.
+        It tells joints, efforts, tool centre points and duration in samples. With `tracking` the samples are those of
+        the motion while the node that it goes along with stands still.
 
         Raises:
             VirtualRobotError: as the start of the motion would; TooLargeError for more samples than one answer holds.
 
         Example:
             >>> plan = client.plan([left.ptp("home"), right.linear(goal)])
-            >>> plan.duration_seconds, plan.robots["right"].tcp_speeds.max()
+            >>> plan.duration, plan.robots["right"].tcp_speeds.max()
             (2.31, 0.25)
         """
-        return plans.plan(self._services, plans.motion_of(wishes, tracking), sample_seconds=sample_seconds)
+        return plans.plan(self._services, plans.motion_of(moves, tracking), **options)
 
     def check(
-        self,
-        wishes: Iterable[plans.Wish],
-        *,
-        min_singular_value: float = 0.0,
-        tracking: motion.Tracking | None = None,
-        collisions: bool = True,
-        resolution_meters: float = 0.0,
+        self, moves: Iterable[Move], *, tracking: Tracking | None = None, **options: Unpack[plans.CheckOptions]
     ) -> plans.MotionCheck:
-        """Return whether a motion keeps all limits and touches nothing, and else what it violates first.
+        """Return whether moves that go together keep all limits and touch nothing, and else what they violate first.
 
         Nothing moves. Collisions are looked for everywhere on the way, with all else as it stands now; what touches
-        already and is moved by the motion does so after 0 s.
-
-        Args:
-            wishes: moves that start and end together, or the steps of a program.
-            min_singular_value: the smallest singular value of the Jacobian that is accepted, its linear rows divided by
-                the longest lever arm; 0 means that only lines and arcs keep away from singularities, by 0.01.
-            tracking: the node that it goes along with, all along its window; for collisions that node stands still.
-            collisions: whether collisions are looked for.
-            resolution_meters: distance below which nodes may be told to collide; none is missed; 0 means 0.0001.
+        already and is moved by the motion does so after 0 s. With `tracking` limits are checked all along its window;
+        for collisions the node that it goes along with stands still.
 
         Raises:
             VirtualRobotError: when it is no motion at all, such as for unknown names.
@@ -232,14 +240,7 @@ class Client:
             >>> print(client.check([arm.linear(goal)]).first_violation)
             the joint 'lbr_iiwa_joint_4' of 'arm' leaves its range, up to -2.14 rad after 1.32 s, ...
         """
-        wanted = plans.motion_of(wishes, tracking)
-        return plans.check(
-            self._services,
-            wanted,
-            min_singular_value=min_singular_value,
-            collisions=collisions,
-            resolution_meters=resolution_meters,
-        )
+        return plans.check(self._services, plans.motion_of(moves, tracking), **options)
 
     def program(self) -> Program:
         """Return an empty program: moves of several robots, signals, waits and dwells, one after the other.
@@ -257,18 +258,17 @@ class Client:
         """
         return read(self._services, file)
 
-    def motions(self, running_only: bool = True) -> list[motion.Motion]:
+    def motions(self, running_only: bool = True) -> list[Motion]:
         """Return the motions that run, whoever started them; with False also the last ones that ended."""
         request = motion_pb2.ListMotionsRequest(running_only=running_only)
         messages = self._services.motion.ListMotions(request).motions
-        return [motion.Motion(self._services, message) for message in messages]
+        return [Motion(self._services, message) for message in messages]
 
-    def stop(self, *robots: str) -> list[motion.Motion]:
+    def stop(self, *robots: str) -> list[Motion]:
         """Cancel every motion, or every motion of these robots; return them."""
-        response = self._services.motion.Stop(motion_pb2.StopRequest(robots=robots))
-        return [motion.Motion(self._services, message) for message in response.motions]
+        return motion.stop(self._services, robots)
 
-    def lease(self, *robots: str, take: bool = False, owner: str = "") -> Lease:
+    def lease(self, *robots: str, take: bool = False, owner: str | None = None) -> Lease:
         """Lease robots, all or none, so that nobody but this client moves them; return the lease, a context manager.
 
         Args:
@@ -325,7 +325,7 @@ def connect(
     *,
     token_file: str | Path | None = None,
     root_certificate: str | Path | None = None,
-    timeout_seconds: float = 30.0,
+    timeout: float = 30.0,
 ) -> Client:
     """Connect to a kernel and return the client.
 
@@ -335,7 +335,7 @@ def connect(
             VIRTUALROBOT_TOKEN is the token, or else the file that a kernel of this user on this machine wrote has it.
         token_file: the file that holds the token.
         root_certificate: a PEM file; beyond this machine TLS is always used, by default with the system's certificates.
-        timeout_seconds: deadline of a call (s); that of calls that move files is ten minutes.
+        timeout: deadline of a call (s); that of calls that move files is ten minutes.
 
     Raises:
         KernelGoneError: when no kernel answers there.
@@ -358,9 +358,9 @@ def connect(
         raise InvalidArgumentError(str(error)) from error
     target = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
     certificate = None if root_certificate is None else Path(root_certificate)
-    channel = open_channel(target, host, token, certificate, timeout_seconds)
+    channel = open_channel(target, host, token, certificate, timeout)
     try:
-        info = Services(channel, target).kernel.GetInfo(kernel_pb2.GetInfoRequest(), timeout=min(timeout_seconds, 10.0))
+        info = Services(channel, target).kernel.GetInfo(kernel_pb2.GetInfoRequest(), timeout=min(timeout, 10.0))
         if info.api_version != API_VERSION:
             raise VersionError(
                 f"the kernel at {target} (VirtualRobot {info.version}) speaks {info.api_version or 'nothing known'}, "
@@ -379,4 +379,4 @@ def connect(
     except BaseException:
         channel.close()
         raise
-    return Client(channel, target, info)
+    return Client(channel, target, KernelInfo.of(info))

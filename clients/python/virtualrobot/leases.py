@@ -150,7 +150,7 @@ class Lease:
         return f"<Lease {self.id} of {what} by {self.owner!r}>"
 
 
-def acquire(services: Services, robots: Sequence[str], owner: str = "", take: bool = False) -> Lease:
+def acquire(services: Services, robots: Sequence[str], owner: str | None = None, take: bool = False) -> Lease:
     """Lease robots, all or none; with `take` whoever has them."""
     owner = owner or _program()
     if take:

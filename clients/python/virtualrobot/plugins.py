@@ -30,7 +30,7 @@ class ComponentUse:
         robot: the robot that it works for; empty for a sensor's, and for an importer, which works for all.
         fault: its latest fault since it was chosen; empty while there was none.
         calls: number of calls that it has answered.
-        mean_call_seconds: the mean time of a call.
+        mean_call_time: the mean time of a call.
         process_id: the number of its process on the kernel's machine; 0 when it runs in the kernel's own.
         sensor: the sensor that it works for; empty for a robot's and for an importer.
         group: the robot's group whose chain it solves, by name; empty for the robot's own chain.
@@ -39,7 +39,7 @@ class ComponentUse:
     robot: str
     fault: str
     calls: int
-    mean_call_seconds: float
+    mean_call_time: float
     process_id: int
     sensor: str = ""
     group: str = ""
@@ -54,7 +54,7 @@ class Component:
         name: unique among the components of its kind.
         description: one line about it.
         isolation: `in_process` (the kernel's own) or `process` (one of its own, with a deadline for each call).
-        deadline_seconds: the longest that a call may take in a process of its own.
+        deadline: the longest that a call may take in a process of its own.
         settings_schema: the JSON schema of its settings; empty when it has none.
         endings: for importers: the endings of the files that it reads, such as `.step`.
         uses: its present uses.
@@ -64,7 +64,7 @@ class Component:
     name: str
     description: str
     isolation: str
-    deadline_seconds: float
+    deadline: float
     settings_schema: dict[str, Any]
     endings: tuple[str, ...]
     uses: tuple[ComponentUse, ...]

@@ -5,11 +5,12 @@ from __future__ import annotations
 import operator
 from collections.abc import Iterator, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass
+from typing import Unpack
 
 from virtualrobot._wire.services import Services
 from virtualrobot._wire.signal_values import SignalValue, set_command, value_of
 from virtualrobot.errors import CallTimeoutError, InvalidArgumentError
-from virtualrobot.scene.editor import Direct
+from virtualrobot.scene.editor import Direct, SignalOptions
 from virtualrobot.v1 import scene_pb2, signal_pb2
 
 _COMPARED = {
@@ -64,23 +65,9 @@ class Signals(MutableMapping[str, SignalValue]):
         """Handle the signals of one kernel."""
         self._services = services
 
-    def create(
-        self,
-        name: str,
-        value: SignalValue | Sequence[bool] = False,
-        description: str = "",
-        *,
-        unit: str = "",
-        direction: str = "internal",
-        owner: str = "",
-    ) -> None:
-        """Add a signal, whose type is that of `value`; see `Signal` for the rest.
-
-        Raises:
-            NameTakenError: when there is one of this name.
-            UnknownNameError: when there is no such owner.
-        """
-        Direct(self._services).create_signal(name, value, description, unit=unit, direction=direction, owner=owner)
+    def create(self, name: str, value: SignalValue | Sequence[bool] = False, **options: Unpack[SignalOptions]) -> None:
+        """Add a signal, as `Editor.create_signal` does."""
+        Direct(self._services).create_signal(name, value, **options)
 
     def read(self, names: Sequence[str] = ()) -> list[Signal]:
         """Return all signals, or these."""

@@ -57,8 +57,8 @@ class LeaseServicer(lease_pb2_grpc.LeaseServiceServicer):
         lease, losers = self._kernel.leases.take(robots, owner)
         self._expire_later(lease.token)
         cancellation = Cancellation(EndCause.LEASE_TAKEN, f"the robot was taken over by {owner!r}")
-        halt = world.submit([StopRobots(robots, cancellation)], f"{lease.id} taken by {author(context)}")
-        applied = await asyncio.wrap_future(halt)
+        stop = world.submit([StopRobots(robots, cancellation)], f"{lease.id} taken by {author(context)}")
+        applied = await asyncio.wrap_future(stop)
         return lease_pb2.TakeLeaseResponse(
             stamp=stamp(applied.snapshot),
             lease=_message(applied.snapshot, lease),

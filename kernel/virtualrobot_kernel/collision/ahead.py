@@ -21,7 +21,7 @@ from virtualrobot_kernel.collision.node_pairs import names_of
 from virtualrobot_kernel.collision.program_sweep import Switch, first_along, program_switches
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.collision.swept import SweptContact
-from virtualrobot_kernel.collision.transitions import STOPPING, Halt, watched
+from virtualrobot_kernel.collision.transitions import STOPPING, RobotStop, watched
 from virtualrobot_kernel.motion.prediction import Prediction, predict
 from virtualrobot_kernel.motion.program_run import ProgramRun
 from virtualrobot_kernel.motion.running_motion import Phase
@@ -33,13 +33,13 @@ IN_ADVANCE = 0.25
 """By which part of the time that is looked ahead more is looked at each time, so that it need not be in every tick."""
 
 CHUNK_SECONDS = 0.25
-"""How much is looked at before it is asked whether there is time for more (s)."""
+"""Part of a motion (s) that is looked at before it is asked whether there is time for more."""
 
 NEAR_SECONDS = 0.2
 """Pairs that are nearer than the swept check can tell are left out for so long (s), then it is asked again."""
 
 SECONDS = 30.0
-"""How many seconds more than are looked ahead the ways of motions are told at once."""
+"""Time (s), beyond what is looked ahead, for which the ways of motions are told at once."""
 
 SAME = 1e-9
 """By how much joints (rad, m) may be elsewhere than was foreseen."""
@@ -132,7 +132,7 @@ class LookAhead:
         snapshot: Snapshot,
         touching: Collection[Pair] = (),
         enough: Callable[[], bool] = lambda: False,
-    ) -> Halt | None:
+    ) -> RobotStop | None:
         """Return who is to stop for the first contact within the seconds that are looked ahead; None for nobody.
 
         Asked are pairs with a robot whose mode is STOP or GUARD; all motions count that are planned, those of other
@@ -158,20 +158,20 @@ class LookAhead:
             if coming is None:
                 return None
             proof = _Proof(snapshot, _motions(snapshot), coming, frozenset(touching), set(touching))
-        now, halt = snapshot.simulation_time, None
-        while halt is None:
+        now, stop = snapshot.simulation_time, None
+        while stop is None:
             if proof.contact is None and proof.until < min(now + ahead, proof.coming.path.end):
                 proof.extend(scene, snapshot, by, now + (1.0 + IN_ADVANCE) * ahead, enough)
             contact = proof.contact
             if contact is None or contact.time > now + ahead:
                 break
-            halt = _halt(scene, snapshot, contact, proof.coming.moving, by)
-            if halt is None:
+            stop = _stop_for(scene, snapshot, contact, proof.coming.moving, by)
+            if stop is None:
                 # All that leads to it stops already, or is no planned motion: nothing is left to be done about it.
                 proof.left_out.add((contact.first, contact.second))
                 proof.contact = None
         self._proof = proof
-        return halt
+        return stop
 
 
 def foreseen(snapshot: Snapshot, ahead: float) -> Foreseen | None:
@@ -234,9 +234,9 @@ def _motions(snapshot: Snapshot) -> tuple[object, ...]:
     return tuple((motion.id, motion.running.phase in GOES_ON, override(state, motion)) for motion in state.motions)
 
 
-def _halt(
+def _stop_for(
     scene: CollisionScene, snapshot: Snapshot, contact: SweptContact, moving: Collection[str], by: Collection[int]
-) -> Halt | None:
+) -> RobotStop | None:
     """Return whom a contact to come stops: who moves one of its nodes by plan and does not stop yet, if anybody.
 
     Those that slow down to a pause are stopped when nobody else can be.
@@ -261,4 +261,4 @@ def _halt(
     seconds = contact.time - snapshot.simulation_time
     groups = scene.bodies.allowed.groups
     own = frozenset(groups[uid] for uid in (contact.first, contact.second)) & frozenset(by)
-    return Halt(robots, f"{first!r} would touch {second!r} in {seconds:.3g} s", own)
+    return RobotStop(robots, f"{first!r} would touch {second!r} in {seconds:.3g} s", own)

@@ -19,7 +19,7 @@ from virtualrobot_kernel.world.structure import (
 
 
 class Cause(Enum):
-    """Why two nodes may touch; the names equal those of `AllowedCause` in the contract."""
+    """Cause for which two nodes may touch; the names equal those of `AllowedCause` in the contract."""
 
     RIGID = "rigid"
     ADJACENT = "adjacent"

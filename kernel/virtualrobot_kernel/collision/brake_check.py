@@ -26,7 +26,7 @@ APART = 5.0 * RESOLUTION
 """Two nodes that touched are looked at again when they are this far apart (m)."""
 
 LEVER = 4.0
-"""How far (m) a joint's axis is from what it moves, at the most, where the resolution follows from joints."""
+"""Largest distance (m) of a joint's axis from what it moves, where the resolution follows from joints."""
 
 
 def contact_on(

@@ -17,7 +17,7 @@ from virtualrobot_kernel.numeric.penetration import penetration
 Floats = NDArray[np.float64]
 
 TOLERANCE = 1e-8
-"""How near the bounds of a depth are to each other, in meters, where the search ends by itself."""
+"""Difference of the bounds of a depth (m) at which the search ends by itself."""
 
 EXACT = 1e-6
 """A depth whose bounds are farther apart than this, in meters, is approximate."""

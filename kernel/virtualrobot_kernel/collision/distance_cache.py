@@ -12,7 +12,7 @@ from virtualrobot_kernel.numeric.distance_bounds import cached_distance_bounds
 Integers = NDArray[np.int64]
 
 KEPT = 32
-"""How many distances of a pair are kept; the oldest makes room."""
+"""Number of distances of a pair that are kept; the oldest makes room."""
 
 MOST = 2048
 """Of how many pairs some are kept; when there are more, all are forgotten before the next way."""

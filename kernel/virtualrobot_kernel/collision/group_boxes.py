@@ -22,7 +22,7 @@ Integers = NDArray[np.int64]
 Booleans = NDArray[np.bool_]
 
 PART = 0.1
-"""How far (m) anything goes on a part of a path, about; smaller parts have smaller boxes."""
+"""Distance (m) that anything goes on a part of a path, about; smaller parts have smaller boxes."""
 
 MOST_PARTS = 24
 """Into how many parts a path is cut at the most."""

@@ -115,7 +115,7 @@ class CollisionGuard:
         check(before, after, batch, new)
 
     def before_tick(self, now: Snapshot, later: Snapshot) -> Sequence[Command]:
-        """Return the halt without which the tick must not be made; nothing when it may be."""
+        """Return the stop without which the tick must not be made; nothing when it may be."""
         robots = going(now.state)
         if not robots:
             return ()  # what brakes already was known to be free when it began to
@@ -126,10 +126,10 @@ class CollisionGuard:
             log.exception("the guard failed inside the kernel; what moves brakes")
             threat = _Threat(robots, f"the guard failed inside the kernel: {type(error).__name__}")
         self.cost = self.cost.and_tick(time.perf_counter() - begin)
-        return [_halt(threat.robots & robots or robots, threat)] if threat else ()
+        return [_stop_for(threat.robots & robots or robots, threat)] if threat else ()
 
     def after_change(self, now: Snapshot) -> Sequence[Command]:
-        """Return the halt that a change of the world asks for: something was put where motions would brake."""
+        """Return the stop that a change of the world asks for: something was put where motions would brake."""
         if not self._changed(now):
             return ()
         self._reach(now)
@@ -140,7 +140,7 @@ class CollisionGuard:
         self._tolerated, self._in_touch, self._later = frozenset(alive | found), found, None
         robots = going(now.state)
         threat = self._threat(now, None) if robots else None
-        return [_halt(robots, threat)] if threat else ()
+        return [_stop_for(robots, threat)] if threat else ()
 
     def _published(self) -> None:
         """Oversee the world while a robot is guarded; told in the world thread of all that is published."""
@@ -269,5 +269,5 @@ def _guarded(snapshot: Snapshot) -> frozenset[int]:
     return frozenset(uid for uid in snapshot.structure.robots if mode_of(uid) is CollisionMode.GUARD)
 
 
-def _halt(robots: frozenset[int], threat: _Threat) -> StopRobots:
+def _stop_for(robots: frozenset[int], threat: _Threat) -> StopRobots:
     return StopRobots(tuple(sorted(robots)), Cancellation(EndCause.COLLISION, threat.reason))

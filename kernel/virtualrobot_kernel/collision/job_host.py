@@ -22,16 +22,16 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.world.state import State
 
 LAST_SECONDS = 0.5
-"""How long a job may take to end when its process ends."""
+"""Longest time (s) that a job may take to end when its process ends."""
 
 
 class Ending(Enum):
     """End of a job, and what comes with it."""
 
     RUNS = "runs"
-    """How often it has reported, what it reported last, and for how many seconds nothing has been heard of the job."""
+    """Number of its reports, the last of them, and the time (s) since anything was heard of the job."""
     DONE = "done"
-    """What it returned."""
+    """Value that it returned."""
     REFUSED = "refused"
     """A KernelError: its reason, message and metadata."""
     GIVEN_UP = "given up"

@@ -21,7 +21,7 @@ from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.node_pairs import names_of
 from virtualrobot_kernel.collision.report import REMEMBERED, Ended, Event, Failed, Report, Stopped, Touch, What, thinned
 from virtualrobot_kernel.collision.scene import Collision, CollisionScene, Detail
-from virtualrobot_kernel.collision.transitions import STOPPING, Halt, Scope, halt_of, transitions, watched
+from virtualrobot_kernel.collision.transitions import STOPPING, RobotStop, Scope, stop_of, transitions, watched
 from virtualrobot_kernel.world.clock import Mode
 from virtualrobot_kernel.world.commands import Command, StopRobots
 from virtualrobot_kernel.world.listeners import Listeners
@@ -35,7 +35,7 @@ AHEAD_SECONDS = 0.01
 """After how long looking ahead gives way to the next check where time follows the wall clock; then it goes on."""
 
 PATIENCE_SECONDS = 0.1
-"""How often the world, while it waits for a check, looks whether the thread is still there."""
+"""Interval (s) at which the world, while it waits for a check, looks whether the thread is still there."""
 
 Listener = Callable[[Report], None]
 
@@ -55,12 +55,12 @@ class Monitor:
         """Watch over `world` from now on, as far as its collision settings say so."""
         self._world, self._shapes = world, shapes
         self.latest = Report(world.snapshot)
-        """How things were at the last check; replaced, never changed."""
+        """Report of the last check; replaced, never changed."""
         self._scene: CollisionScene | None = None
         self._ahead = LookAhead()
         self._scope = Scope()
         self._checked: Snapshot | None = None
-        self._halts: tuple[Halt, ...] = ()
+        self._stops: tuple[RobotStop, ...] = ()
         self._held: list[tuple[int, float, What]] | None = None
         self._listeners: Listeners[[Report]] = Listeners()
         self._telling = threading.Lock()
@@ -104,13 +104,13 @@ class Monitor:
             elif before is self._seen:
                 self._wake.set()
         with self._telling:
-            halts, self._halts = self._halts, ()
+            stops, self._stops = self._stops, ()
         if not watched(now):
             self._supervising = False
             self._world.unsupervise(self)
             return ()
         self._tell_stopped(now)
-        return self._stops(halts, now)
+        return self._commands(stops, now)
 
     def _published(self) -> None:
         """Oversee the world once a robot is watched; called by the world thread after each snapshot."""
@@ -127,19 +127,19 @@ class Monitor:
         while not done.wait(PATIENCE_SECONDS) and self._thread.is_alive():
             pass
 
-    def _stops(self, halts: Sequence[Halt], now: Snapshot) -> list[Command]:
-        """Return the commands for these halts, as far as something runs that they stop and its mode still wants it."""
+    def _commands(self, stops: Sequence[RobotStop], now: Snapshot) -> list[Command]:
+        """Return the commands for these stops, as far as something runs that they stop and its mode still wants it."""
         commands: list[Command] = []
         stopped: list[What] = []
-        modes = watched(now) if halts else {}
+        modes = watched(now) if stops else {}
         going = [motion for motion in now.state.motions if not motion.running.ended and motion.cancellation is None]
-        for halt in halts:
-            own = [motion for motion in going if not set(halt.robots).isdisjoint(motion.robots)]
-            if not own or not any(modes.get(uid) in STOPPING for uid in halt.by):
+        for stop in stops:
+            own = [motion for motion in going if not set(stop.robots).isdisjoint(motion.robots)]
+            if not own or not any(modes.get(uid) in STOPPING for uid in stop.by):
                 continue
             going = [motion for motion in going if motion not in own]
-            commands.append(StopRobots(halt.robots, Cancellation(EndCause.COLLISION, halt.reason)))
-            stopped.append(_stopped(own, now, halt.reason))
+            commands.append(StopRobots(stop.robots, Cancellation(EndCause.COLLISION, stop.reason)))
+            stopped.append(_stopped(own, now, stop.reason))
             self._remember(now, {motion.id for motion in own})
         if stopped:
             self._tell(now, stopped)
@@ -187,11 +187,11 @@ class Monitor:
             return
         began = time.perf_counter()
         try:
-            happened, touching, halts = self._compared(snapshot)
+            happened, touching, stops = self._compared(snapshot)
             fault = ""
         except Exception as error:
             fault = f"collisions cannot be checked: {type(error).__name__}: {error}"
-            happened, touching, halts = [], self.latest.touching, _all_halted(snapshot, fault)
+            happened, touching, stops = [], self.latest.touching, _all_stopped(snapshot, fault)
             self._scene = None
             if fault != self.latest.fault:
                 log.exception("collisions cannot be checked")
@@ -203,9 +203,9 @@ class Monitor:
             snapshot, happened, snapshot=snapshot, touching=touching, fault=fault, checks=checks, seconds=seconds
         )
         with self._telling:
-            self._halts = (*self._halts, *halts) if watched(snapshot) else ()
+            self._stops = (*self._stops, *stops) if watched(snapshot) else ()
 
-    def _compared(self, snapshot: Snapshot) -> tuple[list[What], tuple[Touch, ...], list[Halt]]:
+    def _compared(self, snapshot: Snapshot) -> tuple[list[What], tuple[Touch, ...], list[RobotStop]]:
         """Return what has happened since the check before, what touches now, and whom what is to come stops.
 
         Who touches is stopped already.
@@ -222,9 +222,9 @@ class Monitor:
         changed = transitions(self._scope, touches.keys(), scope, found)
         happened: list[What] = [Ended(touches.pop(pair), apart) for pair, apart in changed.ended.items()]
         structure = snapshot.structure
-        stopping = (halt_of(pair, scope, structure) for pair, tolerated in changed.begun.items() if not tolerated)
+        stopping = (stop_of(pair, scope, structure) for pair, tolerated in changed.begun.items() if not tolerated)
         # Before contacts and depths are known: with meshes these take ten times as long as finding the pairs.
-        self._halt_at_once([halt for halt in stopping if halt])
+        self._stop_at_once([stop for stop in stopping if stop])
         for pair, collision in self._contacts(changed.begun.keys(), modes.keys()).items():
             when, names = (snapshot.state.tick, snapshot.simulation_time), names_of(pair, structure)
             touches[pair] = Touch(thinned(collision), names, *when, changed.begun[pair])
@@ -233,11 +233,11 @@ class Monitor:
         self._scope = scope
         return happened, tuple(touches[pair] for pair in sorted(touches)), [ahead] if ahead else []
 
-    def _halt_at_once(self, halts: Sequence[Halt]) -> None:
+    def _stop_at_once(self, stops: Sequence[RobotStop]) -> None:
         """Have robots stopped while the check goes on; that is told after it."""
-        if halts:
+        if stops:
             with self._telling:
-                self._halts, self._held = (*self._halts, *halts), []
+                self._stops, self._held = (*self._stops, *stops), []
 
     def _enough(self) -> Callable[[], bool]:
         """Return what tells when to look ahead no longer; in STEPPED mode the world waits for all of it."""
@@ -290,7 +290,7 @@ def _stopped(motions: Sequence[Motion], now: Snapshot, reason: str) -> Stopped:
     return Stopped(tuple(robots), tuple(motion.id for motion in motions), reason)
 
 
-def _all_halted(snapshot: Snapshot, reason: str) -> list[Halt]:
+def _all_stopped(snapshot: Snapshot, reason: str) -> list[RobotStop]:
     """Return what stops all robots whose collisions are to stop them."""
     robots = tuple(uid for uid, mode in watched(snapshot).items() if mode in STOPPING)
-    return [Halt(robots, reason, frozenset(robots))] if robots else []
+    return [RobotStop(robots, reason, frozenset(robots))] if robots else []

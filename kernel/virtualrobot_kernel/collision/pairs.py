@@ -21,13 +21,13 @@ from virtualrobot_kernel.numeric.distance_bounds import box_gaps
 Integers = NDArray[np.int64]
 
 FEW = 256
-"""How many pairs of pieces are looked at in one go."""
+"""Number of pairs of pieces that are looked at in one go."""
 
 STAND_IN = (np.pi / SEGMENTS) ** 2
 """By how much, as part of their radii, triangles that stand for two curved surfaces are farther apart than these."""
 
 ALTERNATIONS = 4
-"""How often the points of a pair are taken to the nearest ones of the true, curved surfaces."""
+"""Number of times that the points of a pair are taken to the nearest ones of the true, curved surfaces."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

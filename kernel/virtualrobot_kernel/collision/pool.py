@@ -10,7 +10,7 @@ from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.scene import CollisionScene
 
 KEPT = 4
-"""How many scenes are kept: as many as calls have threads at once."""
+"""Number of scenes that are kept: as many as calls have threads at once."""
 
 
 class ScenePool:

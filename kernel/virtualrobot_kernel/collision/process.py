@@ -22,11 +22,11 @@ log = logging.getLogger(__name__)
 
 HOST = "virtualrobot_kernel.collision.job_host:JobHost"
 START_SECONDS = 120.0
-"""How long a process may take to begin a job: FCL makes what it needs of the meshes of its world."""
+"""Longest time (s) that a process may take to begin a job: FCL makes what it needs of the meshes of its world."""
 LOOK_SECONDS = 0.05
-"""How often a job's report is asked for, and whether anybody still waits."""
+"""Interval (s) at which a job's report is asked for, and whether anybody still waits."""
 GRACE_SECONDS = 1.0
-"""How long a job may go on that nobody waits for, before its process is ended."""
+"""Longest time (s) that a job goes on for which nobody waits, before its process is ended."""
 MEMORY_BYTES = 4 << 30
 """By how much a process may grow: the triangles of a whole factory, and what FCL makes of them."""
 

@@ -16,9 +16,9 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Structure
 
 IDLE_SECONDS = 60.0
-"""How long a process waits for another job before it ends."""
+"""Time (s) that a process waits for another job before it ends."""
 SILENT_SECONDS = 60.0
-"""How long a job may neither report nor ask whether anybody waits, before it counts as hung."""
+"""Longest time (s) that a job neither reports nor asks whether anybody waits, before it counts as hung."""
 CLOSING_SECONDS = 2.0
 
 

@@ -12,7 +12,7 @@ from virtualrobot_kernel.collision.touching import MOST_POINTS, Contacts, spread
 from virtualrobot_kernel.world.state import Snapshot
 
 REMEMBERED = 1000
-"""How many events a report remembers."""
+"""Number of events that a report remembers."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -15,7 +15,7 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Joint, RobotIndex
 
 FARTHEST = np.pi
-"""How far joints without limits are moved, in radians or meters."""
+"""Range in which joints without limits are moved, in radians or meters."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -16,7 +16,7 @@ from virtualrobot_kernel.world.state import State
 from virtualrobot_kernel.world.structure import Node, Structure
 
 KEPT_OF_STATE = ("tool_states", "allowed_pairs", "collisions")
-"""What scenes are made anew for when it is another object."""
+"""Parts of a world for which scenes are made anew when they are other objects."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -31,7 +31,7 @@ Integers = NDArray[np.int64]
 Booleans = NDArray[np.bool_]
 
 RESOLUTION = 1e-4
-"""What comes nearer than this (m) may be told as a contact; what comes nearer than half of it is."""
+"""Distance (m) below which a contact may be told; below half of it, it is."""
 
 BLOCKS_WITHIN, MEASURED_WITHIN = 1.0, 0.1
 """On stretches where a pair goes farther than these (m) against each other, turned boxes are not compared, and nothing

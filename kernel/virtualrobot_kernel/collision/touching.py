@@ -18,7 +18,7 @@ MOST = 256
 """The most contacts of two pieces."""
 
 MOST_POINTS = 64
-"""How many points are told of two things that touch: meshes meet in thousands."""
+"""Number of points that are told of two things that touch: meshes meet in thousands."""
 
 _ONE_CONTACT = fcl.CollisionRequest(num_max_contacts=1, enable_contact=False)
 

@@ -46,7 +46,7 @@ class Scope:
 
 
 @dataclass(frozen=True, slots=True)
-class Halt:
+class RobotStop:
     """Robots (uids) that are to stop, and why in words; `by`: the robots whose mode wants that."""
 
     robots: tuple[int, ...]
@@ -89,11 +89,11 @@ def transitions(before: Scope, touching: Collection[Pair], now: Scope, found: It
     )
 
 
-def halt_of(pair: Pair, scope: Scope, structure: Structure) -> Halt | None:
+def stop_of(pair: Pair, scope: Scope, structure: Structure) -> RobotStop | None:
     """Return whom a touch that begins stops: all robots that move one of the nodes; None where no mode wants that."""
     groups = scope.allowed.groups
     by = frozenset(groups[uid] for uid in pair if scope.modes.get(groups[uid]) in STOPPING)
     if not by:
         return None
     first, second = names_of(pair, structure)
-    return Halt(tuple(sorted(movers(pair, structure))), f"{first!r} touches {second!r}", by)
+    return RobotStop(tuple(sorted(movers(pair, structure))), f"{first!r} touches {second!r}", by)

@@ -32,13 +32,13 @@ Booleans = NDArray[np.bool_]
 Integers = NDArray[np.int64]
 
 PART_SECONDS = 0.25
-"""How much of a path, by its nominal time, is swept in a tick at the most (s)."""
+"""Largest part of a path, by its nominal time (s), that is swept in a tick."""
 
 AGAIN_TICKS = 25
 """After how many ticks a path is looked at again, when what was near is behind."""
 
 SAME = 1e-9
-"""How far (rad, m) joints may be from the path that they are said to be on."""
+"""Largest offset (rad, m) of joints from the path that they are said to be on."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,7 +67,7 @@ class Part:
 
     @property
     def whole(self) -> bool:
-        """Whether all of it is free."""
+        """True when all of it is free."""
         return self.until >= self.path.end
 
 

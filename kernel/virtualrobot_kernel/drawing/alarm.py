@@ -13,14 +13,14 @@ from virtualrobot_kernel.drawing.view import Color, ViewSettings
 from virtualrobot_kernel.sensing.appearance import Appearances, linear
 
 Touching = tuple[Touch, ...]
-"""What the collision monitor has found to touch."""
+"""Touches that the collision monitor has found."""
 
 RED: Color = (0.86, 0.10, 0.09)
 """Of nodes that touch and may not."""
 
 ROSE: Color = (1.0, 0.50, 0.48)
 ROSE_SHARE = 0.3
-"""What is mixed into the background while anything touches, and how much of it."""
+"""Colour that is mixed into the background while anything touches, and the part of it."""
 
 
 def shown(settings: ViewSettings, touching: Touching) -> Touching:

@@ -14,7 +14,7 @@ from virtualrobot_kernel.shapes.submesh import Submesh, stacked
 Rgba = tuple[float, float, float, float]
 
 GREY: Rgba = (0.72, 0.74, 0.77, 1.0)
-"""What has no colour of its own."""
+"""Colour of figures that have none of their own."""
 
 
 def encode(parts: tuple[Submesh, ...], color: Rgba | None) -> tuple[bytes, ...]:

@@ -14,9 +14,9 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import World
 
 MOST_BEHIND = 10_000
-"""How many pictures may be waiting to be drawn."""
+"""Largest number of pictures that wait to be drawn."""
 MOST_BYTES = 1_000_000_000
-"""How much memory what waits may take."""
+"""Largest memory (bytes) that what waits may take."""
 PARTS = 3
 """A snapshot takes about so many times the memory of its nodes' poses."""
 

@@ -14,10 +14,10 @@ ASPECT = 1.4
 """Width over height of a window that still shows everything; in a wider one there is room at the sides."""
 
 FILLED = 0.94
-"""How much of the window the scene may take."""
+"""Part of the window that the scene may take."""
 
 EMPTY_CAMERA = Camera((3.0, -3.75, 2.2), (0.0, 0.0, 0.0))
-"""Where an empty world is looked at from."""
+"""Camera of an empty world."""
 
 SMALLEST = 0.25
 """Half of the least edge of the box that is framed, in meters: the eye stays off a scene that is smaller."""

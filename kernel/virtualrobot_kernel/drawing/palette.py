@@ -36,7 +36,7 @@ CELL_COLOR, SECTION_COLOR = (196, 202, 208), (150, 158, 166)
 CELL_WIDTH, SECTION_WIDTH = 0.7, 1.1
 """Of the lines on the floor in pixels: around cells of 0.25 m, and around sections of 1 m."""
 FADE_METERS, FADE_STRENGTH = 22.0, 1.5
-"""How far from the eye nothing is left of the floor's lines, and the exponent of their fading."""
+"""Distance from the eye (m) at which the floor's lines have faded, and the exponent of their fading."""
 
 SCAN_POINT_SIZE = 0.012
 """Of the echoes of a scan, in meters."""

@@ -30,7 +30,7 @@ from virtualrobot_kernel.shapes.submesh import Meshes
 from virtualrobot_kernel.world.state import Snapshot
 
 AFTER_ERROR = 1.0
-"""How long a picture that failed is not tried again, in seconds."""
+"""Time (s) for which a picture that failed is not tried again."""
 
 Readings = Callable[[], Mapping[int, Reading]]
 """Gives the latest reading of each sensor, by the uid of its node."""

@@ -17,7 +17,7 @@ FIXED, REVOLUTE, PRISMATIC, FLOATING, PLANAR = 0, 1, 2, 3, 4
 """Codes of joint types (int8); a continuous joint is REVOLUTE without limits."""
 
 ROOT, UNUSED = -1, -2
-"""What `parent` says of a row that has no parent, and of a row that is not in use."""
+"""Values of `parent` for a row that has no parent, and for a row that is not in use."""
 
 Integers = np.ndarray[Any, np.dtype[np.int32]]
 Codes = np.ndarray[Any, np.dtype[np.int8]]

@@ -11,7 +11,7 @@ from virtualrobot_sdk.compiled.cache import array_of, compiled, inlined, output_
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 
 LEVELS = 40
-"""How often directions are halved at most: by then they differ by rounding."""
+"""Largest number of halvings of directions: by then they differ by rounding."""
 
 ALONG = 1e-14
 """Unit vectors that are less than this across an axis count as along it: of a circle the middle is as far."""

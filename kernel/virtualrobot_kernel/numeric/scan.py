@@ -18,7 +18,7 @@ Booleans = np.ndarray[Any, np.dtype[np.bool_]]
 Rows = np.ndarray[Any, np.dtype[np.int64]]
 
 SLACK = 1e-6
-"""How far the length of a normal may be from 1."""
+"""Largest difference of a normal's length from 1."""
 
 
 @compiled(array_of(float64, 3), array_of(int64, 1), array_of(float64, 3), output_of(float64, 3))

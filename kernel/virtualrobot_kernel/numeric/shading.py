@@ -18,8 +18,8 @@ from virtualrobot_kernel.numeric.illumination import SKY, arriving
 AMBIENT = 0.15
 """The part of white that a white surface shows without any light on it."""
 HEAD_LIGHT = 0.65
-"""What the camera's own light, where a scene has none, adds to a white surface that faces it; the rest of white comes
-from everywhere then, since a light beside the eye leaves all that is seen at a slant dark."""
+"""Part of white that the camera's own light, where a scene has none, adds to a white surface that faces it; the rest
+comes from everywhere then, since a light beside the eye leaves all that is seen at a slant dark."""
 STEPS = 16384
 """Of linear light, in the table of what screens show."""
 

@@ -16,7 +16,7 @@ from virtualrobot_sdk.compiled.cache import array_of, compiled, inlined, output_
 Array = np.ndarray[Any, np.dtype[Any]]
 
 BIAS = 0.003
-"""What is no farther than this behind a surface, in parts of the depth, is seen: so is what lies on surfaces."""
+"""Distance behind a surface, in parts of the depth, up to which strokes are seen: so are those that lie on it."""
 
 
 @inlined

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import replace
 
-from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_of
+from virtualrobot_kernel.planning.robots import Arm, SolverOf, arm_of, locked_arm
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import LinkData, Node
@@ -39,6 +39,9 @@ def solver_in(snapshot: Snapshot, solver_of: SolverOf) -> SolverOf:
     """Return the lookup that gives the arms of a relaxed world the components that they have in `snapshot`."""
 
     def solver(_: Snapshot, arm: Arm):  # noqa: ANN202 as `solver_of`
-        return solver_of(snapshot, arm_of(snapshot, snapshot.structure.nodes[arm.robot.uid], arm.group))
+        whole = arm_of(snapshot, snapshot.structure.nodes[arm.robot.uid], arm.group)
+        names = zip(whole.q_index.tolist(), whole.joint_names, strict=True)
+        locked = {name: arm.locked[place] for place, name in names if place in arm.locked}
+        return solver_of(snapshot, locked_arm(whole, locked))
 
     return solver

@@ -20,7 +20,7 @@ from virtualrobot_kernel.world.figures import Geometry, Mesh
 log = logging.getLogger(__name__)
 
 GREY = (0.72, 0.74, 0.77, 1.0)
-"""What has no colour of its own, as in the viewer."""
+"""Colour of figures that have none of their own, as in the viewer."""
 WHITE = (1.0, 1.0, 1.0, 1.0)
 
 

@@ -23,7 +23,7 @@ MOST_BYTES = 240_000_000
 """The most bytes of one reading's pictures: clients take messages of up to 256 MiB."""
 BYTES_PER_PIXEL = {ImageKind.COLOR: 3, ImageKind.DEPTH: 4, ImageKind.SEGMENTATION: 4, ImageKind.NORMALS: 12}
 DEADLINE_SECONDS = 60.0
-"""What a picture may take: the first one of large meshes makes their smooth normals and decodes their textures."""
+"""Longest time of a picture: the first one of large meshes makes their smooth normals and decodes their textures."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -21,7 +21,7 @@ from virtualrobot_kernel.sensing.readers import SensingRoom
 from virtualrobot_kernel.world.state import Snapshot
 
 RAYS_AT_ONCE = 10_000
-"""How many rays a component is given in one call: its deadline is meant for so many, and a cancelled cast ends soon."""
+"""Number of rays in one call of a component: its deadline is meant for so many, and a cancelled cast ends soon."""
 
 Floats = NDArray[np.float64]
 GoOn = Callable[[int], bool]

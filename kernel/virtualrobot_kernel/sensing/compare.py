@@ -17,7 +17,7 @@ from virtualrobot_kernel.sensing.casting import cast_rays
 EQUAL_METERS = 1e-3
 """Distances that differ by less are the same."""
 AIMED = 2.0 / 3.0
-"""Which part of the rays goes towards points of elements; the others go anywhere."""
+"""Part of the rays that goes towards points of elements; the others go anywhere."""
 ROOM = 0.2
 """By which part of the scene's size, and at least by so many meters, rays may begin beside it."""
 

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from virtualrobot_kernel.background import spare_cores
 
 PATIENCE_SECONDS = 1.0
-"""How long to wait for a turn: whoever hangs holds up nobody for longer."""
+"""Longest time (s) to wait for a turn: whoever hangs holds up nobody for longer."""
 
 
 class CpuSlots:

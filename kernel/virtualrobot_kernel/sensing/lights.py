@@ -35,7 +35,7 @@ class Lights:
 
 
 NONE = Lights(np.zeros((0, LIGHT_FIELDS), np.float32), np.zeros(0, np.bool_))
-"""Where a scene has no light, each camera has one of its own."""
+"""Light of each camera where a scene has none."""
 
 
 def lights_of(snapshot: Snapshot) -> Lights:

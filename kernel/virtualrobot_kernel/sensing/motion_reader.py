@@ -22,7 +22,7 @@ LONGEST_PERIOD_SECONDS = 1.0
 """The past is kept no longer."""
 
 TICKS_BACK = 2.5
-"""How many ticks of the past are kept: two, and half a one for rounding."""
+"""Number of ticks of the past that are kept: two, and half a one for rounding."""
 
 
 class Meter(Protocol):

@@ -15,10 +15,10 @@ from virtualrobot_kernel.world.sensing import NoiseModel
 Floats = NDArray[np.float64]
 
 BLOCK = 256
-"""How many ticks of a walk are drawn at once."""
+"""Number of ticks of a walk that are drawn at once."""
 
 BIAS, WALK = 1, 2
-"""What is drawn, as a part of the key of its random numbers."""
+"""Kind of what is drawn, as a part of the key of its random numbers."""
 
 
 class Noise:

@@ -25,10 +25,10 @@ MOST_POINTS = 30_000
 MOST_RAYS = 2_000
 """Likewise of rays."""
 MISS_LENGTH = 0.3
-"""How much is shown of a ray without an echo, in meters."""
+"""Length (m) that is shown of a ray without an echo."""
 MISS_COLOR = (150, 155, 160)
 FRUSTUM_DEPTH = 0.3
-"""How far from the eye the base of a camera's pyramid is shown, in meters."""
+"""Distance (m) from the eye at which the base of a camera's pyramid is shown."""
 
 _TURBO = np.array(
     [

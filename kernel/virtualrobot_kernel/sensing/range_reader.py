@@ -33,7 +33,7 @@ from virtualrobot_kernel.world.structure import Node, Structure
 MOST_RAYS = 8_000_000
 """The most rays of one reading, those of all beams together."""
 OWN_SECONDS = 5.0
-"""What a reading may take beside its components' own deadlines."""
+"""Longest time (s) of a reading beside its components' own deadlines."""
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int32]

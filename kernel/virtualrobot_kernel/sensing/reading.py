@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from virtualrobot_kernel.world.state import Snapshot
 
 Content = Any
-"""What a sensor of some kind said: a frozen value that its reader makes; `api/convert/readings.py` tells it."""
+"""Content of a reading: a frozen value that the sensor's reader makes; `api/convert/readings.py` tells it."""
 
 
 class SensorState(Enum):

@@ -22,7 +22,7 @@ from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Node
 
 MAKE_SECONDS = 60.0
-"""How long a sensor may take until it is ready: two components may have to be started in processes of their own."""
+"""Longest time (s) until a sensor is ready: two components may have to be started in processes of their own."""
 
 log = logging.getLogger(__name__)
 

@@ -26,10 +26,10 @@ from virtualrobot_kernel.world.store import World
 from virtualrobot_kernel.world.structure import Kind, Node, Structure
 
 LONGEST_HISTORY_SECONDS = 1.0
-"""How much of the past is kept while it is not known yet how much a sensor that starts needs."""
+"""Past (s) that is kept while it is not known yet how much a sensor that starts needs."""
 
 MOST_RUNNING = 200
-"""How many sensors may run at once: each has a thread."""
+"""Largest number of sensors that run at once: each has a thread."""
 
 MOST_IDLE = 50
 """So many sensors that do not run stay ready for the next single reading, with their threads and processes."""
@@ -39,7 +39,7 @@ MOST_SHORT = 2
 all wanted it left the world 19 ticks a second instead of 250."""
 
 UNUSED_SHAPES = 100
-"""How many shapes of figures that are gone are kept, besides as many as there are."""
+"""Number of shapes of figures that are gone which are kept, besides as many as there are."""
 
 Listener = Callable[[Reading | None], None]
 

@@ -93,8 +93,8 @@ def braking(structure: Structure, state: State, tick_seconds: float, forward: Fo
         reached = {id: places for id, places in ends if places is not None}
         return Way(state.tick, positions, tuple(tools), count <= LONGEST_BRAKE_TICKS, reached)
     robots = tuple({uid for motion in state.motions for uid in motion.robots})
-    halt = commands.StopRobots(robots, Cancellation(EndCause.COLLISION, ""))
-    now = apply(structure, state, [halt], forward).state
+    stop = commands.StopRobots(robots, Cancellation(EndCause.COLLISION, ""))
+    now = apply(structure, state, [stop], forward).state
     rows, tools = [now.q], [(0, now.tool_states)]
     while now.motions and len(rows) <= LONGEST_BRAKE_TICKS:
         now = advance(structure, now, tick_seconds, forward)

@@ -203,7 +203,10 @@ class World:
             wait = self._pacer.wait_seconds(time.monotonic())
             if wait == 0.0:
                 self._pacer.ticked(time.monotonic())
-                self._tick()
+                try:
+                    self._tick()
+                except Exception:  # without this thread nobody would be told anything ever again
+                    log.exception("a tick failed inside the kernel; the world is as it was before")
                 wait = 0.0
             try:
                 item = self._queue.get(timeout=wait) if wait is None or wait > 0.0 else self._queue.get_nowait()

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import virtualrobot
-from virtualrobot.v1 import sensing_pb2
+from virtualrobot.sensors.cameras import CameraSettings
 
 from tests.api.client.conftest import IIWA, Run
 
@@ -108,9 +108,9 @@ def test_cameras_and_lights_are_saved_and_loaded(scene: virtualrobot.Client, tmp
     before = read(scene, "depth", name="wide")
     scene.scene.save(tmp_path / "scene.yaml")
     scene.scene.load_scene(tmp_path / "scene.yaml")
-    nodes = {node.name: node for node in scene.scene.read()[0]}
-    assert nodes["wide"].camera_sensor == settings
-    assert nodes["lamp"].light == light
+    nodes = {node.name: node for node in scene.scene._read()[0]}
+    assert nodes["wide"].camera_sensor == settings._message
+    assert nodes["lamp"].light == light._message
     np.testing.assert_array_equal(before.depth, read(scene, "depth", name="wide").depth)
 
 
@@ -169,7 +169,7 @@ def test_lights_that_cannot_be_are_refused(scene: virtualrobot.Client) -> None:
     ids=lambda value: value[:20] if isinstance(value, str) else "",
 )
 def test_settings_that_cannot_be_are_refused_by_name(
-    scene: virtualrobot.Client, settings: sensing_pb2.CameraSensor, message: str
+    scene: virtualrobot.Client, settings: CameraSettings, message: str
 ) -> None:
     with pytest.raises((virtualrobot.InvalidArgumentError, virtualrobot.LimitError), match=message):
         scene.scene.add_camera("bad", settings)

@@ -57,7 +57,7 @@ def test_a_model_is_loaded_touches_nothing_and_its_arm_is_solved(
 def test_an_arm_of_our_own_has_postures_and_where_its_wrist_allows_a_closed_form(client: Client, name: str) -> None:
     robot = client.load_robot(f"model://{name}")
     assert set(robot.postures) == {"zero", "home"}
-    numeric = {"crx10ia", "gen3", "xarm7", "cobra600"}
+    numeric = {"crx10ia", "gen3", "xarm7", "cobra600", "panda_arm"}
     assert (robot.kinematics in SOLVED_IN_CLOSED_FORM) == (name not in numeric)
     assert all(limits.lower is not None and limits.upper is not None for limits in robot.limits.values())
     if robot.kinematics == "closed_form":
@@ -70,7 +70,7 @@ def test_an_arm_of_our_own_has_postures_and_where_its_wrist_allows_a_closed_form
     ("ours", "theirs"),
     [
         *(("ur3e", "ur3e_meshes"), ("ur5e", "ur5e_meshes"), ("ur5", "ur5_meshes"), ("ur10e", "ur10e_meshes")),
-        *(("irb120", "irb120_meshes"), ("irb4600_40_255", "irb4600_meshes")),
+        *(("irb120", "irb120_meshes"), ("irb4600_40_255", "irb4600_meshes"), ("panda_arm", "panda")),
     ],
 )
 def test_an_arm_of_our_own_moves_as_the_model_of_a_package_does(
@@ -80,15 +80,17 @@ def test_an_arm_of_our_own_moves_as_the_model_of_a_package_does(
     if not MODELS[theirs].installed:
         pytest.skip(MODELS[theirs].how_to_install)
     own, other = client.load_robot(f"model://{ours}"), client.load_robot(f"model://{theirs}")
-    for q in rng.uniform(-1.0, 1.0, (10, 6)):
+    base, tool = ("panda_link0", "panda_link8") if theirs == "panda" else ("base", "tool0")
+    for _ in range(10):
+        q = np.clip(list(reachable(own, rng).values()), -3.0, 3.0)
         links = other.solve_forward(dict(zip(other.chain_joint_names, q, strict=True))).world_t_link
-        expected = np.linalg.inv(links[f"{theirs}.base"]) @ links[f"{theirs}.tool0"]
+        expected = np.linalg.inv(links[f"{theirs}.{base}"]) @ links[f"{theirs}.{tool}"]
         found = own.solve_forward(dict(zip(own.chain_joint_names, q, strict=True))).world_t_tcp
         np.testing.assert_allclose(found, expected, atol=5e-5)
     if ours == "irb4600_40_255":
         return  # The data sheet has 175 degrees/s where the file of the package has 150.
-    for mine, joint in zip(own.limits.values(), other.limits.values(), strict=True):
-        assert mine.velocity == pytest.approx(joint.velocity, abs=2e-3)
+    for mine, name in zip(own.limits.values(), other.chain_joint_names, strict=True):
+        assert mine.velocity == pytest.approx(other.limits[name].velocity, abs=2e-3)
 
 
 @pytest.mark.parametrize("name", ["robotiq_2f_85", "robotiq_2f_140", "wsg50_110", "franka_hand"])

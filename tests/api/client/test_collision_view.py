@@ -96,7 +96,7 @@ def test_a_film_shows_it_in_the_tick_in_which_it_begins(cell: Client) -> None:
     arm.move_joints({"lbr_iiwa_joint_2": 1.6}, wait=False)
     watch = cell.collisions.watch()
     next(watch)
-    rate = 1.0 / cell.clock.read().tick_seconds
+    rate = 1.0 / cell.clock.read().tick_length
     with cell.view.record(CAMERA, size=(160, 120), format="raw", rate=rate) as recording:
         frames = iter(recording)
         next(frames)

@@ -31,7 +31,7 @@ def cell(client: Client, iiwa: Robot) -> Client:
 def test_a_check_is_true_where_something_touches(cell: Client) -> None:
     assert not cell.collisions.check()
     found = cell.collisions.check(LEANING, detail="contacts", robots=["iiwa"])
-    assert found and found.seconds > 0.0 and found.stamp.structure_revision > 0
+    assert found and found.check_time > 0.0 and found.stamp.structure_revision > 0
     (pair,) = found.pairs
     assert (pair.first, pair.second) == ("iiwa.lbr_iiwa_link_6", "box")
     assert pair.depth is not None and 0.0 < pair.depth < 0.2 and pair.depth_approximate
@@ -46,7 +46,7 @@ def test_distances_have_points(cell: Client) -> None:
     nearest = cell.collisions.distance("iiwa")
     assert nearest.second == "box"
     assert np.linalg.norm(nearest.points[1] - nearest.points[0]) == pytest.approx(nearest.distance, abs=1e-9)
-    every = cell.collisions.distances("iiwa", to=["box"], range_meters=5.0)
+    every = cell.collisions.distances("iiwa", to=["box"], max_distance=5.0)
     assert len(every) == 8 and every[0].distance == nearest.distance
     assert cell.collisions.distance("iiwa", configurations=LEANING).distance == 0.0
 
@@ -100,7 +100,7 @@ def test_a_watch_tells_what_touches_stops_and_ends(cell: Client, iiwa: Robot, ru
     assert stopped.reason == f"'{begun.nodes[0]}' touches 'box'"
     assert str(stopped) == f"{stopped.simulation_time:.3f} s  iiwa stopped: {stopped.reason}"
     assert re.match(rf"\d+\.\d{{3}} s  {begun.nodes[0]} and box touch at [-\d., ]+, about [\d.]+ mm deep$", str(begun))
-    assert report.checks > 1 and report.check_seconds > 0.0 and report.stamp.tick >= stopped.tick
+    assert report.checks > 1 and report.check_time > 0.0 and report.stamp.tick >= stopped.tick
     assert re.match(
         r"(iiwa\.\w+ touches box at [-\d., ]+, about [\d.]+ mm deep\n)+$", run("collision", "watch", "--count", "0")
     )
@@ -146,7 +146,7 @@ def test_nonsense_is_refused_before_or_by_the_kernel(cell: Client) -> None:
     with pytest.raises(virtualrobot.InvalidArgumentError, match="one of first, pairs, contacts, not 'all'"):
         cell.collisions.check(detail="all")
     with pytest.raises(virtualrobot.InvalidArgumentError, match="above 0"):
-        cell.collisions.distances("iiwa", range_meters=0.0)
+        cell.collisions.distances("iiwa", max_distance=0.0)
     with pytest.raises(virtualrobot.InvalidArgumentError, match="keep a distance"):
         cell.collisions.distance("box", to=["box"])
     with pytest.raises(virtualrobot.UnknownNameError, match="did you mean 'iiwa'"):

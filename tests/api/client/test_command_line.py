@@ -35,7 +35,7 @@ def test_models_are_loaded_where_they_belong(run: Run, client: Client) -> None:
     np.testing.assert_allclose(client.scene.pose("duck"), virtualrobot.pose(1, 0, 0.5, roll=np.pi / 2), atol=1e-12)
     assert client.scene.node("duck").kind == "part"
     run("load", duck, "--name", "still", "--scale", "0.5,0.5,-1", "--at", "-1,-1,0")
-    scale = client.scene.node("still").message.figures[0].mesh.scale
+    scale = client.scene.node("still")._message.figures[0].mesh.scale
     assert (client.scene.node("still").kind, scale.x, scale.z) == ("object", 0.5, -1)
 
 

@@ -109,7 +109,7 @@ def test_something_else_listens() -> None:
         thread.start()
         try:
             with pytest.raises(virtualrobot.VirtualRobotError):
-                virtualrobot.connect(f"127.0.0.1:{server.getsockname()[1]}", "token", timeout_seconds=5)
+                virtualrobot.connect(f"127.0.0.1:{server.getsockname()[1]}", "token", timeout=5)
         finally:
             stop.set()
             server.shutdown(socket.SHUT_RDWR)

@@ -34,14 +34,14 @@ def test_gravity_torques_with_a_held_part(client: Client, iiwa: Robot) -> None:
     weight = virtualrobot.inertial(2.0, (0.3, 0.0, 0.0))
     client.scene.add_part("part", virtualrobot.box(0.1, 0.1, 0.1), parent=iiwa.flange, inertial=weight)
     found = iiwa.solve_inverse_dynamics()
-    assert (found.payload_kilograms, found.warnings) == (2.0, ())
+    assert (found.payload, found.warnings) == (2.0, ())
     after = iiwa.gravity_torques()
     assert abs(after[SECOND] - before[SECOND]) == pytest.approx(2.0 * 9.81 * 0.3, rel=1e-9)
     assert iiwa.gravity_torques({SECOND: 0.5})[SECOND] != pytest.approx(after[SECOND], abs=1.0)
     # The arm's own mass and the part's stand on the base.
     assert found.base_wrenches[0, 2] > 2.0 * 9.81
     client.scene.add_tool("tool", iiwa.flange, inertial=virtualrobot.inertial(0.5))
-    assert iiwa.solve_inverse_dynamics().payload_kilograms == 2.5
+    assert iiwa.solve_inverse_dynamics().payload == 2.5
 
 
 def test_values_that_fit_nothing_are_refused(iiwa: Robot) -> None:

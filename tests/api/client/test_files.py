@@ -33,7 +33,7 @@ def test_a_kernel_that_cannot_see_the_files_loads_them(client: Client, tmp_path:
     meshes = [
         figure.mesh
         for link in robot.links
-        for figure in client.scene.node(link).message.figures
+        for figure in client.scene.node(link)._message.figures
         if figure.WhichOneof("geometry") == "mesh"
     ]
     assert len(meshes) == (folder / "panda.urdf").read_text().count("<mesh ")
@@ -84,13 +84,13 @@ def test_a_missing_file_says_where_it_was_sought(client: Client, tmp_path: Path)
 def test_a_mesh_is_an_object_a_part_or_a_figure(client: Client) -> None:
     part = client.scene.load(MODELS / "duck.obj", name="duck", as_part=True, scale=0.1, pose=pose(x=1))
     assert part.kind == "part"
-    assert part.message.figures[0].mesh.scale.x == 0.1
+    assert part._message.figures[0].mesh.scale.x == 0.1
     figure = client.assets.mesh(MODELS / "duck.obj", scale=(1, -1, 1))
     # The duck names its material and this its texture.
-    assert {Path(file.uri).name for file in figure.mesh.files} == {"duck.mtl", "duckCM.png"}
+    assert {Path(file.uri).name for file in figure._message.mesh.files} == {"duck.mtl", "duckCM.png"}
     mirrored = client.scene.add_object("mirrored duck", figure)
-    assert mirrored.message.figures[0].mesh.scale.y == -1
-    assert mirrored.message.figures[0].mesh.sha256 == part.message.figures[0].mesh.sha256
+    assert mirrored._message.figures[0].mesh.scale.y == -1
+    assert mirrored._message.figures[0].mesh.sha256 == part._message.figures[0].mesh.sha256
 
 
 def test_bytes_come_back(client: Client, rng: np.random.Generator) -> None:
@@ -106,8 +106,8 @@ def test_bytes_come_back(client: Client, rng: np.random.Generator) -> None:
 @pytest.mark.parametrize("bundle", [False, True])
 def test_a_saved_scene_is_the_same_when_loaded(client: Client, tmp_path: Path, bundle: bool) -> None:
     robot = client.load_robot(PANDA, name="panda", pose=pose(0.1, 0.2, 0.3, 0.4, 0.5, 0.6))
-    client.scene.add_part("box", virtualrobot.box(0.1, 0.1, 0.1, color="red"), pose=pose(x=0.5), mass_kilograms=1.5)
-    client.signals.create("ready", True, "the cell is ready")
+    client.scene.add_part("box", virtualrobot.box(0.1, 0.1, 0.1, color="red"), pose=pose(x=0.5), mass=1.5)
+    client.signals.create("ready", True, description="the cell is ready")
     robot.set_positions({"panda_joint4": -1.5})
     written = client.scene.save(tmp_path / "cells" / "cell.yaml", bundle=bundle)
     assert written[-1] == tmp_path / "cells" / "cell.yaml"

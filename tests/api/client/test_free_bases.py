@@ -57,7 +57,7 @@ def test_a_plan_tells_the_columns_of_a_base(client: Client, craft: Robot) -> Non
 
 def test_a_program_drives_and_works(client: Client, agv: Robot) -> None:
     program = client.program().move(agv.ptp({"base": [0.2, 0.0, 0.0]})).move(agv.ptp({"lbr_iiwa_joint_1": 0.3}))
-    assert client.check(program).ok
+    assert program.check().ok
     program.start()
     np.testing.assert_array_equal(agv.positions[:4], [0.2, 0.0, 0.0, 0.3])
 

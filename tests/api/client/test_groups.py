@@ -87,7 +87,7 @@ def test_a_program_of_both_arms_rounds_the_corners_of_each(client: Client, panda
     program, before = client.program(), right.positions
     for place in (left.tcp @ pose(z=-0.1), left.tcp @ pose(y=0.1, z=-0.1), left.tcp @ pose(y=0.1)):
         program.move(left.linear(place, velocity=0.1), zone=0.02)
-    plan = client.plan(program)
+    plan = program.plan()
     told = plan.robots["pandas"].groups["left"]
     assert plan.notes == [] or all(note.step == 2 for note in plan.notes)
     # Line, corner, line: in the corners the tool centre point does not stop.
@@ -131,7 +131,7 @@ def test_the_tool_of_a_group_is_the_one_at_its_end(client: Client, pandas: Robot
 def test_each_group_has_its_component(client: Client, pandas: Robot) -> None:
     left = pandas.group("left")
     check = left.set_kinematics("chain")
-    assert check.inverse_position_error_meters < 1e-3
+    assert check.inverse_position_error < 1e-3
     assert {name: group.kinematics for name, group in pandas.groups.items()} == {
         "right": "",
         "left": "chain",

@@ -28,12 +28,12 @@ def test_a_spline_through_poses_in_frames_of_several_nodes(client: Client, bent:
     np.testing.assert_allclose(bent.tcp, poses[-1], atol=1e-8)
     back = [np.linalg.inv(pose(0.3, 0.2, 0.1, yaw=0.5)) @ poses[1], here]
     other = client.load_robot(IIWA, name="other", pose=pose(x=2))
-    curve = bent.spline(back, reference=["table", ""], velocity=0.5, lock=["lbr_iiwa_joint_3"])
+    curve = bent.spline(back, references=["table", "world"], velocity=0.5, lock=["lbr_iiwa_joint_3"])
     client.move_together([curve, other.ptp({"lbr_iiwa_joint_1": 0.1})])
     np.testing.assert_allclose(bent.tcp, here, atol=1e-8)
     np.testing.assert_allclose(other.positions[0], 0.1, atol=1e-9)
-    with pytest.raises(virtualrobot.InvalidArgumentError, match="2 poses need one reference, or as many, not 3"):
-        bent.spline(back, reference=["", "", "table"])
+    with pytest.raises(virtualrobot.InvalidArgumentError, match="2 poses need as many references, not 3"):
+        bent.spline(back, references=["world", "world", "table"])
 
 
 def test_jogs_return_at_once_and_stop_when_they_are_cancelled(bent: Robot) -> None:

@@ -84,7 +84,7 @@ def test_a_xacro_file_comes_with_all_that_it_names(client: Client, secret_arm: P
     assert (limits.lower, limits.upper) == (-1.5, 0.5)
     meshes = {}
     for link in robot.links:
-        for figure in client.scene.node(link).message.figures:
+        for figure in client.scene.node(link)._message.figures:
             meshes[link] = {Path(figure.mesh.uri).name, *(Path(file.uri).name for file in figure.mesh.files)}
     assert meshes == {"arm.base": {"base.obj", "base.mtl"}, "arm.tip": {"tip.obj", "tip.mtl"}}
     # Without the argument no tip is named, so none is sent.
@@ -141,7 +141,7 @@ def test_known_models_are_listed_and_loaded(client: Client) -> None:
     assert list(known) == sorted(known)
     assert known["iiwa"].installed
     assert known["iiwa"].package == "pybullet"
-    assert (known["ur5e"].maker, known["ur5e"].payload_kilograms, known["ur5e"].uri) == ("Universal Robots", 5.0, "")
+    assert (known["ur5e"].maker, known["ur5e"].payload, known["ur5e"].uri) == ("Universal Robots", 5.0, "")
     assert [one.name for one in client.models("arm UR10", maker="universal")] == ["ur10", "ur10e"]
     robot = client.load_robot("model://iiwa", name="arm")
     assert len(robot.chain_joint_names) == 7

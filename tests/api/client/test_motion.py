@@ -22,12 +22,12 @@ BENT = np.array([0.0, 0.5, 0.0, -1.2, 0.0, 0.8, 0.0])
 def slow(robot: Robot, seconds: float = 60.0) -> virtualrobot.Motion:
     """Start a motion of the first joint that takes so long."""
     goal = robot.positions
-    return robot.follow([0.0, seconds], [goal, goal + np.eye(7)[0]], wait=False)
+    return robot.move_trajectory([0.0, seconds], [goal, goal + np.eye(7)[0]], wait=False)
 
 
 def begun(motion: virtualrobot.Motion) -> virtualrobot.Motion:
     """Watch a motion until it moves."""
-    for message in motion.watch(max_rate_hertz=100):
+    for message in motion.watch(max_rate=100):
         if message.progress > 0:
             break
     return motion
@@ -54,7 +54,7 @@ def test_all_ways_to_move(iiwa: Robot) -> None:
     turned = here @ pose(y=0.05) @ pose(roll=0.5) @ pose(y=-0.05)
     np.testing.assert_allclose(iiwa.tcp, turned, atol=1e-8)
     now = iiwa.positions
-    iiwa.follow([0, 0.2, 0.5], [now, now + 0.02, now + 0.05])
+    iiwa.move_trajectory([0, 0.2, 0.5], [now, now + 0.02, now + 0.05])
     np.testing.assert_allclose(iiwa.positions, now + 0.05, atol=1e-9)
     with pytest.raises(virtualrobot.UnknownNameError):
         iiwa.move_to("home")
@@ -91,13 +91,13 @@ def test_a_motion_is_paused_resumed_and_cancelled(client: Client, iiwa: Robot) -
     assert [running.id for running in client.motions()] == [motion.id]
     motion.pause()
     for message in motion.watch():
-        if message.phase == Phase.PAUSED.value:
+        if message.phase is Phase.PAUSED:
             break
     standing = iiwa.positions
     np.testing.assert_array_equal(iiwa.state.velocities, np.zeros(7))
     motion.resume()
     for message in motion.watch():
-        if message.phase == Phase.RUNNING.value and message.progress > motion.progress:
+        if message.phase is Phase.RUNNING and message.progress > motion.progress:
             break
     motion.cancel("enough")
     with pytest.raises(virtualrobot.MotionCancelledError, match="enough") as cancelled:
@@ -179,7 +179,7 @@ def test_a_motion_nobody_waits_for_goes_on_while_its_client_lives(iiwa: Robot) -
 
 
 def test_the_state_is_watched(iiwa: Robot) -> None:
-    watch = iiwa.watch(max_rate_hertz=50)
+    watch = iiwa.watch(max_rate=50)
     first = next(watch)
     np.testing.assert_array_equal(first.positions, np.zeros(7))
     motion = iiwa.move_joints(BENT, speed_factor=0.1, wait=False)

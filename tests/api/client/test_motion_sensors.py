@@ -46,9 +46,7 @@ def test_an_arm_that_holds_2_kg_feels_their_weight(stepped: Client, rng: np.rand
     sensor_pose = virtualrobot.pose(0.01, 0.02, 0.03, *rng.uniform(-1, 1, 3))
     stepped.scene.add_motion_sensor("wrist", virtualrobot.force_torque_sensor(), parent=robot.flange, pose=sensor_pose)
     part_pose = virtualrobot.pose(0.05, -0.1, 0.2)
-    stepped.scene.add_part(
-        "part", virtualrobot.box(0.1, 0.1, 0.1), parent="gripper", pose=part_pose, mass_kilograms=2.0
-    )
+    stepped.scene.add_part("part", virtualrobot.box(0.1, 0.1, 0.1), parent="gripper", pose=part_pose, mass=2.0)
     told = stepped.sensors["wrist"].read().value
     assert isinstance(told, virtualrobot.WrenchReading)
     sensor, part, gripper = (stepped.scene.pose(name) for name in ("wrist", "part", "gripper"))
@@ -143,7 +141,7 @@ def test_a_finger_touches_a_part(stepped: Client) -> None:
     scene.set_joint_positions("panda", {"panda_joint4": -1.5, "panda_finger_joint1": 0.04})
     hand = scene.pose("panda.panda_hand")
     scene.add_part("bar", virtualrobot.box(0.05, 0.02, 0.02), pose=hand @ virtualrobot.pose(0, 0, 0.1))
-    skin = virtualrobot.contact_sensor(range_meters=0.02)
+    skin = virtualrobot.contact_sensor(max_range=0.02)
     scene.add_contact_sensor("left", skin, parent="panda.panda_leftfinger")
     sensor = stepped.sensors["left"]
     assert sensor.read().value == ()
@@ -194,7 +192,7 @@ def test_the_command_line_tells_what_they_say(stepped: Client, run: Run) -> None
     scene.add_motion_sensor("imu", virtualrobot.imu(), parent="ball")
     scene.add_motion_sensor("gps", virtualrobot.pose_sensor(), parent="ball")
     scene.add_motion_sensor("encoders", virtualrobot.encoders(["lbr_iiwa_joint_1"]), parent="iiwa")
-    scene.add_contact_sensor("skin", virtualrobot.contact_sensor("ball", range_meters=0.4))
+    scene.add_contact_sensor("skin", virtualrobot.contact_sensor("ball", max_range=0.4))
     assert "(0, 0, -4.905) N" in run("sensor", "read", "wrist")
     assert "(0, 0, 0) rad/s, (0, 0, 9.81) m/s^2, (0, 2e-05, -4.4e-05) T" in run("sensor", "read", "imu")
     assert "(1, 0, 0) m, (0, 0, 0) m/s" in run("sensor", "read", "gps")

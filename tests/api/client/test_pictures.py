@@ -70,7 +70,7 @@ def test_what_is_no_picture_is_refused_before_it_is_asked_for(client: Client, ba
 
 def test_a_recording_has_each_picture_and_can_be_left(client: Client, ball: str) -> None:
     client.clock.set_stepped()
-    with client.view.record(EYE, size=SIZE, rate=50.0, seconds=0.1) as recording:
+    with client.view.record(EYE, size=SIZE, rate=50.0, duration=0.1) as recording:
         first = next(recording)
         client.clock.step(30)
         pictures = [first, *recording]
@@ -89,7 +89,7 @@ def test_a_film_has_all_its_pictures(client: Client, ball: str, tmp_path: Path, 
     path = tmp_path / f"film{ending}"
     told: list[int] = []
     count = client.view.film(
-        path, EYE, seconds=0.4, size=SIZE, rate=25.0, told=lambda picture: told.append(picture.number)
+        path, EYE, duration=0.4, size=SIZE, rate=25.0, told=lambda picture: told.append(picture.number)
     )
     frames = frames_of(path)
     assert (count, len(frames), told) == (10, 10, list(range(10)))
@@ -102,9 +102,9 @@ def test_a_film_is_made_while_the_program_goes_on(client: Client, iiwa: Robot, t
     """It has a picture for each step of time from its start to its end, though drawing takes longer."""
     path = tmp_path / "move.mp4"
     film = client.view.start_film(path, size=(640, 480), rate=50.0)
-    begin = client.clock.read().stamp.simulation_time_seconds
+    begin = client.clock.read().stamp.simulation_time
     iiwa.move_joints([0.3, 0.2, 0, -0.3, 0, 0.2, 0])
-    end = client.clock.read().stamp.simulation_time_seconds
+    end = client.clock.read().stamp.simulation_time
     count = film.finish()
     assert (end - begin) * 50.0 - 1 <= count == len(frames_of(path))
 

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import virtualrobot
 from virtualrobot import Client, Robot, ViolationKind, cli
-from virtualrobot.v1 import motion_pb2
 
 from tests.api.client.conftest import PANDA, Run
 
@@ -32,32 +31,29 @@ def test_a_plan_is_what_the_motion_does(client: Client, bent: Robot) -> None:
     assert told.positions.shape == told.velocities.shape == told.accelerations.shape == told.efforts.shape == (count, 7)
     assert told.world_t_tcp.shape == (count, 4, 4)
     assert plan.steps.tolist() == [0] * count
-    assert (plan.times[-1], plan.notes) == (plan.duration_seconds, ())
+    assert (plan.times[-1], plan.notes) == (plan.duration, ())
     np.testing.assert_allclose(told.world_t_tcp[-1], goal, atol=1e-6)
     assert told.tcp_speeds.max() == pytest.approx(0.25, rel=1e-3)
     np.testing.assert_allclose(told.efforts[0], list(bent.gravity_torques().values()), atol=1e-9)
     motion = bent.move_linear(goal)
-    assert motion.planned_duration_seconds == plan.duration_seconds
+    assert motion.planned_duration == plan.duration
     np.testing.assert_allclose(bent.positions, told.positions[-1], atol=1e-12)
 
 
 def test_robots_and_steps_are_planned_together(client: Client, bent: Robot) -> None:
     other = client.load_robot(PANDA, name="other", pose=virtualrobot.pose(y=1.0))
     moves = [bent.ptp({"lbr_iiwa_joint_1": 1.0}), other.ptp({"panda_joint1": 0.2})]
-    plan = client.plan(moves, sample_seconds=0.05)
+    plan = client.plan(moves, sample_time=0.05)
     assert set(plan.robots) == {"iiwa", "other"}
     assert plan.times[1] == pytest.approx(0.05)
-    steps = [motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=[move])) for move in moves]
-    program = client.plan(steps)
+    program = client.program().move(moves[0]).move(moves[1]).plan()
     assert set(program.steps.tolist()) == {0, 1}
-    assert program.duration_seconds > plan.duration_seconds
-    with pytest.raises(virtualrobot.InvalidArgumentError, match="moves that go together, or the steps"):
-        client.plan([*moves, *steps])
+    assert program.duration > plan.duration
 
 
 def test_a_check_tells_the_first_violation(client: Client, bent: Robot) -> None:
     good = bent.check(bent.ptp({"lbr_iiwa_joint_4": 1.2}))
-    assert good.ok and good.first_violation is None and good.duration_seconds > 0.0
+    assert good.ok and good.first_violation is None and good.duration > 0.0
     assert good.min_singular_value is not None and good.min_singular_value < 0.05, "it passes the stretched arm"
     near = client.check([bent.ptp({"lbr_iiwa_joint_4": 1.2})], min_singular_value=0.1)
     assert not near.ok and near.first_violation is not None
@@ -68,11 +64,11 @@ def test_a_check_tells_the_first_violation(client: Client, bent: Robot) -> None:
     assert (far.kind, far.joint, far.robot, far.step) == (ViolationKind.JOINT_POSITION, "lbr_iiwa_joint_4", "iiwa", 0)
     assert far.limit == bent.limits["lbr_iiwa_joint_4"].lower
     assert far.path_fraction == pytest.approx((far.limit + 1.2) / (-4.0 + 1.2), abs=1e-5)
-    assert far.time_seconds is not None and far.world_t_tcp is not None and far.world_t_tcp.shape == (4, 4)
+    assert far.time is not None and far.world_t_tcp is not None and far.world_t_tcp.shape == (4, 4)
     assert str(far) == far.message
     reach = bent.check(bent.ptp(virtualrobot.pose(5.0, 0.0, 0.5))).first_violation
     assert reach is not None
-    assert (reach.kind, reach.time_seconds, reach.path_fraction, reach.world_t_tcp) == (
+    assert (reach.kind, reach.time, reach.path_fraction, reach.world_t_tcp) == (
         ViolationKind.REACH, None, None, None
     )  # fmt: skip
     with pytest.raises(virtualrobot.UnknownNameError):
@@ -81,14 +77,14 @@ def test_a_check_tells_the_first_violation(client: Client, bent: Robot) -> None:
 
 def test_a_program_is_planned_and_checked(client: Client, bent: Robot) -> None:
     program = client.program().move(bent.ptp({"lbr_iiwa_joint_1": 0.4})).dwell(0.5)
-    plan = program.plan(sample_seconds=0.02)
+    plan = program.plan(sample_time=0.02)
     assert set(plan.steps.tolist()) == {0, 1}
     found = program.check()
-    assert found.ok and found.duration_seconds == plan.duration_seconds
+    assert found.ok and found.duration == plan.duration
     far = program.move(bent.ptp({"lbr_iiwa_joint_1": 4.0})).check().first_violation
-    assert far is not None and far.time_seconds is not None
+    assert far is not None and far.time is not None
     assert (far.kind, far.step) == (ViolationKind.JOINT_POSITION, 2)
-    assert far.time_seconds > plan.duration_seconds
+    assert far.time > plan.duration
 
 
 PROGRAM = """
@@ -113,8 +109,8 @@ def test_a_start_for_another_revision_is_refused(client: Client, bent: Robot) ->
     revision = bent.state.stamp.structure_revision
     client.scene.add_object("table")
     with pytest.raises(virtualrobot.StaleRevisionError):
-        bent.move_joints(BENT, expected_revision=revision)
-    bent.move_joints(BENT, expected_revision=revision + 1)
+        bent.move_joints(BENT, expected_structure_revision=revision)
+    bent.move_joints(BENT, expected_structure_revision=revision + 1)
 
 
 def code_of(*arguments: str) -> object:
@@ -146,7 +142,7 @@ def test_plan_shows_peaks_or_samples(run: Run, bent: Robot, tmp_path: Path) -> N
     peak = np.abs(robot.velocities[:, 0]).max()
     assert float(velocity) == pytest.approx(peak, abs=6e-4)
     assert share == f"({100.0 * peak / bent.limits[name].velocity:.0f}%)"
-    assert told[-1].startswith(f"{plan.duration_seconds:.3f} s; the tool centre point moves at up to ")
+    assert told[-1].startswith(f"{plan.duration:.3f} s; the tool centre point moves at up to ")
 
     table = run("plan", "iiwa", "lbr_iiwa_joint_1=0.5", "--table", "--every", "0.1").splitlines()
     assert table[0].split() == ["time", "lbr_iiwa_joint_1", "x", "y", "z", "tcp_speed"]

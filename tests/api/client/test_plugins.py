@@ -111,17 +111,17 @@ def test_kinematics_are_swapped(client: Client) -> None:
     check = iiwa.set_kinematics("shifted", {"offset_meters": 0.0})
     assert check.postures > 0
     # The tolerances of the self-check, and the order of central differences with steps of 1e-6.
-    assert max(check.forward_position_error_meters, check.inverse_position_error_meters) < 1e-6
-    assert max(check.forward_rotation_error_radians, check.inverse_rotation_error_radians) < 1e-6
+    assert max(check.forward_position_error, check.inverse_position_error) < 1e-6
+    assert max(check.forward_rotation_error, check.inverse_rotation_error) < 1e-6
     assert 0 < check.jacobian_error < 1e-5
-    assert min(check.forward_seconds, check.inverse_seconds, check.jacobian_seconds) > 0
+    assert min(check.forward_time, check.inverse_time, check.jacobian_time) > 0
     assert (iiwa.kinematics, iiwa.kinematics_settings, iiwa.kinematics_fault) == ("shifted", {"offset_meters": 0}, "")
     np.testing.assert_allclose(iiwa.solve_forward(iiwa.solve_inverse(goal).best).world_t_tcp, goal, atol=1e-5)
     (use,) = next(one for one in client.plugins.components("kinematics") if one.name == "shifted").uses
     assert (use.robot, use.fault) == ("iiwa", "")
     assert use.calls > 3 * check.postures
     assert use.process_id not in (0, client.info.process_id)
-    assert use.mean_call_seconds > 0
+    assert use.mean_call_time > 0
 
     iiwa.set_kinematics("chain")
     assert (iiwa.kinematics, iiwa.kinematics_settings) == ("chain", {})

@@ -27,7 +27,7 @@ def test_rays_are_arrays_with_the_names_of_what_they_hit(cell: Client) -> None:
     assert hits.nodes == ["table", "ball", ""]
     assert sorted(hits.element_names) == ["ball", "table"]
     np.testing.assert_allclose(hits.normals[[0, 2]], [[0, 0, 1], [0, 0, 0]], atol=1e-6)
-    assert hits.cast_seconds > 0.0
+    assert hits.cast_time > 0.0
     assert hits.stamp.structure_revision > 0
     exact = cell.rays.cast([[0.0, 0.0, 1.0], [2.0, 0.0, 0.0]], [[1, 0, 0], [0, 0, 1]])
     np.testing.assert_allclose(exact.distances, [1.8, 0.8], atol=2e-6)
@@ -71,7 +71,7 @@ def test_ray_casters_are_compared(cell: Client) -> None:
     found = cell.rays.compare(["reference", "embree"], count=500, seed=3, progress=parts.append)
     assert [one.ray_caster for one in found] == ["reference", "embree"]
     assert (found[0].agreement, found[0].largest_difference, found[0].fault) == (1.0, 0.0, "")
-    assert found[1].cast_seconds > 0.0
+    assert found[1].cast_time > 0.0
     assert parts == sorted(parts)
     assert parts[-1] == 1.0
 

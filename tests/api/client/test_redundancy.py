@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import virtualrobot
 from virtualrobot import Client, Robot
-from virtualrobot.v1 import motion_pb2
+from virtualrobot.motions.moves import Move
 
 from tests.api.client.conftest import IIWA
 
@@ -81,7 +81,7 @@ def test_a_preference_is_followed_at_a_pose_and_along_a_line(iiwa: Robot) -> Non
         assert iiwa.solve_inverse(goal, prefer=prefer).solved
 
 
-def least_on_the_way(client: Client, iiwa: Robot, move: motion_pb2.Move) -> float:
+def least_on_the_way(client: Client, iiwa: Robot, move: Move) -> float:
     """Return the least distance of the arm to the ball by MeasureDistances, at 25 samples of a plan."""
     told = iiwa.plan(move).robots["iiwa"]
     chosen = told.positions[np.linspace(0, len(told.positions) - 1, 25).astype(int)]
@@ -106,11 +106,11 @@ def test_an_arm_stays_away_from_a_ball(client: Client, iiwa: Robot) -> None:
     goal[:3, 3] += (0.05, -0.2, 0.1)
     via[:3, 3] += (0.05, -0.1, 0.08)
 
-    def moves(prefer: str) -> list[motion_pb2.Move]:
+    def moves(prefer: str | None) -> list[Move]:
         arc = iiwa.circular(via[:3, 3], goal, prefer=prefer)
         return [iiwa.linear(goal, prefer=prefer), arc, iiwa.spline([via, goal], prefer=prefer)]
 
-    for plain_move, wished in zip(moves(""), moves("distance"), strict=True):
+    for plain_move, wished in zip(moves(None), moves("distance"), strict=True):
         far = least_on_the_way(client, iiwa, wished)
         assert far > 0.05 and far > least_on_the_way(client, iiwa, plain_move) + 0.02
     iiwa.move_linear(goal, prefer="distance")
@@ -144,6 +144,6 @@ def test_moves_to_joints_take_no_wish(panda: Robot) -> None:
     with pytest.raises(virtualrobot.InvalidArgumentError, match="redundancy is for goals that are poses"):
         panda.start(panda.ptp(READY, lock={"panda_joint7": 0.6}))
     line = panda.linear(panda.tcp @ virtualrobot.pose(z=0.01))
-    line.redundancy.arm_angle_radians = 0.2
+    line._message.redundancy.arm_angle_radians = 0.2
     with pytest.raises(virtualrobot.InvalidArgumentError, match="for goals of point-to-point moves"):
         panda.start(line)

@@ -50,7 +50,7 @@ def test_a_pose_out_of_reach_is_an_answer(iiwa: Robot) -> None:
     solution = iiwa.solve_inverse(pose(x=10))
     assert not solution.solved
     # From its shoulder the arm reaches less than 1.3 m, so the best attempt is more than 8 m off.
-    assert 8 < solution.position_error_meters < 10
+    assert 8 < solution.position_error < 10
     with pytest.raises(virtualrobot.UnreachableError):
         _ = solution.best
     with pytest.raises(virtualrobot.UnreachableError):

@@ -5,11 +5,9 @@ from __future__ import annotations
 import pytest
 import virtualrobot
 from virtualrobot import Client
-from virtualrobot.v1 import view_pb2
+from virtualrobot.view.state import SensorOverlay
 
 from tests.api.client.conftest import Run
-
-Overlay = view_pb2.SensorOverlay
 
 
 @pytest.fixture
@@ -22,16 +20,16 @@ def sensors(client: Client) -> Client:
 
 
 def test_one_sensor_is_shown_and_hidden_beside_others(sensors: Client) -> None:
-    view, by_distance = sensors.view, view_pb2.POINT_COLOR_DISTANCE
+    view = sensors.view
     view.show_sensor("lidar")
     view.show_sensor("eye", image=False)
     shown = {
-        "lidar": Overlay(sensor="lidar", points=True, frustum=True, image=True, color_by=by_distance),
-        "eye": Overlay(sensor="eye", points=True, frustum=True, color_by=by_distance),
+        "lidar": SensorOverlay(points=True, rays=False, color_by="distance", frustum=True, image=True),
+        "eye": SensorOverlay(points=True, rays=False, color_by="distance", frustum=True, image=False),
     }
     assert view.sensors == shown
     view.show_sensor("lidar", points=False, rays=True, color_by="intensity", frustum=False, image=False)
-    assert view.sensors["lidar"] == Overlay(sensor="lidar", rays=True, color_by=view_pb2.POINT_COLOR_INTENSITY)
+    assert view.sensors["lidar"] == SensorOverlay(False, True, "intensity", False, False)
     assert view.sensors["eye"] == shown["eye"]
     view.hide_sensor("lidar", "not shown")
     assert list(view.sensors) == ["eye"]
@@ -52,7 +50,7 @@ def test_the_command_line(run: Run, sensors: Client) -> None:
     assert sensors.view.sensors["lidar"].points and not sensors.view.sensors["lidar"].rays
     run("sensor", "show", "lidar", "--rays", "--by", "intensity")
     lidar = sensors.view.sensors["lidar"]
-    assert (lidar.rays, lidar.points, lidar.color_by) == (True, False, view_pb2.POINT_COLOR_INTENSITY)
+    assert (lidar.rays, lidar.points, lidar.color_by) == (True, False, "intensity")
     run("sensor", "show", "eye", "--frustum")
     assert (sensors.view.sensors["eye"].frustum, sensors.view.sensors["eye"].image) == (True, False)
     run("sensor", "hide", "lidar")

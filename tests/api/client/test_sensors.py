@@ -84,10 +84,10 @@ def test_sensors_are_watched_started_and_stopped(client: Client, lidar: virtualr
     client.clock.step(25)
     with_points = lidar.watch(points=True)
     first = next(with_points)
-    assert (first.state, first.number, first.stamp.simulation_time_seconds > 0) == ("running", 1, True)
+    assert (first.state, first.number, first.stamp.simulation_time > 0) == ("running", 1, True)
     client.clock.step(50)
     assert next(one.number for one in with_points if one.number > 2) == 3
-    assert (lidar.status.state, lidar.status.readings, lidar.status.rate_hertz) == ("running", 3, 10.0)
+    assert (lidar.status.state, lidar.status.readings, lidar.status.rate) == ("running", 3, 10.0)
     lidar.stop()
     last = next(one for one in with_points if one.state != "running")
     assert (last.state, last.value) == ("stopped", None)

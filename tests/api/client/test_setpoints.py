@@ -63,8 +63,9 @@ def test_joints_that_are_not_named_keep_their_setpoint(client: Client, iiwa: Rob
 def test_a_block_that_cancels_its_stream_ends_without_an_error(iiwa: Robot) -> None:
     with iiwa.stream("velocity", [FIRST], timeout=LONG) as stream:
         stream.send([0.1])
-        stream.cancel()
-    assert ended(stream) is Phase.ABORTED
+        stream.cancel("seen enough")
+    assert ended(stream) is Phase.CANCELLED
+    assert (stream.motion.state.end_cause, stream.motion.state.end_reason) == ("call", "seen enough")
 
 
 def test_a_program_that_steps_the_clock_knows_when_its_setpoints_count(client: Client, iiwa: Robot) -> None:
@@ -134,8 +135,8 @@ def test_a_block_that_fails_stops_the_joints(client: Client, iiwa: Robot) -> Non
     with pytest.raises(ZeroDivisionError), iiwa.stream("velocity", [FIRST], timeout=LONG) as stream:
         stream.send([0.3], wait=True)
         raise ZeroDivisionError
-    assert ended(stream) is Phase.ABORTED
-    assert "is gone" in stream.motion.message.end_reason
+    assert ended(stream) is Phase.CANCELLED
+    assert "failed" in stream.motion.state.end_reason
     assert "1" in repr(stream)
 
 

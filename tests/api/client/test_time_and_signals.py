@@ -18,8 +18,8 @@ def test_time_goes_on_by_steps(client: Client, iiwa: Robot) -> None:
         client.clock.step()
     client.clock.set_stepped()
     before = client.clock.read()
-    assert (before.mode, before.tick_seconds) == ("stepped", 0.004)
-    motion = iiwa.follow([0, 0.1], [np.zeros(7), np.full(7, 0.01)], wait=False)
+    assert (before.mode, before.tick_length) == ("stepped", 0.004)
+    motion = iiwa.move_trajectory([0, 0.1], [np.zeros(7), np.full(7, 0.01)], wait=False)
     seen = client.clock.step(10)
     assert seen.stamp.tick >= before.stamp.tick + 10
     assert 0 < seen.robots["iiwa"].positions[0] < 0.01
@@ -32,12 +32,12 @@ def test_time_goes_on_by_steps(client: Client, iiwa: Robot) -> None:
 
 
 def test_the_clock_is_watched_and_set(client: Client) -> None:
-    watch = client.clock.watch(max_rate_hertz=50)
+    watch = client.clock.watch(max_rate=50)
     assert next(watch).mode == "realtime"
     client.clock.speed_factor = 2.0
     assert client.clock.speed_factor == 2.0
     client.clock.set_stepped()
-    assert next(state for state in watch if state.mode == "stepped").tick_seconds == 0.004
+    assert next(state for state in watch if state.mode == "stepped").tick_length == 0.004
     with pytest.raises(virtualrobot.VirtualRobotError, match="1000"):
         client.clock.set_realtime(1000)
 
@@ -45,7 +45,7 @@ def test_the_clock_is_watched_and_set(client: Client) -> None:
 def test_signals_are_like_a_dictionary(client: Client) -> None:
     signals = client.signals
     signals.create("a")
-    signals.create("b", True, "what b is for")
+    signals.create("b", True, description="what b is for")
     assert dict(signals) == {"a": False, "b": True}
     assert len(signals) == 2
     assert "c" not in signals

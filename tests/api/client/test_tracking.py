@@ -46,7 +46,7 @@ def test_a_move_goes_along_while_another_program_has_the_belt(
 def test_what_it_would_do_and_whether_it_can(client: Client, arm: Robot) -> None:
     move = arm.linear(belt_t(client, arm.tcp @ pose(z=0.05)), reference="conveyor.belt")
     alone, along = client.plan([move]), client.plan([move], tracking=Tracking("conveyor.belt", 0.6, 0.2))
-    assert along.duration_seconds >= alone.duration_seconds
+    assert along.duration >= alone.duration
     assert client.check([move], tracking=Tracking("conveyor.belt", 0.6, 0.2)).first_violation is None
     violation = client.check([move], tracking=Tracking("conveyor.belt", 5.0, 0.2)).first_violation
     assert violation is not None

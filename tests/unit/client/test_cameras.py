@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 from virtualrobot._wire.messages import array_message
 from virtualrobot.errors import InvalidArgumentError
-from virtualrobot.sensors.cameras import CameraReading, camera, camera_reading_of, image_kinds, light, looking_at
+from virtualrobot.sensors.cameras import (
+    CameraReading,
+    CameraSettings,
+    camera,
+    camera_reading_of,
+    image_kinds,
+    light,
+    looking_at,
+)
 from virtualrobot.v1 import sensing_pb2, sensor_pb2
 from virtualrobot_kernel.messages.sensing import SENSORS
 from virtualrobot_kernel.sensing.lenses import Lens, lens_of
@@ -41,8 +49,8 @@ def lens_and_reading(settings: sensing_pb2.CameraSensor) -> tuple[Lens, CameraRe
     ],
     ids=["plain", "distorted", "rational", "fisheye", "spherical"],
 )
-def test_the_rays_of_a_reading_are_those_of_the_kernels_lens(settings: sensing_pb2.CameraSensor) -> None:
-    lens, reading = lens_and_reading(settings)
+def test_the_rays_of_a_reading_are_those_of_the_kernels_lens(settings: CameraSettings) -> None:
+    lens, reading = lens_and_reading(settings._message)
     rays = np.empty((lens.width * lens.height, 3), np.float32)
     rays[lens.pixels] = lens.directions
     np.testing.assert_allclose(reading.directions(), rays.reshape(lens.height, lens.width, 3), atol=1e-5)

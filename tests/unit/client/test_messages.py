@@ -80,11 +80,11 @@ def test_settings_that_are_none_are_refused(settings: Any, message: str) -> None
 
 
 def test_figures() -> None:
-    box = virtualrobot.box(1, 2, 3, color="red", pose=virtualrobot.pose(z=1.5), roles=["visual"])
+    box = virtualrobot.box(1, 2, 3, color="red", pose=virtualrobot.pose(z=1.5), roles=["visual"])._message
     assert (box.box.size.x, box.box.size.y, box.box.size.z) == (1, 2, 3)
     assert box.node_t_figure.position.z == 1.5
     assert list(box.roles) == [nodes_pb2.FIGURE_ROLE_VISUAL]
-    path = figures.lines([[0, 0, 0], [1, 0, 0], [1, 1, 0]])
+    path = figures.lines([[0, 0, 0], [1, 0, 0], [1, 1, 0]])._message
     np.testing.assert_array_equal(wire.array_of(path.lines.segments), [[[0, 0, 0], [1, 0, 0]], [[1, 0, 0], [1, 1, 0]]])
     with pytest.raises(virtualrobot.InvalidArgumentError, match=r"\(n, 3\)"):
         figures.points([1, 2, 3])
@@ -98,9 +98,9 @@ def test_figures() -> None:
 
 def test_a_trajectory_of_another_shape_is_refused() -> None:
     with pytest.raises(virtualrobot.InvalidArgumentError, match=r"\(3, 2\), not \(3, 1\)"):
-        moves.trajectory("arm", ["a", "b"], [0, 1, 2], np.zeros((3, 1)))
+        moves.trajectory(["a", "b"], [0, 1, 2], np.zeros((3, 1)), None)
     with pytest.raises(virtualrobot.InvalidArgumentError, match="velocities"):
-        moves.trajectory("arm", ["a"], [0, 1], np.zeros((2, 1)), np.zeros((3, 1)))
+        moves.trajectory(["a"], [0, 1], np.zeros((2, 1)), np.zeros((3, 1)))
 
 
 def test_the_tree_is_drawn_with_kinds() -> None:

@@ -52,7 +52,7 @@ CLEAR = 0.03
 
 @dataclass
 class Cell:
-    """A world, its guard, and of each tick the last picture that was published, and the last one before a halt."""
+    """A world, its guard, and of each tick the last picture that was published, and the last one before a stop."""
 
     world: World
     guard: CollisionGuard
@@ -241,9 +241,9 @@ def nearest_later(before: Snapshot, pair: Sequence[int], seconds: float) -> floa
     structure = before.structure
     state = advance(structure, before.state, TICK, world_poses)
     robots = tuple({uid for motion in state.motions for uid in motion.robots})
-    halted = World(world_poses, MemoryJournal(), Clock(Mode.STEPPED, 1.0, round(TICK * 1e9)), structure, state)
-    halted.start()
-    now = halted.submit([StopRobots(robots, Cancellation(EndCause.CALL, ""))]).result(WAIT).snapshot
+    stopped = World(world_poses, MemoryJournal(), Clock(Mode.STEPPED, 1.0, round(TICK * 1e9)), structure, state)
+    stopped.start()
+    now = stopped.submit([StopRobots(robots, Cancellation(EndCause.CALL, ""))]).result(WAIT).snapshot
     scene, least = CollisionScene(SHAPES), np.inf
     try:
         last = before.state.tick + int(seconds / TICK) + 2
@@ -251,7 +251,7 @@ def nearest_later(before: Snapshot, pair: Sequence[int], seconds: float) -> floa
             for one in (now, *between(now)) if now.state.tick >= last - 4 else ():
                 scene.place(one)
                 least = min(least, *coal_distances(scene, [(pair[0], pair[1])]))
-            now = halted.step(1).result(WAIT)
+            now = stopped.step(1).result(WAIT)
         return float(least)
     finally:
-        halted.close()
+        stopped.close()

@@ -375,14 +375,14 @@ def test_a_look_without_time_goes_on_with_the_next_one_the_next_moments_first() 
         look, scene = LookAhead(), CollisionScene(SHAPES)
         assert 2.0 < contact < 2.5
         looks = 1
-        while (halt := look.look(scene, cell.step(), enough=lambda: True)) is None:
+        while (stop := look.look(scene, cell.step(), enough=lambda: True)) is None:
             looks += 1
         assert looks == int(np.ceil((contact - TICK) / 0.25))
         late = LookAhead()
         assert late.look(scene, cell.step(), enough=lambda: True) is None
         cell.step(int((contact - cell.world.snapshot.simulation_time - 0.2) / TICK))
         found = late.look(scene, cell.world.snapshot, enough=lambda: True)
-        assert found is not None and found.robots == halt.robots
+        assert found is not None and found.robots == stop.robots
         assert found.reason.endswith(f"in {contact - cell.world.snapshot.simulation_time:.3g} s")
     finally:
         cell.close()

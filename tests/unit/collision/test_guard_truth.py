@@ -1,6 +1,6 @@
 """Under a guard nothing that is published touches, by coal, at ten points between ticks too; and it stops no sooner.
 
-Each test draws arms, thin walls and motions anew. Coal looks at all that happens around the halts, and at every
+Each test draws arms, thin walls and motions anew. Coal looks at all that happens around the stops, and at every
 twentieth tick elsewhere.
 """
 
@@ -20,9 +20,9 @@ from tests.unit.collision.worlds import ROBOTS, robot_nodes
 from tests.unit.planning import tracking_cell
 
 CAUTION = 0.0005
-"""How near (m) at the most a halted motion would have come, had it begun to brake one tick later."""
+"""How near (m) at the most a stopped motion would have come, had it begun to brake one tick later."""
 AROUND = 8
-"""How many ticks around a halt, and before the end, are looked at closely."""
+"""How many ticks around a stop, and before the end, are looked at closely."""
 
 
 @pytest.fixture(params=["iiwa", "panda"])
@@ -31,24 +31,24 @@ def kind(request: pytest.FixtureRequest) -> str:
 
 
 def look(cell: Cell) -> int:
-    """Fail where anything touches, or where a halt came too soon; return how many halts there were."""
+    """Fail where anything touches, or where a stop came too soon; return how many stops there were."""
     pictures = cell.pictures
-    halts = [entry for entry in cell.world.journal.entries() if entry.author == "collision guard"]
-    near = {tick + row for tick in (*(entry.tick for entry in halts), max(pictures) - AROUND) for row in range(AROUND)}
+    stops = [entry for entry in cell.world.journal.entries() if entry.author == "collision guard"]
+    near = {tick + row for tick in (*(entry.tick for entry in stops), max(pictures) - AROUND) for row in range(AROUND)}
     ends = {motion.end_tick - row for motion in cell.world.snapshot.state.ended for row in range(AROUND)}
     chosen = [pictures[tick] for tick in sorted(pictures) if tick % 20 == 0 or tick in near | ends]
     assert touching(chosen) == set()
-    for entry in halts:
+    for entry in stops:
         if (before := cell.befores.get(entry.tick)) is None:
             continue  # something else braked already: this picture does not tell where it would have gone
-        (halt,) = entry.commands
-        assert isinstance(halt, StopRobots)
-        why = halt.cancellation.reason
+        (stop,) = entry.commands
+        assert isinstance(stop, StopRobots)
+        why = stop.cancellation.reason
         said = re.match(r"'(.*)' would touch '(.*)' in (.*) s if", why)
         assert said, why
         pair = sorted(before.structure.node(name).uid for name in said.groups()[:2])
         assert nearest_later(before, pair, float(said[3])) < CAUTION
-    return len(halts)
+    return len(stops)
 
 
 def replayed_alike(cell: Cell) -> None:

@@ -13,6 +13,7 @@ from virtualrobot_kernel.planning.moves import JointTrajectory, Linear, Move, Po
 from virtualrobot_kernel.planning.plan_motion import plan_motion
 from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.planning.program import DwellStep, MotionSpec, MoveStep, Zone
+from virtualrobot_kernel.planning.redundancy import Redundancy
 from virtualrobot_kernel.planning.violations import Violation, ViolationKind
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import CreateNodes, SelectTool, SetJointPositions, UpdateNode
@@ -187,22 +188,22 @@ def test_a_line_into_a_singularity_is_told_with_its_place() -> None:
     np.testing.assert_allclose(told.world_t_tcp[:3, 3], here[:3, 3] + told.path_fraction * 0.6 * out, atol=1e-4)
 
 
-def test_a_line_that_meets_a_joint_s_end_is_told_with_time_and_place() -> None:
+@pytest.mark.parametrize("locked", [(), (2,)], ids=["free", "locked"])
+def test_a_line_that_meets_a_joint_s_end_is_told_with_time_and_place(locked: tuple[int, ...]) -> None:
     """The end is put where the line's middle has the joint: there the line is cut, by its own symmetric law."""
     change = cell()
-    goal = shifted(x=0.1) @ tcp(change)
-    program = plan_motion(
-        pictured(change), MotionSpec((Linear("arm", PoseGoal(goal)),)), chain, waiting
-    ).command.program
+    still = Redundancy({JOINTS[joint]: READY[JOINTS[joint]] for joint in locked})
+    line = Linear("arm", PoseGoal(shifted(x=0.1) @ tcp(change)), redundancy=still)
+    program = plan_motion(pictured(change), MotionSpec((line,)), chain, waiting).command.program
     plan = program.stages[0].plan
     assert plan is not None
     q = plan.tracks[0].path.evaluate(np.linspace(0.0, 1.0, 101))
-    joint = int(np.abs(q[-1] - q[0]).argmax())
-    end = "upper" if q[-1, joint] > q[0, joint] else "lower"
-    near = limited(change, f"arm.lbr_iiwa_link_{joint + 1}", **{end: float(q[50, joint])})
-    told = violated(near, Linear("arm", PoseGoal(goal)))
+    column = int(np.abs(q[-1] - q[0]).argmax())
+    joint = [joint for joint in range(len(JOINTS)) if joint not in locked][column]
+    end = "upper" if q[-1, column] > q[0, column] else "lower"
+    told = violated(limited(change, f"arm.lbr_iiwa_link_{joint + 1}", **{end: float(q[50, column])}), line)
     assert (told.kind, told.joint) == (ViolationKind.JOINT_POSITION, JOINTS[joint])
-    assert told.limit == q[50, joint]
+    assert told.limit == q[50, column]
     assert told.path_fraction == pytest.approx(0.5, abs=1e-4)
     assert told.time == pytest.approx(program.duration / 2.0, abs=0.02)
     assert told.world_t_tcp is not None

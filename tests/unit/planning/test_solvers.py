@@ -34,6 +34,7 @@ class Instance:
     """Passes calls on to a component; tells when it is closed, and lets a test into each call."""
 
     process_id = 0
+    is_in_process = False
     has_ended = False
 
     def __init__(self, component: Any) -> None:  # noqa: ANN401  any component

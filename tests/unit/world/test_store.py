@@ -270,3 +270,22 @@ def test_a_run_is_replayed_from_its_journal_bit_for_bit(world: World, rng: np.ra
     assert [m.id for m in again.state.ended] == [m.id for m in last.state.ended]
     assert world_poses(again.structure, again.state).tobytes() == last.world_t_node.tobytes()
     assert {entry.author for entry in world.journal.entries()} <= {"a", "b"}
+
+
+def test_time_goes_on_after_a_tick_that_failed(caplog: pytest.LogCaptureFixture) -> None:
+    left = [1, 1]
+
+    def inputs() -> tuple[()]:
+        if left:
+            raise ZeroDivisionError(left.pop())
+        return ()
+
+    gone_on = Event()
+    made = World(world_poses, MemoryJournal(), Clock(Mode.REALTIME, 1.0, TICK), inputs=inputs)
+    made.listen(lambda: gone_on.set() if made.snapshot.state.tick > 3 else None)
+    made.start()
+    assert gone_on.wait(GUARD)
+    made.close()
+    assert [record.message for record in caplog.records] == [
+        "a tick failed inside the kernel; the world is as it was before"
+    ] * 2

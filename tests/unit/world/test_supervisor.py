@@ -55,7 +55,7 @@ def world() -> Iterator[World]:
     made.close()
 
 
-def halt(now: Snapshot) -> StopRobots:
+def stop(now: Snapshot) -> StopRobots:
     return StopRobots((now.structure.node("arm").uid,), Cancellation(EndCause.COLLISION, "tests"))
 
 
@@ -84,7 +84,7 @@ def test_commands_that_are_not_admitted_change_nothing(world: World) -> None:
 def test_what_is_wanted_after_a_tick_is_done_in_it_and_replayed(world: World, rng: np.random.Generator) -> None:
     world.submit([arm(), turn(1.0)]).result(GUARD)
     tick = int(rng.integers(1, 60))
-    world.supervise(Told(after=lambda now: [halt(now)] if now.state.tick == tick else ()))
+    world.supervise(Told(after=lambda now: [stop(now)] if now.state.tick == tick else ()))
     world.step(tick).result(GUARD)
     assert world.snapshot.state.motions[0].cancellation is not None
     assert world.snapshot.state.tick == tick
@@ -103,21 +103,21 @@ def test_what_is_wanted_after_a_tick_is_done_in_it_and_replayed(world: World, rn
     assert 0.0 < end.state.q[0] < 1.0, "it must have braked on its way"
 
 
-def test_a_tick_is_made_again_after_a_halt(world: World) -> None:
+def test_a_tick_is_made_again_after_a_stop(world: World) -> None:
     world.submit([arm(), turn(1.0)]).result(GUARD)
     bound = 0.3
 
     def keep(now: Snapshot, later: Snapshot) -> Sequence[Command]:
         # q + v^2 / 2a with the plan's 4 rad/s^2 and room for the jerk: where braking ends is below 2 * bound.
         moving = any(motion.cancellation is None for motion in now.state.motions)
-        return [halt(now)] if moving and later.state.q[0] > bound else ()
+        return [stop(now)] if moving and later.state.q[0] > bound else ()
 
     supervisor = Told(before=keep)
     world.supervise(supervisor)
     end = world.step(1000).result(GUARD)
     assert end.state.ended[-1].cancellation == Cancellation(EndCause.COLLISION, "tests")
-    halted = world.journal.entries()[-1].tick
-    assert supervisor.asked.count(("before", halted)) == 2, "the tick in question is asked about again"
+    stopped = world.journal.entries()[-1].tick
+    assert supervisor.asked.count(("before", stopped)) == 2, "the tick in question is asked about again"
     assert bound < end.state.q[0] < 1.0
     assert math.isclose(end.state.v[0], 0.0)
 
@@ -156,7 +156,7 @@ def test_in_real_time_it_is_asked_too() -> None:
     try:
         world.submit([arm(), turn(1.0)]).result(GUARD)
         world.supervise(
-            Told(after=lambda now: [halt(now)] if any(not m.cancellation for m in now.state.motions) else ())
+            Told(after=lambda now: [stop(now)] if any(not m.cancellation for m in now.state.motions) else ())
         )
         world.submit([]).result(GUARD)
         motion = (*world.snapshot.state.motions, *world.snapshot.state.ended)[0]

@@ -9,10 +9,12 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from numbers import Real
 from pathlib import PurePath
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
+from google.protobuf.message import Message
 from google.protobuf.struct_pb2 import Struct, Value
+from google.protobuf.text_format import MessageToString
 from numpy.typing import ArrayLike, NDArray
 
 from virtualrobot.errors import InvalidArgumentError
@@ -33,7 +35,7 @@ class Stamp:
     """Instant of a state: wall clock, simulation time in seconds, tick, and the revisions of structure and state."""
 
     wall_time: datetime
-    simulation_time_seconds: float
+    simulation_time: float
     tick: int
     structure_revision: int
     state_revision: int
@@ -50,6 +52,20 @@ def stamp_of(message: geometry_pb2.Stamp) -> Stamp:
     )
 
 
+M = TypeVar("M", bound=Message)
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Wrapped(Generic[M]):
+    """Base of values that a function of this library makes and that others take as they are."""
+
+    _message: M
+
+    def __repr__(self) -> str:
+        """Return the type and what the value says, in one line."""
+        return f"<{type(self).__name__} {MessageToString(self._message, as_one_line=True)}>"
+
+
 def whole(value: object, what: str, most: int = 2**32 - 1) -> int:
     """Return a count, or a seed (`most` of 2**64 - 1), that a message can hold; `what` names it in the error."""
     try:
@@ -59,6 +75,21 @@ def whole(value: object, what: str, most: int = 2**32 - 1) -> int:
     if not 0 <= number <= most:
         raise InvalidArgumentError(f"{what} is a whole number from 0 to {most}, not {value!r}")
     return number
+
+
+Number = TypeVar("Number", int, float)
+
+
+def value_or_default(value: Number | None, what: str) -> Number | int:
+    """Return a number for a field in which 0 means the default, as None does here; 0 itself is refused."""
+    if value == 0:
+        raise InvalidArgumentError(f"{what} is {value!r}; it must not be 0, and None means the default")
+    return 0 if value is None else value
+
+
+def count_or_default(value: int | None, what: str) -> int:
+    """Return a count for a field in which 0 means the default, as None does here; 0 itself is refused."""
+    return whole(value_or_default(value, what), what)
 
 
 def seed_of(value: object) -> int:
@@ -195,9 +226,11 @@ def color_message(color: str | ArrayLike) -> geometry_pb2.Color:
     return message
 
 
-def group_message(group: str | tuple[str, str]) -> nodes_pb2.GroupSelection | None:
-    """Return the choice of a group by name, or by (base link, tip link); None for an empty one."""
+def group_message(group: str | tuple[str, str] | None) -> nodes_pb2.GroupSelection | None:
+    """Return the choice of a group by name, or by (base link, tip link); None for none."""
+    if group is None:
+        return None
     if isinstance(group, str):
-        return nodes_pb2.GroupSelection(name=group) if group else None
+        return nodes_pb2.GroupSelection(name=group)
     base, tip = group
     return nodes_pb2.GroupSelection(base_link=base, tip_link=tip)

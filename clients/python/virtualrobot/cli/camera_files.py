@@ -34,5 +34,5 @@ def write_pictures(path: Path, reading: Reading) -> None:
         projection=seen.projection,
         stereo_baseline=seen.stereo_baseline,
         world_t_sensor=reading.world_t_sensor,
-        simulation_time_seconds=reading.stamp.simulation_time_seconds,
+        simulation_time_seconds=reading.stamp.simulation_time,
     )

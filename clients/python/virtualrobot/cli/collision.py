@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from virtualrobot.collisions.allowed_pairs import AllowedPair, SampledPair
     from virtualrobot.collisions.collisions import Distance
     from virtualrobot.collisions.meshes import CollisionMesh
-    from virtualrobot.collisions.settings import CollisionSettings, GuardCost
+    from virtualrobot.collisions.settings import CollisionOptions, CollisionSettings, GuardCost
     from virtualrobot.collisions.values import Collision
     from virtualrobot.collisions.watch import CollisionReport
     from virtualrobot.connection import Client
@@ -79,7 +79,7 @@ def distance(target: Target, robot: str, nodes: tuple[str, ...], range_meters: f
         if range_meters is None:
             found = [client.collisions.distance(robot, to=nodes)]
         else:
-            found = client.collisions.distances(robot, to=nodes, range_meters=range_meters)
+            found = client.collisions.distances(robot, to=nodes, max_distance=range_meters)
     click.echo("\n".join(distance_lines(found)))
 
 
@@ -118,8 +118,10 @@ def mode(target: Target, mode: str | None, robots: tuple[str, ...], look_ahead: 
         raise click.UsageError("only a robot can inherit the world's mode: name it by --robot")
     with target.connect() as client:
         if mode is not None or look_ahead is not None:
-            own = dict.fromkeys(robots, "" if mode == "inherit" else mode or "")
-            client.collisions.set("" if robots else mode or "", robots=own, look_ahead_seconds=look_ahead)
+            changes: CollisionOptions = {"robots": dict.fromkeys(robots, None if mode == "inherit" else mode)}
+            if look_ahead is not None:
+                changes["look_ahead"] = look_ahead
+            client.collisions.set(None if robots else mode, **changes)
         found, cost = client.collisions.settings, client.collisions.guard_cost
     click.echo("\n".join(settings_lines(found, cost)))
 
@@ -147,7 +149,11 @@ def meshes(target: Target, nodes: tuple[str, ...], hull_vertices: int | None) ->
         if hull_vertices is None:
             found = client.collisions.meshes(*nodes)
         else:
-            found = client.collisions.use_hulls(*nodes, vertices=hull_vertices)
+            found = (
+                client.collisions.use_hulls(*nodes, vertices=hull_vertices)
+                if hull_vertices
+                else client.collisions.use_triangles(*nodes)
+            )
     click.echo("\n".join(mesh_lines(found)))
 
 
@@ -205,7 +211,7 @@ def report_lines(report: CollisionReport, first: bool) -> Iterator[str]:
 def _tell_empty(client: Client, *names: str) -> None:
     """Say of which nodes nothing can touch, since only what is below them has figures."""
     for name in names:
-        if not client.scene.node(name).message.figures:
+        if not client.scene.node(name).figures:
             click.echo(
                 f"{name} has no figures of its own, so this changes nothing: name nodes below it, such as its links"
             )
@@ -215,11 +221,11 @@ def settings_lines(found: CollisionSettings, cost: GuardCost) -> list[str]:
     """Return what is done about collisions as lines, and what guarding has cost where a robot is guarded."""
     from virtualrobot.tables import aligned
 
-    ahead = f"{found.look_ahead_seconds:g} s" if found.look_ahead_seconds else "none"
+    ahead = f"{found.look_ahead:g} s" if found.look_ahead else "none"
     rows = [["mode", found.mode], ["look-ahead", ahead], *([robot, own] for robot, own in found.robots.items())]
     rows.extend([node, f"padding {1e3 * padding:g} mm"] for node, padding in found.paddings.items())
     if cost.ticks and "guard" in {found.mode, *found.robots.values()}:
-        told = f"{1e3 * cost.mean_seconds:.2g} ms a tick, {1e3 * cost.worst_seconds:.2g} ms at most"
+        told = f"{1e3 * cost.mean_time:.2g} ms a tick, {1e3 * cost.worst_time:.2g} ms at most"
         rows.append(["guarding took", f"{told}, in {cost.ticks} ticks"])
     return aligned(rows, left=2)
 
@@ -253,7 +259,7 @@ def mesh_lines(found: Sequence[CollisionMesh]) -> list[str]:
         kind = ("hull" if mesh.hull else "triangles") + (", convex" if mesh.convex and not mesh.hull else "")
         out = f"{1e3 * mesh.deviation:.3f} mm" if mesh.hull else ""
         file = mesh.uri.rpartition("/")[2]
-        made = f"{1e3 * mesh.seconds:.1f} ms"
+        made = f"{1e3 * mesh.build_time:.1f} ms"
         rows.append([mesh.node, file, str(mesh.mesh_triangles), kind, str(mesh.triangles), out, made])
     return [*aligned(rows, left=2), *dict.fromkeys(mesh.warning for mesh in found if mesh.warning)]
 

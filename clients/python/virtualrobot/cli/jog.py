@@ -52,8 +52,6 @@ def jog(
 
     Ctrl-C, like a key that is released, stops it on its path.
     """
-    from virtualrobot.motions import moves
-
     if (joint is not None) + (along is not None) + (about is not None) != 1:
         raise click.UsageError("say what moves, in one way: a JOINT, --along or --about")
     if joint is not None and (frame or node):
@@ -66,19 +64,13 @@ def jog(
         handle = part_of(client.robot(robot), group)
         sliding = along is not None or joint in sliding_joints(handle)
         unit = math.radians(1.0) if degrees and not sliding else 1.0
-        speed = unit * (velocity or 0.0)
+        speed = None if velocity is None else unit * velocity
         way = None if distance is None else unit * distance
-        if joint is not None:
-            order = moves.joint_jog(robot, joint, speed, way)
+        if joint is not None and speed is not None:
+            order = handle.joint_jog(joint, speed, way)
         else:
-            order = moves.cartesian_jog(
-                robot,
-                translation=along,
-                rotation=about,
-                frame=frame or "",
-                node=node,
-                velocity=speed,
-                distance=way,
+            order = handle.cartesian_jog(
+                along, rotation=about, frame=frame, node=node or None, velocity=speed, distance=way
             )
         if client.clock.mode == "stepped":
             click.echo(f"time stands still: the motion goes on with each 'virtualrobot step'; {GO_ON}", err=True)

@@ -12,9 +12,9 @@ from virtualrobot.cli.orders import Order, order_options
 
 if TYPE_CHECKING:
     from virtualrobot.motions.motion import Motion
+    from virtualrobot.motions.moves import Move
     from virtualrobot.robots.group import Group
     from virtualrobot.robots.robot import Robot
-    from virtualrobot.v1 import motion_pb2
 
 _BAR_WIDTH = 30
 _EXAMPLES = """
@@ -57,12 +57,12 @@ def stop(target: Target, robots: tuple[str, ...]) -> None:
             click.echo("nothing moves")
 
 
-def start_and_follow(robot: Robot | Group, wish: motion_pb2.Move, preempt: bool, no_wait: bool) -> None:
+def start_and_follow(robot: Robot | Group, wish: Move, preempt: bool, no_wait: bool) -> None:
     """Start a move and show how far it is, or leave it alone."""
     motion = robot.start(wish, wait=False, preempt=preempt, on_disconnect="continue" if no_wait else "stop")
     show_notes(motion)
     if no_wait:
-        click.echo(f"started {motion.id}: {motion.planned_duration_seconds:.2f} s")
+        click.echo(f"started {motion.id}: {motion.planned_duration:.2f} s")
         return
     follow(motion)
     click.echo(f"{motion.id} reached its {'end' if motion.notes else 'goal'}")
@@ -89,11 +89,11 @@ def _drawn(motion: Motion) -> None:
     """Wait for the end of a motion and draw a bar meanwhile where somebody looks."""
     shown, steps, name = sys.stdout.isatty(), motion.step_count, next(iter(motion.robots), motion.id)
     try:
-        for message in motion.watch():
+        for state in motion.watch():
             if shown:
-                bar = "#" * round(_BAR_WIDTH * message.progress)
-                step = f"  step {message.step} of {steps}" if steps else ""
-                click.echo(f"\r{name}  [{bar:-<{_BAR_WIDTH}}] {100 * message.progress:3.0f}%{step}", nl=False)
+                bar = "#" * round(_BAR_WIDTH * state.progress)
+                step = f"  step {state.step} of {steps}" if steps else ""
+                click.echo(f"\r{name}  [{bar:-<{_BAR_WIDTH}}] {100 * state.progress:3.0f}%{step}", nl=False)
     finally:
         if shown:
             click.echo()

@@ -14,9 +14,9 @@ import click
 from virtualrobot.cli.options import Numbers, degrees_option, pose_of_numbers
 
 if TYPE_CHECKING:
+    from virtualrobot.motions.moves import Move
     from virtualrobot.robots.group import Group
     from virtualrobot.robots.robot import Robot
-    from virtualrobot.v1 import motion_pb2
 
 
 Part = tuple[str, str, str]
@@ -34,11 +34,11 @@ class Order:
     linear: bool
     via: tuple[float, ...] | None
     speed: float
-    velocity: float
+    velocity: float | None
     degrees: bool
     group: Part
 
-    def move(self, whole: Robot) -> motion_pb2.Move:
+    def move(self, whole: Robot) -> Move:
         """Return the move that these words mean for a robot, or its group."""
         robot = part_of(whole, self.group)
         if self.pose is None:
@@ -119,7 +119,7 @@ def order_options(function: Callable[..., Any]) -> Callable[..., Any]:
             raise click.UsageError("--velocity goes with --linear or --via; other moves take --speed")
         if velocity is not None and not velocity > 0:
             raise click.UsageError(f"--velocity is above 0, not {velocity:g}")
-        order = Order(words, pose, posture or "", reference, linear, via, speed, velocity or 0.0, degrees, group)
+        order = Order(words, pose, posture or "", reference, linear, via, speed, velocity, degrees, group)
         return function(*arguments, order=order, **options)
 
     return command
@@ -147,7 +147,7 @@ def joint_goal(robot: Robot | Group, words: Sequence[str], degrees: bool) -> dic
             raise UnknownNameError(f"the robot {robot.name!r} has no joint {unknown[0]!r}; it has {', '.join(every)}")
     else:
         chain = robot.chain_joint_names
-        names = every if len(values) == len(every) and robot.group_selection is None else chain
+        names = robot.joint_names if len(values) == len(robot.joint_names) else chain
         if len(names) != len(values):
             return values  # the robot says what is wrong
     return {n: v if n in sliding else math.radians(v) for n, v in zip(names, values, strict=True)}

@@ -69,11 +69,11 @@ def path(
         found = client.paths.find(
             robot,
             goal,
-            reference=reference,
-            planner=planner,
+            reference=reference or "world",
+            planner=planner or "RRTConnect",
             seed=seed,
             time_limit=time_limit,
-            group=group[0] or (group[1:] if any(group) else ""),
+            group=group[0] or (group[1:] if any(group) else None),
             progress=_show if sys.stderr.isatty() else None,
         )
         click.echo(path_line(found))
@@ -88,7 +88,7 @@ def path(
 
 def path_line(path: FreePath) -> str:
     """Return what was found as a line."""
-    motion = f"{path.duration:.2f} s of motion, found in {path.planning_seconds:.2f} s"
+    motion = f"{path.duration:.2f} s of motion, found in {path.planning_time:.2f} s"
     if path.straight:
         return f"the straight way is free: {path.length:.3f} rad, {motion}"
     waypoints = f"{len(path.waypoints)} waypoints"
@@ -96,5 +96,5 @@ def path_line(path: FreePath) -> str:
 
 
 def _show(progress: PathProgress) -> None:
-    told = f"{progress.elapsed_seconds:.1f} s, {progress.states} configurations, {progress.checks} checks"
+    told = f"{progress.elapsed:.1f} s, {progress.states} configurations, {progress.checks} checks"
     click.echo(f"\r{told} ", err=True, nl=False)

@@ -50,7 +50,7 @@ class PlaceType(click.ParamType):
 def camera_options(function: Callable[..., Any]) -> Callable[..., Any]:
     """Give a command the options that say from where a picture is taken."""
     for option in (
-        click.option("--size", type=Size(), default=(0, 0), metavar="WxH", help="Pixels [1280x720, or the camera's]."),
+        click.option("--size", type=Size(), default=None, metavar="WxH", help="Pixels [1280x720, or the camera's]."),
         click.option("--at", "target_point", type=Numbers(3), metavar="X,Y,Z", help="What --from looks at [0,0,0]."),
         click.option("--from", "eye", type=Numbers(3), metavar="X,Y,Z", help="Where it is taken from, in meters."),
         click.option("--camera", metavar="NAME", help="Through this camera of the scene."),
@@ -73,7 +73,7 @@ def capture(
     camera: str | None,
     eye: tuple[float, ...] | None,
     target_point: tuple[float, ...] | None,
-    size: tuple[int, int],
+    size: tuple[int, int] | None,
     plain: bool,
 ) -> None:
     """Write a picture of the world as it is now to OUTPUT, a .png or .jpg; it needs no browser."""
@@ -101,19 +101,20 @@ def record(
     camera: str | None,
     eye: tuple[float, ...] | None,
     target_point: tuple[float, ...] | None,
-    size: tuple[int, int],
+    size: tuple[int, int] | None,
     plain: bool,
 ) -> None:
     """Film the world to OUTPUT, an .mp4 or .gif, until so many seconds of simulation time have gone by, or Ctrl-C.
 
     No picture is left out, however long each takes; Ctrl-C ends the film with those that are drawn.
     """
-    seconds = seconds or 0.0
-    progress = Progress(seconds * fps)
+    progress = Progress((seconds or 0.0) * fps)
     with target.connect() as client:
         where = _from(camera, eye, target_point)
         try:
-            client.view.film(output, where, seconds=seconds, size=size, plain=plain, rate=fps, told=progress.show)
+            client.view.film(
+                output, where, duration=seconds or None, size=size, plain=plain, rate=fps, told=progress.show
+            )
         except KeyboardInterrupt:
             if not progress.count:
                 raise
@@ -132,7 +133,7 @@ def pick(
     camera: str | None,
     eye: tuple[float, ...] | None,
     target_point: tuple[float, ...] | None,
-    size: tuple[int, int],
+    size: tuple[int, int] | None,
 ) -> None:
     """Tell what is under the pixel at COLUMN, ROW of the picture that `capture` takes; 0 0 is the upper left one."""
     with target.connect() as client:

@@ -56,7 +56,7 @@ def plan(target: Target, robot: str, order: Order, every: float | None, file: st
         raise click.UsageError("--every goes with --table or --csv")
     with target.connect() as client:
         handle = client.robot(robot)
-        planned = handle.plan(order.move(handle), sample_seconds=every or 0.0)
+        planned = handle.plan(order.move(handle), sample_time=every or None)
         limits = handle.limits
         told = in_degrees(handle, planned.robots[robot]) if order.degrees else planned.robots[robot]
     # A move of one group tells of its tool centre point.
@@ -72,7 +72,7 @@ def plan(target: Target, robot: str, order: Order, every: float | None, file: st
         click.echo("\n".join(aligned(peaks(told, limits, planned.robots[robot]))))
     # What is greatest lies between samples that are far apart.
     fastest = "" if every else f"; the tool centre point moves at up to {told.tcp_speeds.max():.4f} m/s"
-    click.echo(f"{planned.duration_seconds:.3f} s{fastest}")
+    click.echo(f"{planned.duration:.3f} s{fastest}")
     for note in planned.notes:
         click.echo(note.message)
 
@@ -95,7 +95,9 @@ def check(target: Target, robot: str, order: Order, min_singular_value: float, l
     """
     with target.connect() as client:
         handle = client.robot(robot)
-        found = handle.check(order.move(handle), min_singular_value=min_singular_value, collisions=not limits_only)
+        found = handle.check(
+            order.move(handle), min_singular_value=min_singular_value or None, collisions=not limits_only
+        )
     return verdict(robot, found, limits_only)
 
 
@@ -107,7 +109,7 @@ def verdict(what: str, found: MotionCheck, limits_only: bool) -> int:
     margin = found.min_singular_value
     near = "" if margin is None else f", and its smallest singular value is {margin:.3g}"
     keeps = "keeps all limits" if limits_only else "keeps all limits and touches nothing"
-    click.echo(f"{what} {keeps}: the motion takes {found.duration_seconds:.3f} s{near}")
+    click.echo(f"{what} {keeps}: the motion takes {found.duration:.3f} s{near}")
     return 0
 
 

@@ -78,12 +78,12 @@ def describe(found: Sequence[Plugin], settings: bool) -> Iterator[str]:
 def _row(component: Component) -> list[str]:
     where = component.isolation.replace("_", " ")
     if component.isolation == "process":
-        where += f", {component.deadline_seconds:g} s a call"
+        where += f", {component.deadline:g} s a call"
     return [component.kind, component.name, where, " ".join(component.endings), component.description]
 
 
 def _used(use: ComponentUse) -> str:
-    calls = f"{use.calls} calls" + (f" of {1e3 * use.mean_call_seconds:.3f} ms" if use.calls else "")
+    calls = f"{use.calls} calls" + (f" of {1e3 * use.mean_call_time:.3f} ms" if use.calls else "")
     whom = f"{use.robot}, group {use.group}" if use.group else use.robot or use.sensor
     words = [f"for {whom}: {calls}" if whom else calls]
     words += [f"process {use.process_id}"] if use.process_id else []

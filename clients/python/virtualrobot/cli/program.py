@@ -53,7 +53,7 @@ def program(target: Target, file: str, preempt: bool, no_wait: bool, check: bool
         )
         show_notes(motion)
         if no_wait:
-            click.echo(f"started {motion.id}: {motion.planned_duration_seconds:.2f} s")
+            click.echo(f"started {motion.id}: {motion.planned_duration:.2f} s")
             return 0
         follow(motion)
         click.echo(f"{motion.id} is done")

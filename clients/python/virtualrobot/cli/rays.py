@@ -89,8 +89,8 @@ def comparison_lines(found: Sequence[RayCasterComparison], count: int) -> Iterat
                 f"{100.0 * one.other_element:.3f} %",
                 f"{one.median_difference:.2g} m",
                 f"{one.largest_difference:.2g} m",
-                f"{one.first_cast_seconds:.3f} s",
-                f"{1e6 * one.cast_seconds / count:.3g} us",
+                f"{one.first_cast_time:.3f} s",
+                f"{1e6 * one.cast_time / count:.3g} us",
             ]
         )
     yield from aligned(rows)

@@ -136,8 +136,8 @@ def models(target: Target, search: str, maker: str) -> None:
     rows = [
         [
             *(model.name, model.description, str(model.axes)),
-            f"{model.payload_kilograms:g} kg" if model.payload_kilograms else "",
-            f"{model.reach_meters:g} m" if model.reach_meters else "",
+            f"{model.payload:g} kg" if model.payload else "",
+            f"{model.reach:g} m" if model.reach else "",
             model.package if model.installed else f"pip install {model.package}",
         ]
         for model in known

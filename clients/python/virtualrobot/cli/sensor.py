@@ -120,7 +120,7 @@ def set_components(
         settings = settings_from(values, schemas.get(component, {}))
         handle = client.sensors[name]
         trial = (handle.set_ray_caster if kind == "ray_caster" else handle.set_model)(component, settings)
-    click.echo(f"{trial.rays:,} rays in {1e3 * trial.cast_seconds:.3f} ms, model {1e3 * trial.model_seconds:.3f} ms")
+    click.echo(f"{trial.rays:,} rays in {1e3 * trial.cast_time:.3f} ms, model {1e3 * trial.model_time:.3f} ms")
 
 
 @sensor.command()
@@ -156,9 +156,9 @@ def status_lines(sensors: Sequence[SensorStatus]) -> list[str]:
     rows = []
     for one in sensors:
         work = f"{one.readings} reading{'s' * (one.readings > 1)}" if one.readings else ""
-        work += f" of {1e3 * one.mean_reading_seconds:.2f} ms" if one.readings else ""
+        work += f" of {1e3 * one.mean_reading_time:.2f} ms" if one.readings else ""
         work += f", {one.missed} missed" if one.missed else ""
-        rows.append([one.name, one.kind, one.state, f"{one.rate_hertz:g} Hz", one.fault or work])
+        rows.append([one.name, one.kind, one.state, f"{one.rate:g} Hz", one.fault or work])
     return aligned(rows, left=5)
 
 
@@ -171,7 +171,7 @@ def preset_lines(presets: Sequence[SensorPreset]) -> list[str]:
 
 def reading_line(reading: Reading) -> str:
     """Return a reading in one line."""
-    words = f"{reading.stamp.simulation_time_seconds:10.3f} s  {reading.sensor}  {reading.number}"
+    words = f"{reading.stamp.simulation_time:10.3f} s  {reading.sensor}  {reading.number}"
     return f"{words}  {reading.fault or _said(reading)}"
 
 
@@ -206,7 +206,7 @@ def write_points(path: Path, reading: Reading) -> None:
             points=scan.points,
             frame=scan.frame,
             world_t_sensor=reading.world_t_sensor,
-            simulation_time_seconds=reading.stamp.simulation_time_seconds,
+            simulation_time_seconds=reading.stamp.simulation_time,
         )
         return
     rows = np.column_stack((scan.points[scan.valid], scan.intensities[scan.valid]))

@@ -64,7 +64,7 @@ def step(target: Target, ticks: int, realtime: bool) -> None:
             if not realtime:
                 click.echo(f"time stands still now but for steps; {GO_ON}", err=True)
         stamp = client.clock.step(ticks).stamp
-        click.echo(f"tick {stamp.tick}, {stamp.simulation_time_seconds:.3f} s")
+        click.echo(f"tick {stamp.tick}, {stamp.simulation_time:.3f} s")
         if realtime:
             client.clock.set_realtime()
 
@@ -75,8 +75,8 @@ def describe(client: Client, robots: Sequence[str], degrees: bool) -> str:
 
     clock = client.clock.read()
     lines = [
-        f"{clock.mode} clock: {clock.stamp.simulation_time_seconds:.3f} s, tick {clock.stamp.tick} of "
-        f"{1000 * clock.tick_seconds:g} ms, real-time factor {clock.real_time_factor:.2f}"
+        f"{clock.mode} clock: {clock.stamp.simulation_time:.3f} s, tick {clock.stamp.tick} of "
+        f"{1000 * clock.tick_length:g} ms, real-time factor {clock.real_time_factor:.2f}"
     ]
     for robot in [client.robot(name) for name in robots] if robots else client.robots():
         now = robot.state

@@ -85,7 +85,7 @@ class AllowedPairs:
         self._services.apply([pairs_command(allow, forbid)])
 
     def find(
-        self, robot: str, *, samples: int = 0, seed: int = 0, progress: Callable[[float], None] | None = None
+        self, robot: str, *, samples: int | None = None, seed: int = 0, progress: Callable[[float], None] | None = None
     ) -> Sequence[SampledPair]:
         """Return how often nodes of a robot touch in random configurations, those that do most often first.
 
@@ -93,7 +93,7 @@ class AllowedPairs:
 
         Args:
             robot: the robot.
-            samples: number of configurations; 0 means 1,000.
+            samples: number of configurations, 1,000 by default.
             seed: the seed that they are drawn with.
             progress: is called with the part that is done, 0 to 1; what it raises ends the search.
 

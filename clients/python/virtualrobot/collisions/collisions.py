@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot._wire.messages import Stamp, joint_map, stamp_of
+from virtualrobot._wire.messages import Stamp, count_or_default, joint_map, stamp_of
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot.collisions.allowed_pairs import AllowedPairs
 from virtualrobot.collisions.configurations import ConfigurationsCheck, check_message, gathered
@@ -36,12 +36,12 @@ class Check:
 
     Attributes:
         pairs: the pairs that touch and may not.
-        seconds: the time that the check took, without the call.
+        check_time: the time that the check took, without the call.
         stamp: the instant of the world that was checked.
     """
 
     pairs: tuple[Collision, ...]
-    seconds: float
+    check_time: float
     stamp: Stamp
 
     def __bool__(self) -> bool:
@@ -162,23 +162,23 @@ class Collisions(CollisionRules):
     def distances(
         self,
         *first: str,
-        range_meters: float,
+        max_distance: float,
         to: Iterable[str] = (),
         configurations: Configurations | None = None,
     ) -> list[Distance]:
         """Return all pairs of nodes that are at most so far apart and may not touch, the nearest first.
 
-        The arguments are those of `distance`; a range of 0 is refused.
+        `max_distance` is in m, above 0; the other arguments are those of `distance`.
         """
-        if not range_meters > 0.0:
-            raise InvalidArgumentError(f"range_meters must be above 0, not {range_meters}; `distance` has no range")
-        return self._distances(first, to, range_meters, configurations)
+        if not max_distance > 0.0:
+            raise InvalidArgumentError(f"max_distance must be above 0, not {max_distance}; `distance` has none")
+        return self._distances(first, to, max_distance, configurations)
 
     def _distances(
-        self, first: Iterable[str], second: Iterable[str], range_meters: float, configurations: Configurations | None
+        self, first: Iterable[str], second: Iterable[str], max_distance: float, configurations: Configurations | None
     ) -> list[Distance]:
         request = collision_pb2.MeasureDistancesRequest(
-            first=first, second=second, range_meters=range_meters, configurations=_messages(configurations)
+            first=first, second=second, range_meters=max_distance, configurations=_messages(configurations)
         )
         response = self._services.collision.MeasureDistances(request, timeout=LONG_TIMEOUT_SECONDS)
         return [
@@ -206,7 +206,7 @@ class Collisions(CollisionRules):
 
         Args:
             nodes: at least one.
-            vertices: the most corners of a hull, 4 to 256; 0 has the meshes collide as their triangles again.
+            vertices: the most corners of a hull, 4 to 256.
 
         Raises:
             UnknownNameError: when there is no such node.
@@ -214,7 +214,12 @@ class Collisions(CollisionRules):
         """
         if not nodes:
             raise InvalidArgumentError("name the nodes whose meshes shall collide as hulls")
-        use_hulls(self._services, nodes, vertices)
+        use_hulls(self._services, nodes, count_or_default(vertices, "the count of vertices"))
+        return self.meshes(*nodes)
+
+    def use_triangles(self, *nodes: str) -> list[CollisionMesh]:
+        """Have the meshes of nodes and of all below them collide as their triangles again; see `use_hulls`."""
+        use_hulls(self._services, nodes, 0)
         return self.meshes(*nodes)
 
     def watch(self) -> Iterator[CollisionReport]:

@@ -25,7 +25,7 @@ class CollisionMesh:
         hull: true where it collides as a hull, which is a solid.
         deviation: largest distance that the mesh reaches out of its hull (m); the hull counts as thicker by as much.
         convex: true where its collision shape is closed and convex: then depths are exact.
-        seconds: the time that making it took (s).
+        build_time: the time that making it took (s).
         warning: the fault of the mesh, in words; empty when there is none.
     """
 
@@ -37,7 +37,7 @@ class CollisionMesh:
     hull: bool
     deviation: float
     convex: bool
-    seconds: float
+    build_time: float
     warning: str
 
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TypedDict, Unpack
 
+from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import Services
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.v1 import collision_pb2, scene_pb2
@@ -23,12 +25,12 @@ class GuardCost:
 
     Attributes:
         ticks: number of ticks that were checked.
-        mean_seconds: the mean time of a check, in s of the wall clock, and `worst_seconds` the longest.
+        mean_time: the mean time of a check, in s of the wall clock, and `worst_time` the longest.
     """
 
     ticks: int
-    mean_seconds: float
-    worst_seconds: float
+    mean_time: float
+    worst_time: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,13 +40,28 @@ class CollisionSettings:
     Attributes:
         mode: for robots without a mode of their own: off, monitor, stop or guard.
         robots: the modes of robots that have one of their own.
-        look_ahead_seconds: time (s) by which running motions are checked ahead; 0 means not at all.
+        look_ahead: time (s) by which running motions are checked ahead; 0 means not at all.
         paddings: additional thickness of the figures of nodes, in meters, by node.
     """
 
     mode: str
     robots: Mapping[str, str]
-    look_ahead_seconds: float
+    look_ahead: float
+    paddings: Mapping[str, float]
+
+
+class CollisionOptions(TypedDict, total=False):
+    """Options of collision settings; what is not given stays.
+
+    Attributes:
+        robots: robots that get a mode of their own; None takes it away.
+        look_ahead: time (s) by which running motions are checked ahead, 0 to 60; 0 means not at all.
+        paddings: by how much the figures of nodes count as thicker, 0 to 1 m: two nodes touch where they are nearer
+            than the paddings of both together.
+    """
+
+    robots: Mapping[str, str | None]
+    look_ahead: float
     paddings: Mapping[str, float]
 
 
@@ -72,55 +89,43 @@ class CollisionRules:
         cost = self._services.collision.GetCollisionSettings(collision_pb2.GetCollisionSettingsRequest()).guard_cost
         return GuardCost(cost.ticks, cost.mean_seconds, cost.worst_seconds)
 
-    def set(
-        self,
-        mode: str = "",
-        *,
-        robots: Mapping[str, str] | None = None,
-        look_ahead_seconds: float | None = None,
-        paddings: Mapping[str, float] | None = None,
-    ) -> None:
+    def set(self, mode: str | None = None, **options: Unpack[CollisionOptions]) -> None:
         """Change what is done about collisions; what is not given stays. Saved with the scene.
 
-        Args:
-            mode: for robots without a mode of their own: `off`, `monitor` (they are reported), `stop` (and stop the
-                robots) or `guard` (robots brake before they collide).
-            robots: robots that get a mode of their own; an empty one takes it away.
-            look_ahead_seconds: time (s) by which running motions are checked ahead, 0 to 60; 0 means not at all.
-            paddings: by how much the figures of nodes count as thicker, 0 to 1 m: two nodes touch where they are nearer
-                than the paddings of both together.
+        `mode` is for robots without a mode of their own: `off`, `monitor` (they are reported), `stop` (and stop the
+        robots) or `guard` (robots brake before they collide).
 
         Raises:
             UnknownNameError: when there is no such robot or node.
             LimitError: for a look-ahead or a padding out of range.
         """
-        self._services.apply([collision_command(mode, robots, look_ahead_seconds, paddings)])
+        self._services.apply([collision_command(mode, options)])
 
 
-def collision_command(
-    mode: str,
-    robots: Mapping[str, str] | None,
-    look_ahead_seconds: float | None,
-    paddings: Mapping[str, float] | None,
-) -> scene_pb2.Command:
-    """Return the command that changes what is done about collisions, as `CollisionRules.set` describes it."""
+def collision_command(mode: str | None, options: CollisionOptions) -> scene_pb2.Command:
+    """Return the command that changes what is done about collisions."""
+    check_options(options, CollisionOptions, "a setting of collisions")
     command = collision_pb2.SetCollisionSettings(
         mode=_mode(mode),
         robots=[
-            collision_pb2.RobotCollisionMode(robot=robot, mode=_mode(own)) for robot, own in (robots or {}).items()
+            collision_pb2.RobotCollisionMode(robot=robot, mode=_mode(own))
+            for robot, own in options.get("robots", {}).items()
         ],
-        look_ahead_seconds=look_ahead_seconds,
+        look_ahead_seconds=options.get("look_ahead"),
         paddings=[
-            collision_pb2.NodePadding(node=node, padding_meters=padding) for node, padding in (paddings or {}).items()
+            collision_pb2.NodePadding(node=node, padding_meters=padding)
+            for node, padding in options.get("paddings", {}).items()
         ],
     )
     return scene_pb2.Command(set_collision_settings=command)
 
 
-def _mode(name: str) -> collision_pb2.CollisionMode:
-    if name and name not in MODES:
+def _mode(name: str | None) -> collision_pb2.CollisionMode:
+    if name is None:
+        return collision_pb2.COLLISION_MODE_UNSPECIFIED
+    if name not in MODES:
         raise InvalidArgumentError(f"a collision mode is one of {', '.join(MODES)}, not {name!r}")
-    return MODES[name] if name else collision_pb2.COLLISION_MODE_UNSPECIFIED
+    return MODES[name]
 
 
 def _mode_name(mode: collision_pb2.CollisionMode) -> str:

@@ -78,7 +78,7 @@ class CollisionReport:
         missed_events: number of older events that are not told, since there were more than 1,000.
         fault: the reason for which the last check failed; empty where it did not.
         checks: number of checks.
-        check_seconds: the time that these took together.
+        check_time: the time that these took together.
     """
 
     stamp: Stamp
@@ -87,7 +87,7 @@ class CollisionReport:
     missed_events: int
     fault: str
     checks: int
-    check_seconds: float
+    check_time: float
 
 
 def watch_collisions(services: Services) -> Iterator[CollisionReport]:

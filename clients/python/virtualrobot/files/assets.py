@@ -7,14 +7,13 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
-from google.protobuf.struct_pb2 import Struct
 from numpy.typing import ArrayLike
 
-from virtualrobot._wire.messages import vector_message
+from virtualrobot._wire.messages import settings_message, vector_message
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot.errors import InvalidArgumentError, MalformedFileError, MissingFileError, PluginFailedError
 from virtualrobot.files.resolver import Resolver, UnresolvedUriError, join_uri
-from virtualrobot.scene.figures import styled
+from virtualrobot.scene.figures import Figure, styled
 from virtualrobot.v1 import asset_pb2, nodes_pb2
 
 _CHUNK_BYTES = 1024 * 1024
@@ -39,7 +38,7 @@ class Upload:
     files: dict[str, str] = field(default_factory=dict)
     missing: dict[str, UnresolvedUriError] = field(default_factory=dict)
 
-    def messages(self) -> list[nodes_pb2.AssetFile]:
+    def _messages(self) -> list[nodes_pb2.AssetFile]:
         """Return the files as messages."""
         return [nodes_pb2.AssetFile(uri=uri, sha256=sha256) for uri, sha256 in self.files.items()]
 
@@ -76,7 +75,7 @@ class Assets:
         color: str | ArrayLike | None = None,
         pose: ArrayLike | None = None,
         roles: Sequence[str] = (),
-    ) -> nodes_pb2.Figure:
+    ) -> Figure:
         """Return a mesh file of this machine as a figure, with its materials and textures, all uploaded.
 
         `scale` is one factor or three, for x, y, z; a negative one mirrors. Other options as in `virtualrobot.box`.
@@ -90,7 +89,7 @@ class Assets:
             uri=upload.uri,
             sha256=upload.files[upload.uri],
             scale=vector_message(factors, "the scale of a mesh"),
-            files=[message for message in upload.messages() if message.uri != upload.uri],
+            files=[message for message in upload._messages() if message.uri != upload.uri],
         )
         return styled(nodes_pb2.Figure(mesh=mesh), color, pose, roles)
 
@@ -98,7 +97,7 @@ class Assets:
         self,
         file: str | Path,
         packages: Mapping[str, str | Path] | None = None,
-        settings: Struct | None = None,
+        settings: Mapping[str, object] | None = None,
     ) -> Upload:
         """Give the kernel a file of this machine and all files that it names, and those that these name.
 
@@ -138,14 +137,14 @@ class Assets:
         return upload
 
     def _references(
-        self, upload: Upload, path: Path, referrer: str, resolver: Resolver, settings: Struct | None
+        self, upload: Upload, path: Path, referrer: str, resolver: Resolver, settings: Mapping[str, object] | None
     ) -> dict[str, Path]:
         """Return where the files are that one file names, by their joined names; note those that are not here."""
         request = asset_pb2.ListReferencesRequest(
             sha256=upload.files[referrer],
             uri=referrer,
-            files=[] if _ending(referrer) in _NAME_ALL_AT_ONCE else upload.messages(),
-            settings=settings if referrer == upload.uri else None,
+            files=[] if _ending(referrer) in _NAME_ALL_AT_ONCE else upload._messages(),
+            settings=settings_message(settings) if settings and referrer == upload.uri else None,
         )
         try:
             files = self._services.asset.ListReferences(request, timeout=LONG_TIMEOUT_SECONDS).files

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
 
-from google.protobuf.struct_pb2 import Struct
 from numpy.typing import ArrayLike
 
-from virtualrobot._wire.messages import pose_message
+from virtualrobot._wire.messages import pose_message, settings_message
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot.errors import InvalidArgumentError, MissingFileError
 from virtualrobot.files.assets import Assets, Upload
@@ -57,7 +56,7 @@ class FileWarning:
         return self.text
 
 
-def model_request(name: str, pose: ArrayLike | None, parent: str, base: str) -> scene_pb2.ModelSource:
+def model_request(name: str | None, pose: ArrayLike | None, parent: str, base: str) -> scene_pb2.ModelSource:
     """Return the request for a model that goes there; the arguments are those of `Scene.load`."""
     if base not in _BASES:
         raise InvalidArgumentError(f"base is {', '.join(_BASES)}, not {base!r}")
@@ -74,22 +73,27 @@ def load_model(
     file: str | Path,
     srdf: str | Path | None,
     packages: Mapping[str, str | Path],
+    settings: Mapping[str, object] | None,
 ) -> scene_pb2.ImportModelResponse:
     """Import a model from a file of this machine, or one that the kernel knows."""
-    upload = _sent(assets, file, packages, request.settings)
+    if settings:
+        request.settings.CopyFrom(settings_message(settings))
+    upload = _sent(assets, file, packages, settings)
     request.uri = upload.uri
     if srdf is not None:
-        beside = _sent(assets, srdf, packages, request.settings)
+        beside = _sent(assets, srdf, packages, settings)
         request.srdf_uri = beside.uri
         upload = Upload(upload.uri, beside.files | upload.files, beside.missing | upload.missing)
-    request.files.extend(upload.messages())
+    request.files.extend(upload._messages())
     try:
         return services.scene.ImportModel(scene_pb2.ImportModelRequest(model=request), timeout=LONG_TIMEOUT_SECONDS)
     except MissingFileError as error:
         _say_where(error, upload)
 
 
-def _sent(assets: Assets, file: str | Path, packages: Mapping[str, str | Path], settings: Struct) -> Upload:
+def _sent(
+    assets: Assets, file: str | Path, packages: Mapping[str, str | Path], settings: Mapping[str, object] | None
+) -> Upload:
     """Send a file with all that it names; leave one that is not here to the kernel, which may have it."""
     uri = str(file)
     try:
@@ -109,7 +113,7 @@ def load_scene(
         text = Path(upload.uri).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise InvalidArgumentError(f"{file} is no scene file: it is not text in UTF-8: {error}") from error
-    request = scene_pb2.LoadSceneRequest(text=text, uri=upload.uri, files=upload.messages(), add=add, strict=strict)
+    request = scene_pb2.LoadSceneRequest(text=text, uri=upload.uri, files=upload._messages(), add=add, strict=strict)
     try:
         return services.scene.LoadScene(request, timeout=LONG_TIMEOUT_SECONDS)
     except MissingFileError as error:

@@ -7,12 +7,13 @@ import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import Enum
-from typing import TypedDict, Unpack
+from typing import TYPE_CHECKING, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot._wire.messages import pose_of
+from virtualrobot._wire.messages import pose_of, value_or_default
+from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot._wire.transport import Stream
 from virtualrobot.errors import (
@@ -22,8 +23,11 @@ from virtualrobot.errors import (
     MotionCancelledError,
     VirtualRobotError,
 )
-from virtualrobot.motions.moves import unstarted
+from virtualrobot.motions.moves import Move, messages_of
 from virtualrobot.v1 import motion_pb2
+
+if TYPE_CHECKING:
+    from virtualrobot.motions.program import Program
 
 
 class Phase(Enum):
@@ -49,26 +53,97 @@ class Phase(Enum):
 class Search:
     """Result of a search: joint positions (rad or m, by name), pose of the tool centre point (4x4) and time (s).
 
-    `time_seconds` is simulation time. The values are those of the hit; where nothing was found, of the motion's end.
+    `time` is simulation time. The values are those of the hit; where nothing was found, of the motion's end.
     """
 
     found: bool
     joint_positions: dict[str, float]
     world_t_tcp: NDArray[np.float64]
-    time_seconds: float
+    time: float
 
 
-def raise_early_end(motion: motion_pb2.Motion) -> None:
-    """Raise MotionCancelledError, or MotionAbortedError, for a motion that has ended before its goal."""
-    phase = Phase(motion.phase)
-    if phase not in (Phase.CANCELLED, Phase.ABORTED):
-        return
-    error = MotionAbortedError if phase is Phase.ABORTED else MotionCancelledError
-    raise error(
-        f"motion {motion.id} of {', '.join(motion.robots)} was {phase.name.lower()} at {100 * motion.progress:.0f}%: "
-        f"{motion.end_reason or 'no reason given'}",
-        metadata={"motion": motion.id, "end_reason": motion.end_reason},
-    )
+@dataclass(frozen=True, slots=True, eq=False)
+class MotionState:
+    """State of a motion at one instant.
+
+    Attributes:
+        id: its name in the kernel, never used again.
+        robots: the robots that it moves.
+        phase: its phase.
+        progress: part of the planned time law that is done, 0 to 1.
+        step: number of the program's step that it is at, from 0.
+        step_count: number of steps of its program; 0 for moves that are no program.
+        planned_duration: duration at full speed factors (s).
+        start_time: simulation time of its start (s).
+        end_cause: cause of its end before its goal, such as `call`, `stop` or `collision`; empty without one.
+        end_reason: the same in words.
+        search: result of its search; None before, and for motions that don't search.
+    """
+
+    id: str
+    robots: tuple[str, ...]
+    phase: Phase
+    progress: float
+    step: int
+    step_count: int
+    planned_duration: float
+    start_time: float
+    end_cause: str
+    end_reason: str
+    search: Search | None
+
+    @staticmethod
+    def of(message: motion_pb2.Motion) -> MotionState:
+        """Return what a message tells."""
+        cause = motion_pb2.EndCause.Name(message.end_cause).removeprefix("END_CAUSE_").lower()
+        found = message.search
+        return MotionState(
+            message.id,
+            tuple(message.robots),
+            Phase(message.phase),
+            message.progress,
+            message.step,
+            message.step_count,
+            message.planned_duration_seconds,
+            message.start_time_seconds,
+            cause if message.end_cause else "",
+            message.end_reason,
+            Search(found.found, dict(found.joint_positions), pose_of(found.world_t_tcp), found.time_seconds)
+            if message.HasField("search")
+            else None,
+        )
+
+    def raise_early_end(self) -> None:
+        """Raise MotionCancelledError, or MotionAbortedError, for a motion that has ended before its goal."""
+        if self.phase not in (Phase.CANCELLED, Phase.ABORTED):
+            return
+        error = MotionAbortedError if self.phase is Phase.ABORTED else MotionCancelledError
+        raise error(
+            f"motion {self.id} of {', '.join(self.robots)} was {self.phase.name.lower()} at {100 * self.progress:.0f}%:"
+            f" {self.end_reason or 'no reason given'}",
+            metadata={"motion": self.id, "end_reason": self.end_reason},
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class PlanNote:
+    """Something that the planner made other than asked; `kind` is as in `PlanNoteKind` of the contract.
+
+    wanted, kept: the value that was asked for and the one that became of it, in meters, radians or percent.
+    """
+
+    kind: str
+    step: int
+    robot: str
+    wanted: float
+    kept: float
+    message: str
+
+    @staticmethod
+    def of(message: motion_pb2.PlanNote) -> PlanNote:
+        """Return what a message tells."""
+        kind = motion_pb2.PlanNoteKind.Name(message.kind).removeprefix("PLAN_NOTE_KIND_")
+        return PlanNote(kind, message.step, message.robot, message.wanted, message.kept, message.message)
 
 
 class Motion:
@@ -92,70 +167,61 @@ class Motion:
 
         `notes` tell what the planner made other than it was asked to, such as smaller zones.
         """
-        self.notes = tuple(notes)
+        self.notes = tuple(map(PlanNote.of, notes))
         self._services = services
         self._changed = threading.Condition()
-        self._message = message
+        self._state = MotionState.of(message)
         self._error: VirtualRobotError | None = None
         self._stream: Stream[motion_pb2.WatchMotionResponse] | None = None
 
     @property
+    def state(self) -> MotionState:
+        """State of the motion now."""
+        if self._stream is None and not self._state.phase.ended:
+            response = self._services.motion.GetMotion(motion_pb2.GetMotionRequest(id=self.id))
+            with self._changed:
+                self._state = MotionState.of(response.motion)
+        return self._state
+
+    @property
     def id(self) -> str:
         """Its name in the kernel, never used again."""
-        return self._message.id
+        return self._state.id
 
     @property
     def robots(self) -> tuple[str, ...]:
         """The robots that it moves."""
-        return tuple(self._message.robots)
+        return self._state.robots
 
     @property
-    def _title(self) -> str:
-        """Title of the motion for people: a program that only sets signals moves no robot."""
-        return f"{self.id} of {', '.join(self.robots)}" if self.robots else self.id
-
-    @property
-    def planned_duration_seconds(self) -> float:
+    def planned_duration(self) -> float:
         """Duration at full speed factors (s)."""
-        return self._message.planned_duration_seconds
-
-    @property
-    def phase(self) -> Phase:
-        """Phase of the motion now."""
-        return Phase(self.message.phase)
-
-    @property
-    def progress(self) -> float:
-        """Part of the planned time law that is done, 0 to 1."""
-        return self.message.progress
-
-    @property
-    def step(self) -> int:
-        """Number of the program's step that it is at, from 0."""
-        return self.message.step
+        return self._state.planned_duration
 
     @property
     def step_count(self) -> int:
         """Number of steps of its program; 0 for moves that are no program."""
-        return self._message.step_count
+        return self.state.step_count
+
+    @property
+    def phase(self) -> Phase:
+        """Phase of the motion now."""
+        return self.state.phase
+
+    @property
+    def progress(self) -> float:
+        """Part of the planned time law that is done, 0 to 1."""
+        return self.state.progress
+
+    @property
+    def step(self) -> int:
+        """Number of the program's step that it is at, from 0."""
+        return self.state.step
 
     @property
     def search(self) -> Search | None:
         """Result of its search; None before, and for motions that don't search."""
-        message = self.message
-        if not message.HasField("search"):
-            return None
-        found = message.search
-        return Search(found.found, dict(found.joint_positions), pose_of(found.world_t_tcp), found.time_seconds)
-
-    @property
-    def message(self) -> motion_pb2.Motion:
-        """The motion as the contract describes it, as it is now."""
-        if self._stream is None and not Phase(self._message.phase).ended:
-            response = self._services.motion.GetMotion(motion_pb2.GetMotionRequest(id=self.id))
-            with self._changed:
-                self._message = response.motion
-        return self._message
+        return self.state.search
 
     def wait(self, timeout: float | None = None) -> Motion:
         """Wait until it has reached its goal; return itself. Ctrl-C cancels it.
@@ -172,7 +238,7 @@ class Motion:
         try:
             self.keep_watching()
             with self._changed:
-                while self._error is None and not Phase(self._message.phase).ended:
+                while self._error is None and not self._state.phase.ended:
                     left = None if end is None else end - time.monotonic()
                     if left is not None and left <= 0:
                         raise CallTimeoutError(f"motion {self.id} has not ended after {timeout} s; it goes on")
@@ -183,11 +249,11 @@ class Motion:
             raise
         if self._error is not None:
             raise self._error
-        raise_early_end(self._message)
+        self._state.raise_early_end()
         return self
 
-    def append(self, steps: Iterable[motion_pb2.ProgramStep], *, last: bool = False) -> tuple[motion_pb2.PlanNote, ...]:
-        """Append the steps of a `Program` to one that was started `open`; `last` closes it.
+    def append(self, program: Program | None = None, *, last: bool = False) -> tuple[PlanNote, ...]:
+        """Append the steps of a program to one that was started `open`; `last` closes it.
 
         Returns notes on what the planner made other than it was asked to: a zone that is dropped says that the step
         after it begins from rest, and why. Raises WrongStateError when the program is not open, stops or has ended,
@@ -197,15 +263,16 @@ class Motion:
             >>> motion = client.program().move(robot.linear(first), zone=0.02).start(open=True)
             >>> for pose in poses:
             ...     motion.append(client.program().move(robot.linear(pose), zone=0.02))
-            >>> motion.append([], last=True)
+            >>> motion.append(last=True)
             >>> motion.wait()
         """
+        steps = () if program is None else program._spec.steps
         request = motion_pb2.AppendMotionRequest(id=self.id, steps=steps, last=last)
         response = self._services.motion.AppendMotion(request, timeout=LONG_TIMEOUT_SECONDS)
         with self._changed:
-            if not Phase(self._message.phase).ended:
-                self._message = response.motion
-        return tuple(response.notes)
+            if not self._state.phase.ended:
+                self._state = MotionState.of(response.motion)
+        return tuple(map(PlanNote.of, response.notes))
 
     def pause(self) -> None:
         """Slow it to standstill on its path; it can go on by `resume`."""
@@ -219,17 +286,17 @@ class Motion:
         """Slow it to standstill on its path and end it."""
         self._services.motion.CancelMotion(motion_pb2.CancelMotionRequest(id=self.id, reason=reason))
 
-    def watch(self, max_rate_hertz: float = 0.0) -> Iterator[motion_pb2.Motion]:
-        """Yield the motion again and again until it has ended; at most 30 times a second by default."""
-        request = motion_pb2.WatchMotionRequest(id=self.id, max_rate_hertz=max_rate_hertz)
+    def watch(self, max_rate: float | None = None) -> Iterator[MotionState]:
+        """Yield its state again and again until it has ended, at most `max_rate` (30 by default) times a second."""
+        request = motion_pb2.WatchMotionRequest(id=self.id, max_rate_hertz=value_or_default(max_rate, "max_rate"))
         with self._services.motion.WatchMotion(request) as stream:
             for response in stream:
-                yield response.motion
+                yield MotionState.of(response.motion)
 
     def keep_watching(self) -> None:
         """Watch it in a thread until it ends, so that the kernel knows that somebody cares."""
         with self._changed:
-            if self._stream is not None or Phase(self._message.phase).ended:
+            if self._stream is not None or self._state.phase.ended:
                 return
             stream = self._stream = self._services.motion.WatchMotion(motion_pb2.WatchMotionRequest(id=self.id))
         threading.Thread(target=self._follow, args=(stream,), name=f"motion {self.id}", daemon=True).start()
@@ -239,12 +306,12 @@ class Motion:
         try:
             for response in stream:
                 with self._changed:
-                    self._message = response.motion
+                    self._state = MotionState.of(response.motion)
                     self._changed.notify_all()
         except VirtualRobotError as stopped:
             error = stopped
         with self._changed:
-            if error is not None or not Phase(self._message.phase).ended:
+            if error is not None or not self._state.phase.ended:
                 self._error = error or VirtualRobotError(f"the kernel no longer tells of motion {self.id}")
             self._changed.notify_all()
 
@@ -261,8 +328,9 @@ class Motion:
 
     def __repr__(self) -> str:
         """Return a line for people, as it was last told."""
-        phase, progress = Phase(self._message.phase).name.lower(), self._message.progress
-        return f"<Motion {self._title}: {phase}, {100 * progress:.0f}%>"
+        state = self._state
+        title = f"{state.id} of {', '.join(state.robots)}" if state.robots else state.id  # of a program without robots
+        return f"<Motion {title}: {state.phase.name.lower()}, {100 * state.progress:.0f}%>"
 
 
 @dataclass(frozen=True, slots=True)
@@ -271,7 +339,7 @@ class Tracking:
 
     `window` is the way of the joint in all from its position when the motion is planned, with the sign of its
     direction, in meters or radians. `max_velocity` is the greatest speed of the joint that the arm shall keep up with,
-    in m/s or rad/s; 0 means the joint's limit.
+    in m/s or rad/s; without it the joint's limit.
 
     Example:
         >>> belt = virtualrobot.Tracking("conveyor.belt", window=0.6, max_velocity=0.2)
@@ -280,57 +348,44 @@ class Tracking:
 
     node: str
     window: float
-    max_velocity: float = 0.0
+    max_velocity: float | None = None
 
     @property
-    def message(self) -> motion_pb2.Tracking:
-        """The same as a message of the contract."""
-        return motion_pb2.Tracking(node=self.node, window=self.window, max_velocity=self.max_velocity)
+    def _message(self) -> motion_pb2.Tracking:
+        velocity = value_or_default(self.max_velocity, "max_velocity")
+        return motion_pb2.Tracking(node=self.node, window=self.window, max_velocity=velocity)
 
 
-class GoingOptions(TypedDict, total=False):
-    """Options of every start besides `wait`; see `start_spec`."""
+class StartOptions(TypedDict, total=False):
+    """Options of a start; None leaves each as a program file says, or at its default.
 
+    Attributes:
+        wait: whether to return only at the motion's end; True, but for jogs.
+        preempt: cancel motions in the way instead of being refused with `RobotBusyError`.
+        on_disconnect: what the kernel does when this program vanishes: `stop` (the default) or `continue`.
+        expected_structure_revision: refuse to start when the scene's structure has another one (`StaleRevisionError`).
+        tracking: what it goes along with.
+    """
+
+    wait: bool
     preempt: bool | None
     on_disconnect: str | None
-    expected_revision: int | None
+    expected_structure_revision: int | None
     tracking: Tracking | None
 
 
-class StartOptions(GoingOptions, total=False):
-    """Options of a start; see `start_spec`."""
-
-    wait: bool
-
-
-def start(services: Services, moves: Iterable[motion_pb2.Move], **options: Unpack[StartOptions]) -> Motion:
-    """Start moves that go together; the options are those of `start_spec`."""
-    return start_spec(services, motion_pb2.MotionSpec(moves=unstarted(moves)), **options)
+def start(services: Services, moves: Iterable[Move], **options: Unpack[StartOptions]) -> Motion:
+    """Start moves that go together."""
+    return start_spec(services, motion_pb2.MotionSpec(moves=messages_of(moves)), **options)
 
 
 def start_spec(
-    services: Services,
-    spec: motion_pb2.MotionSpec,
-    *,
-    wait: bool = True,
-    preempt: bool | None = None,
-    on_disconnect: str | None = None,
-    expected_revision: int | None = None,
-    tracking: Tracking | None = None,
-    open: bool = False,
-    **unknown: object,
+    services: Services, spec: motion_pb2.MotionSpec, *, open: bool = False, **options: Unpack[StartOptions]
 ) -> Motion:
-    """Start a motion; return its handle, after its end with `wait` unless it is `open`.
-
-    `preempt` cancels motions in the way instead of being refused. `on_disconnect` says what the kernel does when this
-    program vanishes: `stop` or `continue`. With an `expected_revision` of the structure the start is refused
-    (StaleRevisionError) when there is another one. With `tracking` it goes along with a frame that moves. None
-    leaves that to the spec.
-    """
-    if unknown:
-        # Python's own error would name this function, which nobody has called by hand.
-        known = ", ".join(sorted(StartOptions.__optional_keys__))
-        raise TypeError(f"there is no option {next(iter(unknown))!r}; besides its move's own a start takes {known}")
+    """Start a motion; return its handle, after its end with `wait` unless it is `open`."""
+    check_options(options, StartOptions, "besides its move's own a start")
+    preempt, on_disconnect, tracking = (options.get(name) for name in ("preempt", "on_disconnect", "tracking"))
+    revision = options.get("expected_structure_revision")
     asked = motion_pb2.StartMotionRequest(spec=spec, open=open)
     policies = {"stop": motion_pb2.DISCONNECT_POLICY_STOP, "continue": motion_pb2.DISCONNECT_POLICY_CONTINUE}
     if on_disconnect is not None:
@@ -339,15 +394,21 @@ def start_spec(
         asked.on_disconnect = policies[on_disconnect]
     if preempt is not None:
         asked.busy_policy = motion_pb2.BUSY_POLICY_PREEMPT if preempt else motion_pb2.BUSY_POLICY_REJECT
-    if expected_revision is not None:
-        asked.expected_structure_revision = expected_revision
+    if revision is not None:
+        asked.expected_structure_revision = revision
     if tracking is not None:
         if not isinstance(tracking, Tracking):
             raise InvalidArgumentError(f"tracking is a virtualrobot.Tracking(node, window), not {tracking!r}")
-        asked.spec.tracking.CopyFrom(tracking.message)
+        asked.spec.tracking.CopyFrom(tracking._message)
     # A program of thousands of steps takes its time to plan.
     response = services.motion.StartMotion(asked, timeout=LONG_TIMEOUT_SECONDS)
     motion = Motion(services, response.motion, response.notes)
     if asked.on_disconnect != motion_pb2.DISCONNECT_POLICY_CONTINUE:
         motion.keep_watching()
-    return motion.wait() if wait and not open else motion
+    return motion.wait() if options.get("wait", True) and not open else motion
+
+
+def stop(services: Services, robots: Iterable[str]) -> list[Motion]:
+    """Cancel every motion, or every motion of these robots; return them."""
+    response = services.motion.Stop(motion_pb2.StopRequest(robots=robots))
+    return [Motion(services, message) for message in response.motions]

@@ -1,20 +1,27 @@
-"""Moves as messages: what a robot shall do, not started yet."""
+"""Moves of robots that are not started: their options, and the messages that they are made of."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TypeAlias
+from typing import Any, TypeAlias, TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from virtualrobot._wire.messages import array_message, joint_map, pose_message, vector_message
+from virtualrobot._wire.messages import (
+    Wrapped,
+    array_message,
+    joint_map,
+    pose_message,
+    value_or_default,
+    vector_message,
+)
 from virtualrobot._wire.signal_values import SignalValue, condition
 from virtualrobot.errors import InvalidArgumentError
+from virtualrobot.robots.redundancy import Lock, Prefer
 from virtualrobot.v1 import motion_pb2
 
 TIME_LAWS = {
-    "": motion_pb2.TIME_LAW_UNSPECIFIED,
     "jerk_limited": motion_pb2.TIME_LAW_JERK_LIMITED,
     "time_optimal": motion_pb2.TIME_LAW_TIME_OPTIMAL,
 }
@@ -31,6 +38,143 @@ Until: TypeAlias = str | tuple[str, SignalValue] | tuple[str, str, SignalValue]
 """A signal that is on, a signal and the value that it has, or a signal, a comparison such as ">=" and a value."""
 
 
+class MoveOptions(TypedDict, total=False):
+    """Options of every move.
+
+    Attributes:
+        speed_factor: the part of the joints' greatest speed that is used, above 0, up to 1 (the default).
+        time_law: `jerk_limited` (the default), or `time_optimal`, which keeps speeds and accelerations and no jerk.
+    """
+
+    speed_factor: float | None
+    time_law: str | None
+
+
+class GoalOptions(MoveOptions, total=False):
+    """Options of moves to poses.
+
+    Attributes:
+        reference: the node in whose frame poses and points are given.
+        moving: the goal goes along when another move of the same step moves the reference.
+        lock: joints that stand still, radians or meters by name, or a list of names: where they are now.
+        prefer: what free joints are used for: `limits`, `manipulability`, `distance` (to things), or a posture to be
+            near, by joint name.
+    """
+
+    reference: str
+    moving: bool
+    lock: Lock
+    prefer: Prefer | None
+
+
+class PointToPointOptions(GoalOptions, total=False):
+    """Options of point-to-point moves.
+
+    Attributes:
+        configuration: the only configuration that will do for a pose, such as `right up noflip`; see
+            `InverseSolution.configurations`.
+        arm_angle: angle of the elbow about the line from shoulder to wrist (rad), for arms such as the iiwa.
+    """
+
+    configuration: str | None
+    arm_angle: float | None
+
+
+class CartesianOptions(GoalOptions, total=False):
+    """Options of moves of the tool centre point along a path.
+
+    Attributes:
+        velocity: its greatest speed (m/s), 0.25 by default.
+        acceleration: its greatest acceleration (m/s^2), 1 by default.
+    """
+
+    velocity: float | None
+    acceleration: float | None
+
+
+class CircularOptions(CartesianOptions, total=False):
+    """Options of arcs; the points are given in the frame of `reference`.
+
+    Attributes:
+        center: (3,) the point (m) that it turns about, instead of `via`.
+        axis: (3,) the axis that it turns about by the right hand; without it, it goes the shorter way.
+        angle: how far it turns (rad), up to ten turns; with it the goal may be left out: then the tool keeps its
+            orientation.
+        turn_with_arc: the tool turns as the arc does, not evenly from its orientation to the goal's.
+    """
+
+    center: ArrayLike | None
+    axis: ArrayLike | None
+    angle: float | None
+    turn_with_arc: bool
+
+
+class JogOptions(TypedDict, total=False):
+    """Options of jogs of the tool centre point.
+
+    Attributes:
+        rotation: (3,) the axis that it turns about, of any length, instead of a translation.
+        frame: the axes of the direction: `base` (the robot's, the default), `tool` or `world`.
+        node: the node whose axes these are instead.
+        velocity: in m/s or rad/s, 0.1 or 0.25 by default.
+        distance: in meters or radians; without it, it goes as far as the arm can, at most 2 m or a whole turn.
+        lock: as of `GoalOptions`.
+        prefer: as of `GoalOptions`.
+    """
+
+    rotation: ArrayLike | None
+    frame: str | None
+    node: str | None
+    velocity: float | None
+    distance: float | None
+    lock: Lock
+    prefer: Prefer | None
+
+
+class Move(Wrapped[motion_pb2.Move]):
+    """Move of one robot, or of a group of it, that is not started; `Robot.linear` and its like make it.
+
+    It is for `Robot.start`, `Client.move_together`, `plan` and `check`, and steps of a `Program`.
+    """
+
+    __slots__ = ()
+
+    @property
+    def robot(self) -> str:
+        """The robot that it moves."""
+        return self._message.robot
+
+    @property
+    def kind(self) -> str:
+        """Kind of the move, as in the contract: `point_to_point`, `linear`, `circular`, `spline`, ..."""
+        return self._message.WhichOneof("move") or ""
+
+    def __repr__(self) -> str:
+        """Return a line for people."""
+        return f"<Move of {self.robot!r}: {self.kind}>"
+
+
+def messages_of(moves: Iterable[Move]) -> list[motion_pb2.Move]:
+    """Return moves that go together as messages, after a look that they are moves and no motions that run already."""
+    given = list(moves)
+    for move in given:
+        if not isinstance(move, Move):
+            raise InvalidArgumentError(
+                f"moves that go together or are steps of a program are made by robot.ptp, robot.linear and their like, "
+                f"which start nothing; not {move!r}"
+            )
+    return [move._message for move in given]
+
+
+def time_law_number(name: str | None) -> motion_pb2.TimeLaw:
+    """Return the enum value of a time law; None means the default."""
+    if name is None:
+        return motion_pb2.TIME_LAW_UNSPECIFIED
+    if name not in TIME_LAWS:
+        raise InvalidArgumentError(f"time_law is one of {', '.join(map(repr, TIME_LAWS))}, not {name!r}")
+    return TIME_LAWS[name]
+
+
 def until_condition(until: Until) -> motion_pb2.SignalCondition:
     """Return the condition of a search as a message."""
     if isinstance(until, str):
@@ -41,131 +185,45 @@ def until_condition(until: Until) -> motion_pb2.SignalCondition:
     return condition(signal, value, comparison)
 
 
-def pose_goal(
-    reference_t_tcp: ArrayLike, reference: str, configuration: str = "", moving: bool = False
-) -> motion_pb2.PoseGoal:
-    """Return a goal for the tool centre point: a 4x4 pose in the frame of the node `reference` (empty: world).
-
-    `moving`: the goal goes along when another move of the same step moves the reference.
-    """
+def pose_goal(reference_t_tcp: ArrayLike | None, options: Mapping[str, Any]) -> motion_pb2.PoseGoal:
+    """Return a goal for the tool centre point: a 4x4 pose in the frame that `GoalOptions` say."""
     return motion_pb2.PoseGoal(
-        reference_t_tcp=pose_message(reference_t_tcp),
-        reference=reference,
-        configuration=configuration,
-        moving=moving,
+        reference_t_tcp=None if reference_t_tcp is None else pose_message(reference_t_tcp),
+        reference=options.get("reference", "world"),
+        configuration=options.get("configuration") or "",
+        moving=options.get("moving", False),
     )
-
-
-def unstarted(moves: Iterable[motion_pb2.Move]) -> list[motion_pb2.Move]:
-    """Return moves that go together, after a look that they are moves and no motions that run already."""
-    given = list(moves)
-    for move in given:
-        if not isinstance(move, motion_pb2.Move):
-            raise InvalidArgumentError(
-                f"moves that go together or are steps of a program are made by robot.ptp, robot.linear and their like, "
-                f"which start nothing; not {move!r}"
-            )
-    return given
-
-
-def time_law_number(name: str) -> motion_pb2.TimeLaw:
-    """Return the enum value of a time law; empty means the kernel's usual one."""
-    if name not in TIME_LAWS:
-        names = ", ".join(repr(law) for law in TIME_LAWS if law)
-        raise InvalidArgumentError(f"time_law is one of {names}, or empty for the first, not {name!r}")
-    return TIME_LAWS[name]
 
 
 def point_to_point(
-    robot: str,
-    goal: Mapping[str, float] | str | ArrayLike,
-    *,
-    reference: str = "",
-    configuration: str = "",
-    speed_factor: float = 0.0,
-    time_law: str = "",
-    moving: bool = False,
-) -> motion_pb2.Move:
-    """Return a move straight in joint space: to joints by name, to a posture by its name, or to a 4x4 pose.
-
-    `configuration` names the only configuration that will do for a pose, and `moving` is as for `pose_goal`.
-    """
+    goal: Mapping[str, float] | str | ArrayLike, options: PointToPointOptions
+) -> motion_pb2.PointToPoint:
+    """Return a path straight in joint space: to joints by name, to a posture by its name, or to a 4x4 pose."""
+    configuration = options.get("configuration")
     if configuration and isinstance(goal, str | Mapping):
         raise InvalidArgumentError(f"the configuration {configuration!r} is for a goal that is a pose, not {goal!r}")
     if isinstance(goal, str):
-        target = motion_pb2.PointToPoint(posture=goal)
-    elif isinstance(goal, Mapping):
-        target = motion_pb2.PointToPoint(joints=motion_pb2.JointGoal(joint_positions=joint_map(goal)))
-    else:
-        target = motion_pb2.PointToPoint(pose=pose_goal(goal, reference, configuration, moving))
-    law = time_law_number(time_law)
-    return motion_pb2.Move(robot=robot, speed_factor=speed_factor, time_law=law, point_to_point=target)
+        return motion_pb2.PointToPoint(posture=goal)
+    if isinstance(goal, Mapping):
+        return motion_pb2.PointToPoint(joints=motion_pb2.JointGoal(joint_positions=joint_map(goal)))
+    return motion_pb2.PointToPoint(pose=pose_goal(goal, options))
 
 
-def actuated(
-    robot: str, actuators: Mapping[str, float], *, speed_factor: float = 0.0, time_law: str = ""
-) -> motion_pb2.Move:
-    """Return a move straight in joint space to where these actuators, by name and in their units, have the joints."""
-    goal = motion_pb2.ActuatorGoal(actuator_positions=joint_map(actuators))
-    move = motion_pb2.PointToPoint(actuators=goal)
-    law = time_law_number(time_law)
-    return motion_pb2.Move(robot=robot, speed_factor=speed_factor, time_law=law, point_to_point=move)
+def linear(reference_t_tcp: ArrayLike, until: Until | None, options: CartesianOptions) -> motion_pb2.Linear:
+    """Return a straight line of the tool centre point; with `until` a search."""
+    condition = None if until is None else until_condition(until)
+    return motion_pb2.Linear(goal=pose_goal(reference_t_tcp, options), until=condition, **_rates(options))
 
 
-def linear(
-    robot: str,
-    reference_t_tcp: ArrayLike,
-    reference: str = "",
-    velocity: float = 0.0,
-    acceleration: float = 0.0,
-    speed_factor: float = 0.0,
-    time_law: str = "",
-    moving: bool = False,
-    until: Until | None = None,
-) -> motion_pb2.Move:
-    """Return a move along a straight line; velocity in m/s, acceleration in m/s^2, 0 for the kernel's usual ones.
-
-    `until` makes it a search: the signal at which it ends early, or signal and value, or signal, comparison and value.
-    """
-    line = motion_pb2.Linear(
-        goal=pose_goal(reference_t_tcp, reference, moving=moving),
-        max_velocity_meters_per_second=velocity,
-        max_acceleration_meters_per_second_squared=acceleration,
-        until=None if until is None else until_condition(until),
-    )
-    law = time_law_number(time_law)
-    return motion_pb2.Move(robot=robot, speed_factor=speed_factor, time_law=law, linear=line)
-
-
-def circular(
-    robot: str,
-    via: ArrayLike | None = None,
-    goal: ArrayLike | None = None,
-    *,
-    center: ArrayLike | None = None,
-    axis: ArrayLike | None = None,
-    angle: float | None = None,
-    turn_with_arc: bool = False,
-    reference: str = "",
-    velocity: float = 0.0,
-    acceleration: float = 0.0,
-    speed_factor: float = 0.0,
-    time_law: str = "",
-    moving: bool = False,
-) -> motion_pb2.Move:
-    """Return a move along an arc through the point `via`, or about `center`, (3,) in m each; see `Mover.circular`."""
+def circular(via: ArrayLike | None, goal: ArrayLike | None, options: CircularOptions) -> motion_pb2.Circular:
+    """Return an arc of the tool centre point through a point, or about a centre."""
+    center, axis, angle = options.get("center"), options.get("axis"), options.get("angle")
     if (via is None) == (center is None):
         raise InvalidArgumentError("an arc goes through a point or about a centre: give one of via and center")
     if via is not None and (axis is not None or angle is not None):
         raise InvalidArgumentError("axis and angle go with center, not with via")
-    arc = motion_pb2.Circular(
-        goal=motion_pb2.PoseGoal(reference=reference, moving=moving)
-        if goal is None
-        else pose_goal(goal, reference, moving=moving),
-        max_velocity_meters_per_second=velocity,
-        max_acceleration_meters_per_second_squared=acceleration,
-    )
-    if turn_with_arc:
+    arc = motion_pb2.Circular(goal=pose_goal(goal, options), **_rates(options))
+    if options.get("turn_with_arc"):
         arc.orientation = motion_pb2.ARC_ORIENTATION_WITH_ARC
     if via is not None:
         arc.via.CopyFrom(vector_message(via, "the via point"))
@@ -175,54 +233,28 @@ def circular(
             arc.center.axis.CopyFrom(vector_message(axis, "the axis"))
         if angle is not None:
             arc.center.angle_radians = angle
-    law = time_law_number(time_law)
-    return motion_pb2.Move(robot=robot, speed_factor=speed_factor, time_law=law, circular=arc)
+    return arc
 
 
 def spline(
-    robot: str,
-    goals: Iterable[ArrayLike],
-    reference: str | Sequence[str] = "",
-    velocity: float = 0.0,
-    acceleration: float = 0.0,
-    speed_factor: float = 0.0,
-    time_law: str = "",
-    moving: bool = False,
-) -> motion_pb2.Move:
-    """Return a move along a smooth curve through 4x4 poses; `reference` is one node for all, or one for each."""
+    goals: Iterable[ArrayLike], references: Sequence[str] | None, options: CartesianOptions
+) -> motion_pb2.Spline:
+    """Return a smooth curve of the tool centre point through poses."""
     poses = list(goals)
-    references = [reference] * len(poses) if isinstance(reference, str) else list(reference)
-    if len(references) != len(poses):
-        raise InvalidArgumentError(f"{len(poses)} poses need one reference, or as many, not {len(references)}")
-    curve = motion_pb2.Spline(
-        goals=[pose_goal(pose, name, moving=moving) for pose, name in zip(poses, references, strict=True)],
-        max_velocity_meters_per_second=velocity,
-        max_acceleration_meters_per_second_squared=acceleration,
-    )
-    law = time_law_number(time_law)
-    return motion_pb2.Move(robot=robot, speed_factor=speed_factor, time_law=law, spline=curve)
+    names = [options.get("reference", "world")] * len(poses) if references is None else list(references)
+    if len(names) != len(poses):
+        raise InvalidArgumentError(f"{len(poses)} poses need as many references, not {len(names)}")
+    wanted = [pose_goal(pose, {**options, "reference": name}) for pose, name in zip(poses, names, strict=True)]
+    return motion_pb2.Spline(goals=wanted, **_rates(options))
 
 
-def joint_jog(robot: str, joint: str, velocity: float, distance: float | None = None) -> motion_pb2.Move:
-    """Return a move of one joint at a velocity, whose sign says which way; see `Jogger.jog_joint`."""
-    jog = motion_pb2.JointJog(joint=joint, velocity=velocity, distance=distance)
-    return motion_pb2.Move(robot=robot, joint_jog=jog)
-
-
-def cartesian_jog(
-    robot: str,
-    *,
-    translation: ArrayLike | None = None,
-    rotation: ArrayLike | None = None,
-    frame: str = "",
-    node: str = "",
-    velocity: float = 0.0,
-    distance: float | None = None,
-) -> motion_pb2.Move:
-    """Return a move of the tool centre point along `translation` or about `rotation`; see `Jogger.jog`."""
+def cartesian_jog(translation: ArrayLike | None, options: JogOptions) -> motion_pb2.CartesianJog:
+    """Return a way of the tool centre point along a direction or about an axis."""
+    rotation, frame, node = options.get("rotation"), options.get("frame"), options.get("node")
     if (translation is None) == (rotation is None):
         raise InvalidArgumentError("a jog goes along a direction or about an axis: give either translation or rotation")
-    jog = motion_pb2.CartesianJog(velocity=velocity, distance=distance, node=node)
+    velocity = value_or_default(options.get("velocity"), "the velocity of a jog")
+    jog = motion_pb2.CartesianJog(velocity=velocity, distance=options.get("distance"), node=node)
     if translation is not None:
         jog.translation.CopyFrom(vector_message(translation, "the translation"))
     elif rotation is not None:
@@ -234,18 +266,13 @@ def cartesian_jog(
             + (f" with the node {node!r}" if node else "")
         )
     jog.frame = _JOG_FRAMES[name]
-    return motion_pb2.Move(robot=robot, cartesian_jog=jog)
+    return jog
 
 
 def trajectory(
-    robot: str,
-    joints: Sequence[str],
-    times: ArrayLike,
-    positions: ArrayLike,
-    velocities: ArrayLike | None = None,
-    speed_factor: float = 0.0,
-) -> motion_pb2.Move:
-    """Return a move through `positions` (n, k) at `times` (n,) seconds, with `velocities` (n, k) or a smooth curve."""
+    joints: Sequence[str], times: ArrayLike, positions: ArrayLike, velocities: ArrayLike | None
+) -> motion_pb2.JointTrajectory:
+    """Return positions (n, k) of joints at `times` (n,), with `velocities` (n, k) or along a smooth curve."""
     moments, columns = np.asarray(times, dtype=float), np.asarray(positions, dtype=float)
     if columns.shape != (len(moments), len(joints)):
         raise InvalidArgumentError(
@@ -259,4 +286,11 @@ def trajectory(
         if speeds.shape != columns.shape:
             raise InvalidArgumentError(f"velocities have the shape of positions, {columns.shape}, not {speeds.shape}")
         path.velocities.CopyFrom(array_message(speeds))
-    return motion_pb2.Move(robot=robot, speed_factor=speed_factor, joint_trajectory=path)
+    return path
+
+
+def _rates(options: CartesianOptions) -> dict[str, Any]:
+    return {
+        "max_velocity_meters_per_second": value_or_default(options.get("velocity"), "velocity"),
+        "max_acceleration_meters_per_second_squared": value_or_default(options.get("acceleration"), "acceleration"),
+    }

@@ -9,7 +9,7 @@ from typing import Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from virtualrobot._wire.messages import group_message, joint_map
+from virtualrobot._wire.messages import group_message, joint_map, value_or_default
 from virtualrobot._wire.services import Services
 from virtualrobot.errors import UnknownNameError, WrongStateError
 from virtualrobot.motions import moves
@@ -19,7 +19,6 @@ from virtualrobot.robots.description import joints_now
 from virtualrobot.v1 import motion_pb2, path_pb2
 
 PLANNERS = {
-    "": path_pb2.PATH_PLANNER_UNSPECIFIED,
     "RRTConnect": path_pb2.PATH_PLANNER_RRT_CONNECT,
     "RRT": path_pb2.PATH_PLANNER_RRT,
     "KPIECE1": path_pb2.PATH_PLANNER_KPIECE1,
@@ -28,7 +27,7 @@ PLANNERS = {
     "RRTstar": path_pb2.PATH_PLANNER_RRT_STAR,
     "InformedRRTstar": path_pb2.PATH_PLANNER_INFORMED_RRT_STAR,
 }
-"""The planners by the names that OMPL gives them; the empty one is the default."""
+"""The planners by the names that OMPL gives them."""
 PLANNER_NAMES = {number: name for name, number in PLANNERS.items()}
 
 AT_START = 1e-4
@@ -40,12 +39,12 @@ class PathProgress:
     """Progress of the search for a path.
 
     Attributes:
-        elapsed_seconds: time since the search began (s).
+        elapsed: time since the search began (s).
         states: number of configurations that the search has joined so far.
         checks: number of configurations and lines that have been checked.
     """
 
-    elapsed_seconds: float
+    elapsed: float
     states: int
     checks: int
 
@@ -65,7 +64,7 @@ class FreePath:
             start was proven to touch nothing.
         duration: the duration of that motion (s).
         planner: the planner that was asked.
-        planning_seconds: the time that finding it took (s).
+        planning_time: the time that finding it took (s).
         checks: number of configurations and lines that were checked, and `states`, of those that the search has joined.
     """
 
@@ -77,7 +76,7 @@ class FreePath:
     program: Program = field(repr=False)
     duration: float
     planner: str
-    planning_seconds: float
+    planning_time: float
     checks: int
     states: int
     _services: Services = field(repr=False)
@@ -87,7 +86,7 @@ class FreePath:
 
         Raises WrongStateError when the robot is not at the path's start: nobody has looked at the way from elsewhere.
         """
-        robot = self.program.spec.steps[0].move.moves[0].robot
+        robot = self.program._spec.steps[0].move.moves[0].robot
         here = joints_now(self._services, robot)
         for name, value in zip(self.joint_names, self.waypoints[0].tolist(), strict=True):
             if abs(here[name] - value) > AT_START:
@@ -116,14 +115,14 @@ class Paths:
         goal: Mapping[str, float] | str | ArrayLike,
         *,
         start: Mapping[str, float] | None = None,
-        reference: str = "",
-        configuration: str = "",
-        planner: str = "",
+        reference: str = "world",
+        configuration: str | None = None,
+        planner: str = "RRTConnect",
         seed: int = 0,
-        time_limit: float = 0.0,
-        speed_factor: float = 0.0,
+        time_limit: float | None = None,
+        speed_factor: float | None = None,
         zone_percent: float | None = None,
-        group: str | tuple[str, str] = "",
+        group: str | tuple[str, str] | None = None,
         progress: Callable[[PathProgress], None] | None = None,
     ) -> FreePath:
         """Return a path on which an arm touches nothing that it may not. Nothing moves.
@@ -134,15 +133,15 @@ class Paths:
             robot: the robot.
             goal: joint values by name, the name of a posture, or a 4x4 pose of the tool centre point.
             start: joints that are elsewhere at the start of the path; without it, it begins where the robot stands.
-            reference: the node in whose frame the pose is; empty means the world.
-            configuration: the only configuration that will do for a pose; empty means that all are tried.
+            reference: the node in whose frame the pose is.
+            configuration: the only configuration that will do for a pose; by default all are tried.
             planner: RRTConnect (the default), RRT, KPIECE1, BKPIECE1 and LBKPIECE1 end with the first path; RRTstar and
                 InformedRRTstar use all the time for a shorter one.
             seed: the seed of the search; with the first ones equal seeds find equal paths.
-            time_limit: in s; 0 means 10.
-            speed_factor: of the moves, above 0, up to 1; 0 means 1.
-            zone_percent: the most by which corners are rounded off, 0 to 50; None means 50.
-            group: the group of the robot whose joints move, by name or as (base link, tip link); empty means its own
+            time_limit: in s, 10 by default.
+            speed_factor: of the moves, above 0, up to 1 (the default).
+            zone_percent: the most by which corners are rounded off, 0 to 50 (the default).
+            group: the group of the robot whose joints move, by name or as (base link, tip link); by default its own
                 chain.
             progress: is called about four times a second; what it raises ends the search.
 
@@ -154,16 +153,16 @@ class Paths:
             WrongStateError: when the kernel does not have the library ompl.
         """
         if planner not in PLANNERS:
-            raise UnknownNameError(f"there is no planner {planner!r}; give one of {', '.join(filter(None, PLANNERS))}")
-        move = moves.point_to_point(robot, goal, reference=reference, configuration=configuration)
+            raise UnknownNameError(f"there is no planner {planner!r}; give one of {', '.join(PLANNERS)}")
+        to = moves.point_to_point(goal, {"reference": reference, "configuration": configuration})
         request = path_pb2.FindPathRequest(
             robot=robot,
             start=motion_pb2.JointGoal(joint_positions=joint_map(start or {})),
-            goal=move.point_to_point,
+            goal=to,
             planner=PLANNERS[planner],
             seed=seed,
-            time_limit_seconds=time_limit,
-            speed_factor=speed_factor,
+            time_limit_seconds=value_or_default(time_limit, "time_limit"),
+            speed_factor=value_or_default(speed_factor, "speed_factor"),
             blend_percent=zone_percent,
             group=group_message(group),
         )

@@ -5,42 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
+from typing import TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot._wire.messages import array_of, pose_of
+from virtualrobot._wire.messages import array_of, pose_of, value_or_default
+from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
-from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix, poses_from_rows
-from virtualrobot.motions.motion import Tracking
+from virtualrobot.motions.motion import PlanNote, Tracking
+from virtualrobot.motions.moves import Move, messages_of
 from virtualrobot.v1 import motion_pb2
 
 Floats = NDArray[np.float64]
-
-Wish = motion_pb2.Move | motion_pb2.ProgramStep
-"""Part of a motion: a move of those that go together, or a step of a program."""
-
-
-@dataclass(frozen=True, slots=True)
-class PlanNote:
-    """Something that the planner made other than asked; `kind` is as in `PlanNoteKind` of the contract.
-
-    wanted, kept: the value that was asked for and the one that became of it, in meters, radians or percent.
-    """
-
-    kind: str
-    step: int
-    robot: str
-    wanted: float
-    kept: float
-    message: str
-
-    @staticmethod
-    def of(message: motion_pb2.PlanNote) -> PlanNote:
-        """Return what a message tells."""
-        kind = motion_pb2.PlanNoteKind.Name(message.kind).removeprefix("PLAN_NOTE_KIND_")
-        return PlanNote(kind, message.step, message.robot, message.wanted, message.kept, message.message)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -110,14 +88,14 @@ class MotionPlan:
     """A motion in n samples; the last one is at its end. Steps that wait for a signal take no time.
 
     Attributes:
-        duration_seconds: duration at full speed factors (s).
+        duration: duration at full speed factors (s).
         times: (n,), seconds, strictly growing from 0.
         steps: (n,), the step of a program that each sample belongs to, from 0.
         robots: the trajectory of each robot, by its name.
         notes: the differences of the plan from what was asked.
     """
 
-    duration_seconds: float
+    duration: float
     times: Floats
     steps: NDArray[np.int32]
     robots: dict[str, RobotTrajectory]
@@ -157,7 +135,7 @@ class Violation:
         step: the step of a program, from 0.
         robot: the robot; of two nodes that touch, the one that the step moves the first of them with, else the second.
         joint: the joint; empty where it is not a joint's limit.
-        time_seconds: time from the start of the motion (s); None where it can't be planned so far.
+        time: time from the start of the motion (s); None where it can't be planned so far.
         path_fraction: part of its step's path that is done there, 0 to 1; None where that is not known.
         world_t_tcp: pose of the tool centre point then in the world's frame, 4x4; None where that is not known.
         value: the value, in the kind's unit.
@@ -172,7 +150,7 @@ class Violation:
     step: int
     robot: str
     joint: str
-    time_seconds: float | None
+    time: float | None
     path_fraction: float | None
     world_t_tcp: Matrix | None
     value: float
@@ -214,13 +192,13 @@ class MotionCheck:
 
     Attributes:
         first_violation: the first limit in time that it violates, or the first collision; None without either.
-        duration_seconds: duration at full speed factors (s); 0 where it can't be planned.
+        duration: duration at full speed factors (s); 0 where it can't be planned.
         min_singular_value: the smallest one on the way, of those arms that move; None where there is none.
         notes: the differences of the plan from what was asked.
     """
 
     first_violation: Violation | None
-    duration_seconds: float
+    duration: float
     min_singular_value: float | None
     notes: tuple[PlanNote, ...]
 
@@ -240,36 +218,52 @@ class MotionCheck:
         )
 
 
-def plan(services: Services, spec: motion_pb2.MotionSpec, *, sample_seconds: float = 0.0) -> MotionPlan:
+class PlanOptions(TypedDict, total=False):
+    """Options of plans.
+
+    Attributes:
+        sample_time: time between samples (s), at least a tick; a tick by default.
+    """
+
+    sample_time: float | None
+
+
+class CheckOptions(TypedDict, total=False):
+    """Options of checks of motions.
+
+    Attributes:
+        min_singular_value: the smallest singular value of the Jacobian that is accepted, its linear rows divided by the
+            longest lever arm; by default only lines and arcs keep away from singularities, by 0.01.
+        collisions: whether collisions are looked for, as they are by default.
+        resolution: distance (m) below which nodes may be told to collide; none is missed; 0.0001 by default.
+    """
+
+    min_singular_value: float | None
+    collisions: bool
+    resolution: float | None
+
+
+def plan(services: Services, spec: motion_pb2.MotionSpec, **options: Unpack[PlanOptions]) -> MotionPlan:
     """Return what a motion would do; see `Client.plan`."""
-    request = motion_pb2.PlanMotionRequest(spec=spec, sample_seconds=sample_seconds)
+    check_options(options, PlanOptions, "a plan")
+    sample_time = value_or_default(options.get("sample_time"), "sample_time")
+    request = motion_pb2.PlanMotionRequest(spec=spec, sample_seconds=sample_time)
     return MotionPlan.of(services.motion.PlanMotion(request, timeout=LONG_TIMEOUT_SECONDS))
 
 
-def check(
-    services: Services,
-    spec: motion_pb2.MotionSpec,
-    *,
-    min_singular_value: float = 0.0,
-    collisions: bool = True,
-    resolution_meters: float = 0.0,
-) -> MotionCheck:
+def check(services: Services, spec: motion_pb2.MotionSpec, **options: Unpack[CheckOptions]) -> MotionCheck:
     """Return whether a motion keeps all limits and touches nothing; see `Client.check`."""
+    check_options(options, CheckOptions, "a check")
     request = motion_pb2.CheckMotionRequest(
         spec=spec,
-        min_singular_value=min_singular_value,
-        ignore_collisions=not collisions,
-        resolution_meters=resolution_meters,
+        min_singular_value=value_or_default(options.get("min_singular_value"), "min_singular_value"),
+        ignore_collisions=not options.get("collisions", True),
+        resolution_meters=value_or_default(options.get("resolution"), "resolution"),
     )
     return MotionCheck.of(services.motion.CheckMotion(request, timeout=LONG_TIMEOUT_SECONDS))
 
 
-def motion_of(wishes: Iterable[Wish], tracking: Tracking | None = None) -> motion_pb2.MotionSpec:
-    """Return the motion that is these moves together, or these steps."""
-    given = list(wishes)
-    moves = [wish for wish in given if isinstance(wish, motion_pb2.Move)]
-    steps = [wish for wish in given if isinstance(wish, motion_pb2.ProgramStep)]
-    if len(moves) + len(steps) < len(given) or (moves and steps):
-        raise InvalidArgumentError("a motion is moves that go together, or the steps of a program")
-    tracked = None if tracking is None else tracking.message
-    return motion_pb2.MotionSpec(moves=moves, steps=steps, tracking=tracked)
+def motion_of(moves: Iterable[Move], tracking: Tracking | None = None) -> motion_pb2.MotionSpec:
+    """Return the motion that is these moves together."""
+    tracked = None if tracking is None else tracking._message
+    return motion_pb2.MotionSpec(moves=messages_of(moves), tracking=tracked)

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Unpack
 
+from virtualrobot._wire.messages import value_or_default
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot._wire.signal_values import SignalValue, condition, value_message
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.motions import motion, plans
-from virtualrobot.motions.moves import unstarted
+from virtualrobot.motions.moves import Move, messages_of
 from virtualrobot.v1 import motion_pb2
 
 
@@ -33,44 +34,46 @@ class Program:
     def __init__(self, services: Services, spec: motion_pb2.MotionSpec | None = None) -> None:
         """Begin empty, or with what a spec says; `Client.program` makes one."""
         self._services = services
-        self.spec = motion_pb2.MotionSpec() if spec is None else spec
-        """The program as the contract describes it."""
+        self._spec = motion_pb2.MotionSpec() if spec is None else spec
 
-    def move(self, *moves: motion_pb2.Move, zone: float = 0.0, zone_percent: float = 0.0) -> Program:
+    def move(self, *moves: Move, zone: float | None = None, zone_percent: float | None = None) -> Program:
         """Add moves that start and end together.
 
         With `zone`, in meters of the tool centre point's way, or `zone_percent`, of these moves and of the next ones,
         up to 50, the corner is rounded off towards the next moves instead of stopping there; `Motion.notes` tells what
         became of it.
         """
-        if zone and zone_percent:
+        if zone is not None and zone_percent is not None:
             raise InvalidArgumentError("a zone has a distance or a percentage: give one of zone and zone_percent")
-        given = unstarted(moves)
-        step = self.spec.steps.add().move
+        given = messages_of(moves)
+        step = self._spec.steps.add().move
         step.moves.extend(given)
-        if zone:
+        if zone is not None:
             step.blend_distance_meters = zone
-        if zone_percent:
+        if zone_percent is not None:
             step.blend_percent = zone_percent
         return self
 
     def set(self, signal: str, value: SignalValue | Sequence[bool] = True) -> Program:
         """Add a step that sets a signal; between moves with a zone it is set in the zone's middle."""
-        self.spec.steps.add(set_signal=motion_pb2.SetSignalStep(signal=signal, value=value_message(value)))
+        self._spec.steps.add(set_signal=motion_pb2.SetSignalStep(signal=signal, value=value_message(value)))
         return self
 
-    def wait(self, signal: str, value: SignalValue = True, timeout: float = 0.0, comparison: str = "==") -> Program:
+    def wait(
+        self, signal: str, value: SignalValue = True, timeout: float | None = None, comparison: str = "=="
+    ) -> Program:
         """Add a step that stands still until a signal compares so with a value (`==`, `!=`, `<`, `<=`, `>`, `>=`).
 
-        After `timeout` seconds of simulation time (0: never) the motion is cancelled as SIGNAL_TIMEOUT.
+        After `timeout` seconds of simulation time, if given, the motion is aborted as SIGNAL_TIMEOUT.
         """
-        wait = motion_pb2.WaitSignalStep(condition=condition(signal, value, comparison), timeout_seconds=timeout)
-        self.spec.steps.add(wait_signal=wait)
+        seconds = value_or_default(timeout, "timeout")
+        wait = motion_pb2.WaitSignalStep(condition=condition(signal, value, comparison), timeout_seconds=seconds)
+        self._spec.steps.add(wait_signal=wait)
         return self
 
-    def dwell(self, seconds: float) -> Program:
-        """Add a step that stands still for some seconds of simulation time."""
-        self.spec.steps.add(dwell=motion_pb2.DwellStep(seconds=seconds))
+    def dwell(self, duration: float) -> Program:
+        """Add a step that stands still for `duration` seconds of simulation time."""
+        self._spec.steps.add(dwell=motion_pb2.DwellStep(seconds=duration))
         return self
 
     def start(self, *, open: bool = False, **options: Unpack[motion.StartOptions]) -> motion.Motion:
@@ -79,13 +82,13 @@ class Program:
         An `open` program is not waited for: `Motion.append` gives it more steps while it runs. An error of
         the planner names the step, in its message and as `metadata["step"]`; then nothing moves.
         """
-        return motion.start_spec(self._services, self.spec, open=open, **options)
+        return motion.start_spec(self._services, self._spec, open=open, **options)
 
-    def plan(self, *, sample_seconds: float = 0.0) -> plans.MotionPlan:
+    def plan(self, **options: Unpack[plans.PlanOptions]) -> plans.MotionPlan:
         """Return what it would do, in samples; see `Client.plan`. Nothing moves."""
-        return plans.plan(self._services, self.spec, sample_seconds=sample_seconds)
+        return plans.plan(self._services, self._spec, **options)
 
-    def check(self, *, min_singular_value: float = 0.0, collisions: bool = True) -> plans.MotionCheck:
+    def check(self, **options: Unpack[plans.CheckOptions]) -> plans.MotionCheck:
         """Return whether it keeps all limits and touches nothing, and else what it violates; see `Client.check`.
 
         Example:
@@ -93,15 +96,11 @@ class Program:
             >>> if not found.ok:
             ...     print(found.first_violation.step, found.first_violation)
         """
-        return plans.check(self._services, self.spec, min_singular_value=min_singular_value, collisions=collisions)
+        return plans.check(self._services, self._spec, **options)
 
     def __len__(self) -> int:
         """Return the number of steps."""
-        return len(self.spec.steps)
-
-    def __iter__(self) -> Iterator[motion_pb2.ProgramStep]:
-        """Return the steps as the contract describes them."""
-        return iter(self.spec.steps)
+        return len(self._spec.steps)
 
     def __repr__(self) -> str:
         """Return a line for people."""

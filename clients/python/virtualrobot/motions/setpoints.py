@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -19,7 +20,7 @@ from virtualrobot.errors import (
     UnknownNameError,
     VirtualRobotError,
 )
-from virtualrobot.motions.motion import Motion, Phase, raise_early_end
+from virtualrobot.motions.motion import Motion, MotionState, Phase
 from virtualrobot.v1 import motion_pb2
 
 MODES = {"position": motion_pb2.SETPOINT_MODE_POSITION, "velocity": motion_pb2.SETPOINT_MODE_VELOCITY}
@@ -35,14 +36,14 @@ class StreamState:
         joint_names: the joints, in the order of the arrays.
         positions: their positions, shape (k,), radians or meters.
         velocities: their velocities, shape (k,), rad/s or m/s.
-        time_seconds: simulation time of that state (s).
+        time: simulation time of that state (s).
         phase: the phase of the motion.
     """
 
     joint_names: tuple[str, ...]
     positions: NDArray[np.float64]
     velocities: NDArray[np.float64]
-    time_seconds: float
+    time: float
     phase: Phase
 
 
@@ -130,9 +131,12 @@ class SetpointStream:
             if Phase(self._response.motion.phase) is not Phase.SUCCEEDED:
                 self._raise_if_over()
 
-    def cancel(self) -> None:
-        """Stop the joints at once, smoothly, and end the stream; the motion is aborted, as when a client is gone."""
+    def cancel(self, reason: str = "") -> None:
+        """Stop the joints at once, smoothly, and end the stream; the motion is cancelled."""
         self._cancelled = True
+        # Where the motion cannot be cancelled any more it has ended, or does so with its call.
+        with suppress(VirtualRobotError):
+            self.motion.cancel(reason)
         self._call.cancel()
         self._end(None)
 
@@ -154,7 +158,7 @@ class SetpointStream:
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         """Let the joints come to rest; stop them when the block failed."""
         if kind is not None:
-            self.cancel()
+            self.cancel("the program that started it failed")
         elif not self._cancelled:
             self.close()
 
@@ -181,8 +185,7 @@ class SetpointStream:
         if self._error is not None:
             raise self._error
         if self._ended or self._closed:
-            told = self._response.motion
-            raise_early_end(told)
+            MotionState.of(self._response.motion).raise_early_end()
             raise VirtualRobotError(f"the stream of {self.motion.id} is closed")
 
     def _requests(self, target: motion_pb2.SetpointTarget) -> Iterator[motion_pb2.StreamSetpointsRequest]:

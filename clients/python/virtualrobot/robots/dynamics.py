@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from virtualrobot._wire.messages import array_message, array_of, vector_message
+from virtualrobot._wire.messages import Wrapped, array_message, array_of, vector_message
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.v1 import geometry_pb2, nodes_pb2, robot_pb2
 
@@ -16,16 +16,22 @@ Samples = Mapping[str, ArrayLike] | ArrayLike
 """Values of joints: by name, a number or one for each sample; or in order, (k,) or (n, k)."""
 
 
+class Inertial(Wrapped[nodes_pb2.Inertial]):
+    """Mass of a body and how it is spread; `inertial` makes it."""
+
+    __slots__ = ()
+
+
 def inertial(
-    mass_kilograms: float,
+    mass: float,
     center_of_mass: ArrayLike = (0.0, 0.0, 0.0),
     diagonal: ArrayLike = (0.0, 0.0, 0.0),
     products: ArrayLike = (0.0, 0.0, 0.0),
-) -> nodes_pb2.Inertial:
+) -> Inertial:
     """Return a mass and how it is spread, for `add_tool` and `add_part`.
 
     Args:
-        mass_kilograms: the mass, above 0.
+        mass: the mass (kg), above 0.
         center_of_mass: x, y, z in meters, in the frame of the tool or part.
         diagonal: xx, yy, zz of the inertia about the centre of mass in kg m^2, along the axes of that frame.
         products: xy, xz, yz of it; the entries of the matrix, as in URDF.
@@ -33,14 +39,15 @@ def inertial(
     Example:
         >>> scene.add_tool("gripper", robot.flange, inertial=virtualrobot.inertial(0.9, (0, 0, 0.06)))
     """
-    if not 0.0 < mass_kilograms < np.inf:
-        raise InvalidArgumentError(f"a mass is above 0 kg, not {mass_kilograms}")
-    return nodes_pb2.Inertial(
-        mass_kilograms=mass_kilograms,
+    if not 0.0 < mass < np.inf:
+        raise InvalidArgumentError(f"a mass is above 0 kg, not {mass}")
+    message = nodes_pb2.Inertial(
+        mass_kilograms=mass,
         link_t_inertial=geometry_pb2.Pose(position=vector_message(center_of_mass, "the centre of mass")),
         diagonal=vector_message(diagonal, "the diagonal of the inertia"),
         products=vector_message(products, "the products of inertia"),
     )
+    return Inertial(message)
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +70,7 @@ class InverseDynamics:
         gravity_efforts: (n, k), that part of the efforts which holds the weight at rest.
         base_wrenches: (n, 6), force in N and moment in N m about the robot's origin that hold its base, in its frame.
         first_violation: the first effort above its joint's limit; None when there is none or no limit is known.
-        payload_kilograms: mass (kg) of the bodies that the robot carries besides its links.
+        payload: mass (kg) of the bodies that the robot carries besides its links.
         warnings: bodies that have no mass though they are moved, and bodies that count only as points.
     """
 
@@ -72,7 +79,7 @@ class InverseDynamics:
     gravity_efforts: NDArray[np.float64]
     base_wrenches: NDArray[np.float64]
     first_violation: EffortViolation | None
-    payload_kilograms: float
+    payload: float
     warnings: tuple[str, ...]
 
     @staticmethod

@@ -7,17 +7,18 @@ from numpy.typing import NDArray
 
 from virtualrobot._wire.services import Services
 from virtualrobot.geometry import Matrix
-from virtualrobot.robots.move_maker import JointPositions
+from virtualrobot.robots.mechanism import JointPositions
+from virtualrobot.robots.mover import Mover
 from virtualrobot.robots.solver import Solver
 from virtualrobot.robots.values import JointLimits
 from virtualrobot.scene.editor import Direct
 from virtualrobot.v1 import nodes_pb2
 
 
-class Group(Solver):
+class Group(Mover, Solver):
     """Group of a robot: one of its named groups, or the chain from one link to another.
 
-    It is solved and moved as an arm is, by the methods of `Mover`, `Jogger` and `Solver`; positions in order are those
+    It is solved and moved as an arm is, by the methods of `Mover` and `Solver`; positions in order are those
     of `joint_names`. Its tool centre point is that of the robot's chosen tool if that is fixed to the end of the chain,
     else that of the first tool which is, else the end itself. All other joints stay where they are. Leases, `stop` and
     dynamics are of the whole robot.
@@ -66,7 +67,7 @@ class Group(Solver):
 
     def __repr__(self) -> str:
         """Return a line for people."""
-        chosen = self.group_selection
+        chosen = self._group
         assert chosen is not None
         words = repr(chosen.name) if chosen.name else f"{chosen.base_link or 'base'} to {chosen.tip_link or 'flange'}"
         return f"<Group {words} of {self.name!r} at {self._services.address}>"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 from virtualrobot._wire.services import Services
 from virtualrobot.v1 import scene_pb2
@@ -21,8 +21,8 @@ class KnownModel:
         maker: of the real one; empty where the model stands for no product.
         kind: `arm`, `scara`, `palletizer`, `gripper`, `mobile`, `mobile_manipulator`, `legged` or `axis`.
         axes: number of joints of the arm; of what has no arm, of joints that can be moved by themselves.
-        payload_kilograms: greatest load at the flange by the data sheet; 0 where none is told.
-        reach_meters: reach as the data sheet tells it; 0 where none is told.
+        payload: greatest load at the flange by the data sheet (kg); None where none is told.
+        reach: reach as the data sheet tells it (m); None where none is told.
         license: of the model's file.
         source: document that the numbers are from.
     """
@@ -35,18 +35,33 @@ class KnownModel:
     maker: str
     kind: str
     axes: int
-    payload_kilograms: float
-    reach_meters: float
+    payload: float | None
+    reach: float | None
     license: str
     source: str
 
 
-def known_models(services: Services, search: str = "", maker: str = "") -> list[KnownModel]:
+def known_models(services: Services, search: str | None = None, maker: str | None = None) -> list[KnownModel]:
     """Return the models that a kernel knows, by name: those with all words of `search` and of this `maker`."""
     response = services.scene.ListModels(scene_pb2.ListModelsRequest())
-    names = [one.name for one in fields(KnownModel)]
-    models = [KnownModel(**{name: getattr(model, name) for name in names}) for model in response.models]
-    return [model for model in models if _fits(model, search.lower().split(), maker.lower())]
+    models = [
+        KnownModel(
+            one.name,
+            one.description,
+            one.uri,
+            one.package,
+            one.installed,
+            one.maker,
+            one.kind,
+            one.axes,
+            one.payload_kilograms or None,
+            one.reach_meters or None,
+            one.license,
+            one.source,
+        )
+        for one in response.models
+    ]
+    return [model for model in models if _fits(model, (search or "").lower().split(), (maker or "").lower())]
 
 
 def _fits(model: KnownModel, words: list[str], maker: str) -> bool:

@@ -1,270 +1,291 @@
-"""Motions of a robot: moves that are started."""
+"""Moves and motions of a robot: what it can be told to do, and what is done at once."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Unpack
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
+from typing import Any, Unpack
 
+import numpy as np
 from numpy.typing import ArrayLike
 
+from virtualrobot._wire.messages import joint_map, value_or_default
+from virtualrobot._wire.options import check_options
+from virtualrobot.errors import InvalidArgumentError
+from virtualrobot.geometry import checked_pose
 from virtualrobot.motions import motion, moves, plans
-from virtualrobot.robots.move_maker import JointPositions, MoveMaker
-from virtualrobot.robots.redundancy import Lock, Prefer
+from virtualrobot.motions.motion import Motion, StartOptions
+from virtualrobot.motions.moves import (
+    CartesianOptions,
+    CircularOptions,
+    JogOptions,
+    Move,
+    MoveOptions,
+    PointToPointOptions,
+)
+from virtualrobot.robots.description import coordinate_names
+from virtualrobot.robots.mechanism import JointPositions, Mechanism
+from virtualrobot.robots.redundancy import redundancy
 from virtualrobot.v1 import motion_pb2
 
 
-class Mover(MoveMaker):
-    """The motions of a robot; positions are radians or meters, poses 4x4 arrays.
+class _MoveStart(MoveOptions, StartOptions, total=False): ...
 
-    Motions block until they have ended unless `wait=False`, and return a `Motion` that can be waited for, paused and
-    cancelled. Their common options:
 
-    - `speed_factor`: the part of the joints' greatest speed that is used, above 0, up to 1.
-    - `time_law`: `jerk_limited`, the default, or `time_optimal`, which keeps speeds and accelerations and no jerk.
-    - `wait`: whether to return only at the end.
-    - `preempt`: cancel motions in the way instead of being refused with `RobotBusyError`.
-    - `on_disconnect`: what the kernel does when this program vanishes, `stop` or `continue`.
-    - `tracking`: what it goes along with, a `virtualrobot.Tracking`.
-    - `expected_revision`: refuse to start when the scene's structure has another one (`StaleRevisionError`).
+class _PointToPointStart(PointToPointOptions, StartOptions, total=False): ...
 
-    Moves to poses take wishes for joints that the pose does not need, as `solve_inverse` does:
 
-    - `lock`: joints that stand still, radians or meters by name, or a list of names: where they are now.
-    - `prefer`: what free joints are used for: `limits`, `manipulability`, `distance` (to things), or a posture to be
-      near, by joint name.
+class _CartesianStart(CartesianOptions, StartOptions, total=False): ...
+
+
+class _CircularStart(CircularOptions, StartOptions, total=False): ...
+
+
+class _JogStart(JogOptions, StartOptions, total=False): ...
+
+
+class Mover(Mechanism):
+    """Motions of a robot; positions are radians or meters, poses 4x4 arrays.
+
+    `ptp`, `linear`, `circular`, `spline`, `trajectory` and the like make moves, for `Client.move_together`, programs,
+    `plan` and `check`. `move_linear` and its like start them too: they take the move's options and those of a start
+    (`motions.motion.StartOptions`), block until the motion has ended unless `wait=False`, and return a `Motion` that
+    can be waited for, paused and cancelled. The options of the moves are told in `virtualrobot.motions.moves`.
     """
 
-    def start(self, move: motion_pb2.Move, **options: Unpack[motion.StartOptions]) -> motion.Motion:
-        """Start one move; see the options of the class."""
-        return motion.start(self._services, [self._of_group(move)], **options)
+    # Moves, which start nothing.
 
-    def move_joints(
+    def ptp(self, goal: JointPositions | str, **options: Unpack[PointToPointOptions]) -> Move:
+        """Return a point-to-point move: all joints start and end together, straight in joint space.
+
+        `goal` is joint values by name, joint values in order (all joints, or those of the chain), the name of a
+        posture, or a 4x4 pose of the tool centre point; of a pose the posture nearest to the present one is taken.
+        """
+        if isinstance(goal, Mapping) or (not isinstance(goal, str) and np.shape(goal) != (4, 4)):
+            goal = self._named(goal)
+        return self._move(options, PointToPointOptions, point_to_point=moves.point_to_point(goal, options))
+
+    def actuated(self, positions: Mapping[str, float], **options: Unpack[MoveOptions]) -> Move:
+        """Return a point-to-point move to where actuators, by name and in their own units, have the joints."""
+        goal = motion_pb2.ActuatorGoal(actuator_positions=joint_map(positions))
+        return self._move(options, MoveOptions, point_to_point=motion_pb2.PointToPoint(actuators=goal))
+
+    def linear(
+        self, reference_t_tcp: ArrayLike, *, until: moves.Until | None = None, **options: Unpack[CartesianOptions]
+    ) -> Move:
+        """Return a straight move of the tool centre point to a 4x4 pose; with `until` a search, see `search`."""
+        return self._move(options, CartesianOptions, linear=moves.linear(reference_t_tcp, until, options))
+
+    def circular(
+        self, via: ArrayLike | None = None, goal: ArrayLike | None = None, **options: Unpack[CircularOptions]
+    ) -> Move:
+        """Return a move of the tool centre point along an arc to the 4x4 pose `goal`.
+
+        The arc passes the point `via`, (3,) in m, or turns about the option `center`.
+        """
+        return self._move(options, CircularOptions, circular=moves.circular(via, goal, options))
+
+    def spline(
         self,
-        goal: JointPositions,
+        goals: Iterable[ArrayLike],
         *,
-        speed_factor: float = 0.0,
-        time_law: str = "",
-        **options: Unpack[motion.StartOptions],
-    ) -> motion.Motion:
+        references: Sequence[str] | None = None,
+        **options: Unpack[CartesianOptions],
+    ) -> Move:
+        """Return a move of the tool centre point along a smooth curve through 4x4 poses, up to 1,000.
+
+        `references` names the node in whose frame each pose is given; without them it is the option `reference`.
+        """
+        return self._move(options, CartesianOptions, spline=moves.spline(goals, references, options))
+
+    def trajectory(
+        self,
+        times: ArrayLike,
+        positions: ArrayLike,
+        velocities: ArrayLike | None = None,
+        *,
+        joints: Sequence[str] | None = None,
+        speed_factor: float | None = None,
+    ) -> Move:
+        """Return a move through `positions` (n, k) at `times` (n,) in seconds from 0; the first row is where it is now.
+
+        `velocities` (n, k) are 0 at both ends; without them the curve is smooth. `joints` names the columns, those
+        of a planar or floating joint together; without it they are all joints, or those of the chain.
+        """
+        columns = np.asarray(positions, dtype=float)
+        if columns.ndim != 2:
+            raise InvalidArgumentError(f"positions have the shape (times, joints), not {columns.shape}")
+        every = self._joints_for(columns.shape[1]) if joints is None else joints
+        path = moves.trajectory(coordinate_names(self._description, every), times, columns, velocities)
+        return self._move({"speed_factor": speed_factor}, MoveOptions, joint_trajectory=path)
+
+    def joint_jog(self, joint: str, velocity: float, distance: float | None = None) -> Move:
+        """Return a jog of one joint; see `jog_joint`."""
+        jog = motion_pb2.JointJog(joint=joint, velocity=velocity, distance=distance)
+        return self._move({}, MoveOptions, joint_jog=jog)
+
+    def cartesian_jog(self, translation: ArrayLike | None = None, **options: Unpack[JogOptions]) -> Move:
+        """Return a jog of the tool centre point; see `jog`."""
+        return self._move(options, JogOptions, cartesian_jog=moves.cartesian_jog(translation, options))
+
+    # Motions.
+
+    def start(self, move: Move, **options: Unpack[StartOptions]) -> Motion:
+        """Start one move."""
+        return motion.start(self._services, [move], **options)
+
+    def move_joints(self, goal: JointPositions, **options: Unpack[_MoveStart]) -> Motion:
         """Move joints to values by name, or in order (all joints, or those of the chain).
 
         Example:
             >>> robot.move_joints({"lbr_iiwa_joint_4": -1.57}, speed_factor=0.5)
             >>> agv.move_joints({"base": [2.0, 1.0, math.pi / 2]})                 # x, y and angle of a planar joint
         """
-        return self.start(self.ptp(self._named(goal), speed_factor=speed_factor, time_law=time_law), **options)
+        return self._started(self.ptp, self._named(goal), options=options, kind=_MoveStart)
 
-    def move_pose(
-        self,
-        reference_t_tcp: ArrayLike,
-        *,
-        reference: str = "",
-        configuration: str = "",
-        speed_factor: float = 0.0,
-        time_law: str = "",
-        lock: Lock = (),
-        arm_angle: float | None = None,
-        prefer: Prefer = "",
-        **options: Unpack[motion.StartOptions],
-    ) -> motion.Motion:
+    def move_pose(self, reference_t_tcp: ArrayLike, **options: Unpack[_PointToPointStart]) -> Motion:
         """Move the tool centre point to a 4x4 pose, point to point, with the posture nearest to the present one.
-
-        With `configuration` it is the nearest of that name; see `InverseSolution.configurations`. `arm_angle` says
-        where the elbow shall be about the line from shoulder to wrist, in radians, for arms such as the iiwa.
 
         Example:
             >>> panda.move_pose(goal, lock={"panda_joint7": 0.5})
             >>> iiwa.move_pose(goal, arm_angle=0.3)
         """
-        move = moves.point_to_point(
-            self.name,
-            reference_t_tcp,
-            reference=reference,
-            configuration=configuration,
-            speed_factor=speed_factor,
-            time_law=time_law,
-        )
-        return self.start(self._wished(move, lock, prefer, arm_angle), **options)
+        return self._started(self.ptp, checked_pose(reference_t_tcp), options=options, kind=_PointToPointStart)
 
-    def move_to(
-        self,
-        posture: str,
-        *,
-        speed_factor: float = 0.0,
-        time_law: str = "",
-        **options: Unpack[motion.StartOptions],
-    ) -> motion.Motion:
+    def move_to(self, posture: str, **options: Unpack[_MoveStart]) -> Motion:
         """Move to a posture with a name, such as `home`."""
-        return self.start(self.ptp(posture, speed_factor=speed_factor, time_law=time_law), **options)
+        return self._started(self.ptp, posture, options=options, kind=_MoveStart)
 
-    def move_actuators(
-        self,
-        positions: Mapping[str, float],
-        *,
-        speed_factor: float = 0.0,
-        time_law: str = "",
-        **options: Unpack[motion.StartOptions],
-    ) -> motion.Motion:
+    def move_actuators(self, positions: Mapping[str, float], **options: Unpack[_MoveStart]) -> Motion:
         """Move to where actuators, by name and in their own units, have the joints; see `Robot.actuators`.
 
         Example:
             >>> palletizer.move_actuators({"motor_2": 30.0, "motor_3": 75.0})
         """
-        return self.start(moves.actuated(self.name, positions, speed_factor=speed_factor, time_law=time_law), **options)
+        return self._started(self.actuated, positions, options=options, kind=_MoveStart)
 
-    def move_linear(
-        self,
-        reference_t_tcp: ArrayLike,
-        *,
-        reference: str = "",
-        velocity: float = 0.0,
-        acceleration: float = 0.0,
-        speed_factor: float = 0.0,
-        time_law: str = "",
-        lock: Lock = (),
-        prefer: Prefer = "",
-        **options: Unpack[motion.StartOptions],
-    ) -> motion.Motion:
+    def move_linear(self, reference_t_tcp: ArrayLike, **options: Unpack[_CartesianStart]) -> Motion:
         """Move the tool centre point straight to a 4x4 pose.
-
-        `velocity` in m/s and `acceleration` in m/s^2; 0 means 0.25 and 1.
 
         Example:
             >>> robot.move_linear(robot.tcp @ virtualrobot.pose(z=0.1), velocity=0.1)     # 10 cm along the tool
         """
-        return self.start(
-            self.linear(
-                reference_t_tcp,
-                reference=reference,
-                velocity=velocity,
-                acceleration=acceleration,
-                speed_factor=speed_factor,
-                time_law=time_law,
-                lock=lock,
-                prefer=prefer,
-            ),
-            **options,
-        )
+        return self._started(self.linear, reference_t_tcp, options=options, kind=_CartesianStart)
 
-    def search(
-        self,
-        reference_t_tcp: ArrayLike,
-        until: moves.Until,
-        *,
-        reference: str = "",
-        velocity: float = 0.0,
-        acceleration: float = 0.0,
-        speed_factor: float = 0.0,
-        time_law: str = "",
-        lock: Lock = (),
-        prefer: Prefer = "",
-        **options: Unpack[motion.StartOptions],
-    ) -> motion.Motion:
+    def search(self, reference_t_tcp: ArrayLike, until: moves.Until, **options: Unpack[_CartesianStart]) -> Motion:
         """Move straight to a 4x4 pose, or until a signal is on; `Motion.search` tells where that was.
 
-        `until` is the signal, or the signal and its value; all else is as for `move_linear`. The line brakes smoothly,
-        so the robot stands a little beyond the place that it has found.
+        `until` is the signal, signal and value, or signal, comparison and value. The line brakes smoothly, so the robot
+        stands a little beyond the place that it has found.
 
         Example:
             >>> motion = robot.search(robot.tcp @ virtualrobot.pose(z=0.1), "touch", velocity=0.02)
             >>> if motion.search.found:
             ...     surface = motion.search.world_t_tcp
         """
-        line = self.linear(
-            reference_t_tcp,
-            reference=reference,
-            velocity=velocity,
-            acceleration=acceleration,
-            speed_factor=speed_factor,
-            time_law=time_law,
-            lock=lock,
-            prefer=prefer,
-            until=until,
-        )
-        return self.start(line, **options)
+        line = partial(self.linear, reference_t_tcp, until=until)
+        return self._started(line, options=options, kind=_CartesianStart)
 
     def move_circular(
-        self,
-        via: ArrayLike | None = None,
-        goal: ArrayLike | None = None,
-        *,
-        center: ArrayLike | None = None,
-        axis: ArrayLike | None = None,
-        angle: float | None = None,
-        turn_with_arc: bool = False,
-        reference: str = "",
-        velocity: float = 0.0,
-        acceleration: float = 0.0,
-        speed_factor: float = 0.0,
-        time_law: str = "",
-        lock: Lock = (),
-        prefer: Prefer = "",
-        **options: Unpack[motion.StartOptions],
-    ) -> motion.Motion:
+        self, via: ArrayLike | None = None, goal: ArrayLike | None = None, **options: Unpack[_CircularStart]
+    ) -> Motion:
         """Move the tool centre point along an arc; see `circular`.
 
         Example:
             >>> robot.move_circular(via=[0.5, 0.1, 0.4], goal=robot.tcp @ virtualrobot.pose(x=0.2))
             >>> robot.move_circular(center=[0.5, 0.0, 0.4], axis=[0, 0, 1], angle=2 * math.pi)     # a whole turn
         """
-        return self.start(
-            self.circular(
-                via,
-                goal,
-                center=center,
-                axis=axis,
-                angle=angle,
-                turn_with_arc=turn_with_arc,
-                reference=reference,
-                velocity=velocity,
-                acceleration=acceleration,
-                speed_factor=speed_factor,
-                time_law=time_law,
-                lock=lock,
-                prefer=prefer,
-            ),
-            **options,
-        )
+        return self._started(self.circular, via, goal, options=options, kind=_CircularStart)
 
-    def follow(
+    def move_spline(self, goals: Iterable[ArrayLike], **options: Unpack[_CartesianStart]) -> Motion:
+        """Move the tool centre point along a smooth curve through 4x4 poses; see `spline`.
+
+        Example:
+            >>> here = robot.tcp
+            >>> robot.move_spline([here @ virtualrobot.pose(x=0.05 * k, y=0.02 * (-1) ** k) for k in range(1, 6)])
+        """
+        return self._started(self.spline, goals, options=options, kind=_CartesianStart)
+
+    def move_trajectory(
         self,
         times: ArrayLike,
         positions: ArrayLike,
         velocities: ArrayLike | None = None,
         *,
-        joints: list[str] | None = None,
-        speed_factor: float = 0.0,
-        **options: Unpack[motion.StartOptions],
-    ) -> motion.Motion:
+        joints: Sequence[str] | None = None,
+        speed_factor: float | None = None,
+        **options: Unpack[StartOptions],
+    ) -> Motion:
         """Pass joint positions at given times; see `trajectory`."""
         move = self.trajectory(times, positions, velocities, joints=joints, speed_factor=speed_factor)
         return self.start(move, **options)
 
+    def jog_joint(
+        self, joint: str, velocity: float, distance: float | None = None, **options: Unpack[StartOptions]
+    ) -> Motion:
+        """Move one joint at a velocity in rad/s or m/s, whose sign says which way, and return at once.
+
+        It goes `distance` radians or meters; without one until the joint's limit, or a whole turn where it has none.
+
+        Example:
+            >>> motion = robot.jog_joint("lbr_iiwa_joint_1", -0.2)       # a key is pressed
+            >>> motion.cancel()                                          # and released
+        """
+        return self.start(self.joint_jog(joint, velocity, distance), **{"wait": False, **options})
+
+    def jog(self, translation: ArrayLike | None = None, **options: Unpack[_JogStart]) -> Motion:
+        """Move the tool centre point along `translation`, or turn it about the axis `rotation`, and return at once.
+
+        It goes on until its distance or until the robot can go no farther; cancel it when the key is released.
+
+        Example:
+            >>> motion = robot.jog([0, 0, 1], frame="tool", velocity=0.05)
+            >>> motion.cancel()
+            >>> robot.jog(rotation=[0, 0, 1], node="table", distance=0.5, wait=True)
+        """
+        return self._started(self.cartesian_jog, translation, options={"wait": False, **options}, kind=_JogStart)
+
+    def stop(self) -> list[Motion]:
+        """Cancel every motion of this robot; return them."""
+        return motion.stop(self._services, [self.name])
+
     # Before moving; nothing moves.
 
-    def plan(self, move: motion_pb2.Move, *, sample_seconds: float = 0.0) -> plans.MotionPlan:
-        """Return what a move would do, in samples `sample_seconds` apart; see `Client.plan`.
+    def plan(self, move: Move, **options: Unpack[plans.PlanOptions]) -> plans.MotionPlan:
+        """Return what a move would do, in samples; see `Client.plan`.
 
         Example:
             >>> plan = robot.plan(robot.linear(goal))
             >>> np.abs(plan.robots[robot.name].efforts).max(axis=0)
             array([...])
         """
-        return plans.plan(self._services, plans.motion_of([move]), sample_seconds=sample_seconds)
+        return plans.plan(self._services, plans.motion_of([move]), **options)
 
-    def check(
-        self, move: motion_pb2.Move, *, min_singular_value: float = 0.0, collisions: bool = True
-    ) -> plans.MotionCheck:
+    def check(self, move: Move, **options: Unpack[plans.CheckOptions]) -> plans.MotionCheck:
         """Return whether a move keeps all limits and touches nothing, and else what it violates; see `Client.check`.
 
         Example:
             >>> robot.check(robot.ptp("home")).ok
             True
         """
-        wanted = plans.motion_of([move])
-        return plans.check(self._services, wanted, min_singular_value=min_singular_value, collisions=collisions)
+        return plans.check(self._services, plans.motion_of([move]), **options)
 
-    def stop(self) -> list[motion.Motion]:
-        """Cancel every motion of this robot; return them."""
-        response = self._services.motion.Stop(motion_pb2.StopRequest(robots=[self.name]))
-        return [motion.Motion(self._services, message) for message in response.motions]
+    def _started(self, make: Callable[..., Move], *goal: object, options: Mapping[str, Any], kind: type) -> Motion:
+        """Start what `make` makes of a goal and those options that are not of the start."""
+        check_options(options, kind, "this motion")
+        going = {name: value for name, value in options.items() if name in StartOptions.__optional_keys__}
+        return self.start(make(*goal, **{name: options[name] for name in options.keys() - going}), **going)
+
+    def _move(self, options: Mapping[str, Any], kind: type, **how: Any) -> Move:  # noqa: ANN401 the kind of the move
+        """Return a move of this robot or group, with the options that all kinds of moves have."""
+        check_options(options, kind, "this move")
+        lock, prefer = options.get("lock", ()), options.get("prefer")
+        message = motion_pb2.Move(
+            robot=self.name,
+            group=self._group,
+            speed_factor=value_or_default(options.get("speed_factor"), "speed_factor"),
+            time_law=moves.time_law_number(options.get("time_law")),
+            redundancy=redundancy(lock, options.get("arm_angle"), prefer, joints_now=self._joints_now),
+            **how,
+        )
+        return Move(message)

@@ -16,7 +16,6 @@ Prefer: TypeAlias = str | Mapping[str, float]
 """Preference for the free joints: `limits`, `manipulability`, `distance`, or a posture, radians or meters by name."""
 
 _PREFERENCES = {
-    "": robot_pb2.REDUNDANCY_PREFERENCE_UNSPECIFIED,
     "limits": robot_pb2.REDUNDANCY_PREFERENCE_JOINT_LIMITS,
     "manipulability": robot_pb2.REDUNDANCY_PREFERENCE_MANIPULABILITY,
     "distance": robot_pb2.REDUNDANCY_PREFERENCE_DISTANCE,
@@ -26,7 +25,7 @@ _PREFERENCES = {
 def redundancy(
     lock: Lock = (),
     arm_angle: float | None = None,
-    prefer: Prefer = "",
+    prefer: Prefer | None = None,
     *,
     joints_now: Callable[[], Mapping[str, float]],
 ) -> robot_pb2.Redundancy | None:
@@ -47,7 +46,7 @@ def redundancy(
         message.posture.update(joint_map(prefer))
     elif prefer in _PREFERENCES:
         message.preference = _PREFERENCES[prefer]
-    else:
+    elif prefer is not None:
         raise InvalidArgumentError(
             f"prefer is {prefer!r}; give 'limits', 'manipulability', 'distance', or a posture to be near, by joint name"
         )

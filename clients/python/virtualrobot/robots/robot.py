@@ -8,6 +8,7 @@ from contextlib import closing
 import numpy as np
 from numpy.typing import NDArray
 
+from virtualrobot._wire.messages import value_or_default
 from virtualrobot._wire.newest import newest
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix
@@ -15,7 +16,8 @@ from virtualrobot.leases import Lease, acquire
 from virtualrobot.motions.setpoints import MODES, SetpointStream
 from virtualrobot.robots.description import coordinate_names
 from virtualrobot.robots.group import Group
-from virtualrobot.robots.move_maker import JointPositions
+from virtualrobot.robots.mechanism import JointPositions
+from virtualrobot.robots.mover import Mover
 from virtualrobot.robots.solver import Solver
 from virtualrobot.robots.tool import Tool
 from virtualrobot.robots.values import (
@@ -25,15 +27,15 @@ from virtualrobot.robots.values import (
     LinkPair,
     RobotState,
 )
-from virtualrobot.scene.editor import Direct
-from virtualrobot.v1 import motion_pb2, robot_pb2, scene_pb2
+from virtualrobot.scene.editor import Direct, pick_command
+from virtualrobot.v1 import motion_pb2, robot_pb2
 
 
-class Robot(Solver):
+class Robot(Mover, Solver):
     """A robot by its name: an arm, a conveyor, a turntable, a vehicle, whatever has joints.
 
-    Positions are radians or meters, poses 4x4 arrays. Its motions and their options are those of `Mover`
-    and `Jogger`, what is computed of it is in `Solver`.
+    Positions are radians or meters, poses 4x4 arrays. Its motions are those of `Mover`, what is computed
+    of it is in `Solver`.
     """
 
     @property
@@ -66,7 +68,7 @@ class Robot(Solver):
         """Groups of joints by name, as an SRDF file or `set_groups` gives them; `group` handles one of them."""
         return {group.name: JointGroup.of(group) for group in self._description.robot.groups}
 
-    def group(self, name: str = "", *, base: str = "", tip: str = "") -> Group:
+    def group(self, name: str | None = None, *, base: str | None = None, tip: str | None = None) -> Group:
         """Return a handle for a part of the robot that is solved and moved by itself.
 
         Args:
@@ -84,7 +86,7 @@ class Robot(Solver):
         """
         if not (name or base or tip):
             raise InvalidArgumentError(f"name a group of {self.name!r}, or the base and tip link of a chain")
-        group = Group(self._services, self.name, name, base, tip)
+        group = Group(self._services, self.name, name or "", base or "", tip or "")
         _ = group._description  # raises when there is none
         return group
 
@@ -123,9 +125,10 @@ class Robot(Solver):
         """`world_t_tcp`, 4x4: where the chosen tool centre point is (without a tool: the flange)."""
         return self.state.world_t_tcp
 
-    def watch(self, max_rate_hertz: float = 0.0) -> Iterator[RobotState]:
-        """Yield the state now and whenever it has changed, at most 30 times a second by default."""
-        request = robot_pb2.WatchRobotStatesRequest(names=[self.name], max_rate_hertz=max_rate_hertz)
+    def watch(self, max_rate: float | None = None) -> Iterator[RobotState]:
+        """Yield the state now and whenever it has changed, at most `max_rate` (30 by default) times a second."""
+        rate = value_or_default(max_rate, "max_rate")
+        request = robot_pb2.WatchRobotStatesRequest(names=[self.name], max_rate_hertz=rate)
         stream = self._services.robot.WatchRobotStates(request)
         with closing(newest(stream, lambda said: ((one.name, (one, said.stamp)) for one in said.robots))) as states:
             for robot, stamp in states:
@@ -145,7 +148,7 @@ class Robot(Solver):
         named = self._named(positions) if isinstance(positions, Mapping) else positions
         Direct(self._services).set_joint_positions(self.name, named)
 
-    def lease(self, *, take: bool = False, owner: str = "") -> Lease:
+    def lease(self, *, take: bool = False, owner: str | None = None) -> Lease:
         """Lease it, so that nobody but this client moves it; see `Client.lease`.
 
         Example:
@@ -202,7 +205,7 @@ class Robot(Solver):
         """The names of the tools mounted on it."""
         return list(self._description.tools)
 
-    def tool(self, name: str = "") -> Tool:
+    def tool(self, name: str | None = None) -> Tool:
         """Return a handle for a tool of this robot; without a name the chosen one.
 
         Example:
@@ -210,16 +213,15 @@ class Robot(Solver):
         """
         return Tool.of(self._services, self.name, name)
 
-    def pick(self, part: str = "", max_distance_meters: float = 0.0) -> str:
+    def pick(self, part: str | None = None, max_distance: float | None = None) -> str:
         """Fix a part to the chosen tool and return its name.
 
-        Without a name it is the one nearest to the tool centre point, within 0.2 m.
+        Without a name it is the one nearest to the tool centre point, within 0.2 m unless `max_distance` says another.
         """
-        command = scene_pb2.PickPart(robot=self.name, part=part, max_distance_meters=max_distance_meters)
-        return self._services.apply([scene_pb2.Command(pick_part=command)]).picked_parts[0]
+        return self._services.apply([pick_command(self.name, part, max_distance)]).picked_parts[0]
 
-    def place(self, part: str = "", parent: str = "") -> None:
-        """Let a part go, or all; it stays where it is, fixed to `parent` (empty: world)."""
+    def place(self, part: str | None = None, parent: str = "world") -> None:
+        """Let a part go, or all; it stays where it is, fixed to `parent`."""
         Direct(self._services).place(self.name, part, parent)
 
     def __repr__(self) -> str:

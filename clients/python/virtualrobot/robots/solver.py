@@ -13,15 +13,14 @@ from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import poses_from_rows
 from virtualrobot.robots.description import described_anew
 from virtualrobot.robots.dynamics import InverseDynamics, Samples, movement_message
-from virtualrobot.robots.jogger import Jogger
 from virtualrobot.robots.kinematics_check import KinematicsCheck
-from virtualrobot.robots.move_maker import JointPositions
+from virtualrobot.robots.mechanism import JointPositions, Mechanism
 from virtualrobot.robots.redundancy import Lock, Prefer, redundancy
 from virtualrobot.robots.values import ForwardSolution, InverseSolution, Jacobians
 from virtualrobot.v1 import robot_pb2
 
 
-class Solver(Jogger):
+class Solver(Mechanism):
     """Kinematics and dynamics of a robot; and which component solves its kinematics.
 
     Positions are radians or meters, poses 4x4 arrays.
@@ -30,7 +29,7 @@ class Solver(Jogger):
     def solve_forward(self, positions: JointPositions | None = None) -> ForwardSolution:
         """Return where links and tool centre point would be; joints that are not named stand as they are now."""
         request = robot_pb2.SolveForwardRequest(
-            robot=self.name, joint_positions=self._named(positions), group=self.group_selection
+            robot=self.name, joint_positions=self._named(positions), group=self._group
         )
         response = self._services.robot.SolveForward(request)
         poses = poses_from_rows(array_of(response.world_t_link))
@@ -40,14 +39,14 @@ class Solver(Jogger):
         self,
         positions: JointPositions | None = None,
         points: Iterable[tuple[str, ArrayLike]] = (),
-        reference: str = "",
+        reference: str = "world",
     ) -> Jacobians:
         """Return how the tool centre point, and points fixed to links, tools or held parts, move with the joints.
 
         Args:
             positions: the joint positions (rad or m); joints that are not named stand as they are now.
             points: for each the node that it is fixed to, and its position x, y, z (m) with the joints there.
-            reference: the node in whose frame the points are given (empty: world).
+            reference: the node in whose frame the points are given.
 
         Raises:
             UnknownNameError: when there is no such joint or node.
@@ -65,7 +64,7 @@ class Solver(Jogger):
                 robot_pb2.RobotPoint(node=node, point=vector_message(point, f"point on {node}"), reference=reference)
                 for node, point in points
             ],
-            group=self.group_selection,
+            group=self._group,
         )
         return Jacobians.of(self._services.robot.SolveJacobian(request))
 
@@ -73,24 +72,24 @@ class Solver(Jogger):
         self,
         reference_t_tcp: ArrayLike,
         seed: JointPositions | None = None,
-        reference: str = "",
-        configuration: str = "",
+        reference: str = "world",
+        configuration: str | None = None,
         *,
         lock: Lock = (),
         arm_angle: float | None = None,
-        prefer: Prefer = "",
+        prefer: Prefer | None = None,
     ) -> InverseSolution:
         """Return the joints that bring the tool centre point to a 4x4 pose, nearest to `seed` (default: now) first.
 
         Args:
             reference_t_tcp: the pose.
             seed: the joint positions to start from; joints that are not named start as they are now.
-            reference: the node in whose frame the pose is given (empty: world).
-            configuration: the name of the only one that is wanted, such as `right up noflip`.
-            lock: joints that stand still, radians or meters by name, or a list of names: where they are now.
-            arm_angle: angle of the elbow about the line from shoulder to wrist (rad), for arms such as the iiwa.
-            prefer: preference for the free joints: `limits`, `manipulability` or `distance` (to stay away from limits,
-                from singularities or from things), or a posture to be near, by joint name.
+            reference: the node in whose frame the pose is given.
+            configuration: the only one that is wanted, as of moves (`motions.moves.PointToPointOptions`), like the
+                wishes for joints that the pose does not need: `lock`, `arm_angle` and `prefer`.
+            lock: as of moves.
+            arm_angle: as of moves.
+            prefer: as of moves.
 
         Example:
             >>> robot.solve_inverse(virtualrobot.pose(0.5, 0.1, 0.6, roll=np.pi)).best
@@ -103,7 +102,7 @@ class Solver(Jogger):
             seed=self._named(seed),
             configuration=configuration,
             redundancy=redundancy(lock, arm_angle, prefer, joints_now=self._joints_now),
-            group=self.group_selection,
+            group=self._group,
         )
         return InverseSolution.of(self._services.robot.SolveInverse(request))
 
@@ -158,14 +157,14 @@ class Solver(Jogger):
         return self._described_anew().kinematics_fault
 
     def set_kinematics(
-        self, name: str, settings: Mapping[str, object] | None = None, **named: object
+        self, name: str | None, settings: Mapping[str, object] | None = None, **named: object
     ) -> KinematicsCheck:
         """Give it another kinematics component, or make its own anew; return how well that fits.
 
         The component is tried on this robot first. A motion that runs goes on as it was planned.
 
         Args:
-            name: the component, one of `client.plugins.components("kinematics")`.
+            name: the component, one of `client.plugins.components("kinematics")`; None leaves it to the kernel again.
             settings: the component's settings; those that are not named get their defaults.
             named: settings too, as keywords.
 
@@ -180,7 +179,7 @@ class Solver(Jogger):
             forward            1.1e-16 m  2.2e-16 rad  0.002 ms
             ...
         """
-        group = self.group_selection
+        group = self._group
         if group is not None and not group.name:
             raise InvalidArgumentError(
                 f"a chain that is chosen by links has the component that its geometry allows; give {self.name!r} a "
@@ -196,4 +195,4 @@ class Solver(Jogger):
 
     def _described_anew(self) -> robot_pb2.GetRobotResponse:
         """Return what the kernel says now: components are chosen and fail while the structure stays the same."""
-        return described_anew(self._services, self.name, self.group_selection)
+        return described_anew(self._services, self.name, self._group)

@@ -11,6 +11,7 @@ from virtualrobot._wire.services import Services
 from virtualrobot.errors import UnknownNameError, WrongStateError
 from virtualrobot.geometry import Matrix
 from virtualrobot.motions import motion
+from virtualrobot.motions.moves import Move
 from virtualrobot.robots.description import described
 from virtualrobot.scene.editor import Direct
 from virtualrobot.v1 import motion_pb2, nodes_pb2, robot_pb2, scene_pb2
@@ -26,7 +27,7 @@ class Tool:
         self.name = name
 
     @staticmethod
-    def of(services: Services, robot: str, name: str = "") -> Tool:
+    def of(services: Services, robot: str, name: str | None = None) -> Tool:
         """Return the tool of this name; without a name the chosen one, or the only one.
 
         Raises:
@@ -60,24 +61,24 @@ class Tool:
         """`tool_t_tcp`, 4x4, by name."""
         return {point.name: pose_of(point.tool_t_tcp) for point in self._message.tool_center_points}
 
-    def set(self, state: str, *, wait: bool = True, **options: Unpack[motion.GoingOptions]) -> motion.Motion:
+    def set(self, state: str, **options: Unpack[motion.StartOptions]) -> motion.Motion:
         """Move its joints to where a state has them; then it is in that state."""
-        return motion.start(self._services, [self.state_move(state)], wait=wait, **options)
+        return motion.start(self._services, [self.state_move(state)], **options)
 
-    def open(self, **options: Unpack[motion.GoingOptions]) -> motion.Motion:
+    def open(self, **options: Unpack[motion.StartOptions]) -> motion.Motion:
         """Move to the state `open`."""
         return self.set("open", **options)
 
-    def close(self, **options: Unpack[motion.GoingOptions]) -> motion.Motion:
+    def close(self, **options: Unpack[motion.StartOptions]) -> motion.Motion:
         """Move to the state `closed`."""
         return self.set("closed", **options)
 
-    def state_move(self, state: str) -> motion_pb2.Move:
+    def state_move(self, state: str) -> Move:
         """Return the move to a state, for `Client.move_together`."""
-        return motion_pb2.Move(robot=self.robot, tool_state=motion_pb2.ToolStateMove(tool=self.name, state=state))
+        return Move(motion_pb2.Move(robot=self.robot, tool_state=motion_pb2.ToolStateMove(tool=self.name, state=state)))
 
-    def select(self, tool_center_point: str = "") -> Tool:
-        """Let the robot work with this tool and this point of it (empty: its first); return the tool."""
+    def select(self, tool_center_point: str | None = None) -> Tool:
+        """Let the robot work with this tool and this point of it (by default its first); return the tool."""
         Direct(self._services).select_tool(self.robot, self.name, tool_center_point)
         return self
 

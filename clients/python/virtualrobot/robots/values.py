@@ -147,8 +147,7 @@ class JointGroup:
         return JointGroup(message.name, names, message.base_link, message.tip_link, message.kinematics)
 
     @property
-    def message(self) -> nodes_pb2.JointGroup:
-        """Message of the group."""
+    def _message(self) -> nodes_pb2.JointGroup:
         return nodes_pb2.JointGroup(
             name=self.name,
             joint_names=self.joint_names,
@@ -212,8 +211,8 @@ class InverseSolution:
         joint_names: the joints that were solved for, in order.
         solutions: (n, k), radians or meters, nearest to the seed first; no rows when there is none.
         configurations: the name of each solution's configuration, where the component names them.
-        position_error_meters: the position error of the best attempt.
-        rotation_error_radians: the rotation error of the best attempt.
+        position_error: the position error of the best attempt.
+        rotation_error: the rotation error of the best attempt.
         explanation: the reason for which there is no solution, in words.
         arm_angles: the arm angle of each solution in radians, for arms that have one; otherwise empty.
         outside_limits: there is no solution, but postures outside the limits of joints reach the pose.
@@ -222,8 +221,8 @@ class InverseSolution:
     joint_names: tuple[str, ...]
     solutions: NDArray[np.float64]
     configurations: tuple[str, ...]
-    position_error_meters: float
-    rotation_error_radians: float
+    position_error: float
+    rotation_error: float
     explanation: str
     arm_angles: tuple[float, ...] = ()
     outside_limits: bool = False
@@ -255,8 +254,8 @@ class InverseSolution:
         if not self.solved:
             raise UnreachableError(
                 self.explanation
-                or f"no posture within limits reaches the pose: off by {self.position_error_meters:.4f} m and "
-                f"{self.rotation_error_radians:.4f} rad at best"
+                or f"no posture within limits reaches the pose: off by {self.position_error:.4f} m and "
+                f"{self.rotation_error:.4f} rad at best"
             )
         return self.solutions[0]
 

@@ -4,19 +4,33 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Generic, TypeVar
+from typing import Generic, TypedDict, TypeVar, Unpack
 
 from google.protobuf.field_mask_pb2 import FieldMask
 from numpy.typing import ArrayLike
 
-from virtualrobot._wire.messages import array_message, joint_map, pose_message, settings_message
+from virtualrobot._wire.messages import (
+    M,
+    Wrapped,
+    array_message,
+    joint_map,
+    pose_message,
+    settings_message,
+    value_or_default,
+)
+from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import Services
 from virtualrobot._wire.signal_values import SignalValue, set_command, value_message
 from virtualrobot.collisions.allowed_pairs import pairs_command
-from virtualrobot.collisions.settings import collision_command
+from virtualrobot.collisions.settings import CollisionOptions, collision_command
 from virtualrobot.errors import InvalidArgumentError
+from virtualrobot.robots.dynamics import Inertial
 from virtualrobot.robots.values import JointGroup
 from virtualrobot.scene.figures import Figures, figure_list
+from virtualrobot.sensors.cameras import CameraSettings, LightSettings
+from virtualrobot.sensors.contact_sensors import ContactSensorSettings
+from virtualrobot.sensors.motion_sensors import MotionSensorSettings
+from virtualrobot.sensors.range_sensors import RangeSensorSettings
 from virtualrobot.v1 import nodes_pb2, robot_pb2, scene_pb2, sensing_pb2, sensor_pb2, signal_pb2
 
 _DIRECTIONS = {
@@ -28,6 +42,32 @@ _DIRECTIONS = {
 Created = TypeVar("Created")
 
 
+class SignalOptions(TypedDict, total=False):
+    """Options of a new signal.
+
+    Attributes:
+        description: its purpose in words.
+        unit: of a number.
+        direction: `input`, `output` or `internal` (the default), seen from its owner.
+        owner: the node that it belongs to; nobody by default.
+    """
+
+    description: str
+    unit: str
+    direction: str
+    owner: str
+
+
+def pick_command(robot: str, part: str | None, max_distance: float | None) -> scene_pb2.Command:
+    """Return the command that fixes a part to a robot's tool."""
+    distance = value_or_default(max_distance, "max_distance")
+    return scene_pb2.Command(pick_part=scene_pb2.PickPart(robot=robot, part=part, max_distance_meters=distance))
+
+
+def _unwrapped(value: Wrapped[M] | None) -> M | None:
+    return None if value is None else value._message
+
+
 class Editor(ABC, Generic[Created]):
     """Changes of the world, one method for each command of the contract."""
 
@@ -36,14 +76,14 @@ class Editor(ABC, Generic[Created]):
         """Take a command."""
 
     @abstractmethod
-    def add(self, node: nodes_pb2.Node) -> Created:
-        """Add a node as the contract describes it; the other `add_` methods make such nodes."""
+    def _created(self, node: nodes_pb2.Node) -> Created:
+        """Add a node as the contract describes it."""
 
     def _add(self, name: str, parent: str, pose: ArrayLike | None, figures: Figures, **kind: object) -> Created:
         node = nodes_pb2.Node(name=name, parent=parent, figures=figure_list(figures), **kind)  # pyright: ignore[reportArgumentType] one field of the oneof
         if pose is not None:
             node.parent_t_node.CopyFrom(pose_message(pose))
-        return self.add(node)
+        return self._created(node)
 
     def add_object(
         self, name: str, figures: Figures = (), *, pose: ArrayLike | None = None, parent: str = "world"
@@ -61,17 +101,18 @@ class Editor(ABC, Generic[Created]):
         *,
         pose: ArrayLike | None = None,
         parent: str = "world",
-        mass_kilograms: float = 0.0,
-        inertial: nodes_pb2.Inertial | None = None,
+        mass: float | None = None,
+        inertial: Inertial | None = None,
     ) -> Created:
         """Add a thing that robots handle.
 
-        A mass of 0 means unknown; without `inertial` (see `virtualrobot.inertial`) it is a point at the part's origin.
+        `mass` in kg, unknown by default; without `inertial` (see `virtualrobot.inertial`) it is a point at the part's
+        origin.
 
         Example:
             >>> scene.add_part("box-1", virtualrobot.box(0.1, 0.1, 0.1, color="red"), pose=virtualrobot.pose(0.5))
         """
-        part = nodes_pb2.Part(mass_kilograms=mass_kilograms, inertial=inertial)
+        part = nodes_pb2.Part(mass_kilograms=value_or_default(mass, "mass"), inertial=_unwrapped(inertial))
         return self._add(name, parent, pose, figures, part=part)
 
     def add_adapter(self, name: str, parent: str, figures: Figures = (), *, pose: ArrayLike | None = None) -> Created:
@@ -87,7 +128,7 @@ class Editor(ABC, Generic[Created]):
         pose: ArrayLike | None = None,
         tool_center_points: Mapping[str, ArrayLike] | None = None,
         states: Mapping[str, Mapping[str, float]] | None = None,
-        inertial: nodes_pb2.Inertial | None = None,
+        inertial: Inertial | None = None,
     ) -> Created:
         """Mount a tool on a flange or adapter (`parent`).
 
@@ -104,14 +145,14 @@ class Editor(ABC, Generic[Created]):
                 nodes_pb2.ToolState(name=state, joint_positions=joint_map(positions))
                 for state, positions in (states or {}).items()
             ],
-            inertial=inertial,
+            inertial=_unwrapped(inertial),
         )
         return self._add(name, parent, pose, figures, tool=tool)
 
     def add_camera(
         self,
         name: str,
-        settings: sensing_pb2.CameraSensor | None = None,
+        settings: CameraSettings | None = None,
         figures: Figures = (),
         *,
         pose: ArrayLike | None = None,
@@ -121,12 +162,12 @@ class Editor(ABC, Generic[Created]):
 
         `virtualrobot.camera` makes the settings, `virtualrobot.looking_at` the pose. It does not see its own figures.
         """
-        return self._add(name, parent, pose, figures, camera_sensor=settings or sensing_pb2.CameraSensor())
+        return self._add(name, parent, pose, figures, camera_sensor=_unwrapped(settings) or sensing_pb2.CameraSensor())
 
     def add_range_sensor(
         self,
         name: str,
-        settings: sensing_pb2.RangeSensor | None = None,
+        settings: RangeSensorSettings | None = None,
         figures: Figures = (),
         *,
         pose: ArrayLike | None = None,
@@ -136,12 +177,12 @@ class Editor(ABC, Generic[Created]):
 
         `virtualrobot.range_sensor` makes the settings. It does not see its own figures.
         """
-        return self._add(name, parent, pose, figures, range_sensor=settings or sensing_pb2.RangeSensor())
+        return self._add(name, parent, pose, figures, range_sensor=_unwrapped(settings) or sensing_pb2.RangeSensor())
 
     def add_light(
         self,
         name: str,
-        settings: sensing_pb2.Light | None = None,
+        settings: LightSettings | None = None,
         figures: Figures = (),
         *,
         pose: ArrayLike | None = None,
@@ -151,12 +192,12 @@ class Editor(ABC, Generic[Created]):
 
         Its own figures cast shadows like all others: leave room between them and its origin, or give it none.
         """
-        return self._add(name, parent, pose, figures, light=settings or sensing_pb2.Light())
+        return self._add(name, parent, pose, figures, light=_unwrapped(settings) or sensing_pb2.Light())
 
     def add_motion_sensor(
         self,
         name: str,
-        settings: sensing_pb2.MotionSensor,
+        settings: MotionSensorSettings,
         figures: Figures = (),
         *,
         parent: str,
@@ -166,12 +207,12 @@ class Editor(ABC, Generic[Created]):
 
         `virtualrobot.imu`, `encoders`, `pose_sensor` and `force_torque_sensor` make the settings.
         """
-        return self._add(name, parent, pose, figures, motion_sensor=settings)
+        return self._add(name, parent, pose, figures, motion_sensor=settings._message)
 
     def add_contact_sensor(
         self,
         name: str,
-        settings: sensing_pb2.ContactSensor | None = None,
+        settings: ContactSensorSettings | None = None,
         figures: Figures = (),
         *,
         parent: str = "world",
@@ -181,7 +222,9 @@ class Editor(ABC, Generic[Created]):
 
         `pose` (`parent_t_sensor`) says where the box of its region is.
         """
-        return self._add(name, parent, pose, figures, contact_sensor=settings or sensing_pb2.ContactSensor())
+        return self._add(
+            name, parent, pose, figures, contact_sensor=_unwrapped(settings) or sensing_pb2.ContactSensor()
+        )
 
     def add_annotation(
         self, name: str, figures: Figures, *, pose: ArrayLike | None = None, parent: str = "world"
@@ -189,26 +232,26 @@ class Editor(ABC, Generic[Created]):
         """Add something that is drawn for people only."""
         return self._add(name, parent, pose, figures, annotation=nodes_pb2.Annotation())
 
-    def update(self, name: str, node: nodes_pb2.Node, *fields: str) -> None:
-        """Change the named `fields` of a node to those of `node`."""
-        mask = FieldMask(paths=fields)
+    def _update(self, name: str, node: nodes_pb2.Node, field: str) -> None:
+        """Change a field of a node to that of `node`."""
+        mask = FieldMask(paths=[field])
         self._submit(scene_pb2.Command(update_node=scene_pb2.UpdateNode(name=name, node=node, update_mask=mask)))
 
     def rename(self, name: str, new_name: str) -> None:
         """Give a node another name."""
-        self.update(name, nodes_pb2.Node(name=new_name), "name")
+        self._update(name, nodes_pb2.Node(name=new_name), "name")
 
     def hide(self, name: str, hidden: bool = True) -> None:
         """Hide a node and what hangs below, or show it again."""
-        self.update(name, nodes_pb2.Node(hidden=hidden), "hidden")
+        self._update(name, nodes_pb2.Node(hidden=hidden), "hidden")
 
     def set_pose(self, name: str, parent_t_node: ArrayLike) -> None:
         """Put a node somewhere else in its parent's frame, at once."""
-        self.update(name, nodes_pb2.Node(parent_t_node=pose_message(parent_t_node)), "parent_t_node")
+        self._update(name, nodes_pb2.Node(parent_t_node=pose_message(parent_t_node)), "parent_t_node")
 
     def set_figures(self, name: str, figures: Figures) -> None:
         """Give a node other shapes."""
-        self.update(name, nodes_pb2.Node(figures=figure_list(figures)), "figures")
+        self._update(name, nodes_pb2.Node(figures=figure_list(figures)), "figures")
 
     def remove(self, name: str) -> None:
         """Take a node and all below it out of the world."""
@@ -220,15 +263,14 @@ class Editor(ABC, Generic[Created]):
         command = scene_pb2.AttachNode(name=name, parent=parent, parent_t_node=where)
         self._submit(scene_pb2.Command(attach_node=command))
 
-    def pick(self, robot: str, part: str = "", max_distance_meters: float = 0.0) -> None:
+    def pick(self, robot: str, part: str | None = None, max_distance: float | None = None) -> None:
         """Fix a part to the robot's chosen tool; without a name the one nearest to the tool centre point.
 
-        `max_distance_meters` 0 means 0.2 when no part is named, and any distance when one is.
+        `max_distance` (m) is 0.2 by default when no part is named, and without limit when one is.
         """
-        command = scene_pb2.PickPart(robot=robot, part=part, max_distance_meters=max_distance_meters)
-        self._submit(scene_pb2.Command(pick_part=command))
+        self._submit(pick_command(robot, part, max_distance))
 
-    def place(self, robot: str, part: str = "", parent: str = "") -> None:
+    def place(self, robot: str, part: str | None = None, parent: str = "world") -> None:
         """Let a part of the robot's chosen tool go, or all parts; it stays where it is, fixed to `parent`."""
         self._submit(scene_pb2.Command(place_part=scene_pb2.PlacePart(robot=robot, part=part, parent=parent)))
 
@@ -243,10 +285,10 @@ class Editor(ABC, Generic[Created]):
 
     def set_groups(self, robot: str, groups: Iterable[JointGroup]) -> None:
         """Give a robot these groups of joints, in place of those that it has."""
-        command = scene_pb2.SetGroups(robot=robot, groups=[group.message for group in groups])
+        command = scene_pb2.SetGroups(robot=robot, groups=[group._message for group in groups])
         self._submit(scene_pb2.Command(set_groups=command))
 
-    def select_tool(self, robot: str, tool: str = "", tool_center_point: str = "") -> None:
+    def select_tool(self, robot: str, tool: str | None = None, tool_center_point: str | None = None) -> None:
         """Choose what a robot works with; no tool means the flange, no point the tool's first."""
         command = scene_pb2.SelectTool(robot=robot, tool=tool, tool_center_point=tool_center_point)
         self._submit(scene_pb2.Command(select_tool=command))
@@ -256,26 +298,20 @@ class Editor(ABC, Generic[Created]):
         self._submit(scene_pb2.Command(set_tool_state=scene_pb2.SetToolState(tool=tool, state=state)))
 
     def create_signal(
-        self,
-        name: str,
-        value: SignalValue | Sequence[bool] = False,
-        description: str = "",
-        *,
-        unit: str = "",
-        direction: str = "internal",
-        owner: str = "",
+        self, name: str, value: SignalValue | Sequence[bool] = False, **options: Unpack[SignalOptions]
     ) -> None:
-        """Add a signal, whose type is that of `value`; `direction` is "input", "output" or "internal"."""
+        """Add a signal, whose type is that of `value`.
+
+        Raises:
+            NameTakenError: when there is one of this name.
+            UnknownNameError: when there is no such owner.
+        """
+        check_options(options, SignalOptions, "a signal")
+        direction = options.get("direction", "internal")
         if direction not in _DIRECTIONS:
             raise InvalidArgumentError(f"a signal's direction is one of {', '.join(_DIRECTIONS)}, not {direction!r}")
-        signal = signal_pb2.Signal(
-            name=name,
-            value=value_message(value),
-            description=description,
-            unit=unit,
-            direction=_DIRECTIONS[direction],
-            owner=owner,
-        )
+        fields = {**options, "direction": _DIRECTIONS[direction]}
+        signal = signal_pb2.Signal(name=name, value=value_message(value), **fields)
         self._submit(scene_pb2.Command(create_signal=scene_pb2.CreateSignal(signal=signal)))
 
     def remove_signal(self, name: str) -> None:
@@ -286,27 +322,22 @@ class Editor(ABC, Generic[Created]):
         """Set a signal to a value of its type."""
         self._submit(set_command(name, value))
 
-    def set_speed_factor(self, factor: float, robot: str = "") -> None:
+    def set_speed_factor(self, factor: float, robot: str | None = None) -> None:
         """Slow the motions of one robot, or with no name of all: above 0, up to 1; running ones change smoothly."""
         self._submit(scene_pb2.Command(set_speed_factor=scene_pb2.SetSpeedFactor(robot=robot, factor=factor)))
 
-    def set_kinematics(self, robot: str, kinematics: str = "", settings: Mapping[str, object] | None = None) -> None:
+    def set_kinematics(
+        self, robot: str, kinematics: str | None = None, settings: Mapping[str, object] | None = None
+    ) -> None:
         """Give a robot another kinematics component, tried at its first use; `Robot.set_kinematics` tries it now."""
         command = robot_pb2.KinematicsChoice(
             robot=robot, kinematics=kinematics, settings=settings_message(settings or {})
         )
         self._submit(scene_pb2.Command(set_kinematics=command))
 
-    def set_collisions(
-        self,
-        mode: str = "",
-        *,
-        robots: Mapping[str, str] | None = None,
-        look_ahead_seconds: float | None = None,
-        paddings: Mapping[str, float] | None = None,
-    ) -> None:
-        """Change what is done about collisions, as `client.collisions.set` does; what is not given stays."""
-        self._submit(collision_command(mode, robots, look_ahead_seconds, paddings))
+    def set_collisions(self, mode: str | None = None, **options: Unpack[CollisionOptions]) -> None:
+        """Change what is done about collisions, as `client.collisions.set` does."""
+        self._submit(collision_command(mode, options))
 
     def set_allowed_pairs(
         self, allow: Iterable[tuple[str, str, str]] = (), forbid: Iterable[tuple[str, str]] = ()
@@ -328,13 +359,12 @@ class Batch(Editor[str]):
 
     def __init__(self) -> None:
         """Begin with no command."""
-        self.commands: list[scene_pb2.Command] = []
+        self._commands: list[scene_pb2.Command] = []
 
     def _submit(self, command: scene_pb2.Command) -> None:
-        self.commands.append(command)
+        self._commands.append(command)
 
-    def add(self, node: nodes_pb2.Node) -> str:
-        """Add a node as the contract describes it; return its name."""
+    def _created(self, node: nodes_pb2.Node) -> str:
         self._submit(scene_pb2.Command(create_node=scene_pb2.CreateNode(node=node)))
         return node.name
 
@@ -349,7 +379,6 @@ class Direct(Editor[str]):
     def _submit(self, command: scene_pb2.Command) -> None:
         self._services.apply([command])
 
-    def add(self, node: nodes_pb2.Node) -> str:
-        """Add a node as the contract describes it; return its name."""
+    def _created(self, node: nodes_pb2.Node) -> str:
         response = self._services.apply([scene_pb2.Command(create_node=scene_pb2.CreateNode(node=node))])
         return response.created[0].name

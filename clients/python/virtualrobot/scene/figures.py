@@ -8,17 +8,31 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from virtualrobot._wire.messages import array_message, color_message, pose_message, vector_message
+from virtualrobot._wire.messages import (
+    Wrapped,
+    array_message,
+    color_message,
+    pose_message,
+    value_or_default,
+    vector_message,
+)
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.v1 import nodes_pb2
 
-Figures: TypeAlias = nodes_pb2.Figure | Iterable[nodes_pb2.Figure]
+
+class Figure(Wrapped[nodes_pb2.Figure]):
+    """Shape of a node, with its colour, pose and role: a box, a mesh, points, ..."""
+
+    __slots__ = ()
+
+
+Figures: TypeAlias = Figure | Iterable[Figure]
 _ROLES = {"visual": nodes_pb2.FIGURE_ROLE_VISUAL, "collision": nodes_pb2.FIGURE_ROLE_COLLISION}
 
 
 def figure_list(figures: Figures) -> list[nodes_pb2.Figure]:
-    """Return one figure or several as a list."""
-    return [figures] if isinstance(figures, nodes_pb2.Figure) else list(figures)
+    """Return one figure or several as messages."""
+    return [figure._message for figure in ([figures] if isinstance(figures, Figure) else figures)]
 
 
 def styled(
@@ -26,7 +40,7 @@ def styled(
     color: str | ArrayLike | None,
     pose: ArrayLike | None,
     roles: Sequence[str] = (),
-) -> nodes_pb2.Figure:
+) -> Figure:
     """Return `figure` with a colour, a pose and roles (`visual`, `collision`; none: both) where they are given."""
     if color is not None:
         figure.material.color.CopyFrom(color_message(color))
@@ -36,7 +50,7 @@ def styled(
         if role not in _ROLES:
             raise InvalidArgumentError(f"{role!r} is no role of a figure: use {', '.join(_ROLES)}")
         figure.roles.append(_ROLES[role])
-    return figure
+    return Figure(figure)
 
 
 def box(
@@ -47,7 +61,7 @@ def box(
     color: str | ArrayLike | None = None,
     pose: ArrayLike | None = None,
     roles: Sequence[str] = (),
-) -> nodes_pb2.Figure:
+) -> Figure:
     """Return a box about its origin with edges of `x`, `y`, `z` meters."""
     size = vector_message((x, y, z), "the size of a box")
     return styled(nodes_pb2.Figure(box=nodes_pb2.Box(size=size)), color, pose, roles)
@@ -59,7 +73,7 @@ def sphere(
     color: str | ArrayLike | None = None,
     pose: ArrayLike | None = None,
     roles: Sequence[str] = (),
-) -> nodes_pb2.Figure:
+) -> Figure:
     """Return a sphere about its origin."""
     return styled(nodes_pb2.Figure(sphere=nodes_pb2.Sphere(radius_meters=radius)), color, pose, roles)
 
@@ -71,7 +85,7 @@ def cylinder(
     color: str | ArrayLike | None = None,
     pose: ArrayLike | None = None,
     roles: Sequence[str] = (),
-) -> nodes_pb2.Figure:
+) -> Figure:
     """Return a cylinder about its origin, along z."""
     shape = nodes_pb2.Cylinder(radius_meters=radius, length_meters=length)
     return styled(nodes_pb2.Figure(cylinder=shape), color, pose, roles)
@@ -84,7 +98,7 @@ def cone(
     color: str | ArrayLike | None = None,
     pose: ArrayLike | None = None,
     roles: Sequence[str] = (),
-) -> nodes_pb2.Figure:
+) -> Figure:
     """Return a cone along z: its base half a length below its origin, its tip half a length above."""
     shape = nodes_pb2.Cone(radius_meters=radius, length_meters=length)
     return styled(nodes_pb2.Figure(cone=shape), color, pose, roles)
@@ -97,7 +111,7 @@ def capsule(
     color: str | ArrayLike | None = None,
     pose: ArrayLike | None = None,
     roles: Sequence[str] = (),
-) -> nodes_pb2.Figure:
+) -> Figure:
     """Return a cylinder of `length` along z with half spheres on both ends."""
     shape = nodes_pb2.Capsule(radius_meters=radius, length_meters=length)
     return styled(nodes_pb2.Figure(capsule=shape), color, pose, roles)
@@ -108,13 +122,13 @@ def points(
     *,
     color: str | ArrayLike | None = None,
     colors: ArrayLike | None = None,
-    size: float = 0.0,
-) -> nodes_pb2.Figure:
-    """Return points at `positions` (n, 3) with one colour or `colors` (n, 3), 0 to 255; `size` 0 means 0.01 m."""
+    size: float | None = None,
+) -> Figure:
+    """Return points at `positions` (n, 3) with one colour or `colors` (n, 3), 0 to 255; `size` is 0.01 m by default."""
     array = np.asarray(positions, dtype=float)
     if array.ndim != 2 or array.shape[1] != 3:
         raise InvalidArgumentError(f"points have the shape (n, 3), not {array.shape}")
-    shape = nodes_pb2.Points(positions=array_message(array, "<f4"), size_meters=size)
+    shape = nodes_pb2.Points(positions=array_message(array, "<f4"), size_meters=value_or_default(size, "size"))
     if colors is not None:
         shades = np.asarray(colors)
         if shades.shape != array.shape or shades.min(initial=0) < 0 or shades.max(initial=0) > 255:
@@ -123,22 +137,22 @@ def points(
     return styled(nodes_pb2.Figure(points=shape), color, None)
 
 
-def lines(segments: ArrayLike, *, color: str | ArrayLike | None = None, width_pixels: float = 0.0) -> nodes_pb2.Figure:
-    """Return line segments of shape (n, 2, 3), or a line through points (n, 3); `width_pixels` 0 means 2."""
+def lines(segments: ArrayLike, *, color: str | ArrayLike | None = None, width: float | None = None) -> Figure:
+    """Return line segments of shape (n, 2, 3), or a line through points (n, 3), `width` pixels wide, 2 by default."""
     array = np.asarray(segments, dtype=float)
     if array.ndim == 2 and array.shape[1] == 3 and len(array) > 1:
         array = np.stack([array[:-1], array[1:]], axis=1)
     if array.ndim != 3 or array.shape[1:] != (2, 3):
         raise InvalidArgumentError(f"lines have the shape (n, 2, 3) or (n, 3), not {array.shape}")
-    shape = nodes_pb2.Lines(segments=array_message(array, "<f4"), width_pixels=width_pixels)
+    shape = nodes_pb2.Lines(segments=array_message(array, "<f4"), width_pixels=value_or_default(width, "width"))
     return styled(nodes_pb2.Figure(lines=shape), color, None)
 
 
-def frame(length: float = 0.0) -> nodes_pb2.Figure:
-    """Return three arrows, x red, y green, z blue; `length` 0 means 0.1 m."""
-    return nodes_pb2.Figure(frame=nodes_pb2.Frame(length_meters=length))
+def frame(length: float | None = None) -> Figure:
+    """Return three arrows, x red, y green, z blue, of `length` meters, 0.1 by default."""
+    return Figure(nodes_pb2.Figure(frame=nodes_pb2.Frame(length_meters=value_or_default(length, "length"))))
 
 
-def label(text: str) -> nodes_pb2.Figure:
+def label(text: str) -> Figure:
     """Return words."""
-    return nodes_pb2.Figure(label=nodes_pb2.Label(text=text))
+    return Figure(nodes_pb2.Figure(label=nodes_pb2.Label(text=text)))

@@ -2,17 +2,54 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
 from virtualrobot._wire.messages import pose_of
 from virtualrobot.geometry import Matrix
-from virtualrobot.scene.figures import Figures
+from virtualrobot.scene.figures import Figure, Figures
 from virtualrobot.v1 import nodes_pb2
 
 if TYPE_CHECKING:
     from virtualrobot.scene.scene import Scene
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NodeInfo:
+    """Description of a node at one instant.
+
+    Attributes:
+        name: its name, unique in the world.
+        uid: its number, never used again.
+        kind: such as `robot`, `link`, `tool`, `part` or `object`.
+        parent: the name of the node that it is fixed to; empty where that was not asked for.
+        hidden: true where it is hidden by itself.
+        parent_t_node: pose in its parent's frame, 4x4.
+        figures: its shapes.
+    """
+
+    name: str
+    uid: int
+    kind: str
+    parent: str
+    hidden: bool
+    parent_t_node: Matrix
+    figures: tuple[Figure, ...]
+
+    @staticmethod
+    def of(message: nodes_pb2.Node) -> NodeInfo:
+        """Return what a message tells."""
+        return NodeInfo(
+            message.name,
+            message.uid,
+            message.WhichOneof("kind") or "",
+            message.parent,
+            message.hidden,
+            pose_of(message.parent_t_node),
+            tuple(map(Figure, message.figures)),
+        )
 
 
 class Node:
@@ -26,19 +63,28 @@ class Node:
         self.kind = message.WhichOneof("kind") or ""
 
     @property
-    def message(self) -> nodes_pb2.Node:
-        """The node as the contract describes it, as it is now."""
-        return self._scene.read([self.name])[0][0]
+    def info(self) -> NodeInfo:
+        """Description of the node now."""
+        return NodeInfo.of(self._message)
 
     @property
     def parent(self) -> str:
         """The name of the node that it is fixed to."""
-        return self.message.parent
+        return self.info.parent
 
     @property
     def hidden(self) -> bool:
         """True where it is hidden by itself (its ancestors may be hidden too)."""
-        return self.message.hidden
+        return self.info.hidden
+
+    @property
+    def figures(self) -> tuple[Figure, ...]:
+        """Its shapes."""
+        return self.info.figures
+
+    @property
+    def _message(self) -> nodes_pb2.Node:
+        return self._scene._read([self.name])[0][0]
 
     @property
     def pose(self) -> Matrix:
@@ -48,7 +94,7 @@ class Node:
     @property
     def parent_t_node(self) -> Matrix:
         """Pose in its parent's frame, 4x4; setting it moves the node at once."""
-        return pose_of(self.message.parent_t_node)
+        return self.info.parent_t_node
 
     @parent_t_node.setter
     def parent_t_node(self, parent_t_node: ArrayLike) -> None:

@@ -6,20 +6,21 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypedDict, Unpack
 
 import numpy as np
 from google.protobuf.field_mask_pb2 import FieldMask
 from numpy.typing import ArrayLike
 
-from virtualrobot._wire.messages import Stamp, array_of, settings_message, stamp_of, vector_message
+from virtualrobot._wire.messages import Stamp, array_of, stamp_of, value_or_default, vector_message
+from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import Services
 from virtualrobot.files import scene_files
 from virtualrobot.files.assets import Assets
 from virtualrobot.files.scene_files import Export
 from virtualrobot.geometry import Matrix, poses_from_rows
 from virtualrobot.scene.editor import Batch, Editor
-from virtualrobot.scene.node import Node
+from virtualrobot.scene.node import Node, NodeInfo
 from virtualrobot.tables import scene_tree
 from virtualrobot.v1 import nodes_pb2, scene_pb2
 
@@ -39,9 +40,33 @@ class SceneChange:
     """
 
     stamp: Stamp
-    nodes: tuple[nodes_pb2.Node, ...]
+    nodes: tuple[NodeInfo, ...]
     removed: tuple[str, ...]
     poses: dict[str, Matrix]
+
+
+class LoadOptions(TypedDict, total=False):
+    """Options of models that are loaded.
+
+    Attributes:
+        name: the node's name; by default the one that the file gives, with a number if that is taken.
+        pose: `parent_t_node`, 4x4.
+        parent: the node that it is fixed to; the world by default.
+        packages: folders by package name, for `package://` names.
+        base: for robots: `fixed` (the default), or `floating` or `planar` for vehicles and legged robots.
+        settings: those of the importer that reads the file; for xacro `{"arguments": {"prefix": "left_"}}`.
+        srdf: for robots: a file with groups, postures and pairs of links that may touch, found as `file` is.
+        strict: whether to refuse a file that there is a warning about.
+    """
+
+    name: str | None
+    pose: ArrayLike | None
+    parent: str
+    packages: Mapping[str, str | Path] | None
+    base: str
+    settings: Mapping[str, object] | None
+    srdf: str | Path | None
+    strict: bool
 
 
 class Scene(Editor[Node]):
@@ -61,43 +86,44 @@ class Scene(Editor[Node]):
 
     # Reading.
 
-    def read(self, names: Sequence[str] = (), fields: Sequence[str] = ()) -> tuple[list[nodes_pb2.Node], Matrix]:
+    def _read(self, names: Sequence[str] = (), fields: Sequence[str] = ()) -> tuple[list[nodes_pb2.Node], Matrix]:
         """Return nodes (all, or these) with the wanted fields (all, or these), and `world_t_node` (n, 4, 4)."""
         mask = FieldMask(paths=fields) if fields else None
         response = self._services.scene.GetScene(scene_pb2.GetSceneRequest(names=names, read_mask=mask))
         return list(response.nodes), poses_from_rows(array_of(response.world_t_node))
 
-    def nodes(self, kind: str = "") -> list[Node]:
+    def nodes(self, kind: str | None = None) -> list[Node]:
         """Return all nodes, parents before children, or those of a kind such as `part` or `robot`."""
-        messages, _ = self.read(fields=("uid", "name", *_KINDS))
-        return [Node(self, message) for message in messages if not kind or message.WhichOneof("kind") == kind]
+        messages, _ = self._read(fields=("uid", "name", *_KINDS))
+        return [Node(self, message) for message in messages if kind is None or message.WhichOneof("kind") == kind]
 
     def node(self, name: str) -> Node:
         """Return the node of this name; raises UnknownNameError when there is none."""
-        return Node(self, self.read([name])[0][0])
+        return Node(self, self._read([name])[0][0])
 
     def pose(self, name: str) -> Matrix:
         """Return `world_t_node`, 4x4: where a node is in the world now."""
-        return self.read([name], ("name",))[1][0]
+        return self._read([name], ("name",))[1][0]
 
     def poses(self, names: Sequence[str] = ()) -> dict[str, Matrix]:
         """Return `world_t_node`, 4x4, by name, of all nodes or of these, all of the same instant."""
-        nodes, poses = self.read(names, ("name",))
+        nodes, poses = self._read(names, ("name",))
         return {node.name: world_t_node for node, world_t_node in zip(nodes, poses, strict=True)}
 
     @property
     def revision(self) -> int:
-        """The revision of the structure, for `batch(expected_revision=...)`."""
+        """The revision of the structure, for `batch(expected_structure_revision=...)`."""
         request = scene_pb2.GetSceneRequest(names=["world"], read_mask=FieldMask(paths=["name"]))
         return self._services.scene.GetScene(request).stamp.structure_revision
 
     def tree(self, links: bool = True) -> str:
         """Return the scene as a drawn tree; without `links` what hangs there is shown at the robot."""
-        return scene_tree(self.read(fields=("name", "parent", "hidden", *_KINDS))[0], links)
+        return scene_tree(self._read(fields=("name", "parent", "hidden", *_KINDS))[0], links)
 
-    def watch(self, names: Sequence[str] = (), max_rate_hertz: float = 0.0) -> Iterator[SceneChange]:
-        """Yield the whole scene and then what changes, at most 30 times a second by default."""
-        request = scene_pb2.WatchSceneRequest(names=names, max_rate_hertz=max_rate_hertz)
+    def watch(self, names: Sequence[str] = (), max_rate: float | None = None) -> Iterator[SceneChange]:
+        """Yield the whole scene and then what changes, at most `max_rate` (30 by default) times a second."""
+        rate = value_or_default(max_rate, "max_rate")
+        request = scene_pb2.WatchSceneRequest(names=names, max_rate_hertz=rate)
         name_of: dict[int, str] = {}
         with self._services.scene.WatchScene(request) as stream:
             for response in stream:
@@ -106,33 +132,26 @@ class Scene(Editor[Node]):
                 rows = poses_from_rows(array_of(response.world_t_node)) if response.moved_uids else np.empty((0, 4, 4))
                 moved = zip(response.moved_uids, rows, strict=True)
                 poses = {name_of[uid]: world_t_node for uid, world_t_node in moved}
-                yield SceneChange(stamp_of(response.stamp), tuple(response.nodes), removed, poses)
+                yield SceneChange(stamp_of(response.stamp), tuple(map(NodeInfo.of, response.nodes)), removed, poses)
 
     # Changing; the other changes are those of Editor.
 
     def _submit(self, command: scene_pb2.Command) -> None:
-        self.apply([command])
+        self._services.apply([command])
 
-    def add(self, node: nodes_pb2.Node) -> Node:
-        """Add a node as the contract describes it; return its handle."""
-        created = self.apply([scene_pb2.Command(create_node=scene_pb2.CreateNode(node=node))]).created[0]
+    def _created(self, node: nodes_pb2.Node) -> Node:
+        created = self._services.apply([scene_pb2.Command(create_node=scene_pb2.CreateNode(node=node))]).created[0]
         message = nodes_pb2.Node()
         message.CopyFrom(node)
         message.uid, message.name = created.uid, created.name
         return Node(self, message)
 
-    def apply(
-        self, commands: Sequence[scene_pb2.Command], expected_revision: int | None = None
-    ) -> scene_pb2.ApplyResponse:
-        """Apply commands of the contract between two ticks, all or none of them."""
-        return self._services.apply(commands, expected_revision)
-
     @contextmanager
-    def batch(self, expected_revision: int | None = None) -> Iterator[Batch]:
+    def batch(self, expected_structure_revision: int | None = None) -> Iterator[Batch]:
         """Collect changes and apply them as one at the end of the block, all or none.
 
-        With `expected_revision` the change is refused with StaleRevisionError when somebody else has changed the
-        structure since. When the block fails nothing is applied.
+        With `expected_structure_revision` the change is refused with StaleRevisionError when somebody else has changed
+        the structure since. When the block fails nothing is applied.
 
         Example:
             >>> with scene.batch() as batch:
@@ -141,8 +160,8 @@ class Scene(Editor[Node]):
         """
         batch = Batch()
         yield batch
-        if batch.commands:
-            self.apply(batch.commands, expected_revision)
+        if batch._commands:
+            self._services.apply(batch._commands, expected_structure_revision)
 
     # Files.
 
@@ -150,16 +169,9 @@ class Scene(Editor[Node]):
         self,
         file: str | Path,
         *,
-        name: str = "",
-        pose: ArrayLike | None = None,
-        parent: str = "",
-        packages: Mapping[str, str | Path] | None = None,
-        base: str = "fixed",
         as_part: bool = False,
         scale: float | Sequence[float] = 1.0,
-        settings: Mapping[str, object] | None = None,
-        srdf: str | Path | None = None,
-        strict: bool = False,
+        **options: Unpack[LoadOptions],
     ) -> Node:
         """Load a model (URDF, a mesh, or what an importer reads) and return its node: a robot, an object or a part.
 
@@ -170,16 +182,9 @@ class Scene(Editor[Node]):
         Args:
             file: a path, a URI such as `package://pybullet_data/kuka_iiwa/model.urdf`, or `model://` with a name of
                 `client.models()`.
-            name: the node's name; empty means the one that the file gives, with a number if that is taken.
-            pose: `parent_t_node`, 4x4.
-            parent: the node that it is fixed to; empty means the world.
-            packages: folders by package name, for `package://` names.
-            base: for robots: `fixed`, or `floating` or `planar` for vehicles and legged robots.
             as_part: for meshes: whether robots handle it; else it belongs to the environment.
             scale: for meshes: one factor or three.
-            settings: those of the importer that reads the file; for xacro `{"arguments": {"prefix": "left_"}}`.
-            srdf: for robots: a file with groups, postures and pairs of links that may touch, found as `file` is.
-            strict: whether to refuse a file that there is a warning about.
+            options: name, place and others; see `LoadOptions`.
 
         Raises:
             MissingFileError: when the file or one that it names is nowhere; the message lists the places tried.
@@ -187,12 +192,13 @@ class Scene(Editor[Node]):
             PluginFailedError: when the importer raised, hung or died.
         """
         factors = (scale,) * 3 if isinstance(scale, int | float) else tuple(scale)
-        request = scene_files.model_request(name, pose, parent, base)
-        request.as_part, request.strict = as_part, strict
+        check_options(options, LoadOptions, "a model")
+        where = options.get("name"), options.get("pose"), options.get("parent", "world")
+        request = scene_files.model_request(*where, options.get("base", "fixed"))
+        request.as_part, request.strict = as_part, options.get("strict", False)
         request.scale.CopyFrom(vector_message(factors, "a scale"))
-        if settings:
-            request.settings.CopyFrom(settings_message(settings))
-        response = scene_files.load_model(self._services, self._assets, request, file, srdf, packages or {})
+        sources = options.get("srdf"), options.get("packages") or {}, options.get("settings")
+        response = scene_files.load_model(self._services, self._assets, request, file, *sources)
         self._warnings = scene_files.file_warnings(response.warnings)
         return self.node(response.created[0].name)
 

@@ -9,7 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from virtualrobot._wire.messages import array_of, color_message, seed_of, vector_message, whole
+from virtualrobot._wire.messages import (
+    Wrapped,
+    array_of,
+    color_message,
+    count_or_default,
+    seed_of,
+    value_or_default,
+    vector_message,
+)
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix
 from virtualrobot.v1 import sensing_pb2, sensor_pb2
@@ -32,41 +40,53 @@ LIGHTS = {
 }
 
 
+class CameraSettings(Wrapped[sensing_pb2.CameraSensor]):
+    """Settings of a camera; `camera` makes them."""
+
+    __slots__ = ()
+
+
+class LightSettings(Wrapped[sensing_pb2.Light]):
+    """Kind, colour and strength of a light; `light` makes them."""
+
+    __slots__ = ()
+
+
 def camera(
-    width: int = 0,
-    height: int = 0,
+    width: int | None = None,
+    height: int | None = None,
     *,
     projection: str = "pinhole",
-    horizontal_field: float = 0.0,
+    horizontal_field: float | None = None,
     camera_matrix: ArrayLike | None = None,
     distortion: Iterable[float] = (),
-    near: float = 0.0,
-    far: float = 0.0,
-    rate: float = 0.0,
+    near: float | None = None,
+    far: float | None = None,
+    rate: float | None = None,
     images: Iterable[str] = (),
     color_noise: float = 0.0,
     depth_noise: float = 0.0,
     seed: int = 0,
-    stereo_baseline: float = 0.0,
+    stereo_baseline: float | None = None,
     running: bool = False,
-) -> sensing_pb2.CameraSensor:
-    """Return the settings of a camera for `scene.add_camera`; what is 0 or empty is as the kernel has it.
+) -> CameraSettings:
+    """Return the settings of a camera for `scene.add_camera`.
 
     Args:
-        width: of the picture in pixels; 0 means 640.
-        height: of the picture; 0 means 480, of a spherical one half the width.
+        width: of the picture in pixels, 640 by default.
+        height: of the picture, 480 by default, of a spherical one half the width.
         projection: pinhole, fisheye or spherical.
-        horizontal_field: between the left and the right edge, in radians; 0 means 1.0.
+        horizontal_field: between the left and the right edge, in radians, 1.0 by default.
         camera_matrix: (3, 3) as OpenCV has it, instead of the field.
         distortion: OpenCV's coefficients: 4, 5 or 8 of a pinhole, 4 of a fisheye.
-        near: least distance (m) of surfaces that are seen; 0 means 0.01.
-        far: greatest distance (m) of surfaces that are seen; 0 means 100.
-        rate: pictures a second of simulation time while it runs; 0 means 10.
+        near: least distance (m) of surfaces that are seen, 0.01 by default.
+        far: greatest distance (m) of surfaces that are seen, 100 by default.
+        rate: pictures a second of simulation time while it runs, 10 by default.
         images: the kinds of images of a running camera: color, depth, segmentation, normals; none means color.
         color_noise: the standard deviation of colours, in parts of white.
         depth_noise: the standard deviation of depth at 1 m, in meters; it grows with the square of the depth.
         seed: the seed of the noise.
-        stereo_baseline: to a second eye along x, in meters; 0 means one eye.
+        stereo_baseline: to a second eye along x, in meters; by default there is one eye.
         running: whether it takes pictures from the start.
 
     Example:
@@ -74,19 +94,19 @@ def camera(
         >>> scene.add_camera("eye", virtualrobot.camera(images=["color", "depth"]), pose=pose)
     """
     settings = sensing_pb2.CameraSensor(
-        width=whole(width, "a camera's width"),
-        height=whole(height, "a camera's height"),
+        width=count_or_default(width, "a camera's width"),
+        height=count_or_default(height, "a camera's height"),
         projection=_one_of(PROJECTIONS, projection, "projection"),
-        horizontal_field_radians=horizontal_field,
+        horizontal_field_radians=value_or_default(horizontal_field, "horizontal_field"),
         distortion=[float(one) for one in distortion],
-        near_meters=near,
-        far_meters=far,
-        rate_hertz=rate,
+        near_meters=value_or_default(near, "near"),
+        far_meters=value_or_default(far, "far"),
+        rate_hertz=value_or_default(rate, "rate"),
         images=image_kinds(images),
         color_noise=color_noise,
         depth_noise_meters=depth_noise,
         seed=seed_of(seed),
-        stereo_baseline_meters=stereo_baseline,
+        stereo_baseline_meters=value_or_default(stereo_baseline, "stereo_baseline"),
         running=running,
     )
     if camera_matrix is not None:
@@ -100,33 +120,34 @@ def camera(
         settings.intrinsics.CopyFrom(
             sensing_pb2.CameraIntrinsics(fx=matrix[0, 0], fy=matrix[1, 1], cx=matrix[0, 2], cy=matrix[1, 2])
         )
-    return settings
+    return CameraSettings(settings)
 
 
 def light(
     kind: str = "point",
     *,
     color: str | ArrayLike | None = None,
-    intensity: float = 0.0,
-    cone_angle: float = 0.0,
+    intensity: float | None = None,
+    cone_angle: float | None = None,
     shadows: bool = True,
-) -> sensing_pb2.Light:
+) -> LightSettings:
     """Return a light for `scene.add_light`.
 
     Args:
         kind: point (to all sides), spot (a cone about z) or directional (along z, from far away).
         color: none means white.
-        intensity: at 1 a white surface that faces it, 1 m away, shows white; 0 means 1.
-        cone_angle: of a spot, between axis and edge in radians; 0 means 0.5.
+        intensity: at 1 a white surface that faces it, 1 m away, shows white; 1 by default.
+        cone_angle: of a spot, between axis and edge in radians, 0.5 by default.
         shadows: whether things in its way cast them.
     """
-    return sensing_pb2.Light(
+    message = sensing_pb2.Light(
         kind=_one_of(LIGHTS, kind, "kind of light"),
         color=None if color is None else color_message(color),
-        intensity=intensity,
-        cone_angle_radians=cone_angle,
+        intensity=value_or_default(intensity, "intensity"),
+        cone_angle_radians=value_or_default(cone_angle, "cone_angle"),
         shadowless=not shadows,
     )
+    return LightSettings(message)
 
 
 def looking_at(eye: ArrayLike, target: ArrayLike, up: ArrayLike = (0.0, 0.0, 1.0)) -> Matrix:

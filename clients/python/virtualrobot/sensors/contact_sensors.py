@@ -8,41 +8,48 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from virtualrobot._wire.messages import vector_message
+from virtualrobot._wire.messages import Wrapped, value_or_default, vector_message
 from virtualrobot.v1 import geometry_pb2, sensing_pb2, sensor_pb2
 
 
+class ContactSensorSettings(Wrapped[sensing_pb2.ContactSensor]):
+    """Settings of a contact sensor; `contact_sensor` makes them."""
+
+    __slots__ = ()
+
+
 def contact_sensor(
-    watched: str = "",
+    watched: str | None = None,
     *,
-    range_meters: float = 0.0,
+    max_range: float | None = None,
     region: ArrayLike | None = None,
     ignored: Iterable[str] = (),
-    rate: float = 0.0,
+    rate: float | None = None,
     running: bool = False,
-) -> sensing_pb2.ContactSensor:
+) -> ContactSensorSettings:
     """Return a contact sensor for `scene.add_contact_sensor`.
 
     Args:
-        watched: the node that feels, with all below it; empty means the sensor's parent. What is not of its own robot
+        watched: the node that feels, with all below it; by default the sensor's parent. What is not of its own robot
             is felt.
-        range_meters: largest distance of a thing that is told; 0 means that only what touches is.
+        max_range: largest distance (m) of a thing that is told; by default only what touches is.
         region: the edges (3,) of a box about the sensor in meters: only points inside it are told; None means all.
         ignored: nodes that are not felt, with all below them.
-        rate: readings a second of simulation time while it runs; 0 means 10.
+        rate: readings a second of simulation time while it runs, 10 by default.
         running: whether it reads from the start.
 
     Example:
-        >>> scene.add_contact_sensor("skin", virtualrobot.contact_sensor(range_meters=0.1), parent="panda.hand")
+        >>> scene.add_contact_sensor("skin", virtualrobot.contact_sensor(max_range=0.1), parent="panda.hand")
     """
-    return sensing_pb2.ContactSensor(
+    message = sensing_pb2.ContactSensor(
         watched=watched,
-        range_meters=range_meters,
+        range_meters=value_or_default(max_range, "max_range"),
         region_size=None if region is None else vector_message(region, "the region"),
         ignored=[ignored] if isinstance(ignored, str) else ignored,
-        rate_hertz=rate,
+        rate_hertz=value_or_default(rate, "rate"),
         running=running,
     )
+    return ContactSensorSettings(message)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

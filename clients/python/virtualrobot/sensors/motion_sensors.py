@@ -4,20 +4,36 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from virtualrobot._wire.messages import pose_of, seed_of, vector_message
+from virtualrobot._wire.messages import Wrapped, pose_of, seed_of, value_or_default, vector_message
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix
 from virtualrobot.v1 import geometry_pb2, sensing_pb2, sensor_pb2
 
-Noise = sensing_pb2.NoiseModel
+
+class Noise(Wrapped[sensing_pb2.NoiseModel]):
+    """Noise of a measured number; `noise` makes it."""
+
+    __slots__ = ()
+
+
+class MotionSensorSettings(Wrapped[sensing_pb2.MotionSensor]):
+    """Kind and settings of a motion sensor; `imu`, `encoders`, `pose_sensor` and `force_torque_sensor` make them."""
+
+    __slots__ = ()
 
 
 def noise(
-    deviation: float = 0.0, *, bias: float = 0.0, bias_walk: float = 0.0, resolution: float = 0.0, limit: float = 0.0
+    deviation: float = 0.0,
+    *,
+    bias: float = 0.0,
+    bias_walk: float = 0.0,
+    resolution: float | None = None,
+    limit: float | None = None,
 ) -> Noise:
     """Return what spoils a measured number, in its unit; each axis has noise of its own.
 
@@ -25,16 +41,17 @@ def noise(
         deviation: the standard deviation of the white noise of each reading.
         bias: the standard deviation of a bias that is drawn once, when the sensor starts.
         bias_walk: random walk of the bias: its standard deviation after one second.
-        resolution: numbers are told in steps of this; 0 means as they are.
-        limit: numbers beyond this, on either side, are told as this; 0 means without limit.
+        resolution: numbers are told in steps of this; by default as they are.
+        limit: numbers beyond this, on either side, are told as this; by default there is no limit.
     """
-    return Noise(
+    message = sensing_pb2.NoiseModel(
         standard_deviation=deviation,
         bias_standard_deviation=bias,
         bias_walk=bias_walk,
-        resolution=resolution,
-        range=limit,
+        resolution=value_or_default(resolution, "resolution"),
+        range=value_or_default(limit, "limit"),
     )
+    return Noise(message)
 
 
 def imu(
@@ -43,10 +60,10 @@ def imu(
     accelerometer: Noise | None = None,
     magnetometer: Noise | None = None,
     magnetic_field: ArrayLike | None = None,
-    rate: float = 0.0,
+    rate: float | None = None,
     seed: int = 0,
     running: bool = False,
-) -> sensing_pb2.MotionSensor:
+) -> MotionSensorSettings:
     """Return an inertial unit for `scene.add_motion_sensor`.
 
     Args:
@@ -54,7 +71,7 @@ def imu(
         accelerometer: that of the acceleration, m/s^2.
         magnetometer: that of the magnetic field, tesla.
         magnetic_field: the earth's (3,) in the world's frame, tesla; None: (0, 2e-5, -4.4e-5), y is north.
-        rate: readings a second of simulation time while it runs; 0 means 100.
+        rate: readings a second of simulation time while it runs, 100 by default.
         seed: the seed of the noise.
         running: whether it reads from the start.
 
@@ -64,59 +81,62 @@ def imu(
     """
     field = None if magnetic_field is None else vector_message(magnetic_field, "the magnetic field")
     kind = sensing_pb2.Imu(
-        gyroscope=gyroscope, accelerometer=accelerometer, magnetometer=magnetometer, magnetic_field=field
+        gyroscope=_noise(gyroscope),
+        accelerometer=_noise(accelerometer),
+        magnetometer=_noise(magnetometer),
+        magnetic_field=field,
     )
-    return sensing_pb2.MotionSensor(imu=kind, rate_hertz=rate, seed=seed_of(seed), running=running)
+    return _settings(rate, seed, running, imu=kind)
 
 
 def encoders(
     joints: Iterable[str] = (),
     *,
     position: Noise | None = None,
-    counts_per_turn: int = 0,
-    rate: float = 0.0,
+    counts_per_turn: int | None = None,
+    rate: float | None = None,
     seed: int = 0,
     running: bool = False,
-) -> sensing_pb2.MotionSensor:
+) -> MotionSensorSettings:
     """Return encoders for `scene.add_motion_sensor`, on any node of the robot.
 
     Args:
         joints: their names; none means all that turn or slide.
         position: the noise of the positions, radians or meters.
-        counts_per_turn: the steps of the encoder, instead of `position`; 0 means as the joints are.
-        rate: readings a second of simulation time while they run; 0 means 100.
+        counts_per_turn: the steps of the encoder, instead of `position`; by default as the joints are.
+        rate: readings a second of simulation time while they run, 100 by default.
         seed: the seed of the noise.
         running: whether they read from the start.
     """
-    if counts_per_turn < 0 or (counts_per_turn and position is not None):
+    if counts_per_turn is not None and (counts_per_turn <= 0 or position is not None):
         raise InvalidArgumentError(
             f"give `position` or `counts_per_turn` (above 0), not {position!r} and {counts_per_turn}"
         )
-    if counts_per_turn:
+    if counts_per_turn is not None:
         position = noise(resolution=2.0 * np.pi / counts_per_turn)
-    kind = sensing_pb2.Encoders(joints=[joints] if isinstance(joints, str) else joints, position=position)
-    return sensing_pb2.MotionSensor(encoders=kind, rate_hertz=rate, seed=seed_of(seed), running=running)
+    kind = sensing_pb2.Encoders(joints=[joints] if isinstance(joints, str) else joints, position=_noise(position))
+    return _settings(rate, seed, running, encoders=kind)
 
 
 def pose_sensor(
     *,
     position: Noise | None = None,
     orientation: Noise | None = None,
-    rate: float = 0.0,
+    rate: float | None = None,
     seed: int = 0,
     running: bool = False,
-) -> sensing_pb2.MotionSensor:
+) -> MotionSensorSettings:
     """Return a pose sensor, as a satellite receiver or a tracker, for `scene.add_motion_sensor`.
 
     Args:
         position: the noise of the position, meters.
         orientation: that of the orientation, as a rotation vector in radians.
-        rate: readings a second of simulation time while it runs; 0 means 100.
+        rate: readings a second of simulation time while it runs, 100 by default.
         seed: the seed of the noise.
         running: whether it reads from the start.
     """
-    kind = sensing_pb2.PoseSensor(position=position, orientation=orientation)
-    return sensing_pb2.MotionSensor(pose=kind, rate_hertz=rate, seed=seed_of(seed), running=running)
+    kind = sensing_pb2.PoseSensor(position=_noise(position), orientation=_noise(orientation))
+    return _settings(rate, seed, running, pose=kind)
 
 
 def force_torque_sensor(
@@ -124,10 +144,10 @@ def force_torque_sensor(
     force: Noise | None = None,
     torque: Noise | None = None,
     include_parent: bool = False,
-    rate: float = 0.0,
+    rate: float | None = None,
     seed: int = 0,
     running: bool = False,
-) -> sensing_pb2.MotionSensor:
+) -> MotionSensorSettings:
     """Return a force and torque sensor for `scene.add_motion_sensor`; on a flange it feels tools and parts.
 
     Args:
@@ -135,12 +155,22 @@ def force_torque_sensor(
         torque: that of the torque, newton meters.
         include_parent: whether the load is the node that it is fixed to with all below it, as in the joint before that
             link; else it is what hangs below that node, without itself.
-        rate: readings a second of simulation time while it runs; 0 means 100.
+        rate: readings a second of simulation time while it runs, 100 by default.
         seed: the seed of the noise.
         running: whether it reads from the start.
     """
-    kind = sensing_pb2.ForceTorqueSensor(force=force, torque=torque, include_parent=include_parent)
-    return sensing_pb2.MotionSensor(force_torque=kind, rate_hertz=rate, seed=seed_of(seed), running=running)
+    kind = sensing_pb2.ForceTorqueSensor(force=_noise(force), torque=_noise(torque), include_parent=include_parent)
+    return _settings(rate, seed, running, force_torque=kind)
+
+
+def _settings(rate: float | None, seed: int, running: bool, **kind: Any) -> MotionSensorSettings:  # noqa: ANN401 one field
+    hertz = value_or_default(rate, "rate")
+    message = sensing_pb2.MotionSensor(rate_hertz=hertz, seed=seed_of(seed), running=running, **kind)
+    return MotionSensorSettings(message)
+
+
+def _noise(noise: Noise | None) -> sensing_pb2.NoiseModel | None:
+    return None if noise is None else noise._message
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,7 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from virtualrobot._wire.messages import array_message, array_of, seed_of, settings_message, whole
+from virtualrobot._wire.messages import (
+    Wrapped,
+    array_message,
+    array_of,
+    seed_of,
+    settings_message,
+    value_or_default,
+    whole,
+)
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.v1 import sensing_pb2, sensor_pb2
 
@@ -19,75 +27,86 @@ FRAMES = {
 }
 
 
-def fan(count: int, start: float, end: float) -> sensing_pb2.ScanPattern:
+class ScanPattern(Wrapped[sensing_pb2.ScanPattern]):
+    """Beams of a range sensor; `fan`, `spinning`, `raster`, `ring` and `beams` make it."""
+
+    __slots__ = ()
+
+
+class RangeSensorSettings(Wrapped[sensing_pb2.RangeSensor]):
+    """Settings of a range sensor; `range_sensor` makes them."""
+
+    __slots__ = ()
+
+
+def fan(count: int, start: float, end: float) -> ScanPattern:
     """Return `count` beams in the sensor's plane z = 0, from the angle `start` to `end` (rad, from x towards y)."""
     count = whole(count, "a fan's count of beams")
-    return sensing_pb2.ScanPattern(fan=sensing_pb2.Fan(count=count, start_angle_radians=start, end_angle_radians=end))
+    return ScanPattern(
+        sensing_pb2.ScanPattern(fan=sensing_pb2.Fan(count=count, start_angle_radians=start, end_angle_radians=end))
+    )
 
 
-def spinning(columns: int, elevations: Iterable[float]) -> sensing_pb2.ScanPattern:
+def spinning(columns: int, elevations: Iterable[float]) -> ScanPattern:
     """Return the beams of a head that turns once: `columns` directions around, at each of the `elevations` (rad)."""
-    return sensing_pb2.ScanPattern(
-        spinning=sensing_pb2.Spinning(
-            columns=whole(columns, "a head's count of columns"), elevations_radians=[float(one) for one in elevations]
-        )
+    head = sensing_pb2.Spinning(
+        columns=whole(columns, "a head's count of columns"), elevations_radians=[float(one) for one in elevations]
     )
+    return ScanPattern(sensing_pb2.ScanPattern(spinning=head))
 
 
-def raster(columns: int, rows: int, horizontal_field: float, vertical_field: float) -> sensing_pb2.ScanPattern:
+def raster(columns: int, rows: int, horizontal_field: float, vertical_field: float) -> ScanPattern:
     """Return beams as the pixels of a picture whose middle is x, at equal steps over these angles (rad)."""
-    return sensing_pb2.ScanPattern(
-        raster=sensing_pb2.Raster(
-            columns=whole(columns, "a raster's count of columns"),
-            rows=whole(rows, "a raster's count of rows"),
-            horizontal_field_radians=horizontal_field,
-            vertical_field_radians=vertical_field,
-        )
+    pixels = sensing_pb2.Raster(
+        columns=whole(columns, "a raster's count of columns"),
+        rows=whole(rows, "a raster's count of rows"),
+        horizontal_field_radians=horizontal_field,
+        vertical_field_radians=vertical_field,
     )
+    return ScanPattern(sensing_pb2.ScanPattern(raster=pixels))
 
 
-def ring(count: int, radius: float, start: float, end: float) -> sensing_pb2.ScanPattern:
+def ring(count: int, radius: float, start: float, end: float) -> ScanPattern:
     """Return transducers on a circle of `radius` (m) that look outwards, from the angle `start` to `end` (rad)."""
     count = whole(count, "a ring's count of transducers")
-    return sensing_pb2.ScanPattern(
-        ring=sensing_pb2.Ring(count=count, radius_meters=radius, start_angle_radians=start, end_angle_radians=end)
-    )
+    circle = sensing_pb2.Ring(count=count, radius_meters=radius, start_angle_radians=start, end_angle_radians=end)
+    return ScanPattern(sensing_pb2.ScanPattern(ring=circle))
 
 
-def beams(directions: ArrayLike, origins: ArrayLike | None = None) -> sensing_pb2.ScanPattern:
+def beams(directions: ArrayLike, origins: ArrayLike | None = None) -> ScanPattern:
     """Return any beams: `directions` (n, 3) of any length but 0, `origins` (n, 3) in meters (none: all at 0, 0, 0)."""
     free = sensing_pb2.FreeBeams(directions=array_message(directions))
     if origins is not None:
         free.origins.CopyFrom(array_message(origins))
-    return sensing_pb2.ScanPattern(free=free)
+    return ScanPattern(sensing_pb2.ScanPattern(free=free))
 
 
 def range_sensor(
-    preset: str = "",
+    preset: str | None = None,
     *,
-    pattern: sensing_pb2.ScanPattern | None = None,
-    rate: float = 0.0,
+    pattern: ScanPattern | None = None,
+    rate: float | None = None,
     min_range: float | None = None,
     max_range: float | None = None,
-    ray_caster: str = "",
+    ray_caster: str | None = None,
     ray_caster_settings: Mapping[str, object] | None = None,
-    sensor_model: str = "",
+    sensor_model: str | None = None,
     sensor_model_settings: Mapping[str, object] | None = None,
     seed: int = 0,
     motion_distortion: bool = False,
     running: bool = False,
-) -> sensing_pb2.RangeSensor:
+) -> RangeSensorSettings:
     """Return the settings of a range sensor for `scene.add_range_sensor`; what is not said is the preset's.
 
     Args:
         preset: a device, such as `LDS-01`; `client.sensors.presets()` has them all.
-        pattern: beam directions: `fan`, `spinning`, `raster`, `ring` or `beams` make it; none means one beam ahead.
-        rate: readings a second of simulation time while it runs; 0 means 10.
-        min_range: the least distance that it measures, in meters; none means 0.
-        max_range: the greatest one; none means 10.
-        ray_caster: the component that finds what rays hit; empty means `embree`.
+        pattern: beam directions: `fan`, `spinning`, `raster`, `ring` or `beams` make it; by default one beam ahead.
+        rate: readings a second of simulation time while it runs, 10 by default.
+        min_range: the least distance that it measures, in meters, 0 by default.
+        max_range: the greatest one, 10 by default.
+        ray_caster: the component that finds what rays hit, `embree` by default.
         ray_caster_settings: those of that component.
-        sensor_model: the component that makes readings of true hits; empty means `ideal`.
+        sensor_model: the component that makes readings of true hits, `ideal` by default.
         sensor_model_settings: those of that component.
         seed: the seed of its noise.
         motion_distortion: whether columns are measured one after the other, as a turning head does.
@@ -98,12 +117,12 @@ def range_sensor(
         >>> fan = virtualrobot.fan(181, -np.pi / 2, np.pi / 2)
         >>> scene.add_range_sensor("scanner", virtualrobot.range_sensor(pattern=fan, sensor_model="laser"))
     """
-    if pattern is not None and not isinstance(pattern, sensing_pb2.ScanPattern):
+    if pattern is not None and not isinstance(pattern, ScanPattern):
         raise InvalidArgumentError(f"{pattern!r} is no pattern; make one by fan, spinning, raster, ring or beams")
     settings = sensing_pb2.RangeSensor(
         preset=preset,
-        pattern=pattern,
-        rate_hertz=rate,
+        pattern=None if pattern is None else pattern._message,
+        rate_hertz=value_or_default(rate, "rate"),
         min_range_meters=min_range,
         max_range_meters=max_range,
         ray_caster=ray_caster,
@@ -116,7 +135,7 @@ def range_sensor(
         settings.ray_caster_settings.CopyFrom(settings_message(ray_caster_settings))
     if sensor_model_settings is not None:
         settings.sensor_model_settings.CopyFrom(settings_message(sensor_model_settings))
-    return settings
+    return RangeSensorSettings(settings)
 
 
 def frame_of(name: str) -> sensor_pb2.ReadingFrame:

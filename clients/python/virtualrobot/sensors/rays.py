@@ -8,7 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from virtualrobot._wire.messages import Stamp, array_message, array_of, seed_of, stamp_of, whole
+from virtualrobot._wire.messages import (
+    Stamp,
+    array_message,
+    array_of,
+    count_or_default,
+    seed_of,
+    stamp_of,
+    value_or_default,
+)
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot.errors import InvalidArgumentError, LimitError
 from virtualrobot.v1 import ray_pb2
@@ -26,7 +34,7 @@ class RayHits:
         elements: (n,), places in `element_names`; -1 where a ray hits nothing.
         element_names: the nodes that are hit.
         normals: (n, 3), unit normals in the frame of the rays, turned to the ray's origin; 0 where it hits nothing.
-        cast_seconds: the time that the component took.
+        cast_time: the time that the component took.
         stamp: the instant of the world that the rays met.
     """
 
@@ -34,7 +42,7 @@ class RayHits:
     elements: NDArray[np.int32]
     element_names: tuple[str, ...]
     normals: NDArray[np.float32]
-    cast_seconds: float
+    cast_time: float
     stamp: Stamp
 
     @property
@@ -54,8 +62,8 @@ class RayCasterComparison:
         other_element: the part of the rays that hit another element, 0 to 1.
         median_difference: of the distances, in meters, among rays that hit something by both.
         largest_difference: the largest one, in meters.
-        first_cast_seconds: of the first cast of all rays, with what the component prepares for the scene.
-        cast_seconds: of a later cast of all rays.
+        first_cast_time: of the first cast of all rays, with what the component prepares for the scene.
+        cast_time: of a later cast of all rays.
     """
 
     ray_caster: str
@@ -64,8 +72,8 @@ class RayCasterComparison:
     other_element: float
     median_difference: float
     largest_difference: float
-    first_cast_seconds: float
-    cast_seconds: float
+    first_cast_time: float
+    cast_time: float
 
     @staticmethod
     def of(message: ray_pb2.RayCasterComparison) -> RayCasterComparison:
@@ -100,18 +108,18 @@ class Rays:
         origins: ArrayLike,
         directions: ArrayLike,
         *,
-        frame: str = "",
-        max_range: float = 0.0,
-        ray_caster: str = "",
+        frame: str = "world",
+        max_range: float | None = None,
+        ray_caster: str = "embree",
     ) -> RayHits:
         """Return what n rays hit in the world as it is now.
 
         Args:
             origins: (n, 3) or, where all begin at one place, (3,), in meters.
             directions: (n, 3), of any length but zero.
-            frame: the node whose frame both are in; empty means the world's.
-            max_range: greatest distance of a hit (m); 0 means without limit.
-            ray_caster: the component; empty means `embree`.
+            frame: the node whose frame both are in.
+            max_range: greatest distance of a hit (m); by default there is no limit.
+            ray_caster: the component.
 
         Raises:
             LimitError: for more than 300,000 rays.
@@ -131,7 +139,7 @@ class Rays:
         request = ray_pb2.CastRaysRequest(
             origins=array_message(starts),
             directions=array_message(directions),
-            max_range_meters=max_range,
+            max_range_meters=value_or_default(max_range, "max_range"),
             frame=frame,
             ray_caster=ray_caster,
         )
@@ -149,7 +157,7 @@ class Rays:
         self,
         ray_casters: Sequence[str] = (),
         *,
-        count: int = 0,
+        count: int | None = None,
         seed: int = 0,
         progress: Callable[[float], None] | None = None,
     ) -> list[RayCasterComparison]:
@@ -158,7 +166,7 @@ class Rays:
         Args:
             ray_casters: the components; the first one that answers is what the others are compared with. None means all
                 that are installed, `embree` first.
-            count: number of rays; 0 means 10,000.
+            count: number of rays, 10,000 by default.
             seed: the seed that the rays are drawn with.
             progress: is called with the part that is done, 0 to 1; what it raises ends the comparison.
 
@@ -167,7 +175,7 @@ class Rays:
             LimitError: for more than 1,000,000 rays.
         """
         request = ray_pb2.CompareRayCastersRequest(
-            ray_casters=ray_casters, rays=whole(count, "the count of rays"), seed=seed_of(seed)
+            ray_casters=ray_casters, rays=count_or_default(count, "the count of rays"), seed=seed_of(seed)
         )
         found: list[RayCasterComparison] = []
         with self._services.ray.CompareRayCasters(request) as stream:

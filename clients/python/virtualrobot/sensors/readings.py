@@ -11,8 +11,8 @@ from virtualrobot.geometry import Matrix
 from virtualrobot.sensors.cameras import CameraReading, camera_reading_of
 from virtualrobot.sensors.contact_sensors import contacts_of
 from virtualrobot.sensors.motion_sensors import encoder_reading_of, imu_reading_of, pose_reading_of, wrench_reading_of
-from virtualrobot.sensors.range_sensors import RangeReading, range_reading_of
-from virtualrobot.v1 import sensing_pb2, sensor_pb2
+from virtualrobot.sensors.range_sensors import RangeReading, RangeSensorSettings, range_reading_of
+from virtualrobot.v1 import sensor_pb2
 
 VALUES: dict[str, Callable[[Any], Any]] = {
     "range": range_reading_of,
@@ -35,20 +35,20 @@ class SensorStatus:
         kind: of node, such as `range_sensor`.
         state: stopped, running or fault.
         fault: the reason for which it cannot read; empty while it is well.
-        rate_hertz: readings per second of simulation time, while it runs.
+        rate: readings per second of simulation time, while it runs.
         readings: number of readings since it was started.
         missed: number of readings since then that it was late for and left out.
-        mean_reading_seconds: the mean time that a reading takes.
+        mean_reading_time: the mean time that a reading takes.
     """
 
     name: str
     kind: str
     state: str
     fault: str
-    rate_hertz: float
+    rate: float
     readings: int
     missed: int
-    mean_reading_seconds: float
+    mean_reading_time: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -97,8 +97,8 @@ class Reading:
 class ComponentTrial:
     """Trial of a range sensor's components: the times (s) of one reading, and its number of rays."""
 
-    cast_seconds: float
-    model_seconds: float
+    cast_time: float
+    model_time: float
     rays: int
 
 
@@ -109,7 +109,7 @@ class SensorPreset:
     name: str
     description: str
     source: str
-    settings: sensing_pb2.RangeSensor
+    settings: RangeSensorSettings
 
 
 def reading_of(message: sensor_pb2.SensorReading) -> Reading:

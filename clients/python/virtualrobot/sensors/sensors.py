@@ -5,20 +5,39 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing
 from difflib import get_close_matches
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
-from virtualrobot._wire.messages import settings_message
+from virtualrobot._wire.messages import settings_message, value_or_default
 from virtualrobot._wire.newest import newest
+from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot.errors import UnknownNameError
 from virtualrobot.scene.editor import Direct
 from virtualrobot.sensors.cameras import image_kinds
-from virtualrobot.sensors.range_sensors import frame_of
+from virtualrobot.sensors.range_sensors import RangeSensorSettings, frame_of
 from virtualrobot.sensors.readings import ComponentTrial, Reading, SensorPreset, SensorStatus, reading_of, status_of
 from virtualrobot.v1 import sensor_pb2
 
 MOST_NAMES = 8
 """Largest number of names in an error."""
+
+
+class ReadingOptions(TypedDict, total=False):
+    """Options of readings.
+
+    Attributes:
+        points: of range sensors: where the echoes come from too.
+        frame: of points: `sensor` (the default), `robot` or `world`.
+        intensities: of range sensors: how strong the echoes are too.
+        elements: of range sensors: which nodes were hit too.
+        images: of cameras: color, depth, segmentation, normals; by default those that the camera is set to.
+    """
+
+    points: bool
+    frame: str
+    intensities: bool
+    elements: bool
+    images: Iterable[str]
 
 
 class Sensor:
@@ -42,48 +61,21 @@ class Sensor:
         """Let it read no more."""
         Direct(self._services).stop_sensors(self.name)
 
-    def read(
-        self,
-        *,
-        points: bool = False,
-        frame: str = "sensor",
-        intensities: bool = False,
-        elements: bool = False,
-        images: Iterable[str] = (),
-    ) -> Reading:
+    def read(self, **options: Unpack[ReadingOptions]) -> Reading:
         """Return one reading of the world as it is now, whether the sensor runs or not.
-
-        Args:
-            points: of range sensors: where the echoes come from too.
-            frame: of points: sensor, robot or world.
-            intensities: of range sensors: how strong the echoes are too.
-            elements: of range sensors: which nodes were hit too.
-            images: of cameras: color, depth, segmentation, normals; none means those that the camera is set to.
 
         Raises:
             PluginFailedError: when a component of the sensor raised, hung, died or returned nonsense.
         """
-        request = sensor_pb2.ReadSensorRequest(
-            sensor=self.name, options=_options(points, frame, intensities, elements, images)
-        )
+        request = sensor_pb2.ReadSensorRequest(sensor=self.name, options=_message(options))
         return reading_of(self._services.sensor.ReadSensor(request, timeout=LONG_TIMEOUT_SECONDS).reading)
 
-    def watch(
-        self,
-        *,
-        points: bool = False,
-        frame: str = "sensor",
-        intensities: bool = False,
-        elements: bool = False,
-        images: Iterable[str] = (),
-        max_rate: float = 0.0,
-    ) -> Iterator[Reading]:
+    def watch(self, *, max_rate: float | None = None, **options: Unpack[ReadingOptions]) -> Iterator[Reading]:
         """Yield the latest reading and then each new one; who is slow gets the latest.
 
-        The options are those of `read`; `max_rate` is the most readings a second of the wall clock, 0: all that the
-        reader keeps up with. A stop, a fault or the sensor's removal is told by a reading without a value.
+        `max_rate` is the most readings a second of the wall clock; without it all that the reader keeps up with. A
+        stop, a fault or the sensor's removal is told by a reading without a value.
         """
-        options = _options(points, frame, intensities, elements, images)
         return _watched(self._services, [self.name], options, max_rate)
 
     def set_ray_caster(self, name: str, settings: Mapping[str, object] | None = None) -> ComponentTrial:
@@ -140,23 +132,17 @@ class Sensors(Mapping[str, Sensor]):
         """Let sensors read no more (none named: all)."""
         Direct(self._services).stop_sensors(*names)
 
-    def watch(
-        self,
-        *names: str,
-        points: bool = False,
-        frame: str = "sensor",
-        intensities: bool = False,
-        elements: bool = False,
-        images: Iterable[str] = (),
-        max_rate: float = 0.0,
-    ) -> Iterator[Reading]:
+    def watch(self, *names: str, max_rate: float | None = None, **options: Unpack[ReadingOptions]) -> Iterator[Reading]:
         """Yield the readings of several sensors (none named: all, later ones too); see `Sensor.watch`."""
-        return _watched(self._services, names, _options(points, frame, intensities, elements, images), max_rate)
+        return _watched(self._services, names, options, max_rate)
 
     def presets(self) -> dict[str, SensorPreset]:
         """Return the devices that a range sensor may be set as, by name."""
         response = self._services.sensor.ListSensorPresets(sensor_pb2.ListSensorPresetsRequest())
-        return {one.name: SensorPreset(one.name, one.description, one.source, one.sensor) for one in response.presets}
+        return {
+            one.name: SensorPreset(one.name, one.description, one.source, RangeSensorSettings(one.sensor))
+            for one in response.presets
+        }
 
     def __getitem__(self, name: str) -> Sensor:
         """Return a sensor; raises UnknownNameError, a KeyError, when there is none of this name."""
@@ -181,21 +167,21 @@ def _there(name: str, known: Iterable[str]) -> str:
 
 
 def _watched(
-    services: Services, names: Iterable[str], options: sensor_pb2.ReadingOptions, max_rate: float
+    services: Services, names: Iterable[str], options: ReadingOptions, max_rate: float | None
 ) -> Iterator[Reading]:
-    request = sensor_pb2.WatchReadingsRequest(sensors=names, options=options, max_rate_hertz=max_rate)
+    rate = value_or_default(max_rate, "max_rate")
+    request = sensor_pb2.WatchReadingsRequest(sensors=names, options=_message(options), max_rate_hertz=rate)
     stream = services.sensor.WatchReadings(request)
     with closing(newest(stream, lambda response: ((one.sensor, one) for one in response.readings))) as readings:
         yield from map(reading_of, readings)
 
 
-def _options(
-    points: bool, frame: str, intensities: bool, elements: bool, images: Iterable[str]
-) -> sensor_pb2.ReadingOptions:
+def _message(options: ReadingOptions) -> sensor_pb2.ReadingOptions:
+    check_options(options, ReadingOptions, "a reading")
     return sensor_pb2.ReadingOptions(
-        points=points,
-        frame=frame_of(frame),
-        intensities=intensities,
-        elements=elements,
-        images=image_kinds(images),
+        points=options.get("points", False),
+        frame=frame_of(options.get("frame", "sensor")),
+        intensities=options.get("intensities", False),
+        elements=options.get("elements", False),
+        images=image_kinds(options.get("images", ())),
     )

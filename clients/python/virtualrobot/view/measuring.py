@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from virtualrobot._wire.messages import vector_message
+from virtualrobot._wire.messages import value_or_default, vector_message
 from virtualrobot._wire.newest import newest
 from virtualrobot._wire.services import Services
 from virtualrobot.errors import InvalidArgumentError
@@ -42,10 +42,10 @@ def measure(services: Services, first: Place, second: Place) -> Measure:
     return _measure_of(services.view.MeasurePointDistance(request))
 
 
-def watch_measure(services: Services, first: Place, second: Place, max_rate: float = 0.0) -> Iterator[Measure]:
+def watch_measure(services: Services, first: Place, second: Place, max_rate: float | None = None) -> Iterator[Measure]:
     """Yield how far two points are apart now, and again whenever the world changes."""
     request = view_pb2.WatchPointDistanceRequest(
-        first=place_message(first), second=place_message(second), max_rate_hertz=max_rate
+        first=place_message(first), second=place_message(second), max_rate_hertz=value_or_default(max_rate, "max_rate")
     )
     stream = services.view.WatchPointDistance(request)
     with closing(newest(stream, lambda response: [("", response)])) as measures:

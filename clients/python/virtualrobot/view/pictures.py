@@ -9,16 +9,20 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from virtualrobot._wire.messages import vector_message
+from virtualrobot._wire.messages import value_or_default
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot._wire.transport import Stream
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.v1 import view_pb2
 from virtualrobot.view.measuring import vector_of
+from virtualrobot.view.state import camera_message
 
 Camera = str | tuple[ArrayLike, ArrayLike] | tuple[ArrayLike, ArrayLike, float]
 """Camera of a picture: the name of a camera of the scene; or eye and target, meters in the world's frame, and where
 wanted the vertical field of view in radians."""
+
+Size = tuple[int, int]
+"""Width and height in pixels."""
 
 FORMATS = {
     "png": view_pb2.IMAGE_FORMAT_PNG,
@@ -125,7 +129,7 @@ class Recording:
         self.cancel()
 
 
-def capture(services: Services, camera: Camera | None, size: tuple[int, int], format: str, plain: bool) -> Picture:
+def capture(services: Services, camera: Camera | None, size: Size | None, format: str, plain: bool) -> Picture:
     """Return a picture of the world as it is now."""
     request = view_pb2.CaptureImageRequest(shot=shot_message(camera, size, format, plain))
     answer = services.view.CaptureImage(request, timeout=LONG_TIMEOUT_SECONDS)
@@ -136,22 +140,23 @@ def capture(services: Services, camera: Camera | None, size: tuple[int, int], fo
 def record(
     services: Services,
     camera: Camera | None,
-    size: tuple[int, int],
+    size: Size | None,
     format: str,
     plain: bool,
     rate: float,
-    seconds: float,
+    duration: float | None,
 ) -> Recording:
     """Return pictures at equal steps of simulation time, none left out."""
     shot = shot_message(camera, size, format, plain)
     if not (shot.width and shot.height):
         # The pictures of a film do not say how large they are; a small one that is taken before does.
         shot.width, shot.height = _own_size(services, shot)
-    request = view_pb2.RecordFilmRequest(shot=shot, frames_per_second=rate, duration_seconds=seconds)
+    length = value_or_default(duration, "duration")
+    request = view_pb2.RecordFilmRequest(shot=shot, frames_per_second=rate, duration_seconds=length)
     return Recording(services.view.RecordFilm(request), shot, "jpeg" if format == "jpg" else format)
 
 
-def pick(services: Services, column: float, row: float, camera: Camera | None, size: tuple[int, int]) -> Picked:
+def pick(services: Services, column: float, row: float, camera: Camera | None, size: Size | None) -> Picked:
     """Return what is under a pixel."""
     shot = shot_message(camera, size, "raw", False)
     request = view_pb2.PickPixelRequest(column=column, row=row, width=shot.width, height=shot.height)
@@ -173,12 +178,14 @@ def pick(services: Services, column: float, row: float, camera: Camera | None, s
     )
 
 
-def shot_message(camera: Camera | None, size: tuple[int, int], format: str, plain: bool) -> view_pb2.Shot:
+def shot_message(camera: Camera | None, size: Size | None, format: str, plain: bool) -> view_pb2.Shot:
     """Return from where and how a picture is taken as a message."""
     if format not in FORMATS:
         raise InvalidArgumentError(f"{format!r} is no format of pictures; use one of {', '.join(FORMATS)}")
     try:
-        width, height = (int(value) for value in size)
+        width, height = (0, 0) if size is None else (int(value) for value in size)
+        if size is not None and not (width and height):
+            width = -1
     except (TypeError, ValueError):
         width, height = -1, -1
     if not (0 <= width <= 2**31 and 0 <= height <= 2**31):
@@ -189,13 +196,7 @@ def shot_message(camera: Camera | None, size: tuple[int, int], format: str, plai
     elif camera is not None:
         if not isinstance(camera, tuple) or len(camera) not in (2, 3):
             raise InvalidArgumentError(f"{camera!r} is no camera; give its name, or (eye, target), each 3 numbers")
-        shot.camera.CopyFrom(
-            view_pb2.Camera(
-                position=vector_message(camera[0], "the camera's position"),
-                target=vector_message(camera[1], "the camera's target"),
-                field_of_view_radians=camera[2] if len(camera) == 3 else 0.0,
-            )
-        )
+        shot.camera.CopyFrom(camera_message(camera[0], camera[1], camera[2] if len(camera) == 3 else None))
     return shot
 
 

@@ -8,15 +8,14 @@ import numpy as np
 from google.protobuf.field_mask_pb2 import FieldMask
 from numpy.typing import ArrayLike, NDArray
 
-from virtualrobot._wire.messages import color_message, vector_message
+from virtualrobot._wire.messages import color_message
 from virtualrobot._wire.services import Services
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.v1 import view_pb2
 from virtualrobot.view import measuring
-from virtualrobot.view.ghosts import Ghost, Positions, ghost_message, ghost_of
+from virtualrobot.view.ghosts import Ghost, Positions, ghost_message
 from virtualrobot.view.measuring import Place
-
-_POINT_COLORS = {"distance": view_pb2.POINT_COLOR_DISTANCE, "intensity": view_pb2.POINT_COLOR_INTENSITY}
+from virtualrobot.view.state import POINT_COLORS, SensorOverlay, ViewState, camera_message
 
 
 class ViewSetup:
@@ -26,14 +25,14 @@ class ViewSetup:
         """Handle the set-up of one kernel's picture."""
         self._services = services
 
-    def read(self) -> view_pb2.View:
-        """Return the set-up as the contract describes it."""
-        return self._services.view.GetView(view_pb2.GetViewRequest()).view
+    def read(self) -> ViewState:
+        """Return the set-up now."""
+        return ViewState.of(self._services.view.GetView(view_pb2.GetViewRequest()).view)
 
-    def watch(self) -> Iterator[view_pb2.View]:
+    def watch(self) -> Iterator[ViewState]:
         """Yield the set-up now and after each change."""
         with self._services.view.WatchView(view_pb2.WatchViewRequest()) as stream:
-            yield from (response.view for response in stream)
+            yield from (ViewState.of(response.view) for response in stream)
 
     @property
     def viewer_count(self) -> int:
@@ -43,8 +42,7 @@ class ViewSetup:
     @property
     def background(self) -> NDArray[np.float64]:
         """The colour behind everything, red, green, blue, 0 to 1; set it to anything that names a colour."""
-        color = self.read().background
-        return np.array([color.red, color.green, color.blue])
+        return self.read().background
 
     @background.setter
     def background(self, color: str | ArrayLike) -> None:
@@ -53,7 +51,7 @@ class ViewSetup:
     @property
     def grid(self) -> bool:
         """True where the grid on the floor is shown."""
-        return not self.read().grid_hidden
+        return self.read().grid
 
     @grid.setter
     def grid(self, shown: bool) -> None:
@@ -62,7 +60,7 @@ class ViewSetup:
     @property
     def collisions(self) -> bool:
         """True where nodes that the collision monitor finds to touch are red, and the background rose meanwhile."""
-        return not self.read().collisions_hidden
+        return self.read().collisions
 
     @collisions.setter
     def collisions(self, shown: bool) -> None:
@@ -95,13 +93,7 @@ class ViewSetup:
         Example:
             >>> client.view.measurements = {"gap": (("table", [0, 0, 0.7]), ("iiwa.lbr_iiwa_link_7", [0, 0, 0]))}
         """
-        return {
-            one.name: (
-                (one.first.node, measuring.vector_of(one.first.point)),
-                (one.second.node, measuring.vector_of(one.second.point)),
-            )
-            for one in self.read().measurements
-        }
+        return self.read().measurements
 
     @measurements.setter
     def measurements(self, places: Mapping[str, tuple[Place, Place]]) -> None:
@@ -123,7 +115,7 @@ class ViewSetup:
         Example:
             >>> client.view.clearances = {"gap": ("arm", "box"), "all around": ("arm", [])}
         """
-        return {one.name: (list(one.first), list(one.second)) for one in self.read().clearances}
+        return self.read().clearances
 
     @clearances.setter
     def clearances(self, nodes: Mapping[str, tuple[str | Iterable[str], str | Iterable[str]]]) -> None:
@@ -146,7 +138,7 @@ class ViewSetup:
             >>> client.view.ghosts = {"path": ("arm", client.paths.find("arm", goal))}
             >>> client.view.ghosts = {}
         """
-        return {one.name: ghost_of(one) for one in self.read().ghosts}
+        return self.read().ghosts
 
     @ghosts.setter
     def ghosts(self, ghosts: Mapping[str, Ghost | tuple[str, Positions]]) -> None:
@@ -154,9 +146,9 @@ class ViewSetup:
         self._update(view_pb2.View(ghosts=shown), "ghosts")
 
     @property
-    def sensors(self) -> dict[str, view_pb2.SensorOverlay]:
+    def sensors(self) -> dict[str, SensorOverlay]:
         """Overlays of sensors, by the sensors' names."""
-        return {one.sensor: one for one in self.read().sensors}
+        return self.read().sensors
 
     def show_sensor(
         self,
@@ -178,28 +170,34 @@ class ViewSetup:
             frustum: cameras: the pyramid that they see.
             image: cameras: the latest picture in it.
         """
-        if color_by not in _POINT_COLORS:
-            raise InvalidArgumentError(f"color_by is {color_by!r}; give {' or '.join(_POINT_COLORS)}")
-        overlay = view_pb2.SensorOverlay(
-            sensor=sensor, points=points, rays=rays, color_by=_POINT_COLORS[color_by], frustum=frustum, image=image
-        )
-        self._show_sensors([*(one for name, one in self.sensors.items() if name != sensor), overlay])
+        if color_by not in POINT_COLORS:
+            raise InvalidArgumentError(f"color_by is {color_by!r}; give {' or '.join(POINT_COLORS)}")
+        self._show_sensors({**self.sensors, sensor: SensorOverlay(points, rays, color_by, frustum, image)})
 
     def hide_sensor(self, *sensors: str) -> None:
         """Show nothing of these sensors; without a name, of none. One that is not shown is none to hide."""
-        self._show_sensors([one for name, one in self.sensors.items() if sensors and name not in sensors])
+        shown = self.sensors.items()
+        self._show_sensors({name: one for name, one in shown if sensors and name not in sensors})
 
-    def _show_sensors(self, overlays: list[view_pb2.SensorOverlay]) -> None:
-        self._update(view_pb2.View(sensors=overlays), "sensors")
+    def _show_sensors(self, overlays: Mapping[str, SensorOverlay]) -> None:
+        shown = [
+            view_pb2.SensorOverlay(
+                sensor=name,
+                points=one.points,
+                rays=one.rays,
+                color_by=POINT_COLORS[one.color_by],
+                frustum=one.frustum,
+                image=one.image,
+            )
+            for name, one in overlays.items()
+        ]
+        self._update(view_pb2.View(sensors=shown), "sensors")
 
-    def set_camera(self, position: ArrayLike, target: ArrayLike = (0.0, 0.0, 0.0), field_of_view: float = 0.0) -> None:
-        """Look from `position` at `target`, meters in the world's frame; `field_of_view` in radians, 0 means 0.9."""
-        camera = view_pb2.Camera(
-            position=vector_message(position, "the camera's position"),
-            target=vector_message(target, "the camera's target"),
-            field_of_view_radians=field_of_view,
-        )
-        self._update(view_pb2.View(camera=camera), "camera")
+    def set_camera(
+        self, position: ArrayLike, target: ArrayLike = (0.0, 0.0, 0.0), field_of_view: float | None = None
+    ) -> None:
+        """Look from `position` at `target`, meters in the world's frame; `field_of_view` in radians, 0.9 by default."""
+        self._update(view_pb2.View(camera=camera_message(position, target, field_of_view)), "camera")
 
     def _update(self, view: view_pb2.View, field: str) -> None:
         self._services.view.UpdateView(view_pb2.UpdateViewRequest(view=view, update_mask=FieldMask(paths=[field])))

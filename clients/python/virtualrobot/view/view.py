@@ -15,7 +15,7 @@ from virtualrobot.scene.scene import Scene
 from virtualrobot.v1 import kernel_pb2
 from virtualrobot.view import film, measuring, pictures
 from virtualrobot.view.measuring import Measure, Place
-from virtualrobot.view.pictures import Camera, Picked, Picture, Recording
+from virtualrobot.view.pictures import Camera, Picked, Picture, Recording, Size
 from virtualrobot.view.setup import ViewSetup
 
 
@@ -42,15 +42,15 @@ class View(ViewSetup):
         """
         return measuring.measure(self._services, first, second)
 
-    def watch_measure(self, first: Place, second: Place, max_rate: float = 0.0) -> Iterator[Measure]:
-        """Yield how far two points are apart now and whenever the world changes, `max_rate` (0: 30) times a second."""
+    def watch_measure(self, first: Place, second: Place, max_rate: float | None = None) -> Iterator[Measure]:
+        """Yield how far two points are apart now and whenever that changes, at most `max_rate` (30) times a second."""
         return measuring.watch_measure(self._services, first, second, max_rate)
 
     def capture(
         self,
         camera: Camera | None = None,
         *,
-        size: tuple[int, int] = (0, 0),
+        size: Size | None = None,
         format: str = "png",
         plain: bool = False,
     ) -> Picture:
@@ -60,7 +60,7 @@ class View(ViewSetup):
             camera: the point of view: (eye, target) or (eye, target, field of view), meters in the world's frame
                 and radians; or the name of a camera of the scene. Without one it is the view's, which frames the world
                 until it is set.
-            size: width and height in pixels, at most 4096 each; 0 means 1280 and 720, or the camera's own.
+            size: width and height in pixels, at most 4096 each; by default 1280 and 720, or the camera's own.
             format: `png`, `jpeg`, or `raw` for `pixels`.
             plain: leaves out annotations, bounding boxes, joint axes, measurements, ghosts, what is shown of sensors
                 and of collisions.
@@ -76,11 +76,11 @@ class View(ViewSetup):
         self,
         camera: Camera | None = None,
         *,
-        size: tuple[int, int] = (0, 0),
+        size: Size | None = None,
         format: str = "jpeg",
         plain: bool = False,
         rate: float = 25.0,
-        seconds: float = 0.0,
+        duration: float | None = None,
     ) -> Recording:
         """Return pictures at equal steps of simulation time, none left out, however long each takes to be drawn.
 
@@ -90,24 +90,24 @@ class View(ViewSetup):
             format: as above.
             plain: as above.
             rate: pictures a second of simulation time, at most one a tick.
-            seconds: duration in simulation time (s); 0 means until the recording is cancelled.
+            duration: simulation time (s); by default until the recording is cancelled.
 
         Raises:
             TooLargeError: from the iterator, when drawing is too far behind.
 
         Example:
-            >>> with client.view.record(seconds=2.0) as recording:
+            >>> with client.view.record(duration=2.0) as recording:
             ...     times = [picture.simulation_time for picture in recording]
         """
-        return pictures.record(self._services, camera, size, format, plain, rate, seconds)
+        return pictures.record(self._services, camera, size, format, plain, rate, duration)
 
     def film(
         self,
         path: str | Path,
         camera: Camera | None = None,
         *,
-        seconds: float = 0.0,
-        size: tuple[int, int] = (0, 0),
+        duration: float | None = None,
+        size: Size | None = None,
         plain: bool = False,
         rate: float = 25.0,
         told: Callable[[Picture], None] | None = None,
@@ -118,10 +118,10 @@ class View(ViewSetup):
         (`pip install 'virtualrobot[video]'`). Ctrl-C leaves a film of what is drawn.
 
         Example:
-            >>> client.view.film("cell.mp4", seconds=10.0)
+            >>> client.view.film("cell.mp4", duration=10.0)
             250
         """
-        with film.FilmFile(path, rate) as file, self._filming(camera, size, plain, rate, seconds) as recording:
+        with film.FilmFile(path, rate) as file, self._filming(camera, size, plain, rate, duration) as recording:
             return film.write(recording, file, told)
 
     def start_film(
@@ -129,7 +129,7 @@ class View(ViewSetup):
         path: str | Path,
         camera: Camera | None = None,
         *,
-        size: tuple[int, int] = (0, 0),
+        size: Size | None = None,
         plain: bool = False,
         rate: float = 25.0,
         told: Callable[[Picture], None] | None = None,
@@ -148,16 +148,14 @@ class View(ViewSetup):
             return response.stamp.simulation_time_seconds
 
         file = film.FilmFile(path, rate)
-        return film.FilmThread(file, self._filming(camera, size, plain, rate, 0.0), now, told)
+        return film.FilmThread(file, self._filming(camera, size, plain, rate, None), now, told)
 
     def _filming(
-        self, camera: Camera | None, size: tuple[int, int], plain: bool, rate: float, seconds: float
+        self, camera: Camera | None, size: Size | None, plain: bool, rate: float, duration: float | None
     ) -> Recording:
-        return self.record(camera, size=size, format="raw", plain=plain, rate=rate, seconds=seconds)
+        return self.record(camera, size=size, format="raw", plain=plain, rate=rate, duration=duration)
 
-    def pick(
-        self, column: float, row: float, camera: Camera | None = None, *, size: tuple[int, int] = (0, 0)
-    ) -> Picked:
+    def pick(self, column: float, row: float, camera: Camera | None = None, *, size: Size | None = None) -> Picked:
         """Return what is under a pixel of a picture that `capture` takes with this camera and size.
 
         The middle of the upper left pixel is (0, 0).
@@ -175,8 +173,8 @@ class View(ViewSetup):
         *,
         color: str | ArrayLike | None = None,
         colors: ArrayLike | None = None,
-        size: float = 0.0,
-        name: str = "",
+        size: float | None = None,
+        name: str | None = None,
         pose: ArrayLike | None = None,
         parent: str = "world",
     ) -> Node:
@@ -191,23 +189,30 @@ class View(ViewSetup):
         segments: ArrayLike,
         *,
         color: str | ArrayLike | None = None,
-        width_pixels: float = 0.0,
-        name: str = "",
+        width: float | None = None,
+        name: str | None = None,
         pose: ArrayLike | None = None,
         parent: str = "world",
     ) -> Node:
         """Show line segments (n, 2, 3), or a line through points (n, 3), in meters; options as in `add_points`."""
-        return self._add("lines", name, figures.lines(segments, color=color, width_pixels=width_pixels), pose, parent)
+        return self._add("lines", name, figures.lines(segments, color=color, width=width), pose, parent)
 
     def add_frame(
-        self, pose: ArrayLike | None = None, *, length: float = 0.0, name: str = "", parent: str = "world"
+        self,
+        pose: ArrayLike | None = None,
+        *,
+        length: float | None = None,
+        name: str | None = None,
+        parent: str = "world",
     ) -> Node:
-        """Show a frame, x red, y green, z blue, at `pose` (`parent_t_node`); `length` 0 means 0.1 m."""
+        """Show a frame, x red, y green, z blue, at `pose` (`parent_t_node`); `length` is 0.1 m by default."""
         return self._add("frame", name, figures.frame(length), pose, parent)
 
-    def add_label(self, text: str, pose: ArrayLike | None = None, *, name: str = "", parent: str = "world") -> Node:
+    def add_label(
+        self, text: str, pose: ArrayLike | None = None, *, name: str | None = None, parent: str = "world"
+    ) -> Node:
         """Show words at `pose` (`parent_t_node`)."""
         return self._add("label", name, figures.label(text), pose, parent)
 
-    def _add(self, kind: str, name: str, figure: figures.Figures, pose: ArrayLike | None, parent: str) -> Node:
+    def _add(self, kind: str, name: str | None, figure: figures.Figures, pose: ArrayLike | None, parent: str) -> Node:
         return self._scene.add_annotation(name or f"{kind}-{uuid.uuid4().hex[:8]}", figure, pose=pose, parent=parent)

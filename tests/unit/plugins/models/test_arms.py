@@ -27,7 +27,7 @@ OURS = [name for name, model in MODELS.items() if model.scene and model.kind != 
 MEASURED_TO_THE_FLANGE = {"crx10ia", "tx2_60", "tx2_60l", "tx2_90", "rx160", "m0609", "m1013"}
 """Arms whose makers tell the reach of the flange; the others tell that of the wrist centre."""
 
-NOT_STRETCHED = {"iiwa7", "xarm7", "gen3"}
+NOT_STRETCHED = {"iiwa7", "xarm7", "gen3", "panda_arm"}
 """Arms whose makers tell the reach from the shoulder, or in a way of their own."""
 
 # Universal Robots, DH parameters for calculations of kinematics and dynamics: d1, a2, a3, d4, d5, d6 (m).

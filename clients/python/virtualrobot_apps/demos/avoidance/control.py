@@ -123,7 +123,7 @@ def follow(
                 break
             each(time)
             at = dict(zip(names, q.tolist(), strict=True))
-            near = client.collisions.distances(robot.name, range_meters=RECORDED, configurations={robot.name: at})
+            near = client.collisions.distances(robot.name, max_distance=RECORDED, configurations={robot.name: at})
             told = robot.solve_jacobian(at, [(pair.first, pair.points[0]) for pair in near])
             wish = course(time)
             weights = law.limit_weights(q, going, lower, upper)
@@ -183,15 +183,15 @@ def command(
 
 def _moments(stream: SetpointStream) -> Iterator[tuple[float, Floats, Floats]]:
     """Yield seconds since the start, positions and velocities whenever there is news."""
-    start = stream.state.time_seconds
+    start = stream.state.time
     for state in stream:
-        yield state.time_seconds - start, state.positions, state.velocities
+        yield state.time - start, state.positions, state.velocities
 
 
 def _steps(client: Client, robot: Robot, stream: SetpointStream) -> Iterator[tuple[float, Floats, Floats]]:
     """Yield likewise, and let time go on by a cycle after each."""
     columns = [robot.joint_names.index(name) for name in stream.joint_names]
-    tick, state = client.clock.read().tick_seconds, robot.state
+    tick, state = client.clock.read().tick_length, robot.state
     cycle = 0
     while True:
         yield cycle * CYCLE_TICKS * tick, state.positions[columns], state.velocities[columns]

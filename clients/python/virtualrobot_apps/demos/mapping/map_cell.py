@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from virtualrobot import Client
 from virtualrobot.errors import UnreachableError
 from virtualrobot.scene.node import Node
+from virtualrobot.v1 import scene_pb2
 
 from virtualrobot_apps.demos.mapping.bayes_grid import BayesGrid, Cone
 from virtualrobot_apps.demos.mapping.octree_map import Keys, OctreeMap, centers_of
@@ -219,8 +220,8 @@ def is_arm(elements: NDArray[np.int32], names: tuple[str, ...]) -> NDArray[np.bo
 
 def could_see(client: Client, sensor: str, points: Floats, world_t_sensor: Floats) -> NDArray[np.bool_]:
     """Return which points (n, 3) are within the sensor's field and range, with nothing before them."""
-    nodes, _ = client.scene.read([sensor], ("range_sensor",))
-    settings = nodes[0].range_sensor
+    read = scene_pb2.GetSceneRequest(names=[sensor], read_mask={"paths": ["range_sensor"]})
+    settings = client.services.scene.GetScene(read).nodes[0].range_sensor
     raster = settings.pattern.raster
     local = (points - world_t_sensor[:3, 3]) @ world_t_sensor[:3, :3]
     distance = np.linalg.norm(local, axis=1)

@@ -12,7 +12,8 @@ import numpy as np
 import virtualrobot
 from numpy.typing import ArrayLike
 from virtualrobot import Client
-from virtualrobot.v1 import nodes_pb2
+from virtualrobot.scene.figures import Figure
+from virtualrobot.v1 import scene_pb2
 
 SCENE = Path(__file__).parent / "cell.yaml"
 
@@ -51,7 +52,7 @@ class Station:
     tool_states: tuple[str, str]  # to hold and to let go
     fingers: tuple[str, ...]  # what touches a box to hold it
 
-    def figures(self) -> list[nodes_pb2.Figure]:
+    def figures(self) -> list[Figure]:
         """Return the shapes of a box: itself, and a band of tape around it that only the eye sees."""
         length, _, height = self.box
         tape = virtualrobot.box(1.002 * length, 0.02, 1.002 * height, color=self.tape, roles=["visual"])
@@ -99,10 +100,12 @@ def load(client: Client) -> None:
 def limit_speeds(client: Client, robot: str, speeds: ArrayLike) -> None:
     """Give the joints of an arm other speed limits, (k,) in rad/s, reached in a quarter of a second like its own."""
     limit = dict(zip(client.robot(robot).chain_joint_names, np.asarray(speeds, float), strict=True))
-    nodes, _ = client.scene.read(client.robot(robot).links, ("name", "link"))
-    with client.scene.batch() as batch:
-        for node in nodes:
-            if node.link.joint.name in limit:
-                speed, limits = limit[node.link.joint.name], node.link.joint.limits
-                limits.velocity, limits.acceleration, limits.jerk = speed, 4 * speed, 40 * speed
-                batch.update(node.name, node, "link")
+    read = scene_pb2.GetSceneRequest(names=client.robot(robot).links, read_mask={"paths": ["name", "link"]})
+    commands = []
+    for node in client.services.scene.GetScene(read).nodes:
+        if node.link.joint.name in limit:
+            speed, limits = limit[node.link.joint.name], node.link.joint.limits
+            limits.velocity, limits.acceleration, limits.jerk = speed, 4 * speed, 40 * speed
+            update = scene_pb2.UpdateNode(name=node.name, node=node, update_mask={"paths": ["link"]})
+            commands.append(scene_pb2.Command(update_node=update))
+    client.services.apply(commands)

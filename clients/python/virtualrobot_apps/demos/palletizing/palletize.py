@@ -134,4 +134,4 @@ def palletize(client: Client, station: Station, layers: int, placed: queue.Queue
 
 def now(client: Client) -> float:
     """Return simulation time in seconds."""
-    return client.clock.read().stamp.simulation_time_seconds
+    return client.clock.read().stamp.simulation_time
