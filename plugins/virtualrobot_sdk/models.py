@@ -9,9 +9,9 @@ A model is a file of an installed Python package, or the text of a scene that th
 
 from __future__ import annotations
 
-import importlib.util
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from importlib.metadata import PackageNotFoundError, distribution
 from typing import Annotated, Any, Literal
 
 import msgspec
@@ -63,9 +63,11 @@ class Model:
 
     @property
     def installed(self) -> bool:
-        """Return whether the Python package of the file is there; it is not imported."""
-        module = self.uri.removeprefix("package://").partition("/")[0]
-        return not module or importlib.util.find_spec(module) is not None
+        """Return whether the distribution that brings the file is installed."""
+        try:
+            return not self.package or bool(distribution(self.package))
+        except PackageNotFoundError:
+            return False
 
     @property
     def how_to_install(self) -> str:

@@ -17,7 +17,6 @@ from virtualrobot_kernel.api.convert.states import (
     robots_named,
 )
 from virtualrobot_kernel.api.kernel_services import MAX_MESSAGE_BYTES, KernelServices
-from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.formats.models import MODEL_FORMATS
 from virtualrobot_kernel.messages.signals import signal_message
 from virtualrobot_kernel.messages.values import finite, stamp
@@ -82,7 +81,7 @@ class KernelServicer(kernel_pb2_grpc.KernelServiceServicer):
     ) -> AsyncIterator[kernel_pb2.WatchClockResponse]:
         """Tell how time runs, again and again."""
         world = self._kernel.world
-        async for snapshot in self._kernel.publications.snapshots(rate(request.max_rate_hertz, 1.0)):
+        async for snapshot in self._kernel.publications.snapshots(request.max_rate_hertz, 1.0):
             yield kernel_pb2.WatchClockResponse(stamp=stamp(snapshot), clock=CLOCK.write(world.clock))
 
     async def StepClock(self, request: kernel_pb2.StepClockRequest, context: object) -> kernel_pb2.StepClockResponse:

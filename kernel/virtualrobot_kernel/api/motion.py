@@ -18,7 +18,7 @@ from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.motion_calls import find_motion, make_way, requested
 from virtualrobot_kernel.api.motion_plans import checked_motion, planned_motion
 from virtualrobot_kernel.api.open_programs import OpenPrograms
-from virtualrobot_kernel.api.rates import rate
+from virtualrobot_kernel.api.publications import pause_seconds
 from virtualrobot_kernel.api.repeats import Repeats
 from virtualrobot_kernel.api.setpoints import stream_setpoints
 from virtualrobot_kernel.collision.clearance import near_by
@@ -131,7 +131,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
     ) -> AsyncIterator[motion_pb2.WatchMotionResponse]:
         """Tell progress until the end; whoever watches keeps the motion alive."""
         id = request.id
-        pause = 1.0 / rate(request.max_rate_hertz)
+        pause = pause_seconds(request.max_rate_hertz)
         snapshot = self._kernel.world.snapshot
         find_motion(snapshot, id)
         self._watchers[id] += 1

@@ -11,6 +11,7 @@ from collections.abc import AsyncGenerator, AsyncIterator, Callable
 from typing import Any
 
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.messages.values import not_negative
 from virtualrobot_kernel.world.state import Motion, Snapshot
 from virtualrobot_kernel.world.store import World
 
@@ -22,6 +23,13 @@ PROGRESS_SECONDS = 0.25
 
 SHORTEST_PAUSE_SECONDS = 0.001
 """Shortest pause (s) of an event loop: a watch with a shorter one is told every snapshot that comes."""
+
+DEFAULT_RATE_HERTZ = 30.0
+
+
+def pause_seconds(max_rate_hertz: float, default: float = DEFAULT_RATE_HERTZ) -> float:
+    """Return the pause between messages of a watch by its rate (0: the default); raise KernelError for nonsense."""
+    return 1.0 / (not_negative(max_rate_hertz, "max_rate_hertz") or default)
 
 
 class Publications:
@@ -124,9 +132,9 @@ class Publications:
                 self._readers.discard(reader)
         return self._world.snapshot
 
-    async def snapshots(self, max_rate_hertz: float) -> AsyncIterator[Snapshot]:
-        """Yield the latest snapshot, then later ones at most this often; a slow reader skips states."""
-        pause = 1.0 / max_rate_hertz
+    async def snapshots(self, max_rate_hertz: float, default: float = DEFAULT_RATE_HERTZ) -> AsyncIterator[Snapshot]:
+        """Yield the latest snapshot, then later ones at most this often (0: the default); slow readers skip states."""
+        pause = pause_seconds(max_rate_hertz, default)
         snapshot = self._world.snapshot
         while True:
             yield snapshot

@@ -15,7 +15,6 @@ from virtualrobot_kernel.api.convert.commands import kinematics_command
 from virtualrobot_kernel.api.convert.redundancy import requested_redundancy
 from virtualrobot_kernel.api.convert.states import robot_states, robots_named
 from virtualrobot_kernel.api.kernel_services import KernelServices
-from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.collision.clearance import near_by
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.messages.nodes import JOINT_TYPES, LIMITS
@@ -129,7 +128,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         fields = mask_fields(request.read_mask, robot_pb2.RobotState)
         watched = frozenset(node.uid for node in robots_named(self._kernel.world.snapshot, request.names))
         told: _Told | None = None
-        async for snapshot in self._kernel.publications.snapshots(rate(request.max_rate_hertz)):
+        async for snapshot in self._kernel.publications.snapshots(request.max_rate_hertz):
             if told is not None and _quiet(told.snapshot, snapshot):
                 continue
             told = self._book.news(told, snapshot, watched if request.names else None, fields)

@@ -12,7 +12,6 @@ from virtualrobot_sdk.models import Model
 
 from virtualrobot_kernel.api.convert.commands import world_commands
 from virtualrobot_kernel.api.kernel_services import KernelServices
-from virtualrobot_kernel.api.rates import rate
 from virtualrobot_kernel.api.readiness import ready_for_guard
 from virtualrobot_kernel.api.repeats import Repeats
 from virtualrobot_kernel.errors import KernelError, Reason
@@ -68,7 +67,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         fields = mask_fields(request.read_mask, nodes_pb2.Node)
         wanted = {self._kernel.world.snapshot.structure.node(name).uid for name in request.names}
         before: Snapshot | None = None
-        async for snapshot in self._kernel.publications.snapshots(rate(request.max_rate_hertz)):
+        async for snapshot in self._kernel.publications.snapshots(request.max_rate_hertz):
             if before is None or not _quiet(before, snapshot):
                 message = _difference(before, snapshot, wanted, fields)
                 if before is None or message.nodes or message.removed_uids or message.moved_uids:

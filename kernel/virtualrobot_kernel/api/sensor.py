@@ -13,7 +13,7 @@ from virtualrobot.v1 import sensor_pb2, sensor_pb2_grpc
 from virtualrobot_kernel.api.convert.presets import PRESET
 from virtualrobot_kernel.api.convert.readings import STATES, checked_options, fill_reading, is_large
 from virtualrobot_kernel.api.kernel_services import KernelServices
-from virtualrobot_kernel.api.rates import rate
+from virtualrobot_kernel.api.publications import pause_seconds
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.messages.structs import settings
 from virtualrobot_kernel.messages.table import Table
@@ -85,7 +85,7 @@ class SensorServicer(sensor_pb2_grpc.SensorServiceServicer):
     ) -> AsyncIterator[sensor_pb2.WatchReadingsResponse]:
         """Tell the latest readings, then new ones; a slow reader gets the latest."""
         checked_options(request.options)
-        pause = 1.0 / rate(request.max_rate_hertz, FASTEST_HERTZ)
+        pause = pause_seconds(request.max_rate_hertz, FASTEST_HERTZ)
         sensors, publications, world = self._kernel.sensors, self._kernel.publications, self._kernel.world
         wanted = {sensor_node(world.snapshot.structure, name).uid for name in request.sensors}
         told: dict[int, Reading] = {}

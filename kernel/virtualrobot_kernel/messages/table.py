@@ -16,7 +16,10 @@ from virtualrobot_kernel.messages.fields import Field, is_map, is_repeated
 V = TypeVar("V")
 M = TypeVar("M", bound=Message)
 
-UNITS = ("meters", "radians", "seconds", "kilograms", "hertz", "pixels")
+UNITS = (
+    *("meters", "radians", "seconds", "kilograms", "hertz", "pixels"),
+    *("meters_per_second", "meters_per_second_squared"),
+)
 """Units that a field's name may have behind that of its attribute."""
 
 USUAL = {"Vector3": VECTOR, "Pose": POSE, "Color": COLOR, "Struct": SETTINGS}
@@ -125,7 +128,7 @@ class Table(Generic[V, M]):
             values[row.attribute] = value if row.is_plain else row.read(value, f"{what}.{row.field}")
         for row in self._needed:
             if row.attribute not in values:
-                raise KernelError(f"{what}.{row.field} is not said; give it", field=f"{what}.{row.field}")
+                raise KernelError(f"{what}.{row.field} is missing; give it", field=f"{what}.{row.field}")
         for name, oneof in self._oneofs:
             values[name] = oneof.read(given, what)
         made = self.made(**values)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
@@ -19,6 +20,9 @@ from virtualrobot_kernel.world.state import Snapshot
 
 GRID = 2.0**-48
 PIVOTS = [3, 0, 1, 2]
+
+FIRST_EPOCH = int(time.time() * 1000.0)
+"""Epoch of a world that has not been replaced: higher than any of a kernel that ran before."""
 
 GREATEST = 1e12
 """The greatest length that is taken, in meters: beyond the orbit of Saturn."""
@@ -212,7 +216,7 @@ def stamp(snapshot: Snapshot) -> geometry_pb2.Stamp:
         structure_revision=snapshot.structure.revision,
         state_revision=snapshot.revision,
         tick_nanoseconds=round(snapshot.tick_seconds * 1e9),
-        epoch=snapshot.state.epoch,
+        epoch=FIRST_EPOCH + snapshot.state.epoch,
     )
 
 

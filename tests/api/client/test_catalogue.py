@@ -13,6 +13,12 @@ from tests.unit.formats.models import MODELS
 
 POSES = 50
 
+OTHER_SPEEDS = {"irb4600_40_255", "ur3", "ur10"}
+"""Arms whose models in packages have other speeds than the data sheets: 150, and 124 degrees/s for all joints."""
+
+FRAMES = {"panda": ("panda_link0", "panda_link8"), "xarm7_meshes": ("link_base", "link7")}
+"""Links of models of packages that are the frames of the controller and of the flange; of others `base` and `tool0`."""
+
 NO_ARM = ("mobile", "legged", "gripper")
 """Kinds without an arm to solve."""
 
@@ -71,6 +77,7 @@ def test_an_arm_of_our_own_has_postures_and_where_its_wrist_allows_a_closed_form
     [
         *(("ur3e", "ur3e_meshes"), ("ur5e", "ur5e_meshes"), ("ur5", "ur5_meshes"), ("ur10e", "ur10e_meshes")),
         *(("irb120", "irb120_meshes"), ("irb4600_40_255", "irb4600_meshes"), ("panda_arm", "panda")),
+        *(("ur3", "ur3_meshes"), ("ur10", "ur10_meshes"), ("xarm7", "xarm7_meshes")),
     ],
 )
 def test_an_arm_of_our_own_moves_as_the_model_of_a_package_does(
@@ -80,15 +87,15 @@ def test_an_arm_of_our_own_moves_as_the_model_of_a_package_does(
     if not MODELS[theirs].installed:
         pytest.skip(MODELS[theirs].how_to_install)
     own, other = client.load_robot(f"model://{ours}"), client.load_robot(f"model://{theirs}")
-    base, tool = ("panda_link0", "panda_link8") if theirs == "panda" else ("base", "tool0")
+    base, tool = FRAMES.get(theirs, ("base", "tool0"))
     for _ in range(10):
         q = np.clip(list(reachable(own, rng).values()), -3.0, 3.0)
         links = other.solve_forward(dict(zip(other.chain_joint_names, q, strict=True))).world_t_link
         expected = np.linalg.inv(links[f"{theirs}.{base}"]) @ links[f"{theirs}.{tool}"]
         found = own.solve_forward(dict(zip(own.chain_joint_names, q, strict=True))).world_t_tcp
         np.testing.assert_allclose(found, expected, atol=5e-5)
-    if ours == "irb4600_40_255":
-        return  # The data sheet has 175 degrees/s where the file of the package has 150.
+    if ours in OTHER_SPEEDS:
+        return
     for mine, name in zip(own.limits.values(), other.chain_joint_names, strict=True):
         assert mine.velocity == pytest.approx(other.limits[name].velocity, abs=2e-3)
 

@@ -115,7 +115,7 @@ REFUSED = {
     "it.pose.orientation.bias_walk must be at most 1e+12": sensing_pb2.MotionSensor(
         pose={"orientation": {"bias_walk": 1e200}}
     ),
-    "it.pattern.free.directions is not said": sensing_pb2.RangeSensor(pattern={"free": {}}),
+    "it.pattern.free.directions is missing": sensing_pb2.RangeSensor(pattern={"free": {}}),
     "row 0 is not": sensing_pb2.RangeSensor(
         pattern={"free": {"directions": array_message(BEAMS), "origins": array_message(1e13 * BEAMS)}}
     ),

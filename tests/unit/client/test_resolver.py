@@ -227,6 +227,17 @@ def test_what_is_not_read_is_said(tmp_path: Path) -> None:
             Resolver().resolve(empty, tmp_path / "a.urdf")
 
 
+def test_a_package_of_ros_may_lie_among_those_of_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "cmeel.prefix" / "share" / "robots-of-mine"
+    (folder / "meshes").mkdir(parents=True)
+    (folder / "meshes" / "a.stl").write_bytes(b"")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(UnresolvedUriError):
+        Resolver().resolve("package://robots-of-mine/meshes/a.stl")
+    (folder / "package.xml").write_text("<package><name>robots-of-mine</name></package>")
+    assert Resolver().resolve("package://robots-of-mine/meshes/a.stl") == folder / "meshes" / "a.stl"
+
+
 def test_a_python_package_is_found_but_not_imported() -> None:
     pytest.importorskip("pybullet_data")
     for name in [name for name in sys.modules if name.startswith("pybullet_data")]:

@@ -109,7 +109,8 @@ def models(text: str) -> str:
 
 
 def test_a_plugin_of_models_alone_is_one(plugin: Plugin) -> None:
-    text = "register(Model('arm', 'An arm', uri='package://mine/arm.urdf', settings={'arguments': {'a': 'b'}}))"
+    fields = "uri='package://mine/arm.urdf', package='mine-data', settings={'arguments': {'a': 'b'}}"
+    text = f"register(Model('arm', 'An arm', {fields}))"
     _, components, (arm,) = plugin(models(text))
     assert (components, arm.name, arm.installed, arm.settings["arguments"]) == ((), "arm", False, {"a": "b"})
 

@@ -42,7 +42,7 @@ class Descriptions:
         revision = stamp.epoch, stamp.structure_revision
         with self._lock:
             if revision != self._newest:
-                # A lower one is late, or that of another kernel at the same address.
+                # A lower one is late; a kernel that was started again has a higher epoch.
                 self._kept.clear()
                 self._newest = max(self._newest, revision)
             self._asked_at = max(self._asked_at, asked_at)

@@ -32,6 +32,7 @@ Message = TypeVar("Message")
 MAX_MESSAGE_BYTES = 256 * 1024 * 1024
 LEASE_KEY = "virtualrobot-lease"
 _CLOSE_SECONDS = 1.0
+_RECONNECT_MILLISECONDS = 200
 _NO_ERROR_INFO: dict[grpc.StatusCode, type[VirtualRobotError]] = {
     grpc.StatusCode.INVALID_ARGUMENT: InvalidArgumentError,
     grpc.StatusCode.UNAUTHENTICATED: AuthenticationError,
@@ -95,7 +96,7 @@ class Channel:
         self._metadata: tuple[tuple[str, str], ...] = (("authorization", f"Bearer {token}"),) if token else ()
         self._timeout_seconds = timeout_seconds
         self.descriptions = Descriptions()
-        self._closed = False
+        self._closed = self._answered = False
         self._carrying = threading.Lock()
 
     def carry(self, lease: str) -> None:
@@ -137,10 +138,18 @@ class Channel:
             self._check_open()
             asked_at = time.monotonic()
             try:
-                answer = call(request, timeout=limit, metadata=self._metadata)
+                try:
+                    answer = call(request, timeout=limit, metadata=self._metadata)
+                except grpc.RpcError as error:
+                    if not (self._answered and _nothing_listened(error)):
+                        raise
+                    # So it was when grpc tried last, perhaps long ago. It has begun to try again, and nothing was sent.
+                    time.sleep(1.5e-3 * _RECONNECT_MILLISECONDS)
+                    answer = call(request, timeout=limit, metadata=self._metadata)
             except grpc.RpcError as error:
                 # The cause would tell the same once more, in 20 lines of grpc's.
                 raise translated(error, self._address) from None
+            self._answered = True
             if (stamp := getattr(answer, "stamp", None)) is not None:
                 self.descriptions.saw(stamp, asked_at)
             return answer
@@ -173,8 +182,9 @@ def open_channel(
     options = [
         ("grpc.max_receive_message_length", MAX_MESSAGE_BYTES),
         ("grpc.max_send_message_length", MAX_MESSAGE_BYTES),
-        # After a lost connection the next call shall try at once and not after minutes.
-        ("grpc.max_reconnect_backoff_ms", 1000),
+        # After a lost connection the next call shall try at once and not after minutes: meanwhile all are refused.
+        ("grpc.initial_reconnect_backoff_ms", _RECONNECT_MILLISECONDS),
+        ("grpc.max_reconnect_backoff_ms", _RECONNECT_MILLISECONDS),
         # What a watch's reader leaves unread waits in a window; a small one lets the kernel skip states early. By
         # default it grows to megabytes: seconds of stale states. Measured: files travel as fast as before.
         ("grpc.http2.bdp_probe", 0),
@@ -213,6 +223,11 @@ def translated(error: grpc.RpcError, address: str) -> VirtualRobotError:
     if code is grpc.StatusCode.CANCELLED:
         return ClientClosedError("the call was cancelled by this client", code=code.name)
     return _NO_ERROR_INFO.get(code, VirtualRobotError)(text or code.name, code=code.name)
+
+
+def _nothing_listened(error: grpc.RpcError) -> bool:
+    call: Any = error
+    return call.code() is grpc.StatusCode.UNAVAILABLE and "Connection refused" in (call.details() or "")
 
 
 def _cause(text: str) -> str:

@@ -30,6 +30,9 @@ PACKAGE_FILES = ("package.xml", "model.config")
 ROS_FOLDER = Path("/opt/ros")
 """Folder in which distributions of ROS are installed on Linux."""
 
+CMEEL_FOLDER = "cmeel.prefix/share"
+"""Folder beside Python's packages in which cmeel installs packages of ROS, such as example-robot-data."""
+
 # Each lists folders that are packages or hold packages, as ROS 1 reads ROS_PACKAGE_PATH.
 _FOLDER_VARIABLES = ("VIRTUALROBOT_PACKAGE_PATH", "ROS_PACKAGE_PATH")
 # Each lists folders that hold models, as Gazebo and libsdformat read them; in URDF files they take packages for models.
@@ -169,10 +172,12 @@ def _below(root: Path) -> Iterator[Path]:
 def python_package_folder(name: str) -> Path | None:
     """Return the folder of the installed Python package `name` without importing it, or None.
 
-    A folder without `__init__.py` is none: any folder in the working folder would be one.
+    A folder without `__init__.py` is none: any folder in the working folder would be one. A name that Python has no
+    packages of may be one of ROS that lies among Python's, as those do that come with Pinocchio (`CMEEL_FOLDER`).
     """
     if not name.isidentifier():
-        return None
+        folders = (Path(place) / CMEEL_FOLDER / name for place in sys.path)
+        return next((folder for folder in folders if is_package(folder)), None)
     try:
         spec = importlib.util.find_spec(name)
     except (ImportError, ValueError):  # ValueError: a module of this name is loaded and has no spec

@@ -7,14 +7,17 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from virtualrobot.v1 import motion_pb2
+from numpy.typing import NDArray
+from virtualrobot.v1 import geometry_pb2, motion_pb2
 
 from virtualrobot_kernel.api.convert.jogs import cartesian_jog, joint_jog
 from virtualrobot_kernel.api.convert.redundancy import requested_redundancy
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.messages.codecs import NOT_NEGATIVE, EnumTable, Pair, same
 from virtualrobot_kernel.messages.robots import group_selection
 from virtualrobot_kernel.messages.signals import condition_of
-from virtualrobot_kernel.messages.values import array, by_name, check_enum, finite, pose, vector
+from virtualrobot_kernel.messages.table import Table
+from virtualrobot_kernel.messages.values import array, by_name, check_enum, not_negative, vector, vector_message
 from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.circle import Center, Via
 from virtualrobot_kernel.motion.spline import MOST_GOALS
@@ -39,12 +42,10 @@ def requested_move(message: motion_pb2.Move, what: str) -> Move:
     kind = message.WhichOneof("move")
     if kind not in KINDS:
         raise KernelError(f"{what} does not say how to move; give one of {', '.join(KINDS)}", field=what)
-    factor = finite(message.speed_factor, f"{what}.speed_factor")
-    if factor and not 0.0 < factor <= 1.0:
-        raise KernelError(f"{what}.speed_factor must be above 0 and at most 1, not {factor:g}", factor=factor)
-    if kind == "joint_trajectory" and factor not in (0.0, 1.0):
+    factor = speed_factor(message.speed_factor, f"{what}.speed_factor")
+    if kind == "joint_trajectory" and factor != 1.0:
         raise KernelError(f"{what}.{kind} has its own times; give no speed_factor", field="speed_factor")
-    move = KINDS[kind](message.robot, getattr(message, kind), factor or 1.0, f"{what}.{kind}")
+    move = KINDS[kind](message.robot, getattr(message, kind), factor, f"{what}.{kind}")
     move = _in_time(move, message, what)
     if message.HasField("group"):
         move = replace(move, group=group_selection(message.group, f"{what}.group"))
@@ -59,34 +60,25 @@ def requested_move(message: motion_pb2.Move, what: str) -> Move:
     return replace(move, redundancy=redundancy)
 
 
+def speed_factor(value: float, what: str) -> float:
+    """Return the factor, 1 for 0; raise KernelError, which names the field `what`, unless it is above 0, to 1."""
+    if not 0.0 <= value <= 1.0:
+        raise KernelError(f"{what} must be above 0 and at most 1, not {value:g}", field=what, value=value)
+    return value or 1.0
+
+
 def _in_time(move: Move, message: motion_pb2.Move, what: str) -> Move:
     """Return the move with the time law that the message says."""
-    check_enum(message, "time_law")
     if message.time_law == motion_pb2.TIME_LAW_UNSPECIFIED:
         return move
     if move.timed:
         raise KernelError(f"{what}.joint_trajectory has its own times; give no time_law", field=f"{what}.time_law")
-    if isinstance(move, JointJog | CartesianJog):
-        if message.time_law == motion_pb2.TIME_LAW_JERK_LIMITED:
-            return move
+    law = TIME_LAWS.read(message.time_law, f"{what}.time_law")
+    if not isinstance(move, JointJog | CartesianJog):
+        return replace(move, time_law=law)
+    if law is not TimeLaw.JERK_LIMITED:
         raise KernelError(f"{what}.time_law is for other moves; a jog is jerk-limited", field=f"{what}.time_law")
-    return replace(move, time_law=TimeLaw(motion_pb2.TimeLaw.Name(message.time_law).removeprefix("TIME_LAW_")))
-
-
-def _point_to_point(robot: str, message: motion_pb2.PointToPoint, factor: float, what: str) -> PointToPoint:
-    return PointToPoint(robot, point_goal(message, what), factor)
-
-
-def _linear(robot: str, linear: motion_pb2.Linear, factor: float, what: str) -> Linear:
-    goal = _path_goal(linear.goal, f"{what}.goal")
-    until = None
-    if linear.HasField("until"):
-        until = condition_of(linear.until, f"{what}.until")
-    return Linear(robot, goal, factor, *_rates(linear, what), until=until)
-
-
-def _tool_state(robot: str, message: motion_pb2.ToolStateMove, factor: float, what: str) -> ToolStateMove:
-    return ToolStateMove(robot, message.tool, message.state, factor)
+    return move
 
 
 def point_goal(message: motion_pb2.PointToPoint, what: str) -> dict[str, float] | PoseGoal | str | ActuatorGoal:
@@ -95,7 +87,7 @@ def point_goal(message: motion_pb2.PointToPoint, what: str) -> dict[str, float] 
     if kind == "joints":
         return by_name(message.joints.joint_positions, f"{what}.joints")
     if kind == "pose":
-        return _pose_goal(message.pose, f"{what}.pose")
+        return POSE_GOAL.read(message.pose, f"{what}.pose")
     if kind == "posture":
         return message.posture
     if kind == "actuators":
@@ -103,56 +95,22 @@ def point_goal(message: motion_pb2.PointToPoint, what: str) -> dict[str, float] 
     raise KernelError(f"{what} has no goal; give joints, pose, posture or actuators", field=what)
 
 
-def _pose_goal(message: motion_pb2.PoseGoal, what: str) -> PoseGoal:
-    if not message.HasField("reference_t_tcp"):
-        raise KernelError(f"{what}.reference_t_tcp is missing: where shall the tool centre point be?", field=what)
-    reference_t_tcp = pose(message.reference_t_tcp, f"{what}.reference_t_tcp")
-    return PoseGoal(reference_t_tcp, message.reference, message.configuration, message.moving)
-
-
-def _path_goal(message: motion_pb2.PoseGoal, what: str) -> PoseGoal:
-    """Return the goal of a path of the tool centre point; raise KernelError when it names a configuration."""
-    if message.configuration:
-        raise KernelError(
-            f"{what}.configuration is {message.configuration!r}; a line, an arc or a spline keeps the configuration "
-            "that it starts in, so leave it empty",
-            field=f"{what}.configuration",
-        )
-    return _pose_goal(message, what)
-
-
 def _circular(robot: str, circular: motion_pb2.Circular, factor: float, what: str) -> Circular:
     check_enum(circular, "orientation")
     kind = circular.WhichOneof("shape")
     if kind == "via":
-        shape = Via(np.array(vector(circular.via, f"{what}.via")))
+        shape = Via(_point(circular.via, f"{what}.via"))
     elif kind == "center":
-        shape = _center(circular.center, f"{what}.center")
+        shape = CENTER.read(circular.center, f"{what}.center")
     else:
         raise KernelError(f"{what} does not say which arc; give via or center", field=what)
     goal = None
     if circular.goal.HasField("reference_t_tcp") or not isinstance(shape, Center) or shape.angle is None:
-        goal = _path_goal(circular.goal, f"{what}.goal").reference_t_tcp
+        goal = PATH_GOAL.read(circular.goal, f"{what}.goal").reference_t_tcp
     with_arc = circular.orientation == motion_pb2.ARC_ORIENTATION_WITH_ARC
-    rates, moving = _rates(circular, what), circular.goal.moving
-    return Circular(robot, shape, goal, circular.goal.reference, with_arc, factor, *rates, moving=moving)
-
-
-def _center(message: motion_pb2.ArcCenter, what: str) -> Center:
-    if not message.HasField("position"):
-        raise KernelError(f"{what}.position is missing: where is the centre of the arc?", field=what)
-    return Center(
-        np.array(vector(message.position, f"{what}.position")),
-        np.array(vector(message.axis, f"{what}.axis")) if message.HasField("axis") else None,
-        finite(message.angle_radians, f"{what}.angle_radians") if message.HasField("angle_radians") else None,
-    )
-
-
-def _spline(robot: str, spline: motion_pb2.Spline, factor: float, what: str) -> Spline:
-    if not 0 < len(spline.goals) <= MOST_GOALS:
-        raise KernelError(f"{what}.goals has 1 to {MOST_GOALS} poses, not {len(spline.goals)}", field=f"{what}.goals")
-    goals = tuple(_path_goal(goal, f"{what}.goals[{number}]") for number, goal in enumerate(spline.goals))
-    return Spline(robot, goals, factor, *_rates(spline, what))
+    speed, acceleration = (not_negative(getattr(circular, name), f"{what}.{name}") for name in RATES)
+    reference, moving = circular.goal.reference, circular.goal.moving
+    return Circular(robot, shape, goal, reference, with_arc, factor, speed, acceleration, moving=moving)
 
 
 def _trajectory(robot: str, trajectory: motion_pb2.JointTrajectory, factor: float, what: str) -> JointTrajectory:
@@ -165,27 +123,50 @@ def _trajectory(robot: str, trajectory: motion_pb2.JointTrajectory, factor: floa
     return JointTrajectory(robot, names, times, array(trajectory.positions, shape, f"{what}.positions"), velocities)
 
 
-def _rates(message: motion_pb2.Linear | motion_pb2.Circular | motion_pb2.Spline, what: str) -> tuple[float, float]:
-    """Return the greatest speed and acceleration of a line, an arc or a spline, 0 for the default."""
-    return (
-        _rate(message.max_velocity_meters_per_second, f"{what}.max_velocity_meters_per_second"),
-        _rate(message.max_acceleration_meters_per_second_squared, f"{what}.max_acceleration_meters_per_second_squared"),
-    )
+def _point(message: geometry_pb2.Vector3, what: str) -> NDArray[np.float64]:
+    return np.array(vector(message, what))
 
 
-def _rate(value: float, what: str) -> float:
-    if finite(value, what) < 0.0:
-        raise KernelError(f"{what} must be 0 (the default) or above, not {value:g}", field=what)
-    return value
+def _check_path_goal(goal: PoseGoal, what: str) -> None:
+    if goal.configuration:
+        raise KernelError(
+            f"{what}.configuration is {goal.configuration!r}; a line, an arc or a spline keeps the configuration that "
+            "it starts in, so leave it empty",
+            field=f"{what}.configuration",
+        )
 
+
+def _check_spline(spline: Spline, what: str) -> None:
+    if not 0 < len(spline.goals) <= MOST_GOALS:
+        raise KernelError(f"{what}.goals has 1 to {MOST_GOALS} poses, not {len(spline.goals)}", field=f"{what}.goals")
+
+
+def _rows(table: Table[Any, Any]) -> Callable[[str, Any, float, str], Move]:
+    """Return the converter of a kind of move that is a table."""
+    return lambda robot, message, factor, what: table.read(message, what, robot=robot, speed_factor=factor)
+
+
+COMMON = ("robot", "group", "speed_factor", "redundancy", "time_law")
+"""Attributes that all moves share, and that `Move` says beside the kind."""
+RATES = ("max_velocity_meters_per_second", "max_acceleration_meters_per_second_squared")
+TIME_LAWS = EnumTable(TimeLaw, motion_pb2.TimeLaw)
+POINT = Pair(_point, vector_message)
+POSE_GOAL = Table(PoseGoal, motion_pb2.PoseGoal)
+PATH_GOAL = Table(PoseGoal, motion_pb2.PoseGoal, check=_check_path_goal)
+CENTER = Table(Center, motion_pb2.ArcCenter, names={"point": "position"}, point=POINT, axis=POINT)
+LINEAR = Table(
+    Linear, motion_pb2.Linear, goal=PATH_GOAL, until=Pair(condition_of, same), without=COMMON, numbers=NOT_NEGATIVE
+)
+SPLINE = Table(Spline, motion_pb2.Spline, goals=PATH_GOAL, without=COMMON, numbers=NOT_NEGATIVE, check=_check_spline)
+TOOL_STATE = Table(ToolStateMove, motion_pb2.ToolStateMove, without=COMMON)
 
 KINDS: dict[str, Callable[[str, Any, float, str], Move]] = {
-    "point_to_point": _point_to_point,
-    "linear": _linear,
+    "point_to_point": lambda robot, message, factor, what: PointToPoint(robot, point_goal(message, what), factor),
+    "linear": _rows(LINEAR),
     "circular": _circular,
-    "spline": _spline,
+    "spline": _rows(SPLINE),
     "joint_trajectory": _trajectory,
-    "tool_state": _tool_state,
+    "tool_state": _rows(TOOL_STATE),
     "joint_jog": joint_jog,
     "cartesian_jog": cartesian_jog,
 }

@@ -7,6 +7,7 @@ from typing import Any
 
 from virtualrobot.v1 import motion_pb2, path_pb2
 
+from virtualrobot_kernel.api.convert.moves import speed_factor
 from virtualrobot_kernel.errors import KernelError, LimitError
 from virtualrobot_kernel.messages.robots import selection_message
 from virtualrobot_kernel.messages.values import check_enum, finite
@@ -43,9 +44,7 @@ def path_options(request: path_pb2.FindPathRequest) -> PathOptions:
             value=seconds,
             upper=MOST_SECONDS,
         )
-    factor = finite(request.speed_factor, "speed_factor") or 1.0
-    if not 0.0 < factor <= 1.0:
-        raise KernelError(f"speed_factor must be above 0 and at most 1, not {factor:g}", field="speed_factor")
+    factor = speed_factor(request.speed_factor, "speed_factor")
     percent = finite(request.blend_percent, "blend_percent") if request.HasField("blend_percent") else PERCENT
     if not 0.0 <= percent <= PERCENT:
         raise KernelError(f"blend_percent must be from 0 to {PERCENT:g}, not {percent:g}", field="blend_percent")
