@@ -110,6 +110,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{SDK}/compiled": ("virtualrobot_sdk", "numpy", "numba", "platformdirs"),
     # Embree is driven through ctypes, its packets filled and read by compiled code, which calls it by address.
     f"{SDK}/embree": ("virtualrobot_sdk", "numpy", "numba", "llvmlite"),
+    f"{SDK}/xml.py": ("lxml",),
     f"{SDK}/testing": ("virtualrobot_sdk", "numpy", "click", "psutil", "pytest"),
     PLUGINS: ("virtualrobot_plugins", "virtualrobot_sdk", "numpy"),
     f"{PLUGINS}/arm_angle": (

@@ -16,8 +16,6 @@ from tests.kernels import Stubs
 
 Check = collision_pb2.CheckCollisionRequest
 CONTACTS = collision_pb2.COLLISION_DETAIL_CONTACTS
-SQUARE = np.array([[[-1.0, -1, 0], [1, -1, 0], [1, 1, 0]], [[-1, -1, 0], [1, 1, 0], [-1, 1, 0]]])
-UP = np.array([0.0, 0.0, 1.0])
 
 
 def stl(triangles: np.ndarray) -> bytes:
@@ -90,17 +88,6 @@ def test_triangles_without_area_touch_as_the_points_and_lines_that_they_are(
     (nearest,) = cell.collision.MeasureDistances(collision_pb2.MeasureDistancesRequest(first=["robot"])).pairs
     gap = float(np.linalg.norm(np.maximum(np.abs(triangles[0, 0]) - 0.05, 0.0))) if len(triangles) == 1 else 0.0
     assert nearest.distance_meters == pytest.approx(0.0 if touches else min(gap, 0.01 * np.sqrt(3)), abs=0.01)
-
-
-def test_a_mesh_that_is_not_manifold_is_its_triangles(cell: Stubs) -> None:
-    """Open, with an edge of three triangles, some twice and turned inside out: what cuts a triangle touches."""
-    third = np.array([[[-1.0, -1, 0], [1, 1, 0], [0, 0, 1]]])
-    triangles = np.concatenate([SQUARE, third, SQUARE[:, ::-1]])
-    apply(cell, create(meshed(cell, "bent", stl(triangles + 0.049 * UP))))
-    (pair,) = cell.collision.CheckCollision(Check(detail=CONTACTS)).pairs
-    assert pair.depth_approximate and pair.depth_meters > 0.0
-    apply(cell, create(meshed(cell, "above", stl(triangles + 0.051 * UP))))
-    assert len(cell.collision.CheckCollision(Check()).pairs) == 1
 
 
 @pytest.mark.long

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import io
-from pathlib import Path
 
 import grpc
 import numpy as np
-import pinocchio  # pyright: ignore[reportMissingImports]  a path file makes it importable
 import pytest
 import trimesh
-from virtualrobot.v1 import geometry_pb2, nodes_pb2, scene_pb2
+from virtualrobot.v1 import nodes_pb2, scene_pb2
 
 from tests.api.asking import IIWA, MODELS, PANDA, apply, box, create, load, refusal
 from tests.api.reading import matrix, pose, random_matrix, scene, unchanged
@@ -37,16 +35,6 @@ def glb_of(stubs: Stubs, node: str = "") -> Glb:
     (file,) = export(stubs, node).files
     assert file.uri == f"{node or 'world'}.glb"
     return checked(content(stubs, file))
-
-
-def saved(stubs: Stubs, answer: scene_pb2.ExportModelResponse, folder: Path) -> Path:
-    """Write the files of an export as a client does; return the main one."""
-    for file in answer.files:
-        path = folder / file.uri
-        assert folder in path.resolve().parents
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content(stubs, file))
-    return folder / answer.files[0].uri
 
 
 def cell(stubs: Stubs, rng: np.random.Generator) -> None:
@@ -138,45 +126,6 @@ def shapes(stubs: Stubs, robot: str) -> list[tuple]:
                 found.append((node.name.removeprefix(f"{robot}."), str(figure), place))
             found.append((node.link.inertial.mass_kilograms, str(node.link.inertial.diagonal)))
     return found
-
-
-def test_a_robot_made_by_api_with_cones_tool_and_part(stepped: Stubs, tmp_path: Path, rng: np.random.Generator) -> None:
-    """Pinocchio finds every link, the tool and its centre point where the kernel has them."""
-    cone = nodes_pb2.Figure(cone=nodes_pb2.Cone(radius_meters=0.1, length_meters=0.3))
-    limits = nodes_pb2.JointLimits(lower=-2.0, upper=1.0, velocity=1.0, acceleration=4.0, jerk=40.0)
-    kinds = (nodes_pb2.JOINT_TYPE_FIXED, nodes_pb2.JOINT_TYPE_REVOLUTE, nodes_pb2.JOINT_TYPE_PRISMATIC)
-    apply(stepped, create(nodes_pb2.Node(name="r", robot=nodes_pb2.Robot())))
-    parent = "r"
-    for number, kind in enumerate((*kinds, *kinds[1:])):
-        x, y, z = rng.normal(size=3)
-        joint = nodes_pb2.Joint(name=f"j{number}", type=kind, axis=geometry_pb2.Vector3(x=x, y=y, z=z), limits=limits)
-        node = nodes_pb2.Node(name=f"r.{number}", parent=parent, link=nodes_pb2.Link(joint=joint), figures=[cone])
-        node.parent_t_node.CopyFrom(pose(random_matrix(rng)))
-        apply(stepped, create(node))
-        parent = node.name
-    apply(
-        stepped,
-        create(tool("gun", parent, random_matrix(rng), tip=(tip := random_matrix(rng)))),
-        create(box("held", parent="gun")),
-    )
-    positions = drawn(stepped, "r", rng)
-    put(stepped, "r", positions)
-    answer = export(stepped, "r", ".urdf")
-    assert [file.uri for file in answer.files] == ["r.urdf", "meshes/r/cone.stl"]
-    assert "'gun'" in answer.warnings[0] and "'held'" in answer.warnings[1] and len(answer.warnings) == 2
-    model = pinocchio.buildModelFromUrdf(str(saved(stepped, answer, tmp_path)))
-    data = model.createData()
-    q = pinocchio.neutral(model)
-    for name, value in positions.items():
-        q[model.joints[model.getJointId(name)].idx_q] = value
-    pinocchio.framesForwardKinematics(model, data, q)
-    world = scene(stepped)
-    expected = {name.removeprefix("r."): world[name] for name in world if name.startswith("r.")}
-    for name, world_t_node in {**expected, "gun": world["gun"], "gun_tip": world["gun"] @ tip}.items():
-        frame = data.oMf[model.getFrameId(name, pinocchio.FrameType.BODY)]
-        assert np.abs(frame.homogeneous - world_t_node).max() < 1e-9, name
-    volume = trimesh.load_mesh(tmp_path / "meshes/r/cone.stl").volume
-    assert 0.98 * np.pi * 0.01 * 0.1 < volume <= np.pi * 0.01 * 0.1
 
 
 def test_refused_exports_say_what_would_be_right(stepped: Stubs) -> None:

@@ -150,17 +150,6 @@ def test_releasing_lets_a_motion_go_on(cell: Stubs, kernel: KernelProcess) -> No
     assert (refused.reason, refused.metadata["cause"]) == ("LEASE_ENDED", "released")
 
 
-def test_acquiring_leaves_a_motion_running_that_only_the_holder_resumes(cell: Stubs, kernel: KernelProcess) -> None:
-    stubs = cell
-    id = start(stubs, slow("left")).id
-    ada = Holder(kernel, "left")
-    assert motion(stubs, id).phase == RUNNING
-    stubs.motion.PauseMotion(motion_pb2.PauseMotionRequest(id=id))
-    resume = motion_pb2.ResumeMotionRequest(id=id)
-    assert refusal(lambda: stubs.motion.ResumeMotion(resume)).reason == "LEASED"
-    ada.stubs.motion.ResumeMotion(resume, metadata=ada.metadata)
-
-
 def test_a_lease_follows_its_robot_s_name(cell: Stubs, kernel: KernelProcess) -> None:
     stubs = cell
     ada = Holder(kernel, "left")

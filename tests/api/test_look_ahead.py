@@ -9,6 +9,8 @@ from virtualrobot.v1 import collision_pb2, motion_pb2, scene_pb2
 from tests.api.asking import IIWA, apply, box, create, ended, joints, load, start
 from tests.api.moving import ABORTED, CANCELLED, RUNNING, SUCCEEDED, motion
 from tests.api.reading import step
+from tests.api.test_append import append, opened
+from tests.api.test_program import move
 from tests.kernels import Stubs
 
 STOP, GUARD = collision_pb2.COLLISION_MODE_STOP, collision_pb2.COLLISION_MODE_GUARD
@@ -55,3 +57,14 @@ def test_a_box_in_the_way_stops_the_motion_while_the_clock_runs(stubs: Stubs) ->
     assert (told.phase, told.end_cause) == (ABORTED, motion_pb2.END_CAUSE_COLLISION)
     assert "would touch 'box' in " in told.end_reason
     assert not touching(stubs)
+
+
+def test_what_is_appended_is_looked_at_at_once(stepped: Stubs) -> None:
+    looking(stepped, 3.0)
+    apply(stepped, create(box("box", x=0.5, z=0.9)))
+    to = [move(joints("arm", 0.3, lbr_iiwa_joint_2=goal), blend_percent=20.0) for goal in (0.3, 1.9)]
+    id = opened(stepped, to[0])
+    step(stepped, 20)
+    append(stepped, id, to[1])
+    step(stepped, 2)
+    assert motion(stepped, id).end_cause == motion_pb2.END_CAUSE_COLLISION

@@ -132,26 +132,6 @@ def test_another_client_stops_and_steers(stubs: Stubs, kernel: KernelProcess) ->
     other.channel.close()
 
 
-def test_two_clients_move_two_robots(stubs: Stubs, kernel: KernelProcess) -> None:
-    for name in "ab":
-        load(stubs, IIWA, name)
-    results: dict[str, motion_pb2.Motion] = {}
-
-    def client(name: str) -> None:
-        own = kernel.stubs()
-        for goal in (0.5, -0.5, 0.25):
-            results[name] = ended(own, start(own, joints(name, lbr_iiwa_joint_2=goal), leave=STOP).id)
-        own.channel.close()
-
-    threads = [threading.Thread(target=client, args=(name,)) for name in "ab"]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join(60)
-    assert [results[name].phase for name in "ab"] == [SUCCEEDED] * 2
-    assert [state(stubs, name).positions[1] for name in "ab"] == pytest.approx([0.25, 0.25])
-
-
 def test_many_starts_at_once_for_one_robot_let_one_pass(stubs: Stubs) -> None:
     load(stubs, IIWA, "arm")
     request = motion_pb2.StartMotionRequest(

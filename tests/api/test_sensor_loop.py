@@ -7,7 +7,7 @@ from contextlib import closing
 
 import numpy as np
 import pytest
-from virtualrobot.v1 import kernel_pb2, scene_pb2, sensing_pb2, sensor_pb2
+from virtualrobot.v1 import scene_pb2, sensing_pb2, sensor_pb2
 
 from tests.api.asking import IIWA, apply, joints, load
 from tests.api.asking import start as move
@@ -131,21 +131,3 @@ def test_a_slow_reader_gets_the_latest(stepped: Stubs) -> None:
     assert numbers == sorted(set(numbers))
     assert len(numbers) < 100
     stop(stepped)
-
-
-@pytest.mark.parametrize("factor", [100.0, 0.1])
-def test_at_another_speed_rates_are_those_of_simulation_time(stubs: Stubs, factor: float) -> None:
-    clock = kernel_pb2.SetClockRequest(mode=kernel_pb2.CLOCK_MODE_REALTIME, speed_factor=factor)
-    stubs.kernel.SetClock(clock)
-    try:
-        apply(stubs, ball(), sensor(pattern=FAN, rate_hertz=50.0))
-        before = tick(stubs)
-        start(stubs)
-        with closing(Watch(stubs, sensor_pb2.WatchReadingsRequest())) as watch:
-            for _ in range(3):
-                for reading in watch.next():
-                    due = reading.stamp.tick - (reading.number + reading.missed) * 5
-                    assert before <= due <= reading.stamp.tick
-    finally:
-        clock.speed_factor = 1.0
-        stubs.kernel.SetClock(clock)

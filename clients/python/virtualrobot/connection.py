@@ -192,7 +192,7 @@ class Client:
             maker: part of the maker's name, in any case.
 
         Example:
-            >>> [model.name for model in client.models("arm", maker="Universal") if (model.reach or 0.0) > 1.2]
+            >>> [model.name for model in client.models("simple", maker="Universal") if (model.reach or 0.0) > 1.2]
             ['ur10', 'ur10e', 'ur20', 'ur30']
             >>> client.load_robot("model://ur10e")
         """

@@ -231,7 +231,10 @@ def _nominal(coming: Prediction, now: float, time: float) -> float:
 def _motions(snapshot: Snapshot) -> tuple[object, ...]:
     """Return what tells that motions go on as before."""
     state = snapshot.state
-    return tuple((motion.id, motion.running.phase in GOES_ON, override(state, motion)) for motion in state.motions)
+    return tuple(
+        (motion.id, motion.step_count, motion.running.phase in GOES_ON, override(state, motion))
+        for motion in state.motions
+    )
 
 
 def _stop_for(

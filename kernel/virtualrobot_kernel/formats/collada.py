@@ -12,8 +12,9 @@ from urllib.parse import unquote
 
 import numpy as np
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  compiled, and has no types
+from virtualrobot_sdk.xml import Element, line_of, local_name
 
-from virtualrobot_kernel.formats.xml import Element, FileWarning, children, line_of, local_name, malformed, parse_xml
+from virtualrobot_kernel.formats.xml import FileWarning, children, malformed, parse_xml
 
 _SHAPES = ("library_geometries", "library_controllers", "library_animations", "library_visual_scenes", "library_nodes",
            "scene")  # fmt: skip

@@ -10,18 +10,12 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
+from virtualrobot_sdk.xml import Element, line_of, local_name
+
 from virtualrobot_kernel.errors import MalformedFileError, UnknownNameError
 from virtualrobot_kernel.formats.files import File
 from virtualrobot_kernel.formats.urdf_elements import Place, numbers, text_attribute
-from virtualrobot_kernel.formats.xml import (
-    Element,
-    FileWarning,
-    children,
-    line_of,
-    local_name,
-    malformed,
-    parse_xml,
-)
+from virtualrobot_kernel.formats.xml import FileWarning, children, malformed, parse_xml
 from virtualrobot_kernel.world.structure import (
     Joint,
     JointGroup,

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from virtualrobot_sdk.xml import Element, line_of, local_name
+
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.files import File
 from virtualrobot_kernel.formats.urdf_elements import (
@@ -19,17 +21,7 @@ from virtualrobot_kernel.formats.urdf_elements import (
 from virtualrobot_kernel.formats.urdf_joints import UrdfJoint, read_joints, tree_order
 from virtualrobot_kernel.formats.urdf_sensors import read_sensors
 from virtualrobot_kernel.formats.urdf_transmissions import read_transmissions
-from virtualrobot_kernel.formats.xml import (
-    Element,
-    FileWarning,
-    children,
-    line_of,
-    local_name,
-    malformed,
-    parse_xml,
-    place_in,
-    xacro_in,
-)
+from virtualrobot_kernel.formats.xml import FileWarning, children, malformed, parse_xml, place_in, xacro_in
 from virtualrobot_kernel.world.consistency import MOST_NODES
 from virtualrobot_kernel.world.figures import Figure, Geometry, Material, Mesh, identity
 from virtualrobot_kernel.world.structure import Joint, JointType, Kind, LinkData, NodeSpec, RobotData
@@ -71,7 +63,7 @@ class _Reader:
         """Return the shape of a <visual> or <collision>, or None for one without extent."""
         visual = local_name(element) == "visual"
         geometry = element.find("geometry")
-        shapes = [] if geometry is None else [child for child in geometry if isinstance(child.tag, str)]
+        shapes = [] if geometry is None else list(geometry)
         if not shapes:
             raise place.error(element, f"<{local_name(element)}> needs a <geometry> with a shape")
         color = self.palette.color_of(place, element) if visual else None

@@ -11,9 +11,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from virtualrobot_sdk.poses import from_roll_pitch_yaw
+from virtualrobot_sdk.xml import Element, line_of, local_name
 
 from virtualrobot_kernel.errors import MalformedFileError
-from virtualrobot_kernel.formats.xml import Element, FileWarning, line_of, local_name, malformed
+from virtualrobot_kernel.formats.xml import FileWarning, malformed
 from virtualrobot_kernel.world.figures import Box, Capsule, Cylinder, Geometry, Pose, Sphere
 from virtualrobot_kernel.world.structure import Inertial
 

@@ -6,9 +6,11 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from virtualrobot_sdk.xml import Element, line_of
+
 from virtualrobot_kernel.formats.limits import joint_limits
 from virtualrobot_kernel.formats.urdf_elements import Place, number, numbers, origin, text_attribute
-from virtualrobot_kernel.formats.xml import Element, FileWarning, children, line_of, malformed
+from virtualrobot_kernel.formats.xml import FileWarning, children, malformed
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.structure import Joint, JointLimits, JointType, Mimic
 

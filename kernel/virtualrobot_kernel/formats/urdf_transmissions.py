@@ -12,9 +12,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
+from virtualrobot_sdk.xml import Element
+
 from virtualrobot_kernel.errors import MalformedFileError
 from virtualrobot_kernel.formats.urdf_elements import Place, text_attribute
-from virtualrobot_kernel.formats.xml import Element, FileWarning, children
+from virtualrobot_kernel.formats.xml import FileWarning, children
 from virtualrobot_kernel.world.structure import Actuator, Joint, JointType
 
 _SCALAR = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)

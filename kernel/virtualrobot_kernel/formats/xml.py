@@ -1,67 +1,26 @@
-"""XML read safely: no entities, no network, and every error with file and line."""
+"""XML files of the kernel: elements, and errors and warnings with file and line."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
 from posixpath import basename
-from typing import Any, TypeAlias
 
-from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  compiled, and has no types
+from virtualrobot_sdk import xml
+from virtualrobot_sdk.xml import Element, local_name
 
 from virtualrobot_kernel.errors import KernelError, MalformedFileError
 
-Element: TypeAlias = Any
-"""Element of lxml, which has neither types nor a public name for it."""
-
-_DECLARATION = re.compile(rb"^(?:\xef\xbb\xbf)?(\s*<\?xml\b[^>]*\?>)")
-_UNDECLARED = re.compile(r"Namespace prefix (drake|sensor|controller|interface|body|geom|joint|model|rendering) ")
-_ENCODING = re.compile(rb"""encoding\s*=\s*["']([A-Za-z0-9._-]+)["']""")
-
 
 def parse_xml(data: bytes, uri: str, *, huge: bool = False) -> Element:
-    """Return the root element of a document; `huge` lifts lxml's limit of 10 MB a text.
+    """Return the root element of a document, read as `virtualrobot_sdk.xml` does.
 
-    A declaration that the standard refuses but that real models carry (`version="0.0"`, blank lines before it) is
-    passed over, and so is that nobody has declared a prefix of Drake's or of Gazebo's before 1.0 (`sensor:ray`). Raises
-    MalformedFileError when the bytes are no XML, or declare entities.
+    Raises MalformedFileError when the bytes are no XML, or declare entities.
     """
-    text = _utf8(data, uri)
-    declared = text.find(b"<!ENTITY")
-    if declared >= 0:
-        line = text[:declared].count(b"\n") + 1
-        raise malformed(uri, line, "the document declares entities (<!ENTITY ...>); write their text out instead")
-    parser = _parser(huge)
     try:
-        return etree.fromstring(text, parser)
-    except etree.XMLSyntaxError as error:
-        if all(_UNDECLARED.match(entry.message) for entry in parser.error_log):
-            return etree.fromstring(text, _parser(huge, recover=True))
-        raise malformed(uri, error.lineno or 1, f"not XML: {error.msg}") from error
-
-
-def _parser(huge: bool, recover: bool = False) -> etree.XMLParser:
-    safe = {"resolve_entities": False, "no_network": True, "load_dtd": False, "huge_tree": huge}
-    return etree.XMLParser(recover=recover, encoding="utf-8", **safe)
-
-
-def _utf8(data: bytes, uri: str) -> bytes:
-    """Return the document as UTF-8 with its declaration blanked out, so that line numbers stay."""
-    declaration = _DECLARATION.match(data)
-    encoding = "utf-8"
-    if declaration:
-        named = _ENCODING.search(declaration[1])
-        encoding = named[1].decode("ascii") if named else encoding
-        data = b"\n" * declaration[1].count(b"\n") + data[declaration.end() :]
-    elif data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        encoding = "utf-16"
-    try:
-        return data.decode(encoding).removeprefix("\ufeff").encode()
-    except LookupError as error:
-        raise malformed(uri, 1, f"unknown encoding {encoding!r}") from error
-    except UnicodeDecodeError as error:
-        line = data[: error.start].count(b"\n") + 1
-        raise malformed(uri, line, f"not text in {encoding}: {error.reason}") from error
+        return xml.parse_xml(data, huge=huge)
+    except xml.XmlError as error:
+        raise malformed(uri, error.line, str(error)) from error
 
 
 def malformed(uri: str, line: int | None, message: str, path: str = "") -> MalformedFileError:
@@ -115,16 +74,6 @@ def place_in(uri: str, line: int | None, path: str = "") -> str:
     return f"{file}: {path}" if path else file
 
 
-def line_of(element: Element) -> int:
-    """Return the line on which the element begins, from 1."""
-    return element.sourceline or 1
-
-
-def local_name(element: Element) -> str:
-    """Return the tag without its namespace."""
-    return etree.QName(element).localname
-
-
 def children(element: Element, tag: str) -> Iterator[Element]:
     """Yield the child elements with this tag, in the order of the file."""
     return element.iterchildren(tag)
@@ -138,9 +87,7 @@ def xacro_in(root: Element) -> tuple[Element, str] | None:
     stack = [root]
     while stack:
         element = stack.pop()
-        if not isinstance(element.tag, str):
-            continue
-        if element.prefix == "xacro" or (element.prefix and "xacro" in etree.QName(element).namespace):
+        if element.prefix == "xacro" or (element.prefix and "xacro" in str(element.tag).partition("}")[0]):
             return element, f"<xacro:{local_name(element)}>"
         for name, value in element.attrib.items():
             if "$(" in value or "${" in value:

@@ -17,10 +17,11 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.importers import Translation
+from virtualrobot_sdk.xml import line_of, local_name
 
 from virtualrobot_plugins.importers.glb import MAX_TRIANGLES, Piece, placed, write_glb
 from virtualrobot_plugins.importers.refusal import counted, described, refusal, short_name
-from virtualrobot_plugins.importers.xml import children, line_of, local_name, parse_xml
+from virtualrobot_plugins.importers.xml import children, parse_xml
 
 Element: TypeAlias = Any
 """An lxml element."""

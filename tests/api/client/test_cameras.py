@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 import virtualrobot
@@ -76,22 +75,6 @@ def test_two_eyes(scene: virtualrobot.Client) -> None:
     assert shift == pytest.approx(left.camera_matrix[0, 0] * 0.2 / 2.0, abs=0.5)  # focal length, baseline, depth
 
 
-@pytest.mark.parametrize("distortion", [[-0.25, -0.02, 0.002, -0.003], [0.9, 0.02, 0.002, 0.003, -0.06]])
-def test_directions_are_where_the_pixels_look(scene: virtualrobot.Client, distortion: list[float]) -> None:
-    """OpenCV projects them to their pixels; there are none where the camera sees nothing, not even sky."""
-    eye = virtualrobot.camera(80, 60, horizontal_field=2.2, distortion=distortion)
-    scene.scene.add_camera("bent", eye)
-    seen = read(scene, "color", name="bent")
-    directions = seen.directions()
-    assert seen.color is not None
-    known = np.isfinite(directions).all(axis=2)
-    np.testing.assert_array_equal(known, seen.color.any(axis=2))
-    rows, columns = np.nonzero(known)
-    none = np.zeros(3)
-    places, _ = cv2.projectPoints(directions[known][:, None], none, none, seen.camera_matrix, seen.distortion)
-    np.testing.assert_allclose(places[:, 0], np.stack([columns, rows], axis=1), atol=1e-6)
-
-
 def test_a_camera_on_a_link_sees_what_its_robot_turns_it_to(scene: virtualrobot.Client) -> None:
     arm = scene.load_robot(IIWA, name="arm", pose=virtualrobot.pose(z=-1.0))
     hand = virtualrobot.camera(64, 48, horizontal_field=1.0)
@@ -104,21 +87,6 @@ def test_a_camera_on_a_link_sees_what_its_robot_turns_it_to(scene: virtualrobot.
     assert "ball" in seen.element_names
     assert seen.mask("ball").any()
     assert arm.name == "arm"
-
-
-def test_lights_make_the_scene_bright_where_they_shine(scene: virtualrobot.Client) -> None:
-    own = read(scene).color
-    lamp = virtualrobot.light("spot", intensity=3.0, color="white", cone_angle=0.3)
-    scene.scene.add_light("lamp", lamp, pose=virtualrobot.looking_at([2, 0, 1.2], [2, 0, 0]))
-    lit = read(scene).color
-    assert own is not None and lit is not None
-    below = lit[40, 40].astype(int)
-    above = lit[24, 40].astype(int)
-    assert above[0] > 200 and below[0] < 120
-    scene.scene.hide("lamp")
-    dark = read(scene).color
-    assert dark is not None
-    assert dark[24, 40, 0] < 120  # a light that is off is not made up for
 
 
 def test_cameras_and_lights_are_saved_and_loaded(scene: virtualrobot.Client, tmp_path: Path) -> None:

@@ -232,25 +232,3 @@ def test_what_progress_raises_ends_the_check(cell: Client) -> None:
     with pytest.raises(KeyboardInterrupt):
         cell.collisions.check_configurations("iiwa", np.zeros((200_000, 7)), progress=stop)
     assert len(cell.collisions.check_configurations("iiwa", np.zeros((1, 7))).free) == 1
-
-
-def test_meshes_collide_as_hulls(cell: Client) -> None:
-    """Of the arm and all below it; in one change, and back."""
-    before = cell.collisions.meshes("iiwa")
-    assert len(before) == 8 and not any(mesh.hull or mesh.warning for mesh in before)
-    assert cell.collisions.meshes("box") == []
-    revision = cell.scene.revision
-    after = cell.collisions.use_hulls("iiwa", vertices=32)
-    assert [mesh.node for mesh in after] == [mesh.node for mesh in before] and cell.scene.revision == revision + 1
-    for mesh, old in zip(after, before, strict=True):
-        assert mesh.hull and mesh.mesh_triangles == old.triangles and mesh.triangles == 60
-        assert 0.0 < mesh.deviation < 0.05
-    assert cell.collisions.check(LEANING, robots=["iiwa"])
-    back = cell.collisions.use_triangles("iiwa")
-    assert [mesh.triangles for mesh in back] == [mesh.triangles for mesh in before]
-    with pytest.raises(virtualrobot.UnknownNameError):
-        cell.collisions.use_hulls("nobody")
-    with pytest.raises(virtualrobot.InvalidArgumentError):
-        cell.collisions.use_hulls()
-    with pytest.raises(virtualrobot.LimitError):
-        cell.collisions.use_hulls("iiwa", vertices=3)

@@ -68,14 +68,6 @@ def test_several_robots_and_leases_in_leases(client: Client, iiwa: Robot, other:
     assert client.leases() == []
 
 
-def test_stopping_needs_none(client: Client, iiwa: Robot, other: Client) -> None:
-    with iiwa.lease():
-        motion = begun(slow(iiwa))
-        assert [one.id for one in other.stop("iiwa")] == [motion.id]
-        with pytest.raises(virtualrobot.MotionCancelledError, match="stopped by"):
-            motion.wait()
-
-
 def test_whoever_is_robbed_is_told_and_moves_nothing_any_more(client: Client, iiwa: Robot, other: Client) -> None:
     with iiwa.lease(owner="Ada") as lease:
         motion = begun(slow(iiwa))

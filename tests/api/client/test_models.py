@@ -142,7 +142,7 @@ def test_known_models_are_listed_and_loaded(client: Client) -> None:
     assert known["iiwa"].installed
     assert known["iiwa"].package == "pybullet"
     assert (known["ur5e"].maker, known["ur5e"].payload, known["ur5e"].uri) == ("Universal Robots", 5.0, "")
-    assert [one.name for one in client.models("arm UR10", maker="universal")] == ["ur10", "ur10e"]
+    assert [one.name for one in client.models("simple UR10", maker="universal")] == ["ur10", "ur10e"]
     robot = client.load_robot("model://iiwa", name="arm")
     assert len(robot.chain_joint_names) == 7
     with pytest.raises(virtualrobot.UnknownNameError, match="did you mean 'iiwa'"):

@@ -15,7 +15,6 @@ import virtualrobot
 from virtualrobot import Client, Phase, Robot, pose
 
 from tests.api.client.conftest import IIWA
-from tests.kernels import KernelProcess
 
 BENT = np.array([0.0, 0.5, 0.0, -1.2, 0.0, 0.8, 0.0])
 
@@ -59,15 +58,6 @@ def test_all_ways_to_move(iiwa: Robot) -> None:
     np.testing.assert_allclose(iiwa.positions, now + 0.05, atol=1e-9)
     with pytest.raises(virtualrobot.UnknownNameError):
         iiwa.move_to("home")
-
-
-def test_two_arms_start_and_end_together(client: Client, iiwa: Robot) -> None:
-    other = client.load_robot(IIWA, name="other", pose=pose(x=2))
-    motion = client.move_together([iiwa.ptp(BENT), other.ptp({"lbr_iiwa_joint_1": 0.1})], wait=False)
-    assert set(motion.robots) == {"iiwa", "other"}
-    motion.wait()
-    np.testing.assert_allclose(iiwa.positions, BENT, atol=1e-9)
-    np.testing.assert_allclose(other.positions[0], 0.1, atol=1e-9)
 
 
 def test_an_arc_and_a_joint_move_go_together(client: Client, iiwa: Robot) -> None:
@@ -186,36 +176,6 @@ def test_a_motion_nobody_waits_for_goes_on_while_its_client_lives(iiwa: Robot) -
     threading.Event().wait(2.0)  # longer than the second of grace, while this program does nothing
     assert motion.phase is Phase.RUNNING
     motion.cancel()
-
-
-@pytest.mark.parametrize(("on_disconnect", "last"), [("stop", Phase.ABORTED), ("continue", Phase.SUCCEEDED)])
-def test_a_client_that_vanishes(
-    client: Client, iiwa: Robot, kernel: KernelProcess, on_disconnect: str, last: Phase
-) -> None:
-    other = virtualrobot.connect(kernel.address)
-    now = iiwa.positions
-    seconds = 60 if on_disconnect == "stop" else 2  # longer than the second of grace
-    started = other.robot("iiwa").move_trajectory(
-        [0, seconds], [now, now + 0.1], wait=False, on_disconnect=on_disconnect
-    )
-    other.close()
-    motion = next(motion for motion in client.motions(running_only=False) if motion.id == started.id)
-    pause = threading.Event()
-    while not motion.phase.ended:  # asked for and not watched: that would keep it alive
-        pause.wait(0.05)
-    assert motion.phase is last
-
-
-def test_speed_factors_slow_a_running_motion(client: Client, iiwa: Robot) -> None:
-    iiwa.speed_factor = 0.5
-    assert iiwa.speed_factor == 0.5
-    client.speed_factor = 0.5
-    # Half of half the speed: four times the planned time, and some more for getting slower and faster.
-    before = client.clock.simulation_time
-    motion = iiwa.move_trajectory([0, 0.25], [iiwa.positions, iiwa.positions + 0.05])
-    assert client.clock.simulation_time - before >= 4 * motion.planned_duration
-    with pytest.raises(virtualrobot.VirtualRobotError, match="2"):
-        iiwa.speed_factor = 2.0
 
 
 def test_the_state_is_watched(iiwa: Robot) -> None:

@@ -17,7 +17,7 @@ from virtualrobot_kernel.collision.report import Stopped, Touch
 from virtualrobot_kernel.collision.scene import CollisionScene, Detail
 from virtualrobot_kernel.collision.swept import RESOLUTION
 from virtualrobot_kernel.motion.signals import Condition
-from virtualrobot_kernel.planning.moves import Move, PointToPoint, ToolStateMove
+from virtualrobot_kernel.planning.moves import Move, PointToPoint
 from virtualrobot_kernel.planning.plan_motion import plan_motion
 from virtualrobot_kernel.planning.program import DwellStep, MotionSpec, MoveStep, SetSignalStep, WaitSignalStep
 from virtualrobot_kernel.planning.robots import world_poses
@@ -30,22 +30,19 @@ from virtualrobot_kernel.world.commands import (
     CreateSignal,
     PauseMotion,
     ResumeMotion,
-    SelectTool,
     SetCollisionSettings,
     SetJointPositions,
     SetSignal,
     SetSpeedFactor,
-    SetToolState,
     StartMotion,
-    UpdateNode,
 )
-from virtualrobot_kernel.world.figures import Box, Sphere
+from virtualrobot_kernel.world.figures import Box
 from virtualrobot_kernel.world.journal import MemoryJournal
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Signal, Snapshot
 from virtualrobot_kernel.world.store import World
 
 from tests.unit.collision.carts import WAIT, replayed
-from tests.unit.collision.sweepers import BALL, body, growing, slider, sweeper, turning
+from tests.unit.collision.sweepers import BALL, body, slider, sweeper, turning
 from tests.unit.collision.worlds import SHAPES, scene_of
 from tests.unit.planning.cell import chain
 from tests.unit.world.builders import shifted
@@ -199,16 +196,6 @@ def test_what_is_put_in_the_way_stops_the_motion_before_it_is_touched(cell: Cell
     assert float(cell.world.snapshot.state.q[0]) > here
 
 
-def test_what_is_moved_into_the_way_does_so_too(cell: Cell) -> None:
-    cell.do(CreateNodes(slider()), CreateNodes((body("box", Sphere(0.2), shifted(y=3.0)),)))
-    id = cell.start(slide(2.5))
-    cell.step(100)
-    assert cell.world.snapshot.state.motions[0].cancellation is None
-    cell.do(UpdateNode("box", parent_t_node=shifted(x=float(cell.world.snapshot.state.q[0]) + 0.9)))
-    cell.ended()
-    assert cell.cancellation(id) is not None and not cell.touched
-
-
 def crossing(cell: Cell) -> None:
     """Make two slides whose ways cross at x = 0.7, y = 0."""
     cell.do(CreateNodes((*slider("along"), *slider("across", shifted(x=0.7, y=-1.5) @ turning(np.pi / 2.0)))))
@@ -306,18 +293,6 @@ def test_what_touches_already_stops_nobody_but_what_comes_then_does(cell: Cell) 
     assert float(cell.world.snapshot.state.q[0]) < 1.5 - BALL
 
 
-def test_a_tool_that_a_program_lets_grow_is_foreseen(cell: Cell) -> None:
-    """Small it passes the wall; it is let grow on the way, and the move after that is stopped before it reaches it."""
-    cell.do(CreateNodes(slider()), CreateNodes((growing("tool", "slider.ball"),)), wall(1.3))
-    cell.do(SelectTool("slider", "tool", "tip"), SetToolState("tool", "small"))
-    grow = MoveStep((ToolStateMove("slider", "tool", "large"),))
-    id = cell.start(steps=(MoveStep((slide(0.3),)), grow, MoveStep((slide(1.0),))))
-    tick = cell.until_stopped(id)
-    cell.ended()
-    assert not cell.touched and float(cell.world.snapshot.state.q[0]) < 1.3 - 0.6
-    assert tick > 0
-
-
 def test_braking_robots_are_looked_at_too(cell: Cell) -> None:
     """One that is cancelled needs its way to stop; another one that would cross it there stops as well."""
     crossing(cell)
@@ -340,29 +315,6 @@ def test_a_journal_gives_the_same_without_looking(cell: Cell) -> None:
     cell.ended()
     again = replayed(cell.world)
     assert (again.q == cell.world.snapshot.state.q).all() and again.ended[0].cancellation is not None
-
-
-def test_equal_runs_are_stopped_equally(rng: np.random.Generator) -> None:
-    """Two robots and a ball that is put in their way at random: the same ticks, causes and last bits."""
-    commands = rng.integers(20, 200, 6).tolist(), rng.uniform(0.3, 2.0, 6).tolist()
-
-    def run() -> tuple[object, ...]:
-        cell = Cell()
-        try:
-            crossing(cell)
-            cell.do(CreateNodes((body("ball", Sphere(0.05), shifted(z=3.0)),)))
-            cell.start(slide(2.0, "along"))
-            cell.start(slide(2.8, "across"))
-            for ticks, x in zip(*commands, strict=True):
-                cell.step(ticks)
-                cell.do(UpdateNode("ball", parent_t_node=shifted(x=x)))
-            state = cell.ended().state
-            told = [(one.end_tick, one.cancellation and one.cancellation.reason) for one in state.ended]
-            return state.q.tolist(), told, cell.stopped
-        finally:
-            cell.close()
-
-    assert run() == run()
 
 
 def test_what_was_found_free_is_not_looked_at_again(monkeypatch: pytest.MonkeyPatch, cell: Cell) -> None:

@@ -173,21 +173,6 @@ def test_what_touches_when_it_begins_is_tolerated_until_it_is_apart(cell: Cell) 
     assert place(cell.world.snapshot) < 0.5
 
 
-def test_a_stopped_robot_can_be_moved_out_and_any_other_touch_stops_it(cell: Cell) -> None:
-    cell.do(cart("cart"), block("box", 0.5), block("far", -0.5), mode("stop"))
-    cell.do(drive(0.0, 0.4))
-    end = place(cell.step(500))
-    cell.do(drive(end, -0.4))
-    cell.step(500)
-    assert [what for _, what in cell.told] == [
-        "cart.ball/box begun",
-        "stopped cart: 'cart.ball' touches 'box'",
-        "cart.ball/box apart",
-        "cart.ball/far begun",
-        "stopped cart: 'cart.ball' touches 'far'",
-    ]
-
-
 @pytest.mark.parametrize("modes", [{"left": "stop"}, {"right": "stop"}, {"left": "monitor", "right": "guard"}])
 def test_whoever_runs_into_a_robot_that_is_to_stop_stops_too(cell: Cell, modes: dict[str, str]) -> None:
     cell.do(cart("left"), cart("right"), UpdateNode("right", parent_t_node=shifted(x=1.0)), mode(**modes))

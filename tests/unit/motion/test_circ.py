@@ -9,22 +9,18 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason
-from virtualrobot_kernel.motion import plan_execution
 from virtualrobot_kernel.motion.circle import Center, Via
 from virtualrobot_kernel.motion.limits import CartesianLimits
 from virtualrobot_kernel.motion.plan import Plan, plan_circ, plan_lin
-from virtualrobot_kernel.motion.running_motion import Phase
 from virtualrobot_plugins.chain.component import ChainKinematics
 from virtualrobot_sdk.kinematics import InverseOptions
 from virtualrobot_sdk.poses import rotation_matrix, rotation_vector
 
 from .motions import (
     FINE,
-    TICK,
     arm_limits,
     circle_of,
     distances_from_circle,
-    fine_steps,
     kinematics,
     random_arc,
 )
@@ -145,40 +141,6 @@ def test_a_flat_arc_is_planned_like_the_line() -> None:
     line, arc = (plan_lin(chain, IIWA_READY, goal, limits), plan_circ(chain, IIWA_READY, Via(via), goal, limits))
     assert arc.duration == pytest.approx(line.duration, rel=1e-3)
     np.testing.assert_allclose(arc.goal, line.goal, atol=1e-4)
-
-
-@pytest.mark.parametrize("request_at", ["pause", "override", "cancel"])
-def test_an_interrupted_arc_stays_on_its_circle(request_at: str, rng: np.random.Generator) -> None:
-    chain = kinematics("panda")
-    arc = random_arc(rng, "panda")
-    circle = circle_of(arc, chain.forward(arc.start)[-1] @ arc.tool)
-    motion = plan_execution.start(arc.plan, 1.0)
-    override, when = 1.0, float(rng.uniform(0.05, 0.4)) * arc.plan.duration
-    asked, samples = False, []
-    for _ in range(200_000):  # a long arc at a twentieth of its speed takes minutes
-        motion = motion.advance(TICK, override)
-        if not asked and motion.tau >= when:
-            asked = True
-            if request_at == "pause":
-                motion = motion.pause()
-            elif request_at == "cancel":
-                motion = motion.cancel()
-            else:
-                override = float(rng.uniform(0.05, 0.5))
-                motion = motion.set_override(override)
-            continue
-        if asked and motion.phase is Phase.PAUSED:
-            motion = motion.resume()
-            continue
-        samples.extend(step.sample()[0] for step in fine_steps(motion))
-        if motion.ended:
-            break
-    assert motion.ended
-    assert asked
-    tcp = np.array([(chain.forward(q)[-1] @ arc.tool)[:3, 3] for q in samples[:: 1 + len(samples) // 4000]])
-    assert distances_from_circle(tcp, circle).max() < 1e-5
-    if motion.phase is Phase.SUCCEEDED:
-        np.testing.assert_array_equal(motion.sample()[0], arc.plan.goal)
 
 
 def test_an_arc_through_a_joint_limit_is_refused_with_the_place() -> None:

@@ -138,17 +138,6 @@ def test_a_cancelled_line_stops_faster_than_its_own_acceleration() -> None:
     assert 0.0 < brake.end < 0.5 * shortest
 
 
-def test_positions_of_an_interrupted_ptp_are_on_the_straight_line(rng: np.random.Generator) -> None:
-    plan = random_ptp(rng)
-    program = Program(rng)
-    motion = plan_execution.start(plan, 1.0)
-    direction = (plan.goal - plan.start) / np.linalg.norm(plan.goal - plan.start)
-    while not motion.ended:
-        motion = program.step(motion)
-        away = motion.sample()[0] - plan.start
-        assert np.abs(away - (away @ direction) * direction).max() < 1e-9
-
-
 def test_without_requests_the_motion_follows_the_plan(rng: np.random.Generator) -> None:
     plan = random_ptp(rng)
     motion = plan_execution.start(plan, 1.0)
@@ -290,21 +279,6 @@ def test_the_path_state_is_the_derivative_of_the_path_parameter(rng: np.random.G
     (u0, v0, a0), (u1, v1, a1) = motion.path_states[0], later.path_states[0]
     assert (u1 - u0) / 1e-6 == pytest.approx((v0 + v1) / 2, rel=1e-5, abs=1e-9)
     assert (v1 - v0) / 1e-6 == pytest.approx((a0 + a1) / 2, rel=1e-4, abs=1e-6)
-
-
-def test_equal_programs_are_bit_equal(seed: int) -> None:
-    ends = []
-    for _ in range(2):
-        rng = np.random.default_rng(seed)
-        plan = random_ptp(rng)
-        program = Program(rng)
-        motion = plan_execution.start(plan, 1.0)
-        path = []
-        while not motion.ended:
-            motion = program.step(motion)
-            path.append(np.concatenate(motion.sample()).tobytes())
-        ends.append(path)
-    assert ends[0] == ends[1]
 
 
 def test_plans_that_are_kept_do_not_keep_their_braking_tables(rng: np.random.Generator) -> None:

@@ -331,10 +331,3 @@ def test_a_tick_ends_only_so_many_stages(rng: np.random.Generator) -> None:
     seen, told = run(program)
     assert len(seen) - 1 == int(np.ceil(1000 / program_run.MOST_STAGES))
     assert len(told) == 1000
-
-
-def test_equal_programs_do_equal_things(rng: np.random.Generator) -> None:
-    program = chained(rng, "move", "dwell", "set a", "move")
-    first, second = run(program)[0], run(program)[0]
-    for one, other in zip(first, second, strict=True):
-        np.testing.assert_array_equal(one.sample(), other.sample())

@@ -129,11 +129,3 @@ def test_robots_that_move_together_start_and_end_together(rng: np.random.Generat
     states = group.derivatives(np.array([0.4 * group.duration]))[:, 0]
     np.testing.assert_allclose(v, states[1] * 0.5, atol=1e-12)
     np.testing.assert_allclose(a, states[2] * 0.25 + states[1] * 0.3, atol=1e-11)
-
-
-def test_equal_plans_are_bit_equal(rng: np.random.Generator) -> None:
-    limits = random_limits(rng, 7)
-    start, goal = rng.uniform(limits.lower, limits.upper, (2, 7))
-    first, second = plan_ptp(start, goal, limits), plan_ptp(start, goal, limits)
-    assert first.tracks[0].time_law.coefficients.tobytes() == second.tracks[0].time_law.coefficients.tobytes()
-    assert first.braking.table.tobytes() == second.braking.table.tobytes()

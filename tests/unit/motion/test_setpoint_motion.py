@@ -13,7 +13,6 @@ from virtualrobot_kernel.motion.online import Bounds, Coupling, JointState, foll
 from virtualrobot_kernel.motion.running_motion import Phase
 from virtualrobot_kernel.motion.setpoint_motion import (
     AHEAD_SECONDS,
-    SMOOTHING_SECONDS,
     SetpointMode,
     SetpointMotion,
     start,
@@ -202,16 +201,6 @@ def test_very_fast_joints_change_their_speed_where_rounding_exceeds_what_ruckig_
         assert way.at(way.duration)[1:] == ((wanted,), (0.0,))
 
 
-def test_velocities_are_reached_exactly() -> None:
-    following = start(VELOCITY, one(), [0.0], timeout=1e9).set([0.7])
-    for _ in range(100):
-        following = following.advance(TICK, 1.0)
-    assert following.now.v == (0.7,)
-    for _ in range(100):
-        following = following.advance(TICK, 0.25)
-    assert following.now.v == (0.5,), "the speed factor counts for the joint's limit of 2 rad/s"
-
-
 def test_a_speed_factor_slows_within_the_limits() -> None:
     following = start(POSITION, one(), [-2.5], timeout=1e9)
     places = [following.counted[0]]
@@ -236,38 +225,6 @@ def test_setpoints_of_constant_speed_are_met_without_lag(rng: np.random.Generato
     assert following.now.v[0] == pytest.approx(speed, abs=1e-6)
 
 
-@pytest.mark.parametrize("frequency", [0.1, 0.3, 0.5])
-def test_a_slow_sine_is_followed_as_near_as_the_formula_says(frequency: float) -> None:
-    """The filter lags A T² in place and e = 2 A T in speed; the joint, which accelerates by A, must still stop from e.
-
-    Lags of the critically damped g-h filter: Brookner, Tracking and Kalman Filtering Made Easy (1998), table 1.2-1, for
-    setpoints that come more often than T.
-    """
-    limits = one()
-    omega, jerk = 2.0 * np.pi * frequency, 100.0
-    most = 0.3 * omega**2
-    off = 2.0 * most * SMOOTHING_SECONDS
-    ramp = most / jerk
-    speed = off + most * ramp / 2.0
-    bound = off * ramp + most * ramp**2 / 3.0 + speed * np.sqrt(speed / jerk) + most * SMOOTHING_SECONDS**2
-    following = start(POSITION, limits, [0.0], timeout=1.0)
-    errors = []
-    for tick in range(int(2.0 / frequency / TICK)):
-        following = following.set([0.3 - 0.3 * np.cos(omega * tick * TICK)]).advance(TICK, 1.0)
-        errors.append(following.now.q[0] - 0.3 + 0.3 * np.cos(omega * (tick + 1) * TICK))
-    assert max(np.abs(errors[250:])) < 1.2 * bound
-    assert bound < 0.02
-
-
-def test_setpoints_that_stand_are_reached_and_kept_without_a_rest() -> None:
-    following = start(POSITION, one(), [0.0], timeout=1.0)
-    for tick in range(300):
-        following = following.set([min(0.5, tick * TICK)]).advance(TICK, 1.0)
-    for _ in range(300):
-        following = following.set([0.5]).advance(TICK, 1.0)
-    assert following.now == JointState((0.5,), (0.0,), (0.0,))
-
-
 def test_of_several_setpoints_between_two_ticks_the_newest_counts(rng: np.random.Generator) -> None:
     for mode in SetpointMode:
         following = start(mode, one(), [0.0], timeout=1.0)
@@ -278,21 +235,6 @@ def test_of_several_setpoints_between_two_ticks_the_newest_counts(rng: np.random
             last = near(following, rng).tolist()
             following = many.set(last).advance(TICK, 1.0)
             assert following == few.set(last).advance(TICK, 1.0) or following.now == few.set(last).advance(TICK, 1).now
-
-
-def test_the_same_setpoints_give_the_same_motion_bit_for_bit(rng: np.random.Generator) -> None:
-    limits = random_limits(rng, 7)
-    following = start(POSITION, limits, np.zeros(7), timeout=1.0)
-    asked, states = [], []
-    for _ in range(200):
-        asked.append(near(following, rng).tolist() if rng.random() < 0.5 else None)
-        following = (following if asked[-1] is None else following.set(asked[-1])).advance(TICK, 1.0)
-        states.append(following.now)
-    again = start(POSITION, limits, np.zeros(7), timeout=1.0)
-    for wanted, state in zip(asked, states, strict=True):
-        start(VELOCITY, one(), [0.0], timeout=1.0).set([rng.uniform(-2.0, 2.0)]).advance(TICK, 1.0)
-        again = (again if wanted is None else again.set(wanted)).advance(TICK, 1.0)
-        assert again.now == state
 
 
 @pytest.mark.parametrize("mode", SetpointMode)

@@ -9,7 +9,7 @@ import pytest
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason
 from virtualrobot_kernel.motion.circle import Center
 from virtualrobot_kernel.motion.limits import CartesianLimits
-from virtualrobot_kernel.motion.plan import plan_circ, plan_lin, plan_spline
+from virtualrobot_kernel.motion.plan import plan_circ, plan_spline
 from virtualrobot_kernel.motion.spline import spline
 
 from .motions import FINE, arm_limits, kinematics, random_spline
@@ -85,19 +85,6 @@ def test_a_spline_through_poses_of_a_circle_takes_about_as_long_as_the_circle() 
     for q in plan.derivatives(np.linspace(0.0, plan.duration, 300))[0]:
         position = chain.forward(q)[-1][:3, 3]
         assert abs(np.linalg.norm(position - center) - 0.1) < 1e-6
-
-
-def test_a_spline_is_slowed_by_its_factor() -> None:
-    chain, limits, cartesian = kinematics("iiwa"), arm_limits("iiwa"), CartesianLimits(0.2, 2.0, 20.0)
-    start = chain.forward(IIWA_READY)[-1]
-    goals = [start.copy() for _ in range(3)]
-    for number, goal in enumerate(goals):
-        goal[:3, 3] += 0.1 * (number + 1) * Y + 0.02 * (-1.0) ** number * X
-    plan, slow = (plan_spline(chain, IIWA_READY, goals, limits, cartesian, scale) for scale in (1.0, 0.25))
-    assert slow.duration > 3.0 * plan.duration
-    line = plan_lin(chain, IIWA_READY, goals[0], limits, cartesian)
-    one = plan_spline(chain, IIWA_READY, goals[:1], limits, cartesian)
-    assert one.duration == pytest.approx(line.duration, rel=0.05)
 
 
 def test_refusals_name_the_goal_that_is_nearest() -> None:

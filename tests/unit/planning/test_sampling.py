@@ -21,7 +21,6 @@ from virtualrobot_kernel.world.commands import AttachNode, SetJointPositions, St
 from virtualrobot_kernel.world.tick import advance
 
 from tests.unit.planning.cell import JOINTS, TICK, cell, chain, pictured, tcp
-from tests.unit.planning.dynamics_cases import robot_and_reference
 from tests.unit.planning.starts import start_of
 from tests.unit.world.builders import after, shifted
 
@@ -123,19 +122,6 @@ def test_the_world_runs_a_program_as_it_was_sampled(rng: np.random.Generator) ->
             np.testing.assert_allclose(state.v[v_index], robot.velocities[row], atol=1e-7)
         state = advance(structure, state, TICK, world_poses)
     assert not state.motions
-
-
-def test_efforts_agree_with_pinocchio(rng: np.random.Generator) -> None:
-    """The same file; the hand weighs nothing."""
-    change = cell()
-    _, reference = robot_and_reference("iiwa", np.eye(4))
-    command = start_of(pictured(change), random_moves(change, rng, "ptp"), chain)
-    (arm,) = samples_of(change, command, 0.05).robots
-    theirs = [
-        reference.efforts(*sample) for sample in zip(arm.positions, arm.velocities, arm.accelerations, strict=True)
-    ]
-    assert np.abs(arm.efforts).max() > 1.0
-    np.testing.assert_allclose(arm.efforts, theirs, rtol=1e-9, atol=1e-9)
 
 
 def test_a_line_s_speed_is_its_law_s(rng: np.random.Generator) -> None:

@@ -46,10 +46,7 @@ def world() -> Iterator[World]:
 
 def turn(goal: float, start: float = 0.0) -> StartMotion:
     """Return a motion of joint `a`."""
-    one = {
-        name: np.array([value]) for name, value in (("lower", -2), ("upper", 2), ("velocity", 1), ("acceleration", 4))
-    }
-    limits = MotionLimits(("a",), **one, jerk=np.array([40.0]))
+    limits = MotionLimits(("a",), *(np.array([value]) for value in (-2.0, 2.0, 1.0, 4.0)), jerk=np.array([40.0]))
     return StartMotion((("arm", "a"),), of_plan(plan_ptp([start], [goal], limits)))
 
 

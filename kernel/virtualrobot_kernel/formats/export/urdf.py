@@ -8,10 +8,10 @@ from collections.abc import Iterable
 import numpy as np
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  compiled, and has no types
 from numpy.typing import NDArray
+from virtualrobot_sdk.xml import Element
 
 from virtualrobot_kernel.formats.export.mesh_files import MeshFiles
 from virtualrobot_kernel.formats.export.robot_tree import Mount, RobotTree, TreeLink
-from virtualrobot_kernel.formats.xml import Element
 from virtualrobot_kernel.world.figures import Box, Capsule, Cone, Cylinder, Figure, Mesh, Pose, Sphere
 from virtualrobot_kernel.world.structure import Inertial, Joint, JointLimits, JointType
 

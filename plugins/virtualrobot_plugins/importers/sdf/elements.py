@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.errors import ArgumentError
 from virtualrobot_sdk.poses import from_quaternion, from_roll_pitch_yaw, quaternion
+from virtualrobot_sdk.xml import Element, line_of, local_name
 
 from virtualrobot_plugins.importers.refusal import refusal, short_name
-from virtualrobot_plugins.importers.xml import Element, children, line_of, local_name
+from virtualrobot_plugins.importers.xml import children
 
 Matrix = NDArray[np.float64]
 """A pose as 4x4 matrix."""

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from virtualrobot_sdk.xml import Element, local_name
 
 from virtualrobot_plugins.importers.sdf.elements import (
     Matrix,
@@ -23,7 +24,7 @@ from virtualrobot_plugins.importers.sdf.elements import (
 from virtualrobot_plugins.importers.sdf.materials import color_of
 from virtualrobot_plugins.importers.sdf.scopes import LinkElement
 from virtualrobot_plugins.importers.uris import join_uri
-from virtualrobot_plugins.importers.xml import Element, children, local_name
+from virtualrobot_plugins.importers.xml import children
 
 PLANE_THICKNESS = 0.001
 """Planes become boxes of this thickness in meters, below the plane."""

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot_sdk.xml import Element
 
 from virtualrobot_plugins.importers.sdf.elements import (
     Matrix,
@@ -20,7 +21,6 @@ from virtualrobot_plugins.importers.sdf.elements import (
     vector_message,
 )
 from virtualrobot_plugins.importers.sdf.scopes import LinkElement, Scope
-from virtualrobot_plugins.importers.xml import Element
 
 WORLD = "__world__"
 """The name here of the frame that SDFormat calls `world`; real models have links of that name."""

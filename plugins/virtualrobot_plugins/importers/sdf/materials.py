@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from virtualrobot_sdk.xml import Element
+
 from virtualrobot_plugins.importers.sdf.elements import Notes, Place, child, number, text, words
-from virtualrobot_plugins.importers.xml import Element, children
+from virtualrobot_plugins.importers.xml import children
 
 SCRIPTS: dict[str, tuple[float, float, float]] = {
     "Black": (0.0, 0.0, 0.0),

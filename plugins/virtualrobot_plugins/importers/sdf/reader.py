@@ -6,11 +6,13 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from virtualrobot_sdk.xml import Element, local_name
+
 from virtualrobot_plugins.importers.refusal import refusal
 from virtualrobot_plugins.importers.sdf.elements import Notes, Place, child, flag, pose_matrix, text
 from virtualrobot_plugins.importers.sdf.scopes import Frame, LinkElement, Scope, at_placement
 from virtualrobot_plugins.importers.uris import join_uri
-from virtualrobot_plugins.importers.xml import Element, children, local_name, parse_xml
+from virtualrobot_plugins.importers.xml import children, parse_xml
 
 MAX_DEPTH = 32
 MAX_MODELS = 10_000

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from virtualrobot_sdk.poses import inverse
+from virtualrobot_sdk.xml import Element
 
 from virtualrobot_plugins.importers.sdf.elements import Matrix, Place
-from virtualrobot_plugins.importers.xml import Element
 
 MODEL_FRAME = "__model__"
 

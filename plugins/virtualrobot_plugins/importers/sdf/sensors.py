@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from virtualrobot_sdk.gazebo import read_sensor, sensor_tags
+from virtualrobot_sdk.xml import Element
 
 from virtualrobot_plugins.importers.sdf.elements import Matrix, Notes, Place, pose_message
-from virtualrobot_plugins.importers.xml import Element
 
 
 def sensor_nodes(
