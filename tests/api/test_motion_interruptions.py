@@ -18,6 +18,8 @@ from tests.tiers import Draws
 EXPECTED = {"WRONG_STATE", "UNKNOWN_NAME", "ROBOT_BUSY", "PLAN_OUTDATED", "LIMIT_EXCEEDED"}
 """Reasons for which calls may be refused that meet another's motion, or none."""
 
+STOPPING = motion_pb2.MOTION_PHASE_STOPPING
+
 LONGEST_TICKS = 5000
 """Ticks in which each of these motions ends by itself, and brakes many times over."""
 
@@ -83,17 +85,23 @@ def test_every_motion_ends_whatever_clients_do_to_it(
     for name in ("a", "b"):
         load(stepped, IIWA, name)
     rng = np.random.default_rng(seed)
+    running = motion_pb2.ListMotionsRequest(running_only=True)
+    stopping: dict[str, int] = {}
     clients = [Interrupter(stepped_kernel.stubs(), seed + i) for i in range(CLIENTS)]
     with ThreadPoolExecutor(CLIENTS) as pool:
         acting: list[Future[None]] = [pool.submit(client.act, draws(200)) for client in clients]
         while wait(acting, 0.0).not_done:
             step(stepped, int(rng.integers(1, 40)))
-        for one in acting:
-            one.result()
+            now = stepped.motion.ListMotions(running)
+            for one in now.motions:
+                if one.phase == STOPPING:
+                    assert now.stamp.tick - stopping.setdefault(one.id, now.stamp.tick) < LONGEST_TICKS, one
+        for act in acting:
+            act.result()
     assert all(client.started for client in clients)
-    for paused in stepped.motion.ListMotions(motion_pb2.ListMotionsRequest(running_only=True)).motions:
+    for paused in stepped.motion.ListMotions(running).motions:
         if motion(stepped, paused.id).phase == PAUSED:
             stepped.motion.CancelMotion(motion_pb2.CancelMotionRequest(id=paused.id))
     step(stepped, LONGEST_TICKS)
-    left = stepped.motion.ListMotions(motion_pb2.ListMotionsRequest(running_only=True)).motions
+    left = stepped.motion.ListMotions(running).motions
     assert all(one.phase == PAUSED for one in left), left  # it was pausing before

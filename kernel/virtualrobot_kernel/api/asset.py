@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import AsyncIterator
 
 from virtualrobot.v1 import asset_pb2, asset_pb2_grpc, nodes_pb2
@@ -44,8 +43,7 @@ class AssetServicer(asset_pb2_grpc.AssetServiceServicer):
             raise KernelError(
                 "the upload has no message; the first must state the SHA-256", reason=Reason.MALFORMED_ASSET
             )
-        run = asyncio.get_running_loop().run_in_executor
-        sha256 = await run(self._kernel.workers, store.put, bytes(data), stated)
+        sha256 = await self._kernel.in_worker(store.put, bytes(data), stated)
         return asset_pb2.UploadAssetResponse(sha256=sha256, size_bytes=len(data))
 
     async def DownloadAsset(
@@ -68,11 +66,7 @@ class AssetServicer(asset_pb2_grpc.AssetServiceServicer):
         store = self._kernel.assets
         data = store.get(request.sha256)
         known = {file.uri: store.get(file.sha256) for file in request.files}
-        found = await asyncio.get_running_loop().run_in_executor(
-            self._kernel.workers,
-            lambda: list_references(
-                data, request.uri, self._kernel.importers, known, settings(request.settings, "settings")
-            ),
-        )
+        given = settings(request.settings, "settings")
+        found = await self._kernel.in_worker(list_references, data, request.uri, self._kernel.importers, known, given)
         files = [nodes_pb2.AssetFile(uri=uri, sha256=sha256) for uri, sha256 in found.items()]
         return asset_pb2.ListReferencesResponse(files=files)

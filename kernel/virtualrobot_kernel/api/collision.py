@@ -184,8 +184,7 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
         async for _ in self._kernel.publications.each(monitor.subscribe):
             report = monitor.latest
             if told is None or report.event_count - told > FEW_EVENTS:
-                loop = asyncio.get_running_loop()
-                yield await loop.run_in_executor(self._kernel.workers, report_message, report, told)
+                yield await self._kernel.in_worker(report_message, report, told)
             elif report.event_count > told:
                 yield report_message(report, told)
             told = report.event_count

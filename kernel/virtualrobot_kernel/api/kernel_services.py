@@ -7,7 +7,8 @@ import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass
-from typing import TypeVar
+from functools import partial
+from typing import ParamSpec, TypeVar
 
 from virtualrobot_kernel.api.author import author
 from virtualrobot_kernel.api.keyed_limiter import KeyedLimiter
@@ -32,6 +33,7 @@ from virtualrobot_kernel.sensing.sensors import Sensors
 from virtualrobot_kernel.world.commands import Command
 from virtualrobot_kernel.world.store import Applied, World
 
+P = ParamSpec("P")
 Result = TypeVar("Result")
 
 MAX_MESSAGE_BYTES = 16 * 1024 * 1024
@@ -69,6 +71,10 @@ class KernelServices:
     viewer_count: Callable[[], int]
     shut_down: Callable[[], None]
 
+    async def in_worker(self, work: Callable[P, Result], *args: P.args, **named: P.kwargs) -> Result:
+        """Return what `work` returns in a worker thread; the API's thread answers others meanwhile."""
+        return await asyncio.get_running_loop().run_in_executor(self.workers, partial(work, *args, **named))
+
     async def read(self, work: Callable[[Callable[[], None]], Result]) -> Result:
         """Return what `work` returns in a worker thread; what it is given raises when the call has ended meanwhile."""
         gone = threading.Event()
@@ -78,7 +84,7 @@ class KernelServices:
                 raise KernelError("nobody waits for this file any more", reason=Reason.SHUTTING_DOWN)
 
         try:
-            return await asyncio.get_running_loop().run_in_executor(self.workers, work, check)
+            return await self.in_worker(work, check)
         finally:
             gone.set()
 

@@ -89,4 +89,4 @@ async def requested(
     if not message.steps:
         return work()
     # Thousands of steps would hold up every other call.
-    return await asyncio.get_running_loop().run_in_executor(kernel.workers, work)
+    return await kernel.in_worker(work)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
-
 from virtualrobot.v1 import plugin_pb2, plugin_pb2_grpc
 from virtualrobot_sdk.registration import ComponentKind, Isolation
 from virtualrobot_sdk.worker.description import ComponentDescription
@@ -45,7 +43,7 @@ class PluginServicer(plugin_pb2_grpc.PluginServiceServicer):
         self, request: plugin_pb2.ReloadPluginsRequest, context: object
     ) -> plugin_pb2.ReloadPluginsResponse:
         """Look for plugins again, in a worker thread."""
-        await asyncio.get_running_loop().run_in_executor(self._kernel.workers, self._kernel.catalog.scan)
+        await self._kernel.in_worker(self._kernel.catalog.scan)
         return plugin_pb2.ReloadPluginsResponse(plugins=self._plugins())
 
     def _plugins(self) -> list[plugin_pb2.Plugin]:

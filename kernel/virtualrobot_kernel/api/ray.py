@@ -62,12 +62,9 @@ class RayServicer(ray_pb2_grpc.RayServiceServicer):
             )
         kernel, offers = self._kernel, self._offers(list(request.ray_casters))
         snapshot = kernel.world.snapshot
-        loop = asyncio.get_running_loop()
-        elements = await loop.run_in_executor(kernel.workers, kernel.casters.elements, snapshot)
+        elements = await kernel.in_worker(kernel.casters.elements, snapshot)
         scene = elements.scene(snapshot.world_t_node)
-        drawn = await loop.run_in_executor(
-            kernel.workers, random_rays, scene, request.rays or COMPARED_RAYS, request.seed
-        )
+        drawn = await kernel.in_worker(random_rays, scene, request.rays or COMPARED_RAYS, request.seed)
         answer = ray_pb2.CompareRayCastersResponse(stamp=stamp(snapshot))
         first: Hits | None = None
         for place, offer in enumerate(offers):

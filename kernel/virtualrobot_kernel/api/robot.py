@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import AsyncIterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -174,7 +173,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         ]
         group = group_selection(request.group, "group")
         solve = partial(solve_jacobian, snapshot, node, dict(request.joint_positions), points, group)
-        found = await asyncio.get_running_loop().run_in_executor(self._kernel.workers, solve)
+        found = await self._kernel.in_worker(solve)
         return robot_pb2.SolveJacobianResponse(
             stamp=stamp(snapshot),
             joint_names=found.joint_names,
@@ -242,7 +241,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         # Of any shape here: which one is right is the robot's matter.
         movement = {name: array(values, [None] * len(values.shape), name) for name, values in given.items()}
         solve = partial(solve_inverse_dynamics, snapshot, node, tuple(request.joint_names), **movement)
-        found = await asyncio.get_running_loop().run_in_executor(self._kernel.workers, solve)
+        found = await self._kernel.in_worker(solve)
         return robot_pb2.SolveInverseDynamicsResponse(
             stamp=stamp(snapshot),
             joint_names=found.joint_names,

@@ -12,8 +12,8 @@ from virtualrobot_sdk.models import Model
 
 from virtualrobot_kernel.api.convert.commands import world_commands
 from virtualrobot_kernel.api.kernel_services import KernelServices
-from virtualrobot_kernel.api.readiness import ready_for_guard
 from virtualrobot_kernel.api.repeats import Repeats
+from virtualrobot_kernel.collision.readiness import is_to_be_ready, make_ready
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.export.model import export_model
 from virtualrobot_kernel.formats.xml import FileWarning, refuse_warnings
@@ -79,7 +79,6 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         return await self._repeats.once(request, lambda: self._apply(request, context))
 
     async def _apply(self, request: scene_pb2.ApplyRequest, context: object) -> scene_pb2.ApplyResponse:
-        run = asyncio.get_running_loop().run_in_executor
         if (count := len(request.commands)) > MOST_COMMANDS:
             raise KernelError(
                 f"a batch may have {MOST_COMMANDS:,} commands, not {count:,}",
@@ -88,11 +87,11 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
                 limit=MOST_COMMANDS,
             )
         if count > FEW:
-            commands = await run(self._kernel.workers, world_commands, request.commands)
+            commands = await self._kernel.in_worker(world_commands, request.commands)
         else:
             commands = world_commands(request.commands)
         if any(isinstance(command, (CreateNodes, UpdateNode)) for command in commands):
-            commands = await run(self._kernel.workers, with_assets, self._kernel.meshes, commands)
+            commands = await self._kernel.in_worker(with_assets, self._kernel.meshes, commands)
         applied = await self._submit(commands, context, expected_revision(request))
         nodes = applied.snapshot.structure.nodes
         return scene_pb2.ApplyResponse(
@@ -108,13 +107,11 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         return await self._repeats.once(request, lambda: self._import(request.model, context))
 
     async def _import(self, source: scene_pb2.ModelSource, context: object) -> scene_pb2.ImportModelResponse:
-        run = asyncio.get_running_loop().run_in_executor
         meshes = self._kernel.meshes
         files = files_of(meshes, source.files)
         while True:
             structure = self._kernel.world.snapshot.structure
-            read = partial(read_model, meshes, source, files, structure.uid_by_name)
-            model = await run(self._kernel.workers, read)
+            model = await self._kernel.in_worker(read_model, meshes, source, files, structure.uid_by_name)
             try:
                 applied = await self._submit([CreateNodes(model.nodes)], context)
                 break
@@ -157,8 +154,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
     async def SaveScene(self, request: scene_pb2.SaveSceneRequest, context: object) -> scene_pb2.SaveSceneResponse:
         """Write the world as a scene file's text."""
         snapshot = self._kernel.world.snapshot
-        run = asyncio.get_running_loop().run_in_executor
-        text, files = await run(self._kernel.workers, write_scene, snapshot, request.bundle)
+        text, files = await self._kernel.in_worker(write_scene, snapshot, request.bundle)
         return scene_pb2.SaveSceneResponse(
             stamp=stamp(snapshot),
             text=text,
@@ -170,9 +166,8 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
     ) -> scene_pb2.ExportModelResponse:
         """Write a node as a model file in a worker thread."""
         snapshot = self._kernel.world.snapshot
-        run = asyncio.get_running_loop().run_in_executor
-        written = await run(
-            self._kernel.workers, export_model, snapshot, self._kernel.meshes, request.node, request.format
+        written = await self._kernel.in_worker(
+            export_model, snapshot, self._kernel.meshes, request.node, request.format
         )
         return scene_pb2.ExportModelResponse(
             stamp=stamp(snapshot),
@@ -190,7 +185,9 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
     ) -> Applied:
         self._kernel.solvers.check_choices(commands)
         check_choices(commands, self._kernel.sensing)
-        await ready_for_guard(self._kernel, commands)
+        snapshot = self._kernel.world.snapshot
+        if is_to_be_ready(snapshot, commands):
+            await self._kernel.in_worker(make_ready, self._kernel.collisions.shapes, snapshot, commands)
         return await asyncio.wrap_future(self._kernel.submit(commands, context, expected_revision))
 
 

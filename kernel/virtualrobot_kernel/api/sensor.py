@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable, Iterator
+from collections.abc import AsyncIterator, Iterator
 from dataclasses import replace
 from typing import TypeVar
 
@@ -77,7 +77,7 @@ class SensorServicer(sensor_pb2_grpc.SensorServiceServicer):
         finally:
             waited.cancel()
         if is_large(reading):
-            return await self._in_worker(_answer, reading, request.options)
+            return await self._kernel.in_worker(_answer, reading, request.options)
         return _answer(reading, request.options)
 
     async def WatchReadings(
@@ -98,18 +98,9 @@ class SensorServicer(sensor_pb2_grpc.SensorServiceServicer):
             for message in _messages([one for one in fresh if not is_large(one)], request.options):
                 yield message
             for reading in filter(is_large, fresh):
-                yield await self._in_worker(_watched, reading, request.options)
+                yield await self._kernel.in_worker(_watched, reading, request.options)
             if pause > 1.0 / FASTEST_HERTZ:
                 await publications.pause(pause)
-
-    async def _in_worker(
-        self,
-        fill: Callable[[Reading, sensor_pb2.ReadingOptions], Told],
-        reading: Reading,
-        options: sensor_pb2.ReadingOptions,
-    ) -> Told:
-        """Return a message that takes a while to fill in; the API's thread answers others meanwhile."""
-        return await asyncio.get_running_loop().run_in_executor(self._kernel.workers, fill, reading, options)
 
     async def SetRangeComponents(
         self, request: sensor_pb2.SetRangeComponentsRequest, context: object

@@ -7,7 +7,7 @@ import pytest
 import virtualrobot
 from virtualrobot import Client, Robot
 
-from tests.api.client.conftest import IIWA
+from tests.api.client.conftest import IIWA, Run
 
 TURNED = [0.0, 0.0, np.sin(0.3), np.cos(0.3)]
 
@@ -89,6 +89,19 @@ def test_setpoints_lead_a_base(client: Client, agv: Robot, craft: Robot) -> None
     np.testing.assert_allclose(craft.positions[:7], goal, atol=1e-8)
     with pytest.raises(virtualrobot.InvalidArgumentError, match="name all of"):
         craft.stream(joints=["base/qx"])
+
+
+def test_a_base_on_the_command_line(agv: Robot, craft: Robot, run: Run) -> None:
+    run("move", "agv", "--joints", "base/x=0.2,base/theta=90", "--degrees")
+    np.testing.assert_allclose(agv.positions[:3], [0.2, 0.0, np.pi / 2.0])
+    run("jog", "agv", "base/theta", "--velocity", "-45", "--distance", "90", "--degrees")
+    np.testing.assert_allclose(agv.positions[:3], [0.2, 0.0, 0.0], atol=1e-9)
+    turn = ",".join(f"base/q{axis}={value}" for axis, value in zip("xyzw", TURNED, strict=True))
+    shown = [line.split() for line in run("plan", "craft", "--joints", turn, "--degrees").splitlines()]
+    (row,) = [line for line in shown if line[:1] == ["base/qz"]]
+    assert row[1:3] == ["0.0000", f"{np.sin(0.3):.4f}"]
+    # 0.6 rad by the kernel's defaults for joints that tell no limits: 2 rad/s, 8 rad/s², 80 rad/s³.
+    assert 0.0 < float(row[3].split("(")[0]) < np.degrees(2.0)
 
 
 @pytest.mark.parametrize(

@@ -62,7 +62,12 @@ def served(world: World) -> api.MotionServicer:
     publications = Publications(world, asyncio.get_running_loop())
     solvers = SimpleNamespace(of=None)  # goals in joints need none, nor anything to keep away from
     kernel: Any = SimpleNamespace(
-        world=world, publications=publications, limiter=KeyedLimiter(), solvers=solvers, collisions=None, workers=None
+        world=world,
+        publications=publications,
+        limiter=KeyedLimiter(),
+        solvers=solvers,
+        collisions=None,
+        in_worker=asyncio.to_thread,
     )
     kernel.submit = lambda commands, context, revision=None: world.submit(commands, "a test", revision)
     return api.MotionServicer(kernel)

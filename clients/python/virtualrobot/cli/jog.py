@@ -8,7 +8,7 @@ import click
 
 from virtualrobot.cli.move import start_and_follow
 from virtualrobot.cli.options import GO_ON, Numbers, Target, degrees_option, target_options
-from virtualrobot.cli.orders import Part, group_options, part_of, sliding_joints
+from virtualrobot.cli.orders import Part, angles, group_options, part_of
 
 _EXAMPLES = """
 \b
@@ -62,8 +62,8 @@ def jog(
         raise click.UsageError("--frame or --node, not both")
     with target.connect() as client:
         handle = part_of(client.robot(robot), group)
-        sliding = along is not None or joint in sliding_joints(handle)
-        unit = math.radians(1.0) if degrees and not sliding else 1.0
+        turns = about is not None or joint in angles(handle)
+        unit = math.radians(1.0) if degrees and turns else 1.0
         speed = None if velocity is None else unit * velocity
         way = None if distance is None else unit * distance
         if joint is not None and speed is not None:

@@ -125,6 +125,10 @@ def order_options(function: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
+TURNING = ("revolute", "continuous")
+"""Types of joints that turn about an axis."""
+
+
 def joint_goal(robot: Robot | Group, words: Sequence[str], degrees: bool) -> dict[str, float] | list[float]:
     """Return joint values by name from `name=value` words, or in order from numbers; `degrees` for turning joints."""
     from virtualrobot.errors import UnknownNameError
@@ -139,20 +143,20 @@ def joint_goal(robot: Robot | Group, words: Sequence[str], degrees: bool) -> dic
         raise click.UsageError(f"{' '.join(words)!r} are no joint values: name=value,... or numbers") from None
     if not degrees:
         return dict(zip((e.rpartition("=")[0] for e in entries), values, strict=True)) if all(named) else values
-    sliding = sliding_joints(robot)
-    every = list(robot.joint_types)
+    turning, every = angles(robot), list(robot.coordinates)
     if all(named):
         names = [entry.rpartition("=")[0] for entry in entries]
         if unknown := sorted(set(names) - set(every)):
             raise UnknownNameError(f"the robot {robot.name!r} has no joint {unknown[0]!r}; it has {', '.join(every)}")
     else:
         chain = robot.chain_joint_names
-        names = robot.joint_names if len(values) == len(robot.joint_names) else chain
+        names = every if len(values) == len(every) else chain
         if len(names) != len(values):
             return values  # the robot says what is wrong
-    return {n: v if n in sliding else math.radians(v) for n, v in zip(names, values, strict=True)}
+    return {n: math.radians(v) if n in turning else v for n, v in zip(names, values, strict=True)}
 
 
-def sliding_joints(robot: Robot | Group) -> set[str]:
-    """Return the names of the joints whose positions are meters and no angles."""
-    return {name for name, kind in robot.joint_types.items() if kind == "prismatic"}
+def angles(robot: Robot | Group) -> set[str]:
+    """Return the names of the coordinates that are angles, and no meters or parts of a quaternion."""
+    types = robot.joint_types
+    return {name for name, joint in robot.coordinates.items() if types[joint] in TURNING or name.endswith("/theta")}

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from virtualrobot.cli.options import FiniteRange, Target, target_options
-from virtualrobot.cli.orders import Order, order_options, sliding_joints
+from virtualrobot.cli.orders import Order, angles, order_options
 
 if TYPE_CHECKING:
     from virtualrobot.motions.plans import MotionCheck, MotionPlan, RobotTrajectory
@@ -57,7 +57,8 @@ def plan(target: Target, robot: str, order: Order, every: float | None, file: st
     with target.connect() as client:
         handle = client.robot(robot)
         planned = handle.plan(order.move(handle), sample_time=every or None)
-        limits = handle.limits
+        known = handle.limits
+        limits = {name: known[joint] for name, joint in handle.coordinates.items()}
         told = in_degrees(handle, planned.robots[robot]) if order.degrees else planned.robots[robot]
     # A move of one group tells of its tool centre point.
     for moved in told.groups.values():
@@ -136,13 +137,15 @@ def peaks(told: RobotTrajectory, limits: dict[str, JointLimits], exact: RobotTra
 
 def in_degrees(robot: Robot, told: RobotTrajectory) -> RobotTrajectory:
     """Return the same with the angles of turning joints in degrees."""
-    sliding = sliding_joints(robot)
-    unit = [1.0 if name in sliding else math.degrees(1.0) for name in told.joint_names]
+    turning = angles(robot)
+    unit = [math.degrees(1.0) if name in turning else 1.0 for name in told.joint_names]
+    # The velocities of a quaternion are angular ones.
+    rate = [math.degrees(1.0) if name in turning or "/q" in name[-3:] else 1.0 for name in told.joint_names]
     return replace(
         told,
         positions=told.positions * unit,
-        velocities=told.velocities * unit,
-        accelerations=told.accelerations * unit,
+        velocities=told.velocities * rate,
+        accelerations=told.accelerations * rate,
     )
 
 

@@ -49,6 +49,14 @@ class Mechanism:
         """Return where the coordinates of all joints are, by name."""
         return joints_now(self._services, self.name)
 
+    @property
+    def coordinates(self) -> dict[str, str]:
+        """Joint of each coordinate of the robot, by name in the order of `positions`.
+
+        A coordinate is called as its joint, those of a planar or floating joint `base` are `base/x` and so on.
+        """
+        return {name: joint.name for joint in self._description.joints for name in joint.coordinate_names}
+
     def _named(self, positions: JointPositions | None) -> dict[str, float]:
         """Return joint values by name; values in order are those of all joints or of the chain."""
         if positions is None:
