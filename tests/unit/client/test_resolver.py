@@ -317,7 +317,7 @@ def test_a_file_of_another_machine_names_known_packages_alone(uri: str, monkeypa
         monkeypatch.chdir(folder)
         monkeypatch.syspath_prepend(folder)
         assert "is not there" in refused(uri, None)
-    assert Resolver().resolve_known("package://pybullet_data/r2d2.urdf").is_file()
+    assert Resolver().resolve_known("package://virtualrobot_plugins/models/puma560.urdf").is_file()
 
 
 def test_known_packages_may_be_named_by_any_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
