@@ -310,7 +310,7 @@ def test_what_no_picture_can_be_taken_of_is_refused_by_its_field(stage: Stubs) -
         ("shot.camera.position", "INVALID_ARGUMENT", camera_shot(Vector(x=NAN), here)),
         ("shot.camera.target", "INVALID_ARGUMENT", camera_shot(here, Vector(y=math.inf))),
         ("camera.position", "INVALID_ARGUMENT", camera_shot(here, here)),
-        ("camera.field_of_view_radians", "INVALID_ARGUMENT", camera_shot(here, Vector(), NAN)),
+        ("shot.camera.field_of_view_radians", "INVALID_ARGUMENT", camera_shot(here, Vector(), NAN)),
         ("format", "INVALID_ARGUMENT", view_pb2.Shot(format=9)),  # pyright: ignore[reportArgumentType]
         (None, "UNKNOWN_NAME", view_pb2.Shot(camera_sensor="nobody")),
         (None, "UNKNOWN_NAME", view_pb2.Shot(camera_sensor="ball")),

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from virtualrobot.connection import Client as Client
+    from virtualrobot.connection import KernelInfo as KernelInfo
     from virtualrobot.connection import connect as connect
     from virtualrobot.errors import *  # noqa: F403 every exception class; the names are listed below
     from virtualrobot.geometry import pose as pose
@@ -26,9 +27,8 @@ if TYPE_CHECKING:
     from virtualrobot.leases import Lease as Lease
     from virtualrobot.leases import LeaseInfo as LeaseInfo
     from virtualrobot.motions.motion import Motion as Motion
-    from virtualrobot.motions.motion import Phase as Phase
-    from virtualrobot.motions.motion import Search as Search
     from virtualrobot.motions.motion import Tracking as Tracking
+    from virtualrobot.motions.moves import Move as Move
     from virtualrobot.motions.paths import FreePath as FreePath
     from virtualrobot.motions.plans import MotionCheck as MotionCheck
     from virtualrobot.motions.plans import MotionPlan as MotionPlan
@@ -37,15 +37,20 @@ if TYPE_CHECKING:
     from virtualrobot.motions.program import Program as Program
     from virtualrobot.motions.setpoints import SetpointStream as SetpointStream
     from virtualrobot.motions.setpoints import StreamState as StreamState
+    from virtualrobot.motions.state import MotionState as MotionState
+    from virtualrobot.motions.state import Phase as Phase
+    from virtualrobot.motions.state import Search as Search
     from virtualrobot.robots.dynamics import inertial as inertial
     from virtualrobot.robots.group import Group as Group
     from virtualrobot.robots.robot import Robot as Robot
     from virtualrobot.robots.values import JointGroup as JointGroup
+    from virtualrobot.scene.figures import Figure as Figure
     from virtualrobot.scene.figures import box as box
     from virtualrobot.scene.figures import capsule as capsule
     from virtualrobot.scene.figures import cone as cone
     from virtualrobot.scene.figures import cylinder as cylinder
     from virtualrobot.scene.figures import sphere as sphere
+    from virtualrobot.scene.node import NodeInfo as NodeInfo
     from virtualrobot.sensors.cameras import CameraReading as CameraReading
     from virtualrobot.sensors.cameras import camera as camera
     from virtualrobot.sensors.cameras import light as light
@@ -75,7 +80,7 @@ if TYPE_CHECKING:
 
 _MODULES = {
     "sensors.cameras": ("CameraReading", "camera", "light", "looking_at"),
-    "connection": ("Client", "connect"),
+    "connection": ("Client", "KernelInfo", "connect"),
     "sensors.contact_sensors": ("Contact", "contact_sensor"),
     "robots.dynamics": ("inertial",),
     "errors": (
@@ -86,16 +91,18 @@ _MODULES = {
         "PluginFailedError", "RobotBusyError", "SingularityError", "StaleRevisionError", "TooLargeError",
         "UnknownNameError", "UnreachableError", "VersionError", "VirtualRobotError", "WrongStateError",
     ),
-    "scene.figures": ("box", "capsule", "cone", "cylinder", "sphere"),
+    "scene.figures": ("Figure", "box", "capsule", "cone", "cylinder", "sphere"),
+    "scene.node": ("NodeInfo",),
     "view.ghosts": ("Ghost",),
     "robots.group": ("Group",),
     "leases": ("Lease", "LeaseInfo"),
     "geometry": ("pose", "pose_from_quaternion", "quaternion_of", "roll_pitch_yaw_of"),
-    "motions.motion": ("Motion", "Phase", "Tracking", "Search"),
+    "motions.motion": ("Motion", "Tracking"),
     "sensors.motion_sensors": (
         "EncoderReading", "ImuReading", "PoseReading", "WrenchReading", "encoders", "force_torque_sensor", "imu",
         "noise", "pose_sensor",
     ),
+    "motions.moves": ("Move",),
     "motions.paths": ("FreePath",),
     "motions.plans": ("MotionCheck", "MotionPlan", "Violation", "ViolationKind"),
     "motions.program": ("Program",),
@@ -104,6 +111,7 @@ _MODULES = {
     "robots.robot": ("Robot",),
     "robots.values": ("JointGroup",),
     "sensors.sensors": ("Sensor",),
+    "motions.state": ("MotionState", "Phase", "Search"),
     "motions.setpoints": ("SetpointStream", "StreamState"),
 }  # fmt: skip
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}

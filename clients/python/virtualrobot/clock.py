@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from virtualrobot._wire.messages import Stamp, stamp_of, value_or_default
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot._wire.signal_values import SignalValue, value_of
-from virtualrobot.motions.motion import MotionState
+from virtualrobot.motions.state import MotionState
 from virtualrobot.robots.values import RobotState
 from virtualrobot.v1 import kernel_pb2
 

@@ -14,7 +14,7 @@ from virtualrobot_kernel.collision.joint_path import JointPath
 from virtualrobot_kernel.collision.scene import CollisionScene, Nearest
 from virtualrobot_kernel.collision.swept import RESOLUTION, SweptContact, first_contact
 from virtualrobot_kernel.planning.robots import world_poses
-from virtualrobot_kernel.world.braking import Way
+from virtualrobot_kernel.world.braking import BrakePath
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import JointType, Structure
 
@@ -32,7 +32,7 @@ LEVER = 4.0
 def contact_on(
     scene: CollisionScene,
     snapshot: Snapshot,
-    way: Way,
+    way: BrakePath,
     robots: Collection[int],
     tolerated: Collection[Pair],
     asked: Callable[[Integers], Booleans] | None = None,
@@ -79,7 +79,7 @@ def _touching(
     return scene.distances([pair[0]], [pair[1]], 0.0)[0] if pair else None
 
 
-def pictured(snapshot: Snapshot, way: Way, row: int) -> Snapshot:
+def pictured(snapshot: Snapshot, way: BrakePath, row: int) -> Snapshot:
     """Return the snapshot of a place of a way (a row, or -1 for the last one)."""
     row %= len(way.positions)
     tools = next(held for begin, held in reversed(way.tools) if begin <= row)

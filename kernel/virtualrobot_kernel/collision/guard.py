@@ -24,7 +24,7 @@ from virtualrobot_kernel.collision.swept import SweptContact
 from virtualrobot_kernel.collision.verified_paths import Unverified, VerifiedPaths
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning.robots import world_poses
-from virtualrobot_kernel.world.braking import HARMLESS, RATES, Way, braking, going
+from virtualrobot_kernel.world.braking import HARMLESS, RATES, BrakePath, braking, going
 from virtualrobot_kernel.world.collisions import CollisionMode
 from virtualrobot_kernel.world.commands import Command, StopRobots
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Snapshot, State, unchanged
@@ -213,7 +213,9 @@ class CollisionGuard:
         self._later = (begin.tick, held, touching) if later is not None else None
         return None
 
-    def _contact(self, now: Snapshot, way: Way, held: frozenset[Pair], unverified: Unverified) -> SweptContact | None:
+    def _contact(
+        self, now: Snapshot, way: BrakePath, held: frozenset[Pair], unverified: Unverified
+    ) -> SweptContact | None:
         if not unverified.groups.any():
             return None
         return contact_on(self._scene, now, way, self._robots, held, unverified.asked)
@@ -224,7 +226,7 @@ class CollisionGuard:
             (_, self._tolerated, self._in_touch), self._later = self._later, None
 
     def _parted(
-        self, now: Snapshot, way: Way, asked: frozenset[Pair]
+        self, now: Snapshot, way: BrakePath, asked: frozenset[Pair]
     ) -> tuple[frozenset[Pair], frozenset[Pair], Pair | None]:
         """Return which tolerated pairs are apart after a tick, which touch, and one that touches anew by the way's end.
 
@@ -243,7 +245,7 @@ class CollisionGuard:
             again |= self._all_touching(end, robots) & near - self._in_touch
         return moving - touching - near, self._in_touch - moving | touching, min(again, default=None)
 
-    def _recedes(self, now: Snapshot, way: Way, contact: SweptContact) -> bool:
+    def _recedes(self, now: Snapshot, way: BrakePath, contact: SweptContact) -> bool:
         """Return whether a contact is of two nodes that stand nearer than can be told apart, and come no nearer.
 
         How near that is grows with the ticks: the way between two of them is known to a bound only.

@@ -16,7 +16,7 @@ from virtualrobot_sdk.models import Model
 from virtualrobot_sdk.registration import ComponentKind
 
 from virtualrobot_kernel.components.catalog import Catalog, Offer
-from virtualrobot_kernel.components.running import Running, start
+from virtualrobot_kernel.components.running import ComponentHandle, start
 from virtualrobot_kernel.errors import KernelError, Reason
 
 KEPT_WITH_SETTINGS = 4
@@ -33,8 +33,8 @@ class Importers:
     def __init__(self, catalog: Catalog) -> None:
         """Take importers from this catalog."""
         self._catalog = catalog
-        self._kept: OrderedDict[tuple[str, str], Running] = OrderedDict()
-        self._lenders: Counter[Running] = Counter()
+        self._kept: OrderedDict[tuple[str, str], ComponentHandle] = OrderedDict()
+        self._lenders: Counter[ComponentHandle] = Counter()
         self._lock = threading.Lock()
         self._closed = False
 
@@ -65,7 +65,7 @@ class Importers:
         with self._lent(offers[ending], settings) as running:
             return _translated(running, data, uri, files)
 
-    def uses(self) -> tuple[Running, ...]:
+    def uses(self) -> tuple[ComponentHandle, ...]:
         """Return the importers that have been asked for, those that failed last included."""
         with self._lock:
             return tuple(self._kept.values())
@@ -83,7 +83,7 @@ class Importers:
         return {ending: offer for offer in offers for ending in offer.about.endings}
 
     @contextmanager
-    def _lent(self, offer: Offer, settings: Mapping[str, Any]) -> Iterator[Running]:
+    def _lent(self, offer: Offer, settings: Mapping[str, Any]) -> Iterator[ComponentHandle]:
         """Lend an importer; as long as anybody has it, it is not closed to make room for others."""
         key = offer.about.name, json.dumps(settings, sort_keys=True)
         with self._lock:
@@ -108,7 +108,7 @@ class Importers:
                 self._lenders[running] -= 1
                 self._make_room()
 
-    def _usable(self, key: tuple[str, str], offer: Offer) -> Running | None:
+    def _usable(self, key: tuple[str, str], offer: Offer) -> ComponentHandle | None:
         """Return a kept importer that is well and of this offer, lent from now on."""
         running = self._kept.get(key)
         if running is None or running.latest is not None or running.offer is not offer:
@@ -125,7 +125,7 @@ class Importers:
         self._lenders = +self._lenders  # forgets those that nobody has
 
 
-def _translated(running: Running, data: bytes, uri: str, files: Mapping[str, bytes | None]) -> Translation:
+def _translated(running: ComponentHandle, data: bytes, uri: str, files: Mapping[str, bytes | None]) -> Translation:
     """Return what an importer makes of a file, once it is seen to be a Translation."""
     answer = running.call("translate", data, uri, dict(files))
     try:

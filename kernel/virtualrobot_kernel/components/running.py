@@ -53,7 +53,7 @@ class Instance(Protocol):
         ...
 
 
-class Running:
+class ComponentHandle:
     """Component at work for somebody: counts its calls, and keeps its faults.
 
     A fault refuses the call in which it happens. One that ended the component's process (it hung, crashed or grew) is
@@ -153,7 +153,7 @@ def plugin_failed(offer: Offer, user: str, fault: ComponentFault) -> KernelError
     )
 
 
-def start(offer: Offer, settings: Mapping[str, Any], *arguments: object, user: str = "") -> Running:
+def start(offer: Offer, settings: Mapping[str, Any], *arguments: object, user: str = "") -> ComponentHandle:
     """Make a component: `factory(*arguments)`, with settings where it has any; `user` is whom it works for.
 
     Raises KernelError with the component's own words for settings or arguments that it refuses; PLUGIN_FAILED when it
@@ -166,7 +166,7 @@ def start(offer: Offer, settings: Mapping[str, Any], *arguments: object, user: s
         raise _refusal(f"{offer.about.kind.value} component {offer.about.name!r}: {error}", error) from error
     except (FilesNeeded, PluginError, ComponentFault) as error:
         raise plugin_failed(offer, user, _fault(error)) from error
-    return Running(offer, instance, user)
+    return ComponentHandle(offer, instance, user)
 
 
 def _refusal(message: str, error: ArgumentError) -> KernelError:

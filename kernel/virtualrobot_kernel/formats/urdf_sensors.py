@@ -9,6 +9,7 @@ from virtualrobot.v1 import nodes_pb2
 from virtualrobot_sdk.gazebo import Element, SensorTag, read_sensor, sensor_tags
 
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.formats.export.names import unique
 from virtualrobot_kernel.formats.urdf_elements import Place, read_only
 from virtualrobot_kernel.formats.xml import FileWarning, children
 from virtualrobot_kernel.messages.sensing import SENSORS
@@ -54,7 +55,7 @@ def read_sensors(
                 except (KernelError, ParseError) as error:
                     place.warn(tag, f"it is left out: {error}")
                     continue
-                name = _free(f"{robot}.{sensor.name}", taken)
+                name = unique(f"{robot}.{sensor.name}", taken)
                 taken.add(name)
                 pose = read_only(sensor.link_t_sensor)
                 nodes.append(NodeSpec(name, Kind(sensor.kind), f"{robot}.{link}", pose, data=data))
@@ -65,11 +66,3 @@ def _data(sensor: SensorTag) -> NodeData:
     """Return the settings, by the same way and the same checks as those of a scene file."""
     message = ParseDict({sensor.kind: sensor.values}, nodes_pb2.Node())
     return SENSORS[sensor.kind].read(getattr(message, sensor.kind), sensor.name)
-
-
-def _free(name: str, taken: set[str]) -> str:
-    """Return the name, with `_2`, `_3` and so on behind it where it is taken."""
-    chosen, number = name, 2
-    while chosen in taken:
-        chosen, number = f"{name}_{number}", number + 1
-    return chosen

@@ -20,7 +20,7 @@ from virtualrobot_sdk.registration import ComponentKind
 from virtualrobot_sdk.selfcheck import SelfCheck, self_check
 
 from virtualrobot_kernel.components.catalog import Catalog
-from virtualrobot_kernel.components.running import Running, start
+from virtualrobot_kernel.components.running import ComponentHandle, start
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning.robots import Arm, tip_of
 from virtualrobot_kernel.world.commands import Command, CreateNodes, SetGroups, SetKinematics, UpdateNode
@@ -59,7 +59,7 @@ class Solver:
     It gets copies: one that runs in this process could write into what it is given.
     """
 
-    def __init__(self, running: Running, chain: SerialChain, tip: Tip | None) -> None:
+    def __init__(self, running: ComponentHandle, chain: SerialChain, tip: Tip | None) -> None:
         """Take a component that was made for `chain`; the robot's own tree has the chain's tip at `tip(q)`.
 
         Without `tip` solutions are not compared with the tree: while it is tried, by how much it misses is to be told.
@@ -155,7 +155,7 @@ class Solvers:
         self._lock = threading.Lock()
         self._closed = False
         # Put into by finalizers, which may run anywhere: its `put` never waits for a lock.
-        self._unused: queue.SimpleQueue[Running] = queue.SimpleQueue()
+        self._unused: queue.SimpleQueue[ComponentHandle] = queue.SimpleQueue()
         threading.Thread(target=self._end_unused, name="components-end", daemon=True).start()
 
     def of(self, snapshot: Snapshot, arm: Arm) -> Solver:
@@ -282,7 +282,7 @@ class Solvers:
         self._kept.clear()
         self._passing.clear()
         with ThreadPoolExecutor(max(1, len(running))) as pool:
-            list(pool.map(Running.close, running))
+            list(pool.map(ComponentHandle.close, running))
 
     def _tried(self, snapshot: Snapshot, arm: Arm, asked: str, settings: Mapping[str, Any]) -> Tried:
         if asked:

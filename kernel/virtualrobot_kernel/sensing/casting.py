@@ -14,7 +14,7 @@ from virtualrobot_sdk.ray_checks import checked_hits
 from virtualrobot_sdk.rays import NO_ELEMENT, Hits, RayScene
 from virtualrobot_sdk.registration import ComponentKind
 
-from virtualrobot_kernel.components.running import Running, start
+from virtualrobot_kernel.components.running import ComponentHandle, start
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.sensing.elements import Elements, elements_of
 from virtualrobot_kernel.sensing.readers import SensingRoom
@@ -45,7 +45,7 @@ class Casters:
     def __init__(self, room: SensingRoom) -> None:
         """Take components and shapes from this room."""
         self._room = room
-        self._kept: dict[str, Running] = {}
+        self._kept: dict[str, ComponentHandle] = {}
         self._locks: dict[str, threading.Lock] = {}
         self._lock = threading.Lock()
         self._elements: Elements | None = None
@@ -68,7 +68,7 @@ class Casters:
         with lock:
             return cast_rays(self._running(name), scene, origins, directions, max_range, go_on)
 
-    def uses(self) -> tuple[Running, ...]:
+    def uses(self) -> tuple[ComponentHandle, ...]:
         """Return the casters that calls have asked for, those that failed last included."""
         with self._lock:
             return tuple(self._kept.values())
@@ -81,7 +81,7 @@ class Casters:
         for running in kept:
             running.close()
 
-    def _running(self, name: str) -> Running:
+    def _running(self, name: str) -> ComponentHandle:
         offer = self._room.catalog.find(ComponentKind.RAY_CASTER, name)
         running = self._kept.get(name)
         if running is not None and running.latest is None and running.offer is offer:
@@ -98,7 +98,7 @@ class Casters:
 
 
 def cast_rays(
-    running: Running, scene: RayScene, origins: Floats, directions: Floats, max_range: float, go_on: GoOn
+    running: ComponentHandle, scene: RayScene, origins: Floats, directions: Floats, max_range: float, go_on: GoOn
 ) -> Cast:
     """Return what n rays hit: `origins` (n, 3) or (1, 3), unit `directions` (n, 3), in the world.
 

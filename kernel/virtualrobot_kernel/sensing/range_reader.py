@@ -16,7 +16,7 @@ from virtualrobot_sdk.rays import TrueHits
 from virtualrobot_sdk.registration import ComponentKind
 
 from virtualrobot_kernel.components.catalog import Catalog
-from virtualrobot_kernel.components.running import Running, start
+from virtualrobot_kernel.components.running import ComponentHandle, start
 from virtualrobot_kernel.errors import LimitError
 from virtualrobot_kernel.numeric import scan
 from virtualrobot_kernel.sensing import answers
@@ -207,7 +207,7 @@ class RangeReader:
         return origins, directions
 
 
-def _looked_at(running: Running, look: Callable[[], Answer]) -> Answer:
+def _looked_at(running: ComponentHandle, look: Callable[[], Answer]) -> Answer:
     """Return what a look at a component's answer gives; nonsense is its fault, and it is not asked again."""
     try:
         return look()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from virtualrobot_kernel.components.running import Running
+from virtualrobot_kernel.components.running import ComponentHandle
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.sensing.range_reader import RangeReader
 from virtualrobot_kernel.sensing.reading import SensorState
@@ -34,7 +34,7 @@ class AtWork:
     """A component that works for a sensor (by name), or has failed to."""
 
     sensor: str
-    running: Running
+    running: ComponentHandle
 
 
 def statuses(sensors: Sensors, snapshot: Snapshot) -> Iterator[Status]:

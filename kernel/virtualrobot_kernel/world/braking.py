@@ -44,8 +44,8 @@ RATES: frozenset[type] = frozenset(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Way:
-    """Predicted coordinates of the world, tick by tick.
+class BrakePath:
+    """Predicted coordinates of the world while all that moves brakes, tick by tick.
 
     Attributes:
         tick: the first one.
@@ -61,17 +61,17 @@ class Way:
     ends: bool
     reached: Mapping[str, tuple[float, ...]]
 
-    def after(self, state: State) -> Way:
+    def after(self, state: State) -> BrakePath:
         """Return the way that begins one tick earlier, in a state."""
         tools = tuple((row + 1, held) for row, held in self.tools)
         first = () if tools[0][1] is state.tool_states else ((0, state.tool_states),)
         if not first:
             tools = ((0, tools[0][1]), *tools[1:])
         positions = np.concatenate([state.q[None], self.positions])
-        return Way(state.tick, positions, (*first, *tools), self.ends, self.reached)
+        return BrakePath(state.tick, positions, (*first, *tools), self.ends, self.reached)
 
 
-def braking(structure: Structure, state: State, tick_seconds: float, forward: Forward) -> Way:
+def braking(structure: Structure, state: State, tick_seconds: float, forward: Forward) -> BrakePath:
     """Return the way of the world when all that moves begins to brake now, from the present tick on.
 
     Motions on plans and by setpoints are asked for their brakes, which is quicker, and to rounding the same, as making
@@ -91,7 +91,7 @@ def braking(structure: Structure, state: State, tick_seconds: float, forward: Fo
                 tools.append((len(way) - 1, {**tools[-1][1], **reached}))
         ends = ((motion.id, _reached(end)) for motion, (_, end) in zip(state.motions, ways, strict=True))
         reached = {id: places for id, places in ends if places is not None}
-        return Way(state.tick, positions, tuple(tools), count <= LONGEST_BRAKE_TICKS, reached)
+        return BrakePath(state.tick, positions, tuple(tools), count <= LONGEST_BRAKE_TICKS, reached)
     robots = tuple({uid for motion in state.motions for uid in motion.robots})
     stop = commands.StopRobots(robots, Cancellation(EndCause.COLLISION, ""))
     now = apply(structure, state, [stop], forward).state
@@ -101,7 +101,7 @@ def braking(structure: Structure, state: State, tick_seconds: float, forward: Fo
         if now.tool_states is not tools[-1][1]:
             tools.append((len(rows), now.tool_states))
         rows.append(now.q)
-    return Way(state.tick, np.array(rows), tuple(tools), not now.motions, {})
+    return BrakePath(state.tick, np.array(rows), tuple(tools), not now.motions, {})
 
 
 def _alone(motion: Motion) -> bool:

@@ -12,19 +12,15 @@ import zipfile
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.importers import Translation
-from virtualrobot_sdk.xml import line_of, local_name
+from virtualrobot_sdk.xml import Element, line_of, local_name
 
 from virtualrobot_plugins.importers.glb import MAX_TRIANGLES, Piece, placed, write_glb
 from virtualrobot_plugins.importers.refusal import counted, described, refusal, short_name
 from virtualrobot_plugins.importers.xml import children, parse_xml
-
-Element: TypeAlias = Any
-"""An lxml element."""
 
 UNITS = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2, "inch": 0.0254, "foot": 0.3048, "meter": 1.0}
 """Length in meters of each value of `<model unit>` (core, 3.4)."""

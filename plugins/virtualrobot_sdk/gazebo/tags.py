@@ -10,15 +10,14 @@ import math
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
 from virtualrobot_sdk.kinematics import Floats
 from virtualrobot_sdk.poses import from_quaternion, from_roll_pitch_yaw
+from virtualrobot_sdk.xml import Element
 
-Element: TypeAlias = Any
-"""An element of ElementTree or lxml."""
 Warn = Callable[[Element, str], None]
 """Takes an element and what is odd about it."""
 Values = dict[str, Any]

@@ -13,6 +13,13 @@ from tests.unit.formats.models import MODELS
 
 POSES = 50
 
+ALSO_IN_PACKAGES = {
+    **{name: f"{name}_meshes" for name in ("ur5e", "ur3e", "ur5", "ur10e", "irb120", "ur3", "ur10", "xarm7")},
+    "irb4600_40_255": "irb4600_meshes",
+    "panda_arm": "panda",
+}
+"""Arms of our own, and the models of packages that they are compared with."""
+
 OTHER_SPEEDS = {"irb4600_40_255", "ur3", "ur10"}
 """Arms whose models in packages have other speeds than the data sheets: 150, and 124 degrees/s for all joints."""
 
@@ -72,18 +79,12 @@ def test_an_arm_of_our_own_has_postures_and_where_its_wrist_allows_a_closed_form
         assert len(set(solved.configurations)) == len(solved.solutions) >= 2
 
 
-@pytest.mark.parametrize(
-    ("ours", "theirs"),
-    [
-        *(("ur3e", "ur3e_meshes"), ("ur5e", "ur5e_meshes"), ("ur5", "ur5_meshes"), ("ur10e", "ur10e_meshes")),
-        *(("irb120", "irb120_meshes"), ("irb4600_40_255", "irb4600_meshes"), ("panda_arm", "panda")),
-        *(("ur3", "ur3_meshes"), ("ur10", "ur10_meshes"), ("xarm7", "xarm7_meshes")),
-    ],
-)
+@pytest.mark.parametrize("ours", every_fifth(ALSO_IN_PACKAGES))
 def test_an_arm_of_our_own_moves_as_the_model_of_a_package_does(
-    client: Client, ours: str, theirs: str, rng: np.random.Generator
+    client: Client, ours: str, rng: np.random.Generator
 ) -> None:
     """Flange in the frame that the controller shows, `tool0` in `base` of ROS (REP 199), to the digits of the files."""
+    theirs = ALSO_IN_PACKAGES[ours]
     if not MODELS[theirs].installed:
         pytest.skip(MODELS[theirs].how_to_install)
     own, other = client.load_robot(f"model://{ours}"), client.load_robot(f"model://{theirs}")

@@ -89,5 +89,5 @@ def test_a_configuration_that_does_not_reach_says_which_do(puma: Robot) -> None:
     solution = puma.solve_inverse(puma.tcp, configuration=name)
     assert not solution.solved
     assert name in solution.explanation
-    with pytest.raises(virtualrobot.UnreachableError, match="others:"):
+    with pytest.raises(virtualrobot.LimitError, match="others:"):
         puma.move_pose(puma.tcp, configuration=name)

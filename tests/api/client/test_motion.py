@@ -82,7 +82,7 @@ def test_arcs_that_say_too_little_or_too_much_are_refused_before_they_are_sent(i
     for arguments in bad:
         with pytest.raises(virtualrobot.InvalidArgumentError):
             iiwa.circular(**arguments)
-    with pytest.raises(virtualrobot.InvalidArgumentError, match="where shall the tool centre point be"):
+    with pytest.raises(virtualrobot.InvalidArgumentError, match=r"goal\.reference_t_tcp is missing"):
         iiwa.move_circular(via=[0, 0, 1])
 
 

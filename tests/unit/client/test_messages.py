@@ -103,6 +103,15 @@ def test_a_trajectory_of_another_shape_is_refused() -> None:
         moves.trajectory(["a"], [0, 1], np.zeros((2, 1)), np.zeros((3, 1)))
 
 
+@pytest.mark.parametrize("name", ["velocity", "acceleration"])
+def test_none_is_the_default_and_0_is_none(name: str) -> None:
+    default = moves.linear(np.eye(4), None, {name: None})  # pyright: ignore[reportArgumentType]
+    assert default == moves.linear(np.eye(4), None, {})
+    assert (default.max_velocity_meters_per_second, default.goal.reference) == (0.0, "world")
+    with pytest.raises(virtualrobot.InvalidArgumentError, match=f"{name} is 0.0; it must not be 0, and None means"):
+        moves.linear(np.eye(4), None, {name: 0.0})  # pyright: ignore[reportArgumentType]
+
+
 def test_the_tree_is_drawn_with_kinds() -> None:
     nodes = [
         nodes_pb2.Node(name="world", world=nodes_pb2.World()),

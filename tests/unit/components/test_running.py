@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from virtualrobot_kernel.components.catalog import Offer
-from virtualrobot_kernel.components.running import Running, start
+from virtualrobot_kernel.components.running import ComponentHandle, start
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_sdk.errors import ArgumentError, FaultKind, FilesNeeded, PluginError
 from virtualrobot_sdk.registration import ComponentKind, Isolation, Registration
@@ -52,7 +52,7 @@ def raising(error: BaseException) -> Callable[..., Any]:
     return function
 
 
-def running(**methods: Callable[..., object]) -> Running:
+def running(**methods: Callable[..., object]) -> ComponentHandle:
     """Return a component at work that has these methods."""
     return start(offer(lambda: type("Component", (), {n: staticmethod(m) for n, m in methods.items()})()), {})
 

@@ -58,7 +58,7 @@ def instances(monkeypatch: pytest.MonkeyPatch) -> list[Instance]:
     made: list[Instance] = []
     begin = module.start
 
-    def start(offer: Offer, settings: dict, *arguments: object, user: str = "") -> module.Running:
+    def start(offer: Offer, settings: dict, *arguments: object, user: str = "") -> module.ComponentHandle:
         running = begin(offer, {}, *arguments, user=user)
         made.append(Instance(running._instance))
         running._instance = made[-1]

@@ -60,7 +60,7 @@ def test_the_corrected_entry_is_that_of_the_table(exact: Exact, entry: str) -> N
 
 def shipped() -> tuple[Table, Lengths]:
     """Return the table of the model that comes with the kernel, and its lengths."""
-    file = resources.files("virtualrobot_kernel") / "models" / "ar_manipulator.yaml"
+    file = resources.files("virtualrobot_plugins") / "models" / "ar_manipulator.yaml"
     (model,) = scene_file.parse(file.read_text("utf-8")).models
     table, _ = denavit_hartenberg(model.denavit_hartenberg)
     rows = table.rows

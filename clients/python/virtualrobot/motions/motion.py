@@ -6,144 +6,23 @@ import threading
 import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from enum import Enum
 from typing import TYPE_CHECKING, TypedDict, Unpack
 
-import numpy as np
-from numpy.typing import NDArray
-
-from virtualrobot._wire.messages import pose_of, value_or_default
+from virtualrobot._wire.messages import value_or_default
 from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot._wire.transport import Stream
 from virtualrobot.errors import (
     CallTimeoutError,
     InvalidArgumentError,
-    MotionAbortedError,
-    MotionCancelledError,
     VirtualRobotError,
 )
 from virtualrobot.motions.moves import Move, messages_of
+from virtualrobot.motions.state import MotionState, Phase, PlanNote, Search
 from virtualrobot.v1 import motion_pb2
 
 if TYPE_CHECKING:
     from virtualrobot.motions.program import Program
-
-
-class Phase(Enum):
-    """Phase of a motion."""
-
-    RUNNING = motion_pb2.MOTION_PHASE_RUNNING
-    PAUSING = motion_pb2.MOTION_PHASE_PAUSING
-    PAUSED = motion_pb2.MOTION_PHASE_PAUSED
-    STOPPING = motion_pb2.MOTION_PHASE_STOPPING
-    SUCCEEDED = motion_pb2.MOTION_PHASE_SUCCEEDED
-    CANCELLED = motion_pb2.MOTION_PHASE_CANCELLED
-    WAITING = motion_pb2.MOTION_PHASE_WAITING
-    ABORTED = motion_pb2.MOTION_PHASE_ABORTED
-    STARVED = motion_pb2.MOTION_PHASE_STARVED
-
-    @property
-    def ended(self) -> bool:
-        """True where the motion is over."""
-        return self in (Phase.SUCCEEDED, Phase.CANCELLED, Phase.ABORTED)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Search:
-    """Result of a search: joint positions (rad or m, by name), pose of the tool centre point (4x4) and time (s).
-
-    `time` is simulation time. The values are those of the hit; where nothing was found, of the motion's end.
-    """
-
-    found: bool
-    joint_positions: dict[str, float]
-    world_t_tcp: NDArray[np.float64]
-    time: float
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class MotionState:
-    """State of a motion at one instant.
-
-    Attributes:
-        id: its name in the kernel, never used again.
-        robots: the robots that it moves.
-        phase: its phase.
-        progress: part of the planned time law that is done, 0 to 1.
-        step: number of the program's step that it is at, from 0.
-        step_count: number of steps of its program; 0 for moves that are no program.
-        planned_duration: duration at full speed factors (s).
-        start_time: simulation time of its start (s).
-        end_cause: cause of its end before its goal, such as `call`, `stop` or `collision`; empty without one.
-        end_reason: the same in words.
-        search: result of its search; None before, and for motions that don't search.
-    """
-
-    id: str
-    robots: tuple[str, ...]
-    phase: Phase
-    progress: float
-    step: int
-    step_count: int
-    planned_duration: float
-    start_time: float
-    end_cause: str
-    end_reason: str
-    search: Search | None
-
-    @staticmethod
-    def of(message: motion_pb2.Motion) -> MotionState:
-        """Return what a message tells."""
-        cause = motion_pb2.EndCause.Name(message.end_cause).removeprefix("END_CAUSE_").lower()
-        found = message.search
-        return MotionState(
-            message.id,
-            tuple(message.robots),
-            Phase(message.phase),
-            message.progress,
-            message.step,
-            message.step_count,
-            message.planned_duration_seconds,
-            message.start_time_seconds,
-            cause if message.end_cause else "",
-            message.end_reason,
-            Search(found.found, dict(found.joint_positions), pose_of(found.world_t_tcp), found.time_seconds)
-            if message.HasField("search")
-            else None,
-        )
-
-    def raise_early_end(self) -> None:
-        """Raise MotionCancelledError, or MotionAbortedError, for a motion that has ended before its goal."""
-        if self.phase not in (Phase.CANCELLED, Phase.ABORTED):
-            return
-        error = MotionAbortedError if self.phase is Phase.ABORTED else MotionCancelledError
-        raise error(
-            f"motion {self.id} of {', '.join(self.robots)} was {self.phase.name.lower()} at {100 * self.progress:.0f}%:"
-            f" {self.end_reason or 'no reason given'}",
-            metadata={"motion": self.id, "end_reason": self.end_reason},
-        )
-
-
-@dataclass(frozen=True, slots=True)
-class PlanNote:
-    """Something that the planner made other than asked; `kind` is as in `PlanNoteKind` of the contract.
-
-    wanted, kept: the value that was asked for and the one that became of it, in meters, radians or percent.
-    """
-
-    kind: str
-    step: int
-    robot: str
-    wanted: float
-    kept: float
-    message: str
-
-    @staticmethod
-    def of(message: motion_pb2.PlanNote) -> PlanNote:
-        """Return what a message tells."""
-        kind = motion_pb2.PlanNoteKind.Name(message.kind).removeprefix("PLAN_NOTE_KIND_")
-        return PlanNote(kind, message.step, message.robot, message.wanted, message.kept, message.message)
 
 
 class Motion:

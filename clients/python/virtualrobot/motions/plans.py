@@ -14,8 +14,9 @@ from virtualrobot._wire.messages import array_of, pose_of, value_or_default
 from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot.geometry import Matrix, poses_from_rows
-from virtualrobot.motions.motion import PlanNote, Tracking
+from virtualrobot.motions.motion import Tracking
 from virtualrobot.motions.moves import Move, messages_of
+from virtualrobot.motions.state import PlanNote
 from virtualrobot.v1 import motion_pb2
 
 Floats = NDArray[np.float64]

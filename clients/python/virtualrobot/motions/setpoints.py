@@ -20,7 +20,8 @@ from virtualrobot.errors import (
     UnknownNameError,
     VirtualRobotError,
 )
-from virtualrobot.motions.motion import Motion, MotionState, Phase
+from virtualrobot.motions.motion import Motion
+from virtualrobot.motions.state import MotionState, Phase
 from virtualrobot.v1 import motion_pb2
 
 MODES = {"position": motion_pb2.SETPOINT_MODE_POSITION, "velocity": motion_pb2.SETPOINT_MODE_VELOCITY}

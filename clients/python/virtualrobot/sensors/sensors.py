@@ -58,7 +58,7 @@ class Sensor:
         Direct(self._services).start_sensors(self.name)
 
     def stop(self) -> None:
-        """Let it read no more."""
+        """Stop reading."""
         Direct(self._services).stop_sensors(self.name)
 
     def read(self, **options: Unpack[ReadingOptions]) -> Reading:

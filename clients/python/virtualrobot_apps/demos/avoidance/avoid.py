@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from virtualrobot import Client
 
 from virtualrobot_apps.chart import Panel, chart
-from virtualrobot_apps.demos.avoidance.control import Course, Gains, Record, Wish, follow
+from virtualrobot_apps.demos.avoidance.control import Gains, Record, Reference, Trajectory, track
 from virtualrobot_apps.demos.viewer import show_viewer
 
 Floats = NDArray[np.float64]
@@ -116,8 +116,8 @@ def run(client: Client, cell: Cell, hold: bool, seconds: float, gains: Gains, to
         ball.parent_t_node = virtualrobot.pose(*place_of(cell, time / seconds))
 
     move_ball(0.0)
-    course = round_trip(robot.tcp, 0.0 if hold else CIRCLE_RADIUS, seconds)
-    record = follow(client, robot, course, seconds, gains, move_ball)
+    trajectory = round_trip(robot.tcp, 0.0 if hold else CIRCLE_RADIUS, seconds)
+    record = track(client, robot, trajectory, seconds, gains, move_ball)
     errors = 1000 * np.linalg.norm(record.errors, axis=1)
     least = f"{1000 * record.least.min():11.1f} mm"
     print(f"{told:9} {least:>15} {errors.max():13.2f} mm {errors[-1]:14.2f} mm", flush=True)
@@ -133,21 +133,21 @@ def place_of(cell: Cell, part: float) -> Floats:
     return points[first] + s * s * (3.0 - 2.0 * s) * (points[first + 1] - points[first])
 
 
-def round_trip(start: Floats, radius: float, seconds: float) -> Course:
+def round_trip(start: Floats, radius: float, seconds: float) -> Trajectory:
     """Return a way round circles in the plane of y and z that begins and ends at rest at a pose (4, 4).
 
     The tool keeps its orientation; the part of the way that is done is 10 s^3 - 15 s^4 + 6 s^5, s that of the time.
     """
 
-    def course(time: float) -> Wish:
+    def trajectory(time: float) -> Reference:
         s = min(max(time / seconds, 0.0), 1.0)
         angle = 2.0 * np.pi * ROUNDS * s**3 * (10.0 - 15.0 * s + 6.0 * s * s)
         rate = 2.0 * np.pi * ROUNDS * 30.0 * s * s * (1.0 - s) ** 2 / seconds
         pose = start.copy()
         pose[:3, 3] += radius * np.array([0.0, np.sin(angle), 1.0 - np.cos(angle)])
-        return Wish(pose, radius * rate * np.array([0.0, np.cos(angle), np.sin(angle)]), np.zeros(3))
+        return Reference(pose, radius * rate * np.array([0.0, np.cos(angle), np.sin(angle)]), np.zeros(3))
 
-    return course
+    return trajectory
 
 
 def picture(without: Record, by_law: Record) -> str:

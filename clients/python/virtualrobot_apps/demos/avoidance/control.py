@@ -53,7 +53,7 @@ class Gains:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Wish:
+class Reference:
     """Pose (4, 4) and velocities, (3,) m/s and (3,) rad/s, that a tool shall have, in the world's frame."""
 
     world_t_tcp: Floats
@@ -61,7 +61,7 @@ class Wish:
     turning: Floats
 
 
-Course = Callable[[float], Wish]
+Trajectory = Callable[[float], Reference]
 """Function of the seconds since the start: pose and velocities that the tool shall have then."""
 
 
@@ -93,20 +93,20 @@ class Record:
         return self.distances[:, self.links.index(link)] if link in self.links else np.full(len(self.times), RECORDED)
 
 
-def follow(
+def track(
     client: Client,
     robot: Robot,
-    course: Course,
+    trajectory: Trajectory,
     seconds: float,
     gains: Gains,
     each: Callable[[float], None] = lambda time: None,
 ) -> Record:
-    """Lead the chosen tool centre point along a course for so many seconds of simulation time, and stop it.
+    """Lead the chosen tool centre point along a trajectory for so many seconds of simulation time, and stop it.
 
     Args:
         client: of the kernel.
         robot: an arm with more than six joints.
-        course: the poses and velocities that the tool shall have.
+        trajectory: the poses and velocities that the tool shall have.
         seconds: the duration, in s of simulation time.
         gains: the constants of the law.
         each: is called at the beginning of each cycle with the seconds since the start.
@@ -125,13 +125,13 @@ def follow(
             at = dict(zip(names, q.tolist(), strict=True))
             near = client.collisions.distances(robot.name, max_distance=RECORDED, configurations={robot.name: at})
             told = robot.solve_jacobian(at, [(pair.first, pair.points[0]) for pair in near])
-            wish = course(time)
+            reference = trajectory(time)
             weights = law.limit_weights(q, going, lower, upper)
-            stream.send(command(near, told, names, wish, gains, weights, SPEED_SHARE * fastest), wait=stepped)
+            stream.send(command(near, told, names, reference, gains, weights, SPEED_SHARE * fastest), wait=stepped)
             distances: dict[str, float] = {}
             for pair in near:
                 distances.setdefault(pair.first, pair.distance)  # the nearest comes first
-            rows.append((time, q, distances, law.position_error(told.world_t_tcp, wish.world_t_tcp)))
+            rows.append((time, q, distances, law.position_error(told.world_t_tcp, reference.world_t_tcp)))
         if stepped:
             stream.cancel()  # to close it would wait for steps
     while stepped and client.clock.step().robots[robot.name].motion_ids:
@@ -150,7 +150,7 @@ def command(
     near: list[Distance],
     told: Jacobians,
     names: list[str],
-    wish: Wish,
+    reference: Reference,
     gains: Gains,
     weights: Floats,
     limits: Floats,
@@ -161,7 +161,7 @@ def command(
         near: distances of links and tool to obstacles.
         told: the Jacobians of tool and nearest points, in the order of `near`.
         names: the k joints that lead the tool.
-        wish: the pose and velocities that the tool shall have.
+        reference: the pose and velocities that the tool shall have.
         gains: the constants of the law.
         weights: the diagonal of W (k,).
         limits: the joints' greatest velocities (k,).
@@ -170,12 +170,12 @@ def command(
     tool, points = told.tcp[:, columns], told.points[:, :, columns]
     ours, theirs = (np.array([pair.points[side] for pair in near]).reshape(-1, 3) for side in (0, 1))
     eta = np.array([pair.distance for pair in near])
-    velocity = gains.k_p * law.position_error(told.world_t_tcp, wish.world_t_tcp) + wish.velocity
+    velocity = gains.k_p * law.position_error(told.world_t_tcp, reference.world_t_tcp) + reference.velocity
     if gains.repulsion:
         # What the last joint turns, turns as the tool does.
         carried = (np.abs(points[:, 3:] - tool[3:]) < 1e-9).all(axis=(1, 2))
         velocity = velocity + law.repulsive_velocity(ours[carried], theirs[carried], gains.reach, gains.repulsion)
-    turning = gains.k_o * law.orientation_error(told.world_t_tcp, wish.world_t_tcp) + wish.turning
+    turning = gains.k_o * law.orientation_error(told.world_t_tcp, reference.world_t_tcp) + reference.turning
     gradients = law.distance_gradients(ours, theirs, points[:, :3])
     gradient = law.subtask_gradient(eta, gradients, gains.eta_0, gains.k_r)
     return law.joint_velocities(tool, weights, np.concatenate([velocity, turning]), gradient, gains.alpha, limits)
