@@ -58,7 +58,8 @@ def fill_reading(message: sensor_pb2.SensorReading, reading: Reading, options: s
     elif isinstance(content, CameraContent):
         fill_camera(message.camera, content, options.images)
     elif content is not None:
-        message.MergeFrom(sensor_pb2.SensorReading(**CONTENT.write(content)))
+        for field, told in CONTENT.write(content).items():
+            getattr(message, field).CopyFrom(told)
 
 
 def is_large(reading: Reading) -> bool:
