@@ -7,7 +7,6 @@ import re
 
 import numpy as np
 import pytest
-import roboticstoolbox
 from scipy.optimize import minimize
 from virtualrobot.v1 import scene_pb2
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
@@ -74,7 +73,7 @@ def test_arms_of_universal_robots_are_those_of_the_makers_table(name: str, rng: 
 
 
 def test_the_scara_is_that_of_robotics_toolbox(rng: np.random.Generator) -> None:
-    other = roboticstoolbox.models.DH.Cobra600()
+    other = pytest.importorskip("roboticstoolbox", reason="a peer of `make bench`").models.DH.Cobra600()
     solver = ChainKinematics(chain_of("cobra600"))
     for q in rng.uniform((-0.8, -1.5, 0.0, -3.0), (0.8, 1.5, 0.2, 3.0), (20, 4)):
         np.testing.assert_allclose(solver.forward(q)[-1], other.fkine(q).A, atol=1e-9)
