@@ -55,11 +55,11 @@ def _start(world: World, uid: int, rng: np.random.Generator) -> StartMotion:
     structure, state = world.snapshot.structure, world.snapshot.state
     index, name = structure.robots[uid], structure.nodes[uid].name
     names = index.joint_names
-    columns = {
-        field: np.array([getattr(joint.limits, field) for joint in index.joints])
+    columns = (
+        np.array([getattr(joint.limits, field) for joint in index.joints])
         for field in ("lower", "upper", "velocity", "acceleration", "jerk")
-    }
-    limits = JointLimits(names, **columns)
+    )
+    limits = JointLimits(names, *columns)
     at = state.q[index.q_slice]
     goal = np.clip(at + rng.uniform(-FARTHEST, FARTHEST, len(names)), limits.lower, limits.upper)
     return StartMotion(tuple((name, joint) for joint in names), of_plan(plan_ptp(at, goal, limits)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, replace
 
 import numpy as np
 
@@ -30,6 +30,7 @@ class JointLimits:
     velocity: Array
     acceleration: Array
     jerk: Array
+    _: KW_ONLY
     vectors: tuple[tuple[int, ...], ...] = ()
     quaternions: tuple[tuple[int, ...], ...] = ()
 

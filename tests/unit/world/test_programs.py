@@ -44,8 +44,8 @@ def world() -> Iterator[World]:
 
 def program(rng: np.random.Generator, state: State, joint: str, column: int) -> StartMotion:
     """Return a program of one joint of the arm: moves with a mark, sets, waits and dwells in any order."""
-    one = {"lower": -2.0, "upper": 2.0, "velocity": 1.0, "acceleration": 4.0, "jerk": 40.0}
-    limits = JointLimits((joint,), **{name: np.array([value]) for name, value in one.items()})
+    one = (-2.0, 2.0, 1.0, 4.0, 40.0)
+    limits = JointLimits((joint,), *(np.array([value]) for value in one))
     at = start = float(state.q[column])
     stages = []
     for step in range(int(rng.integers(1, 8))):
@@ -136,8 +136,8 @@ def changes(values: list[dict[str, Signal]]) -> list[dict[str, SignalValue]]:
 def test_limits_that_have_shrunk_since_the_planning_refuse_every_stop(world: World, rng: np.random.Generator) -> None:
     """A goal in the middle of the program counts, not the last one only."""
     world.submit([arm()]).result(GUARD)
-    one = {"lower": -9.0, "upper": 9.0, "velocity": 1.0, "acceleration": 4.0, "jerk": 40.0}
-    limits = JointLimits(("a",), **{name: np.array([value]) for name, value in one.items()})
+    one = (-9.0, 9.0, 1.0, 4.0, 40.0)
+    limits = JointLimits(("a",), *(np.array([value]) for value in one))
     there, back = plan_ptp([0.0], [2.5], limits), plan_ptp([2.5], [0.0], limits)
     stages = tuple(Stage(plan, (0,), ((0.0, step),)) for step, plan in enumerate((there, back)))
     refused = world.submit([StartMotion((("arm", "a"),), Program(stages, np.zeros(1), 2))]).exception(GUARD)

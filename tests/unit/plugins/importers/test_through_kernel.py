@@ -15,6 +15,7 @@ from virtualrobot_kernel.world.figures import Mesh
 from virtualrobot_kernel.world.structure import Kind, PartData
 from virtualrobot_plugins.importers import virtualrobot_register_importers
 from virtualrobot_sdk.importers import Translation
+from virtualrobot_sdk.models import Model
 
 from tests.unit.formats.models import DATA, disk, uploaded
 from tests.unit.plugins.importers.reading import FILES
@@ -39,6 +40,10 @@ class Bundled:
             self._made.update((ending, (factory, config_type)) for ending in endings)
 
         virtualrobot_register_importers(register)
+
+    @property
+    def models(self) -> Mapping[str, Model]:
+        return {}
 
     @property
     def endings(self) -> tuple[str, ...]:
