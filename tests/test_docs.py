@@ -109,6 +109,10 @@ def test_a_planted_broken_link_is_found(tmp_path: Path) -> None:
     assert list(broken_links(page)) == ["other.md#no-heading: no such heading; there are one-two-three"]
 
 
+def test_the_page_of_a_package_index_links_to_nothing_beside_it() -> None:
+    assert LINK.findall(prose(ROOT / "docs" / "package-index.md")) == []
+
+
 def test_every_page_is_reached_from_the_readme() -> None:
     reached, waiting = set(), [ROOT / "README.md"]
     while waiting:
