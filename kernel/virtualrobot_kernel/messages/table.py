@@ -198,5 +198,6 @@ def _each(codec: Codec) -> tuple[Callable[[Any, str], tuple], Callable[[Any], li
 
 def _equal(value: object, default: object) -> bool:
     if isinstance(value, np.ndarray):
-        return isinstance(default, np.ndarray) and value.tobytes() == default.tobytes()  # ten times as fast as NumPy's
+        # Ten times as fast as NumPy's comparison; -0.0 + 0.0 is 0.0.
+        return isinstance(default, np.ndarray) and (value + 0.0).tobytes() == default.tobytes()
     return value == default
