@@ -322,7 +322,8 @@ class Program:
 
 
 def timeless(message: Message) -> bytes:
-    """Return the message's bytes without wall-clock time; map entries in a fixed order."""
+    """Return the message's bytes without wall-clock time and the epoch, which tells kernels apart; maps in order."""
     if "stamp" in message.DESCRIPTOR.fields_by_name:
-        message.stamp.ClearField("wall_time")  # pyright: ignore[reportAttributeAccessIssue] it has the field
+        for field in ("wall_time", "epoch"):
+            message.stamp.ClearField(field)  # pyright: ignore[reportAttributeAccessIssue] it has the field
     return message.SerializeToString(deterministic=True)

@@ -109,6 +109,8 @@ def installing_into(folder: Path) -> dict[str, str]:
     pip = {"PIP_TARGET": str(folder), "PIP_NO_DEPS": "1", "PIP_NO_INDEX": "1", "PIP_DISABLE_PIP_VERSION_CHECK": "1"}
     # By what is installed here, without a download; pip reads this variable as that of --build-isolation.
     pip["PIP_NO_BUILD_ISOLATION"] = "0"
+    # pip would warn of the bytecode that an earlier installation has left there.
+    pip["PYTHONDONTWRITEBYTECODE"] = "1"
     paths = [str(folder), *filter(None, [os.environ.get("PYTHONPATH")])]
     return {**pip, "PYTHONPATH": os.pathsep.join(paths)}
 

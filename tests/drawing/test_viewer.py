@@ -16,6 +16,7 @@ from virtualrobot_kernel.drawing.page_server import PORTS_TRIED
 from virtualrobot_kernel.drawing.view import Camera, ViewSettings, ViewStore
 from virtualrobot_kernel.drawing.viewer import Viewer
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.formats.xml import FileWarning
 from virtualrobot_kernel.world.commands import RemoveNode
 from virtualrobot_kernel.world.figures import Box, Figure, Material
 from virtualrobot_kernel.world.state import Snapshot
@@ -175,7 +176,7 @@ def test_a_warning_about_a_file_is_a_message_on_the_page() -> None:
     view = ViewStore()
     viewer = Viewer(lambda: Cell().snapshot, view, Cell().meshes)
     viewer.start()
-    view.tell(["model.urdf:3: something is odd"])
+    view.tell([FileWarning("model.urdf:3: something is odd")])
     camera = {"type": "ViewerCameraMessage", "wxyz": (1.0, 0.0, 0.0, 0.0), "position": (0.0, -4.0, 0.0), "fov": 0.9,
               "near": 0.01, "far": 100.0, "look_at": (0.0, 0.0, 0.0), "up_direction": (0.0, 0.0, 1.0),
               "image_height": 90, "image_width": 90}  # fmt: skip

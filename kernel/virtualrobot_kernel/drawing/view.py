@@ -127,7 +127,7 @@ class ViewStore:
 
     def tell(self, messages: Iterable[str]) -> None:
         """Have the viewer show messages, such as warnings about files; without a browser they wait for the first."""
-        self._messages.extend(messages)
+        self._messages.extend(map(str, messages))  # viser sends strings, and nothing that is more than one
 
     def take_messages(self) -> list[str]:
         """Return the messages that were not shown yet, and forget them."""
