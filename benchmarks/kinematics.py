@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio  # pyright: ignore[reportMissingImports]  a path file makes it importable
 import pybullet_data
-import virtualrobot_kernel
+import virtualrobot_plugins
 from numba import njit
 from scipy.spatial.transform import Rotation
 from trac_ik import TracIK
@@ -25,7 +25,7 @@ from virtualrobot_sdk.kinematics import InverseOptions, SerialChain
 
 POSES = 1000
 DATA = Path(pybullet_data.getDataPath())
-MODELS = Path(virtualrobot_kernel.__file__).parent / "models"
+MODELS = Path(virtualrobot_plugins.__file__).parent / "models"
 
 
 class Arm(NamedTuple):
