@@ -14,13 +14,15 @@ class NoteKind(Enum):
     ZONE_SHRUNK = "ZONE_SHRUNK"
     ZONE_DROPPED = "ZONE_DROPPED"
     JOG_ENDS = "JOG_ENDS"
+    UNFORESEEN = "UNFORESEEN"
 
 
 @dataclass(frozen=True, slots=True)
 class Note:
     """Deviation of a plan from its request: its step (from 0) and robot, the wanted value and the one kept.
 
-    wanted, kept: meters, radians or percent, both in one unit. message: why, in words.
+    wanted, kept: meters, radians or percent, both in one unit. message: why, in words. step_path: what the step is
+    called in the program's text.
     """
 
     kind: NoteKind
@@ -29,6 +31,7 @@ class Note:
     wanted: float
     kept: float
     message: str
+    step_path: str = ""
 
 
 def jog_notes(robot: str, end: JogEnd | None) -> tuple[Note, ...]:
