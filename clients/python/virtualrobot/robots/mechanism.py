@@ -72,12 +72,12 @@ class Mechanism:
         """Return positions by name with the coordinates of a joint that has several each by its own name."""
         named: dict[str, float] = {}
         for joint, value in positions.items():
-            own = {joint: value} if np.ndim(value) == 0 else self._row(joint, value)  # pyright: ignore[reportArgumentType]
+            own = self._row(joint, value) if np.ndim(value) else {joint: value}  # pyright: ignore[reportArgumentType]
             if twice := [name for name in own if name in named]:
                 raise InvalidArgumentError(
                     f"{twice[0]!r} of {self.name!r} is given twice, by itself and in the row of its joint"
                 )
-            named |= own
+            named |= own  # pyright: ignore[reportAssignmentType] what has no dimension is a number
         return named
 
     def _row(self, joint: str, row: ArrayLike) -> dict[str, float]:
