@@ -142,8 +142,8 @@ def reached(
     """Return the arm and its solutions (k,), at least one, as `solve_inverse` does from where the joints are.
 
     Where `reference`, the node in whose frame the goal is given, is a target that was taught with this robot, it does
-    so from where the joints were then. Raise KernelError when there is none: LIMIT_EXCEEDED where the component knows that
-    only limits forbid it, else UNREACHABLE.
+    so from where the joints were then. Raise KernelError when there is none: LIMIT_EXCEEDED where the component knows
+    that only limits forbid it, else UNREACHABLE.
     """
     seed = taught_positions(snapshot, arm_of(snapshot, robot, group), reference)
     arm, result = solve_inverse(

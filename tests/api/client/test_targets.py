@@ -189,7 +189,7 @@ def test_wrong_names_are_refused_with_the_right_ones(client: Client, taught: Rob
         taught.move_linear("xyz")
     with pytest.raises(virtualrobot.InvalidArgumentError, match="only point-to-point moves go to postures"):
         taught.linear("home")
-    with pytest.raises(virtualrobot.InvalidArgumentError, match="above 0.1 is for a goal that is a pose or target"):
+    with pytest.raises(virtualrobot.InvalidArgumentError, match=r"above 0\.1 is for a goal that is a pose or target"):
         taught.ptp("home", above=0.1)
     with pytest.raises(virtualrobot.InvalidArgumentError, match="leave out the reference 'table'"):
         taught.ptp("pick 1", reference="table")

@@ -200,7 +200,7 @@ def until_condition(until: Until) -> motion_pb2.SignalCondition:
 
 def pose_goal(reference_t_tcp: ArrayLike | None, options: Mapping[str, Any]) -> motion_pb2.PoseGoal:
     """Return a goal for the tool centre point: a 4x4 pose in the frame that `GoalOptions` say."""
-    if above := options.get("above"):
+    if reference_t_tcp is not None and (above := options.get("above")):
         reference_t_tcp = checked_pose(reference_t_tcp) @ pose(z=-above)
     return motion_pb2.PoseGoal(
         reference_t_tcp=None if reference_t_tcp is None else pose_message(reference_t_tcp),
