@@ -110,10 +110,10 @@ def test_what_comes_later_is_picked_though_it_was_not_foreseen(client: Client, a
     assert [note.kind for note in motion.notes] == ["UNFORESEEN"]
     client.clock.step(100)
     assert motion.phase is Phase.WAITING
-    box(client, "part", *(point + [0.0, 0.06, 0.0]))
+    box(client, "part", *(point + virtualrobot.pose(y=0.06)[:3, 3]))
     client.clock.step(10)
     assert motion.phase is Phase.WAITING
-    client.scene.attach("part", pose=virtualrobot.pose(*(point + [0.0, 0.04, 0.0])))
+    client.scene.attach("part", pose=virtualrobot.pose(*(point + virtualrobot.pose(y=0.04)[:3, 3])))
     client.clock.step(3)
     assert motion.phase is Phase.SUCCEEDED
     assert client.scene.node("part").parent == "cup"
@@ -122,7 +122,7 @@ def test_what_comes_later_is_picked_though_it_was_not_foreseen(client: Client, a
 def test_a_part_that_does_not_come_ends_the_wait(client: Client, arm: Robot) -> None:
     program = client.program().dwell(0.01).wait_part("part", reference="table", max_distance=0.05, timeout=0.1)
     with pytest.raises(virtualrobot.UnknownNameError, match=r"step 1: .*part.* named 'part'"):
-        program.start()
+        program.start(wait=False)
     box(client, "part", 0.5, 0.0, 0.1)
     state = ended(client, program.start(wait=False, on_disconnect="continue"), 5).state
     assert (state.phase, state.end_cause) == (Phase.ABORTED, "part_timeout")

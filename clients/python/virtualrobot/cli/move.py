@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from virtualrobot.cli.names import ROBOT
 from virtualrobot.cli.options import GO_ON, Target, target_options
 from virtualrobot.cli.orders import Order, order_options
 
@@ -45,7 +46,7 @@ def move(target: Target, robot: str, order: Order, preempt: bool, no_wait: bool)
 
 
 @click.command()
-@click.argument("robots", nargs=-1)
+@click.argument("robots", nargs=-1, type=ROBOT)
 @target_options
 def stop(target: Target, robots: tuple[str, ...]) -> None:
     """Stop every motion, or every motion of the ROBOTS named; they slow down on their paths."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from virtualrobot.cli.names import NODE, ROBOT
 from virtualrobot.cli.options import Numbers, degrees_option, pose_of_numbers
 
 if TYPE_CHECKING:
@@ -78,12 +79,12 @@ def group_options(function: Callable[..., Any]) -> Callable[..., Any]:
 def order_options(function: Callable[..., Any]) -> Callable[..., Any]:
     """Give a command the arguments that say where a robot shall go, as `robot` and `order`."""
 
-    @click.argument("robot")
+    @click.argument("robot", type=ROBOT)
     @click.argument("more", nargs=-1, metavar="[JOINT=VALUE]...")
     @click.option("--joints", metavar="VALUES", help="JOINT=VALUE,... or all values in order: 0,0.5,0,-1.2,0,0.8,0")
     @click.option("--pose", type=Numbers(3, 6), metavar="X,Y,Z[,R,P,Y]", help="Where the tool centre point goes.")
     @click.option("--to", "posture", metavar="POSTURE", help="A posture with a name, such as home.")
-    @click.option("--reference", default="", help="The node in whose frame the pose is given [world].")
+    @click.option("--reference", type=NODE, help="The node in whose frame the pose is given [world].")
     @click.option("--linear", is_flag=True, help="Along a straight line; with --pose.")
     @click.option("--via", type=Numbers(3), metavar="X,Y,Z", help="Along an arc through this point; with --pose.")
     @click.option("--speed", type=float, default=1.0, help="The part of the greatest joint speed, in (0, 1] [1].")
@@ -97,7 +98,7 @@ def order_options(function: Callable[..., Any]) -> Callable[..., Any]:
         joints: str | None,
         pose: tuple[float, ...] | None,
         posture: str | None,
-        reference: str,
+        reference: str | None,
         linear: bool,
         via: tuple[float, ...] | None,
         speed: float,
@@ -119,7 +120,7 @@ def order_options(function: Callable[..., Any]) -> Callable[..., Any]:
             raise click.UsageError("--velocity goes with --linear or --via; other moves take --speed")
         if velocity is not None and not velocity > 0:
             raise click.UsageError(f"--velocity is above 0, not {velocity:g}")
-        order = Order(words, pose, posture or "", reference, linear, via, speed, velocity, degrees, group)
+        order = Order(words, pose, posture or "", reference or "", linear, via, speed, velocity, degrees, group)
         return function(*arguments, order=order, **options)
 
     return command
@@ -141,11 +142,13 @@ def joint_goal(robot: Robot | Group, words: Sequence[str], degrees: bool) -> dic
         values = [float(entry.rpartition("=")[2]) for entry in entries]
     except ValueError:
         raise click.UsageError(f"{' '.join(words)!r} are no joint values: name=value,... or numbers") from None
+    names = [entry.rpartition("=")[0] for entry in entries]
+    if all(named) and (twice := next((name for name in names if names.count(name) > 1), None)):
+        raise click.UsageError(f"the joint {twice!r} is given twice")
     if not degrees:
-        return dict(zip((e.rpartition("=")[0] for e in entries), values, strict=True)) if all(named) else values
+        return dict(zip(names, values, strict=True)) if all(named) else values
     turning, every = angles(robot), list(robot.coordinates)
     if all(named):
-        names = [entry.rpartition("=")[0] for entry in entries]
         if unknown := sorted(set(names) - set(every)):
             raise UnknownNameError(f"the robot {robot.name!r} has no joint {unknown[0]!r}; it has {', '.join(every)}")
     else:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from virtualrobot.cli.move import follow
+from virtualrobot.cli.names import ROBOT
 from virtualrobot.cli.options import FiniteRange, Numbers, Target, degrees_option, pose_of_numbers, target_options
 from virtualrobot.cli.orders import Part, group_options, joint_goal, part_of
 
@@ -23,7 +24,7 @@ Examples:
 
 
 @click.command(epilog=_EXAMPLES)
-@click.argument("robot")
+@click.argument("robot", type=ROBOT)
 @click.argument("more", nargs=-1, metavar="[JOINT=VALUE]...")
 @click.option("--joints", metavar="VALUES", help="JOINT=VALUE,... or all values in order.")
 @click.option("--pose", type=Numbers(3, 6), metavar="X,Y,Z[,R,P,Y]", help="Where the tool centre point goes.")

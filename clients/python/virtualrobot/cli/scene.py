@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from virtualrobot.cli.names import NODE, SOURCE
 from virtualrobot.cli.options import Numbers, Target, degrees_option, named_folders, pose_of_numbers, target_options
 from virtualrobot.cli.settings import settings_from, settings_option
 
@@ -20,10 +21,10 @@ _SCENE_ENDINGS = (".yaml", ".yml")
 
 
 @click.command()
-@click.argument("file")
-@click.option("--name", default="", help="Its name in the scene [what the file says].")
+@click.argument("file", type=SOURCE)
+@click.option("--name", type=NODE, help="Its name in the scene [what the file says].")
 @click.option("--at", type=Numbers(3, 6), metavar="X,Y,Z[,R,P,Y]", help="Where it goes in its parent's frame.")
-@click.option("--parent", default="", help="The node that it is fixed to [world].")
+@click.option("--parent", type=NODE, help="The node that it is fixed to [world].")
 @click.option("--as", "kind", type=click.Choice(["object", "part"]), default="object", help="For meshes: what it is.")
 @click.option("--scale", type=Numbers(1, 3), default="1", help="For meshes: one factor or three.")
 @click.option(
@@ -44,9 +45,9 @@ _SCENE_ENDINGS = (".yaml", ".yml")
 def load(
     target: Target,
     file: str,
-    name: str,
+    name: str | None,
     at: tuple[float, ...] | None,
-    parent: str,
+    parent: str | None,
     kind: str,
     scale: tuple[float, ...],
     base: str,
@@ -79,7 +80,7 @@ def load(
             file,
             name=name,
             pose=None if at is None else pose_of_numbers(at, degrees),
-            parent=parent,
+            parent=parent or "world",
             packages=packages,
             base=base,
             as_part=kind == "part",
@@ -106,7 +107,7 @@ def save(target: Target, file: Path, bundle: bool) -> None:
 
 
 @click.command()
-@click.argument("node")
+@click.argument("node", type=NODE)
 @click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
 @target_options
 def export(target: Target, node: str, file: Path) -> None:

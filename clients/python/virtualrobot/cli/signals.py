@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from virtualrobot.cli.names import SIGNAL
 from virtualrobot.cli.options import Target, target_options
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ _DEFAULTS = {"boolean": "off", "integer": "0", "number": "0", "text": "", "group
 
 
 @click.command(epilog=_EXAMPLES)
-@click.argument("name", required=False)
+@click.argument("name", required=False, type=SIGNAL)
 @click.argument("value", required=False)
 @click.option("--create", is_flag=True, help="Add the signal.")
 @click.option("--type", "kind", type=click.Choice(list(_DEFAULTS)), help="With --create: its type, else boolean.")

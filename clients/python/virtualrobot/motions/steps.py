@@ -125,7 +125,7 @@ class Pattern:
             reference_t_pattern=None if self.pose is None else pose_message(self.pose),
             layer_turn_radians=self.layer_turn,
             layer_offset=vector_message(self.layer_offset, "the layer's offset"),
-            order=motion_pb2.PatternOrder.Value(name),
+            order=name,
         )
 
 

@@ -117,6 +117,33 @@ def capsule(
     return styled(nodes_pb2.Figure(capsule=shape), color, pose, roles)
 
 
+def table(
+    x: float,
+    y: float,
+    height: float,
+    *,
+    thickness: float = 0.04,
+    leg: float = 0.06,
+    color: str | ArrayLike | None = None,
+) -> tuple[Figure, ...]:
+    """Return a table that stands about its origin: a top of `x` by `y` meters on four legs, its top at `height`.
+
+    thickness: of the top. leg: the edge of a leg; a table that has no room for legs is a block.
+    """
+    if not min(x, y) > 2.0 * leg or not height > thickness:
+        return (box(x, y, height, color=color, pose=_at(0.0, 0.0, height / 2.0)),)
+    below = height - thickness
+    places = ((a * (x - leg) / 2.0, b * (y - leg) / 2.0) for a in (-1.0, 1.0) for b in (-1.0, 1.0))
+    legs = (box(leg, leg, below, color=color, pose=_at(*place, below / 2.0)) for place in places)
+    return (box(x, y, thickness, color=color, pose=_at(0.0, 0.0, height - thickness / 2.0)), *legs)
+
+
+def _at(x: float, y: float, z: float) -> np.ndarray:
+    pose = np.eye(4)
+    pose[:3, 3] = x, y, z
+    return pose
+
+
 def points(
     positions: ArrayLike,
     *,

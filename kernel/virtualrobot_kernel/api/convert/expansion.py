@@ -21,6 +21,8 @@ from virtualrobot_kernel.planning.program import MAX_STEPS
 
 Steps = Iterable[motion_pb2.ProgramStep]
 Programs = Mapping[str, motion_pb2.SubProgram]
+Frames = Mapping[str, tuple[str, NDArray[np.float64]]]
+"""Node, and pose (4, 4) in its frame, that a name in goals stands for."""
 
 DEEPEST = 30
 """Greatest number of steps within each other."""
@@ -33,13 +35,13 @@ NESTED = ("repeat", "call", "pattern", "pick_at", "place_at")
 class Place:
     """Place of steps in a program's text: their path up to their own numbers, and that of the fields.
 
-    frames: node and pose (4, 4) in its frame that names in goals stand for. calls: the programs that led here.
+    calls: the programs that led here.
     """
 
     path: str = ""
     what: str = "steps"
     first: int = 0
-    frames: Mapping[str, tuple[str, NDArray[np.float64]]] = field(default_factory=dict)
+    frames: Frames = field(default_factory=dict)
     calls: tuple[str, ...] = ()
     depth: int = 0
 
@@ -105,7 +107,7 @@ def _size(steps: Steps, programs: Programs, at: Place, sizes: dict[str, int]) ->
 
 def _size_of(step: motion_pb2.ProgramStep, programs: Programs, at: Place, number: int, sizes: dict[str, int]) -> int:
     kind = step.WhichOneof("step")
-    what = f"{at.what}[{number}].{kind}"
+    what = f"{at.what}[{number + at.first}].{kind}"
     if at.depth > DEEPEST:
         raise KernelError(f"{what} lies in more than {DEEPEST} other steps", field=what)
     inner = replace(at, path=f"{at.name(number)}.", what=f"{what}.steps", first=0, depth=at.depth + 1)
@@ -136,7 +138,7 @@ def _size_of(step: motion_pb2.ProgramStep, programs: Programs, at: Place, number
 def _flat(steps: Steps, programs: Programs, at: Place) -> Iterator[FlatStep]:
     for number, step in enumerate(steps):
         kind = step.WhichOneof("step")
-        what, path = f"{at.what}[{number}]", at.name(number)
+        what, path = f"{at.what}[{number + at.first}]", at.name(number)
         inner = replace(at, what=f"{what}.{kind}.steps", first=0, depth=at.depth + 1)
         if kind == "repeat":
             for place in range(step.repeat.count):
@@ -165,9 +167,7 @@ def _at_steps(step: motion_pb2.ProgramStep, what: str) -> list[motion_pb2.Progra
     approach, retreat = (
         not_negative(getattr(wish, name), f"{what}.{name}") for name in ("approach_meters", "retreat_meters")
     )
-    if not wish.goal.HasField("reference_t_tcp"):
-        raise KernelError(f"{what}.goal.reference_t_tcp is absent: where?", field=f"{what}.goal.reference_t_tcp")
-    goal = pose(wish.goal.reference_t_tcp, f"{what}.goal.reference_t_tcp")
+    goal = _pose_of(wish.goal, f"{what}.goal")
 
     def move(**kind: Message) -> motion_pb2.ProgramStep:
         one = motion_pb2.Move(robot=wish.robot, speed_factor=wish.speed_factor, **kind)  # type: ignore[arg-type]
@@ -218,9 +218,7 @@ def _at_steps(step: motion_pb2.ProgramStep, what: str) -> list[motion_pb2.Progra
     return [*states(wish.state_before), go, *lines, *there, *away]
 
 
-def _framed(
-    step: motion_pb2.ProgramStep, frames: Mapping[str, tuple[str, NDArray[np.float64]]], what: str
-) -> motion_pb2.ProgramStep:
+def _framed(step: motion_pb2.ProgramStep, frames: Frames, what: str) -> motion_pb2.ProgramStep:
     """Return a step whose goals are given in the frames of nodes, where they name places of patterns."""
     if not frames:
         return step
@@ -238,9 +236,13 @@ def _framed(
             for goal in content.goals:
                 _frame_goal(goal, frames, name)
         elif kind == "circular" and content.goal.reference in frames:
-            frame = frames[content.goal.reference][1]
-            _frame_goal(content.goal, frames, name)
+            node, frame = frames[content.goal.reference]
             shape = content.WhichOneof("shape")
+            turns = shape == "center" and content.center.HasField("angle_radians")
+            if turns and not content.goal.HasField("reference_t_tcp"):
+                content.goal.reference = node  # the tool keeps its orientation
+            else:
+                _frame_goal(content.goal, frames, name)
             points = [content.via] if shape == "via" else [content.center.position] if shape else []
             for point in points:
                 point.CopyFrom(vector_message(frame[:3, :3] @ vector(point, name) + frame[:3, 3]))
@@ -254,8 +256,16 @@ def _framed(
     return found
 
 
-def _frame_goal(goal: motion_pb2.PoseGoal, frames: Mapping[str, tuple[str, NDArray[np.float64]]], what: str) -> None:
+def _frame_goal(goal: motion_pb2.PoseGoal, frames: Frames, what: str) -> None:
+    """Give a goal in the frame of a node where it names a place."""
     if goal.reference in frames:
+        wanted = _pose_of(goal, what)
         goal.reference, frame = frames[goal.reference]
-        if goal.HasField("reference_t_tcp"):
-            goal.reference_t_tcp.CopyFrom(pose_message(frame @ pose(goal.reference_t_tcp, f"{what}.reference_t_tcp")))
+        goal.reference_t_tcp.CopyFrom(pose_message(frame @ wanted))
+
+
+def _pose_of(goal: motion_pb2.PoseGoal, what: str) -> NDArray[np.float64]:
+    """Return reference_t_tcp (4, 4) of a goal; the frame that it names where it says no more."""
+    if goal.reference and not goal.HasField("reference_t_tcp"):
+        return np.eye(4)
+    return pose(goal.reference_t_tcp, f"{what}.reference_t_tcp")

@@ -34,6 +34,8 @@ from virtualrobot_kernel.world.awaited_part import AwaitedPart
 
 NOTE = Table(Note, motion_pb2.PlanNote, kind=EnumTable(NoteKind, motion_pb2.PlanNoteKind))
 MOST_PERCENT = 50.0
+LONGEST_DWELL = 86_400.0
+"""Longest time (s) that a step may do nothing: a day. What waits longer waits for a signal."""
 
 ORDERS = {
     "pick": "pick_part",
@@ -57,8 +59,8 @@ def program_steps(
 ) -> tuple[Step, ...]:
     """Return the steps that a program's text stands for; raise KernelError that names the wrong one.
 
-    Their numbers begin with `first`, and those of the text with `outer`; where the two are the same throughout, steps
-    have no paths.
+    Their numbers begin with `first`, and those of the text with `outer`: message and metadata count as the program
+    does, not as the request that brings them. Where the two are the same throughout, steps have no paths.
     """
     steps = list[Step]()
     found = expanded(messages, programs, outer)
@@ -95,8 +97,12 @@ def _step(message: motion_pb2.ProgramStep, what: str) -> Step:
         return WaitSignalStep(condition, _timeout(wait.timeout_seconds, f"{what}.wait_signal.timeout_seconds"))
     if kind == "dwell":
         seconds = finite(message.dwell.seconds, f"{what}.dwell.seconds")
-        if seconds <= 0.0:
-            raise KernelError(f"{what}.dwell.seconds must be above 0, not {seconds:g}", seconds=seconds)
+        if not 0.0 < seconds <= LONGEST_DWELL:
+            raise KernelError(
+                f"{what}.dwell.seconds must be above 0 and at most {LONGEST_DWELL:g}, a day, not {seconds:g}",
+                seconds=seconds,
+                upper=LONGEST_DWELL,
+            )
         return DwellStep(seconds)
     names = ", ".join(field.name for field in message.DESCRIPTOR.oneofs_by_name["step"].fields)
     raise KernelError(f"{what} does not say what to do; give one of {names}", field=what)
