@@ -123,7 +123,10 @@ class Robot(Mover, Teacher):
 
     @property
     def tcp(self) -> Matrix:
-        """`world_t_tcp`, 4x4: where the chosen tool centre point is (without a tool: the flange)."""
+        """`world_t_tcp`, 4x4: where the chosen tool centre point is (without a tool: the flange).
+
+        The flange of a robot of several arms is the last link before it branches; `group` has the tcp of an arm.
+        """
         return self.state.world_t_tcp
 
     def watch(self, max_rate: float | None = None) -> Iterator[RobotState]:
