@@ -142,11 +142,13 @@ def joint_goal(robot: Robot | Group, words: Sequence[str], degrees: bool) -> dic
         values = [float(entry.rpartition("=")[2]) for entry in entries]
     except ValueError:
         raise click.UsageError(f"{' '.join(words)!r} are no joint values: name=value,... or numbers") from None
+    names = [entry.rpartition("=")[0] for entry in entries]
+    if all(named) and (twice := next((name for name in names if names.count(name) > 1), None)):
+        raise click.UsageError(f"the joint {twice!r} is given twice")
     if not degrees:
-        return dict(zip((e.rpartition("=")[0] for e in entries), values, strict=True)) if all(named) else values
+        return dict(zip(names, values, strict=True)) if all(named) else values
     turning, every = angles(robot), list(robot.coordinates)
     if all(named):
-        names = [entry.rpartition("=")[0] for entry in entries]
         if unknown := sorted(set(names) - set(every)):
             raise UnknownNameError(f"the robot {robot.name!r} has no joint {unknown[0]!r}; it has {', '.join(every)}")
     else:
