@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from virtualrobot.scene.figures import sphere as sphere
     from virtualrobot.scene.figures import table as table
     from virtualrobot.scene.node import NodeInfo as NodeInfo
+    from virtualrobot.scene.target import Target as Target
     from virtualrobot.sensors.cameras import CameraReading as CameraReading
     from virtualrobot.sensors.cameras import camera as camera
     from virtualrobot.sensors.cameras import light as light
@@ -95,6 +96,7 @@ _MODULES = {
     ),
     "scene.figures": ("Figure", "box", "capsule", "cone", "cylinder", "frame", "sphere", "table"),
     "scene.node": ("NodeInfo",),
+    "scene.target": ("Target",),
     "view.ghosts": ("Ghost",),
     "robots.group": ("Group",),
     "leases": ("Lease", "LeaseInfo"),

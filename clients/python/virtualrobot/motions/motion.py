@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
 from collections.abc import Iterable, Iterator
@@ -24,6 +25,8 @@ from virtualrobot.v1 import kernel_pb2, motion_pb2
 
 if TYPE_CHECKING:
     from virtualrobot.motions.program import Program
+
+log = logging.getLogger(__name__)
 
 
 class Motion:
@@ -297,6 +300,9 @@ def start_spec(
     # A program of thousands of steps takes its time to plan.
     response = services.motion.StartMotion(asked, timeout=LONG_TIMEOUT_SECONDS)
     motion = Motion(services, response.motion, response.notes)
+    for note in motion.notes:
+        if note.kind == "TOUCHING":
+            log.warning("%s", note.message)  # where nobody sets up logging, Python prints it
     if asked.on_disconnect != motion_pb2.DISCONNECT_POLICY_CONTINUE:
         motion.keep_watching()
     return motion._wait(None, checked=True) if waits else motion
