@@ -1,8 +1,8 @@
 """Robots that a command moves or changes: what a lease of a robot keeps others from.
 
-A robot is its joints, links, adapters and tools, its place, its settings and the parts that its tools hold. What it
-stands on is not: a rail or a pedestal may be moved with all that it carries. Nor are parts that only lie on it, such as
-those on a conveyor. Stopping affects nothing, since anyone may always stop.
+A robot is its joints, links, adapters, tools and grippers, its place, its settings and the parts that its tools hold.
+What it stands on is not: a rail or a pedestal may be moved with all that it carries. Nor are parts that only lie on it,
+such as those on a conveyor. Stopping affects nothing, since anyone may always stop.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ SET_BY_OWNER = (SignalDirection.OUTPUT, SignalDirection.INTERNAL)
 
 def affected_robots(snapshot: Snapshot, batch: Sequence[commands.Command]) -> set[int]:
     """Return the uids of the robots that commands would move or change; unknown names affect nothing."""
-    return {uid for command in batch for uid in AFFECTED[type(command)](snapshot, command)}
+    found = (uid for command in batch for uid in AFFECTED[type(command)](snapshot, command))
+    return set(snapshot.structure.with_holders(found))
 
 
 def named_nodes(structure: Structure, names: Iterable[str]) -> list[int]:
@@ -70,6 +71,15 @@ def _attached(snapshot: Snapshot, command: commands.AttachNode) -> Iterable[int]
             yield from _owner(structure, kind, parent)
 
 
+def _mounted(snapshot: Snapshot, command: commands.MountTool | commands.UnmountTool) -> Iterable[int]:
+    structure = snapshot.structure
+    yield from _robot(snapshot, command)
+    for uid in named_nodes(structure, [command.node, command.parent]):
+        yield from _owner(structure, structure.nodes[uid].kind, uid)
+    for uid in named_nodes(structure, [command.robot]) if isinstance(command, commands.UnmountTool) else ():
+        yield from structure.grippers_of(uid)
+
+
 def _tool(snapshot: Snapshot, command: commands.SetToolState) -> Iterable[int]:
     for uid in named_nodes(snapshot.structure, [command.tool]):
         yield from _owner(snapshot.structure, Kind.TOOL, uid)
@@ -86,8 +96,11 @@ def _started(snapshot: Snapshot, command: commands.StartMotion) -> Iterable[int]
     yield from named_nodes(structure, (robot for robot, _ in command.joints))
     for tool in named_nodes(structure, (tool for _, tool, _ in command.tool_states)):
         yield from _owner(structure, Kind.TOOL, tool)
-    marks = {name for stage in command.program.stages for _, name, _ in stage.marks}
+    stages = command.program.stages
+    marks = {name for stage in stages for _, name, _ in stage.marks}
     yield from _signal_owners(snapshot, marks, SET_BY_OWNER)
+    for order in (order for stage in stages for order in stage.orders):
+        yield from AFFECTED.get(type(order), _nothing)(snapshot, order)
 
 
 def _appended(snapshot: Snapshot, command: commands.AppendMotion) -> Iterable[int]:
@@ -170,6 +183,8 @@ AFFECTED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.SetGroups: _robot,
     commands.SetPostures: _robot,
     commands.SelectTool: _robot,
+    commands.MountTool: _mounted,
+    commands.UnmountTool: _mounted,
     commands.SetToolState: _tool,
     commands.CreateSignal: _signal_created,
     commands.RemoveSignal: _signal_removed,
@@ -177,6 +192,7 @@ AFFECTED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.SetSpeedFactor: _speed,
     commands.StartMotion: _started,
     commands.AppendMotion: _appended,
+    commands.GoOn: _motion,
     commands.StartSetpointMotion: _robot,
     commands.SetSetpoint: _motion,
     commands.EndSetpoints: _motion,

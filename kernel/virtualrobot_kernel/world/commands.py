@@ -165,6 +165,30 @@ class SelectTool:
     tool_center_point: str = ""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class MountTool:
+    """Command to mount a tool, or what brings one, on a robot (parent empty: its flange) and to work with it.
+
+    Without a pose both frames coincide; no tool centre point means the tool's first.
+    """
+
+    robot: str
+    node: str
+    parent: str = ""
+    parent_t_node: Pose | None = None
+    tool_center_point: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class UnmountTool:
+    """Command to take a tool (empty: the chosen one, or its gripper) off a robot; without a pose it stays in place."""
+
+    robot: str
+    node: str = ""
+    parent: str = ""
+    parent_t_node: Pose | None = None
+
+
 @dataclass(frozen=True, slots=True)
 class SetToolState:
     """Command to put a tool into a state at once."""
@@ -243,6 +267,13 @@ class AppendMotion:
     step_count: int
     more: StartMotion
     cut: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class GoOn:
+    """Command to let a motion go on whose orders were done: the last one of their batch."""
+
+    id: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -347,6 +378,8 @@ Command = (
     | SetGroups
     | SetPostures
     | SelectTool
+    | MountTool
+    | UnmountTool
     | SetToolState
     | CreateSignal
     | RemoveSignal
@@ -354,6 +387,7 @@ Command = (
     | SetSpeedFactor
     | StartMotion
     | AppendMotion
+    | GoOn
     | StartSetpointMotion
     | SetSetpoint
     | EndSetpoints

@@ -61,6 +61,8 @@ class EndCause(Enum):
     TRACKING_LOST = "tracking lost"
     FAILED = "failed"
     COLLISION = "collision"
+    STEP_REFUSED = "step refused"
+    PART_TIMEOUT = "part timeout"
 
     @property
     def aborts(self) -> bool:
@@ -128,9 +130,18 @@ class Motion:
     end_tick: int = 0
 
     @property
+    def step_path(self) -> str:
+        """Step of the program that it is at, as its text calls it."""
+        if not self.step_count:
+            return ""
+        return self.running.step_path or str(min(self.running.steps_done, max(0, self.step_count - 1)))
+
+    @property
     def phase(self) -> Phase:
-        """Phase of the motion; ABORTED where the kernel had to end it."""
+        """Phase of the motion; ABORTED where the kernel had to end it, RUNNING until the tick that ends it is made."""
         phase = self.running.phase
+        if phase is Phase.SUCCEEDED and not self.end_tick:
+            return Phase.RUNNING  # one without length: what it does, such as a tool's state, comes with its one tick
         if phase is Phase.CANCELLED and self.cancellation and self.cancellation.cause.aborts:
             return Phase.ABORTED
         return phase

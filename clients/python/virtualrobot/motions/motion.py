@@ -100,6 +100,11 @@ class Motion:
         return self.state.step
 
     @property
+    def step_path(self) -> str:
+        """Step that it is at as the program's text has it: `4[2].0` is the first step of step 4 in its third round."""
+        return self.state.step_path
+
+    @property
     def search(self) -> Search | None:
         """Result of its search; None before, and for motions that don't search."""
         return self.state.search
@@ -155,8 +160,11 @@ class Motion:
             >>> motion.append(last=True)
             >>> motion.wait()
         """
-        steps = () if program is None else program._spec.steps
-        request = motion_pb2.AppendMotionRequest(id=self.id, steps=steps, last=last)
+        request = motion_pb2.AppendMotionRequest(id=self.id, last=last)
+        if program is not None:
+            request.MergeFrom(
+                motion_pb2.AppendMotionRequest(steps=program._spec.steps, programs=program._spec.programs)
+            )
         response = self._services.motion.AppendMotion(request, timeout=LONG_TIMEOUT_SECONDS)
         self._told(response.motion)
         return tuple(map(PlanNote.of, response.notes))
