@@ -89,6 +89,13 @@ class Program:
         self._spec.steps.add().move.moves.append(move)
         return self
 
+    def tool_width(self, robot: Named, width: float, tool: str | None = None, *, speed: float | None = None) -> Program:
+        """Add a step that opens a tool, the robot's chosen one by default, to a width in meters."""
+        move = motion_pb2.Move(robot=name_of(robot), speed_factor=value_or_default(speed, "speed"))
+        move.tool_state.CopyFrom(motion_pb2.ToolStateMove(tool=tool, width_meters=width))
+        self._spec.steps.add().move.moves.append(move)
+        return self
+
     def pick(self, robot: Named, part: str | None = None, max_distance: float | None = None) -> Program:
         """Add a step that fixes a part to the robot's chosen tool, as `Robot.pick` does; what follows carries it.
 
@@ -153,7 +160,7 @@ class Program:
     def pick_at(
         self, robot: Named, goal: ArrayLike, part: str | None = None, **options: Unpack[PickAtOptions]
     ) -> Program:
-        """Add a step that goes to before a part, along a line to it, closes the tool, picks it and goes back.
+        """Add a step that goes to before a part, along a line to it, picks it, closes the tool and goes back.
 
         `goal` is the 4x4 pose of the tool centre point when it picks.
 
@@ -169,7 +176,7 @@ class Program:
     def place_at(
         self, robot: Named, goal: ArrayLike, part: str | None = None, **options: Unpack[PlaceAtOptions]
     ) -> Program:
-        """Add a step that goes to before a place, along a line to it, lets go, opens the tool and goes back.
+        """Add a step that goes to before a place, along a line to it, opens the tool, lets go and goes back.
 
         Example:
             >>> program.place_at(robot, place_t_tcp, reference="place", approach=0.1, state="open", parent="pallet")
