@@ -20,6 +20,14 @@ class CollisionMode(Enum):
 
 
 @dataclass(frozen=True, slots=True)
+class Allowance:
+    """Reason for which two nodes may touch; `built`: an import has found it, else a client has set it."""
+
+    reason: str = ""
+    built: bool = False
+
+
+@dataclass(frozen=True, slots=True)
 class CollisionSettings:
     """Settings of collision handling.
 
