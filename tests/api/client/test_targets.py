@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 import virtualrobot
 from virtualrobot import Client, Robot, pose
+from virtualrobot.cli.options import Session, Target
+from virtualrobot.cli.shell import completions
 
-from tests.api.client.conftest import IIWA, PANDA
+from tests.api.client.conftest import IIWA, PANDA, Run
 
 TAUGHT = np.array([0.4, 0.6, -0.3, -1.4, 0.5, 1.0, 0.2])
 OTHER_BRANCH = np.array([-2.6, -0.7, 2.5, 1.2, -2.4, -0.9, 2.8])
@@ -288,3 +290,25 @@ def test_people_see_a_target_and_nothing_else_does(client: Client, taught: Robot
     assert client.rays.cast([1.0, 0.0, 2.0], [[0.0, 0.0, -1.0]]).nodes == [""]
     client.scene.set_pose("here", taught.tcp)
     assert not client.collisions.check()
+
+
+def test_the_command_line_teaches_and_goes_there(client: Client, iiwa: Robot, run: Run) -> None:
+    client.scene.add_frame("fixture", pose=pose(0.2))
+    iiwa.set_positions(TAUGHT)
+    there = iiwa.tcp
+    assert run("teach", "iiwa", "pick 1", "--parent", "fixture") == "taught pick 1 in fixture\n"
+    assert run("teach", "iiwa", "ready", "--posture") == "iiwa has the posture ready\n"
+    assert "replace=True" in run("teach", "iiwa", "pick 1", code=1)
+    run("teach", "iiwa", "pick 1", "--parent", "fixture", "--replace")
+    assert run("teach", "iiwa") == "posture ready\ntarget pick 1 in fixture, taught with iiwa\n"
+    run("move", "iiwa", "--to", "pick 1", "--above", "0.02")
+    np.testing.assert_allclose(iiwa.tcp, there @ pose(z=-0.02), atol=1e-5)
+    run("move", "iiwa", "--to", "pick 1", "--linear", "--velocity", "1")
+    np.testing.assert_allclose(iiwa.tcp, there, atol=1e-5)
+    run("move", "iiwa", "--to", "ready")
+    np.testing.assert_allclose(iiwa.positions, TAUGHT, atol=1e-9)
+    assert "did you mean 'ready'" in run("move", "iiwa", "--to", "raedy", code=1)
+    assert "--above goes with --to" in run("move", "iiwa", "--pose", "1,0,0", "--above", "1", code=2, warns=4)
+    with virtualrobot.connect(client.address) as other:
+        inside = Target(session=Session(other))
+        assert [word for word, _ in completions(inside, ["move", "iiwa", "--to"], "p")] == ["pick 1"]

@@ -31,6 +31,7 @@ _COMMANDS = {
     "check": ("virtualrobot.cli.plan", "Tell whether a move keeps all limits."),
     "path": ("virtualrobot.cli.path", "Find a way round what stands in between."),
     "jog": ("virtualrobot.cli.jog", "Move a robot by hand: a joint, or the tool centre point in one direction."),
+    "teach": ("virtualrobot.cli.teach", "Save where a robot stands as a target or a posture."),
     "run": ("virtualrobot.cli.program", "Run a program from a file."),
     "stop": ("virtualrobot.cli.move", "Stop all robots, or some."),
     "pause": ("virtualrobot.cli.work", "Slow motions to standstill on their paths."),

@@ -82,10 +82,8 @@ def table(target: Target, name: str, where: dict[str, Any], size: tuple[float, .
 @click.option("--length", type=_LENGTHS, help="Of its arrows in meters [0.1].")
 def frame(target: Target, name: str, where: dict[str, Any], length: float | None) -> None:
     """Add the frame NAME: a place with a name, for goals and for what hangs on it."""
-    import virtualrobot
-
     with target.connect() as client:
-        client.scene.add_object(name, virtualrobot.frame(length), **where)
+        client.scene.add_frame(name, size=length, **where)
 
 
 @add.command()

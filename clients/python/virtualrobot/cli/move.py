@@ -66,13 +66,15 @@ def start_and_follow(robot: Robot | Group, wish: Move, preempt: bool, no_wait: b
         click.echo(f"started {motion.id}: {motion.planned_duration:.2f} s")
         return
     follow(motion)
-    click.echo(f"{motion.id} reached its {'end' if motion.notes else 'goal'}")
+    ends_early = any(note.kind == "JOG_ENDS" for note in motion.notes)
+    click.echo(f"{motion.id} reached its {'end' if ends_early else 'goal'}")
 
 
 def show_notes(motion: Motion) -> None:
     """Tell what the planner made other than it was asked to."""
     for note in motion.notes:
-        click.echo(f"note: {note.message}", err=True)
+        if note.kind != "TOUCHING":  # that the library has logged
+            click.echo(f"note: {note.message}", err=True)
 
 
 def follow(motion: Motion) -> None:

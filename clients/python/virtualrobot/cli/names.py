@@ -62,5 +62,9 @@ NODE = Name("node", _nodes)
 SIGNAL = Name("signal", lambda client: client.signals)
 SENSOR = Name("sensor", lambda client: (status.name for status in client.sensors.statuses()))
 PART = Name("part", lambda client: (node.name for node in client.scene.nodes() if node.kind == "part"))
+TARGET = Name(
+    "posture or target",
+    lambda client: (*client.targets, *(name for robot in client.robots() for name in robot.postures)),
+)
 TOOL = Name("tool", lambda client: (tool for robot in client.robots() for tool in robot.tools))
 SOURCE = File("file", lambda client: (MODEL + model.name for model in client.models()))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
 from collections.abc import Iterable, Iterator
@@ -24,6 +25,8 @@ from virtualrobot.v1 import kernel_pb2, motion_pb2
 
 if TYPE_CHECKING:
     from virtualrobot.motions.program import Program
+
+log = logging.getLogger(__name__)
 
 
 class Motion:
@@ -97,6 +100,11 @@ class Motion:
         return self.state.step
 
     @property
+    def step_path(self) -> str:
+        """Step that it is at as the program's text has it: `4[2].0` is the first step of step 4 in its third round."""
+        return self.state.step_path
+
+    @property
     def search(self) -> Search | None:
         """Result of its search; None before, and for motions that don't search."""
         return self.state.search
@@ -152,8 +160,11 @@ class Motion:
             >>> motion.append(last=True)
             >>> motion.wait()
         """
-        steps = () if program is None else program._spec.steps
-        request = motion_pb2.AppendMotionRequest(id=self.id, steps=steps, last=last)
+        request = motion_pb2.AppendMotionRequest(id=self.id, last=last)
+        if program is not None:
+            request.MergeFrom(
+                motion_pb2.AppendMotionRequest(steps=program._spec.steps, programs=program._spec.programs)
+            )
         response = self._services.motion.AppendMotion(request, timeout=LONG_TIMEOUT_SECONDS)
         self._told(response.motion)
         return tuple(map(PlanNote.of, response.notes))
@@ -297,6 +308,9 @@ def start_spec(
     # A program of thousands of steps takes its time to plan.
     response = services.motion.StartMotion(asked, timeout=LONG_TIMEOUT_SECONDS)
     motion = Motion(services, response.motion, response.notes)
+    for note in motion.notes:
+        if note.kind == "TOUCHING":
+            log.warning("%s", note.message)  # where nobody sets up logging, Python prints it
     if asked.on_disconnect != motion_pb2.DISCONNECT_POLICY_CONTINUE:
         motion.keep_watching()
     return motion._wait(None, checked=True) if waits else motion
