@@ -23,7 +23,7 @@ from virtualrobot_kernel.messages.nodes import node_message
 from virtualrobot_kernel.messages.table import Table
 from virtualrobot_kernel.messages.values import expected_revision, mask_fields, masked, poses_array, stamp
 from virtualrobot_kernel.scenes.assets import files_of, with_assets
-from virtualrobot_kernel.scenes.models import read_model
+from virtualrobot_kernel.scenes.models import mounting, read_model
 from virtualrobot_kernel.scenes.reading import read_scene
 from virtualrobot_kernel.scenes.writing import write_scene
 from virtualrobot_kernel.sensing.choices import check_choices
@@ -32,7 +32,7 @@ from virtualrobot_kernel.world.state import Snapshot, unchanged
 from virtualrobot_kernel.world.store import Applied
 from virtualrobot_kernel.world.structure import Kind, Node, Structure
 
-MODEL = Table(Model, scene_pb2.KnownModel, without=("scene", "srdf", "touching", "settings", "installed"))
+MODEL = Table(Model, scene_pb2.KnownModel, without=("scene", "srdf", "touching", "tool", "settings", "installed"))
 
 MOST_COMMANDS = 20_000
 """Greatest number of commands of a batch: they are applied between two ticks."""
@@ -115,7 +115,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
 
         def read(snapshot: Snapshot) -> tuple[ImportedModel, tuple[Named, ...]]:
             model = read_model(meshes, source, files, snapshot.structure.uid_by_name)
-            return model, built_pairs(snapshot, [CreateNodes(model.nodes)], shapes)
+            return model, built_pairs(snapshot, [CreateNodes(model.nodes), *mounting(source, model)], shapes)
 
         while True:
             snapshot = self._kernel.world.snapshot
@@ -123,7 +123,8 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
             model, pairs = await self._kernel.in_worker(read, snapshot)
             allow = [SetAllowedPairs(built=pairs)] if pairs else []
             try:
-                applied = await self._submit([CreateNodes(model.nodes), *allow], context)
+                made = [CreateNodes(model.nodes), *mounting(source, model), *allow]
+                applied = await self._submit(made, context)
                 break
             except KernelError as error:
                 if pairs and error.reason is Reason.UNKNOWN_NAME:

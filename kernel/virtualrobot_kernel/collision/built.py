@@ -25,7 +25,7 @@ from virtualrobot_kernel.numeric.boxes import overlapping_boxes
 from virtualrobot_kernel.planning.robots import standing_at, world_poses
 from virtualrobot_kernel.shapes.submesh import stacked
 from virtualrobot_kernel.world.apply import apply
-from virtualrobot_kernel.world.commands import ClearWorld, Command, CreateNodes, SetAllowedPairs
+from virtualrobot_kernel.world.commands import ClearWorld, Command, CreateNodes, MountTool, SetAllowedPairs
 from virtualrobot_kernel.world.figures import Figure, Mesh
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Joint, JointType, Kind, LinkData, Structure
@@ -89,7 +89,7 @@ def built_pairs(
         shapes: what figures collide as.
         names: of the nodes that are looked at, of those that are created; None means all.
     """
-    commands = [one for one in commands if isinstance(one, ClearWorld | CreateNodes | SetAllowedPairs)]
+    commands = [one for one in commands if isinstance(one, ClearWorld | CreateNodes | MountTool | SetAllowedPairs)]
     specs = [spec for command in commands if isinstance(command, CreateNodes) for spec in command.specs]
     robots, known = snapshot.structure.robots, snapshot.structure.uid_by_name
     on_robots = (known[spec.parent] for spec in specs if spec.parent in known)
