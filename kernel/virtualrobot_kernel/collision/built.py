@@ -91,11 +91,11 @@ def built_pairs(
     """
     commands = [one for one in commands if isinstance(one, ClearWorld | CreateNodes | MountTool | SetAllowedPairs)]
     specs = [spec for command in commands if isinstance(command, CreateNodes) for spec in command.specs]
-    robots, known = snapshot.structure.robots, snapshot.structure.uid_by_name
-    on_robots = (known[spec.parent] for spec in specs if spec.parent in known)
-    if not any(spec.kind is Kind.ROBOT for spec in specs) and not (
-        robots and any(snapshot.structure.robot_of(uid) for uid in on_robots)
-    ):
+    known = snapshot.structure.uid_by_name
+    mounted = any(isinstance(one, MountTool) for one in commands) or any(
+        snapshot.structure.robot_of(known[spec.parent]) for spec in specs if spec.parent in known
+    )
+    if not mounted and not any(spec.kind is Kind.ROBOT for spec in specs):
         return ()
     try:
         change = apply(snapshot.structure, snapshot.state, commands, world_poses)

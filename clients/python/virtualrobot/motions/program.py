@@ -89,6 +89,13 @@ class Program:
         self._spec.steps.add().move.moves.append(move)
         return self
 
+    def tool_width(self, robot: Named, width: float, tool: str | None = None, *, speed: float | None = None) -> Program:
+        """Add a step that opens a tool, the robot's chosen one by default, to a width in meters."""
+        move = motion_pb2.Move(robot=name_of(robot), speed_factor=value_or_default(speed, "speed"))
+        move.tool_state.CopyFrom(motion_pb2.ToolStateMove(tool=tool, width_meters=width))
+        self._spec.steps.add().move.moves.append(move)
+        return self
+
     def pick(self, robot: Named, part: str | None = None, max_distance: float | None = None) -> Program:
         """Add a step that fixes a part to the robot's chosen tool, as `Robot.pick` does; what follows carries it.
 
