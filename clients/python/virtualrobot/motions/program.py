@@ -160,7 +160,7 @@ class Program:
     def pick_at(
         self, robot: Named, goal: ArrayLike, part: str | None = None, **options: Unpack[PickAtOptions]
     ) -> Program:
-        """Add a step that goes to before a part, along a line to it, closes the tool, picks it and goes back.
+        """Add a step that goes to before a part, along a line to it, picks it, closes the tool and goes back.
 
         `goal` is the 4x4 pose of the tool centre point when it picks.
 
@@ -176,7 +176,7 @@ class Program:
     def place_at(
         self, robot: Named, goal: ArrayLike, part: str | None = None, **options: Unpack[PlaceAtOptions]
     ) -> Program:
-        """Add a step that goes to before a place, along a line to it, lets go, opens the tool and goes back.
+        """Add a step that goes to before a place, along a line to it, opens the tool, lets go and goes back.
 
         Example:
             >>> program.place_at(robot, place_t_tcp, reference="place", approach=0.1, state="open", parent="pallet")

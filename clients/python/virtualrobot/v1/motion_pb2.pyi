@@ -381,7 +381,7 @@ class Pattern(_message.Message):
     def __init__(self, columns: _Optional[int] = ..., rows: _Optional[int] = ..., layers: _Optional[int] = ..., column_pitch_meters: _Optional[float] = ..., row_pitch_meters: _Optional[float] = ..., layer_pitch_meters: _Optional[float] = ..., reference_t_pattern: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., layer_turn_radians: _Optional[float] = ..., layer_offset: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., order: _Optional[_Union[PatternOrder, str]] = ...) -> None: ...
 
 class PickAtStep(_message.Message):
-    __slots__ = ("robot", "goal", "approach_meters", "retreat_meters", "state_before", "state", "part", "max_distance_meters", "speed_factor", "max_velocity_meters_per_second", "max_acceleration_meters_per_second_squared", "redundancy")
+    __slots__ = ("robot", "goal", "approach_meters", "retreat_meters", "state_before", "state", "part", "max_distance_meters", "speed_factor", "max_velocity_meters_per_second", "max_acceleration_meters_per_second_squared", "redundancy", "width_before_meters", "width_meters")
     ROBOT_FIELD_NUMBER: _ClassVar[int]
     GOAL_FIELD_NUMBER: _ClassVar[int]
     APPROACH_METERS_FIELD_NUMBER: _ClassVar[int]
@@ -394,6 +394,8 @@ class PickAtStep(_message.Message):
     MAX_VELOCITY_METERS_PER_SECOND_FIELD_NUMBER: _ClassVar[int]
     MAX_ACCELERATION_METERS_PER_SECOND_SQUARED_FIELD_NUMBER: _ClassVar[int]
     REDUNDANCY_FIELD_NUMBER: _ClassVar[int]
+    WIDTH_BEFORE_METERS_FIELD_NUMBER: _ClassVar[int]
+    WIDTH_METERS_FIELD_NUMBER: _ClassVar[int]
     robot: str
     goal: PoseGoal
     approach_meters: float
@@ -406,10 +408,12 @@ class PickAtStep(_message.Message):
     max_velocity_meters_per_second: float
     max_acceleration_meters_per_second_squared: float
     redundancy: _robot_pb2.Redundancy
-    def __init__(self, robot: _Optional[str] = ..., goal: _Optional[_Union[PoseGoal, _Mapping]] = ..., approach_meters: _Optional[float] = ..., retreat_meters: _Optional[float] = ..., state_before: _Optional[str] = ..., state: _Optional[str] = ..., part: _Optional[str] = ..., max_distance_meters: _Optional[float] = ..., speed_factor: _Optional[float] = ..., max_velocity_meters_per_second: _Optional[float] = ..., max_acceleration_meters_per_second_squared: _Optional[float] = ..., redundancy: _Optional[_Union[_robot_pb2.Redundancy, _Mapping]] = ...) -> None: ...
+    width_before_meters: float
+    width_meters: float
+    def __init__(self, robot: _Optional[str] = ..., goal: _Optional[_Union[PoseGoal, _Mapping]] = ..., approach_meters: _Optional[float] = ..., retreat_meters: _Optional[float] = ..., state_before: _Optional[str] = ..., state: _Optional[str] = ..., part: _Optional[str] = ..., max_distance_meters: _Optional[float] = ..., speed_factor: _Optional[float] = ..., max_velocity_meters_per_second: _Optional[float] = ..., max_acceleration_meters_per_second_squared: _Optional[float] = ..., redundancy: _Optional[_Union[_robot_pb2.Redundancy, _Mapping]] = ..., width_before_meters: _Optional[float] = ..., width_meters: _Optional[float] = ...) -> None: ...
 
 class PlaceAtStep(_message.Message):
-    __slots__ = ("robot", "goal", "approach_meters", "retreat_meters", "state_before", "state", "part", "parent", "speed_factor", "max_velocity_meters_per_second", "max_acceleration_meters_per_second_squared", "redundancy")
+    __slots__ = ("robot", "goal", "approach_meters", "retreat_meters", "state_before", "state", "part", "parent", "speed_factor", "max_velocity_meters_per_second", "max_acceleration_meters_per_second_squared", "redundancy", "width_before_meters", "width_meters")
     ROBOT_FIELD_NUMBER: _ClassVar[int]
     GOAL_FIELD_NUMBER: _ClassVar[int]
     APPROACH_METERS_FIELD_NUMBER: _ClassVar[int]
@@ -422,6 +426,8 @@ class PlaceAtStep(_message.Message):
     MAX_VELOCITY_METERS_PER_SECOND_FIELD_NUMBER: _ClassVar[int]
     MAX_ACCELERATION_METERS_PER_SECOND_SQUARED_FIELD_NUMBER: _ClassVar[int]
     REDUNDANCY_FIELD_NUMBER: _ClassVar[int]
+    WIDTH_BEFORE_METERS_FIELD_NUMBER: _ClassVar[int]
+    WIDTH_METERS_FIELD_NUMBER: _ClassVar[int]
     robot: str
     goal: PoseGoal
     approach_meters: float
@@ -434,7 +440,9 @@ class PlaceAtStep(_message.Message):
     max_velocity_meters_per_second: float
     max_acceleration_meters_per_second_squared: float
     redundancy: _robot_pb2.Redundancy
-    def __init__(self, robot: _Optional[str] = ..., goal: _Optional[_Union[PoseGoal, _Mapping]] = ..., approach_meters: _Optional[float] = ..., retreat_meters: _Optional[float] = ..., state_before: _Optional[str] = ..., state: _Optional[str] = ..., part: _Optional[str] = ..., parent: _Optional[str] = ..., speed_factor: _Optional[float] = ..., max_velocity_meters_per_second: _Optional[float] = ..., max_acceleration_meters_per_second_squared: _Optional[float] = ..., redundancy: _Optional[_Union[_robot_pb2.Redundancy, _Mapping]] = ...) -> None: ...
+    width_before_meters: float
+    width_meters: float
+    def __init__(self, robot: _Optional[str] = ..., goal: _Optional[_Union[PoseGoal, _Mapping]] = ..., approach_meters: _Optional[float] = ..., retreat_meters: _Optional[float] = ..., state_before: _Optional[str] = ..., state: _Optional[str] = ..., part: _Optional[str] = ..., parent: _Optional[str] = ..., speed_factor: _Optional[float] = ..., max_velocity_meters_per_second: _Optional[float] = ..., max_acceleration_meters_per_second_squared: _Optional[float] = ..., redundancy: _Optional[_Union[_robot_pb2.Redundancy, _Mapping]] = ..., width_before_meters: _Optional[float] = ..., width_meters: _Optional[float] = ...) -> None: ...
 
 class MoveStep(_message.Message):
     __slots__ = ("moves", "blend_distance_meters", "blend_percent")

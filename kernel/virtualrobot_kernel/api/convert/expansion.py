@@ -192,8 +192,13 @@ def _at_steps(step: motion_pb2.ProgramStep, what: str) -> list[motion_pb2.Progra
         )
         return move(linear=linear)
 
-    def states(name: str) -> list[motion_pb2.ProgramStep]:
-        return [move(tool_state=motion_pb2.ToolStateMove(state=name))] if name else []
+    def opened(when: str) -> list[motion_pb2.ProgramStep]:
+        state, width = f"state{when}", f"width{when}_meters"
+        if wish.HasField(width):
+            if getattr(wish, state):
+                raise KernelError(f"{what} has {state} and {width}; give one of them", field=f"{what}.{width}")
+            return [move(tool_state=motion_pb2.ToolStateMove(width_meters=getattr(wish, width)))]
+        return [move(tool_state=motion_pb2.ToolStateMove(state=getattr(wish, state)))] if getattr(wish, state) else []
 
     go = move(point_to_point=motion_pb2.PointToPoint(pose=at(approach)))
     if wish.HasField("redundancy"):
@@ -212,10 +217,11 @@ def _at_steps(step: motion_pb2.ProgramStep, what: str) -> list[motion_pb2.Progra
             wish.part,
             step.place_at.parent,
         )
-    there = [*states(wish.state), handle] if picks else [handle, *states(wish.state)]
+    # Held while the fingers move, so that they may touch it.
+    there = [handle, *opened("")] if picks else [*opened(""), handle]
     lines = [line(0.0)] if approach else []
     away = [line(retreat)] if retreat else []
-    return [*states(wish.state_before), go, *lines, *there, *away]
+    return [*opened("_before"), go, *lines, *there, *away]
 
 
 def _framed(step: motion_pb2.ProgramStep, frames: Frames, what: str) -> motion_pb2.ProgramStep:
