@@ -177,6 +177,10 @@ class Motion:
         """Let it go on after a pause."""
         self._services.motion.ResumeMotion(motion_pb2.ResumeMotionRequest(id=self.id))
 
+    def run_step(self) -> None:
+        """Let its program go on to the end of the present step and pause there; steps that zones join count as one."""
+        self._services.motion.StepMotion(motion_pb2.StepMotionRequest(id=self.id))
+
     def cancel(self, reason: str = "") -> None:
         """Slow it to standstill on its path and end it."""
         self._services.motion.CancelMotion(motion_pb2.CancelMotionRequest(id=self.id, reason=reason))
@@ -282,13 +286,18 @@ def start(services: Services, moves: Iterable[Move], **options: Unpack[StartOpti
 
 
 def start_spec(
-    services: Services, spec: motion_pb2.MotionSpec, *, open: bool = False, **options: Unpack[StartOptions]
+    services: Services,
+    spec: motion_pb2.MotionSpec,
+    *,
+    open: bool = False,
+    breakpoints: Iterable[str] = (),
+    **options: Unpack[StartOptions],
 ) -> Motion:
     """Start a motion; return its handle, after its end with `wait` unless it is `open`."""
     check_options(options, StartOptions, "besides its move's own a start")
     preempt, on_disconnect, tracking = (options.get(name) for name in ("preempt", "on_disconnect", "tracking"))
     revision = options.get("expected_structure_revision")
-    asked = motion_pb2.StartMotionRequest(spec=spec, open=open)
+    asked = motion_pb2.StartMotionRequest(spec=spec, open=open, breakpoints=breakpoints)
     policies = {"stop": motion_pb2.DISCONNECT_POLICY_STOP, "continue": motion_pb2.DISCONNECT_POLICY_CONTINUE}
     if on_disconnect is not None:
         if on_disconnect not in policies:
