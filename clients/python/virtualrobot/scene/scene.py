@@ -16,6 +16,7 @@ from virtualrobot._wire.messages import Stamp, array_of, stamp_of, value_or_defa
 from virtualrobot._wire.names import unknown_name
 from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import Services
+from virtualrobot.collisions.allowed_pairs import AllowedPair, built_pairs
 from virtualrobot.files import scene_files
 from virtualrobot.files.assets import Assets
 from virtualrobot.files.scene_files import Export
@@ -85,6 +86,7 @@ class Scene(Editor[Node]):
         self._services = services
         self._assets = Assets(services)
         self._warnings: tuple[scene_files.FileWarning, ...] = ()
+        self._allowed_pairs: tuple[AllowedPair, ...] = ()
 
     # Reading.
 
@@ -214,12 +216,27 @@ class Scene(Editor[Node]):
         sources = options.get("srdf"), options.get("packages") or {}, options.get("settings")
         response = scene_files.load_model(self._services, self._assets, request, file, *sources)
         self._warnings = scene_files.file_warnings(response.warnings)
+        self._allowed_pairs = built_pairs(response.allowed_pairs)
         return self.node(response.created[0].name)
 
     @property
     def warnings(self) -> tuple[scene_files.FileWarning, ...]:
         """Warnings about the model or scene file that was loaded last, and about what it names; empty for none."""
         return self._warnings
+
+    @property
+    def allowed_pairs(self) -> tuple[AllowedPair, ...]:
+        """Pairs that touch as the model that was loaded last is built or stands, and so may touch from then on.
+
+        Those of a scene file are of the models that it names. `client.collisions.allowed` has all pairs that may touch,
+        and its `forbid_built` undoes these.
+
+        Example:
+            >>> client.load_robot("model://kr6_r700", pose=virtualrobot.pose(z=0.8))
+            >>> [(pair.second, pair.reason) for pair in client.scene.allowed_pairs]
+            [('table', "stands on 'table'")]
+        """
+        return self._allowed_pairs
 
     def export(self, node: str | Node | Robot, file: str | Path) -> Export:
         """Write a robot as URDF (`.urdf`), or whatever hangs below a node as binary glTF (`.glb`), to this machine.
@@ -251,6 +268,7 @@ class Scene(Editor[Node]):
         """
         response = scene_files.load_scene(self._services, self._assets, Path(file), add, packages or {}, strict)
         self._warnings = scene_files.file_warnings(response.warnings)
+        self._allowed_pairs = built_pairs(response.allowed_pairs)
         return [created.name for created in response.created]
 
     def clear(self) -> None:
