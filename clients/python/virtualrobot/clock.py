@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from virtualrobot._wire.messages import Stamp, stamp_of, value_or_default
+from virtualrobot._wire.arguments import checked
+from virtualrobot._wire.messages import Stamp, stamp_of, value_or_default, whole
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
+from virtualrobot._wire.showing import told
 from virtualrobot._wire.signal_values import SignalValue, value_of
 from virtualrobot.motions.state import MotionState
 from virtualrobot.robots.values import RobotState
@@ -46,6 +48,7 @@ class Observation:
     motions: tuple[MotionState, ...]
 
 
+@checked
 class Clock:
     """The clock of one kernel.
 
@@ -108,7 +111,7 @@ class Clock:
         Raises:
             WrongStateError: when time follows the wall clock.
         """
-        request = kernel_pb2.StepClockRequest(ticks=ticks)
+        request = kernel_pb2.StepClockRequest(ticks=whole(ticks, "ticks"))
         response = self._services.kernel.StepClock(request, timeout=LONG_TIMEOUT_SECONDS)
         return Observation(
             stamp_of(response.stamp),
@@ -116,6 +119,16 @@ class Clock:
             {signal.name: value_of(signal.value) for signal in response.signals},
             tuple(map(MotionState.of, response.motions)),
         )
+
+    def __repr__(self) -> str:
+        """Return a line for people."""
+
+        def say() -> str:
+            now = self.read()
+            pace = f"{now.real_time_factor:.2f} s a second" if now.mode == "realtime" else "goes on by step()"
+            return f"{now.mode}, {now.stamp.simulation_time:.3f} s, {pace}, ticks of {1e3 * now.tick_length:g} ms"
+
+        return told("Clock", say)
 
 
 def _state(

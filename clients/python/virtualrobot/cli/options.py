@@ -37,6 +37,21 @@ class Target:
         return connect(self.address, token_file=self.token_file, root_certificate=self.certificate)
 
 
+class Name(click.ParamType):
+    """A name; an empty one, as of a variable that is not set, names nothing."""
+
+    name = "text"
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return the name."""
+        if not value:
+            self.fail("it is empty; give a name, or leave the option out", param, ctx)
+        return str(value)
+
+
+NAME = Name()
+
+
 class FiniteRange(click.FloatRange):
     """A number in a range; NaN, which is neither below nor above it, is none."""
 

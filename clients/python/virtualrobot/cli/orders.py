@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from virtualrobot.cli.options import Numbers, degrees_option, pose_of_numbers
+from virtualrobot.cli.options import NAME, Numbers, degrees_option, pose_of_numbers
 
 if TYPE_CHECKING:
     from virtualrobot.motions.moves import Move
@@ -30,7 +30,7 @@ class Order:
     joints: tuple[str, ...]
     pose: tuple[float, ...] | None
     posture: str
-    reference: str
+    reference: str | None
     linear: bool
     via: tuple[float, ...] | None
     speed: float
@@ -57,20 +57,20 @@ class Order:
 def part_of(robot: Robot, group: Part) -> Robot | Group:
     """Return a robot, or its group that the command line names."""
     name, base, tip = group
-    return robot.group(name, base=base, tip=tip) if any(group) else robot
+    return robot.group(name or None, base=base or None, tip=tip or None) if any(group) else robot
 
 
 def group_options(function: Callable[..., Any]) -> Callable[..., Any]:
     """Give a command the options that choose a part of a robot, as `group`."""
 
-    @click.option("--group", "name", default="", metavar="NAME", help="The robot's group that moves, such as left_arm.")
-    @click.option("--base", default="", metavar="LINK", help="Instead: the chain that begins at this link [the base].")
-    @click.option("--tip", default="", metavar="LINK", help="And ends at this one [the flange].")
+    @click.option("--group", "name", type=NAME, metavar="NAME", help="The robot's group that moves, such as left_arm.")
+    @click.option("--base", type=NAME, metavar="LINK", help="Instead: the chain that begins at this link [the base].")
+    @click.option("--tip", type=NAME, metavar="LINK", help="And ends at this one [the flange].")
     @functools.wraps(function)
-    def command(*arguments: Any, name: str, base: str, tip: str, **options: Any) -> Any:  # noqa: ANN401
+    def command(*arguments: Any, name: str | None, base: str | None, tip: str | None, **options: Any) -> Any:  # noqa: ANN401
         if name and (base or tip):
             raise click.UsageError("name a --group, or the links --base and --tip, not both")
-        return function(*arguments, group=(name, base, tip), **options)
+        return function(*arguments, group=(name or "", base or "", tip or ""), **options)
 
     return command
 
@@ -82,8 +82,8 @@ def order_options(function: Callable[..., Any]) -> Callable[..., Any]:
     @click.argument("more", nargs=-1, metavar="[JOINT=VALUE]...")
     @click.option("--joints", metavar="VALUES", help="JOINT=VALUE,... or all values in order: 0,0.5,0,-1.2,0,0.8,0")
     @click.option("--pose", type=Numbers(3, 6), metavar="X,Y,Z[,R,P,Y]", help="Where the tool centre point goes.")
-    @click.option("--to", "posture", metavar="POSTURE", help="A posture with a name, such as home.")
-    @click.option("--reference", default="", help="The node in whose frame the pose is given [world].")
+    @click.option("--to", "posture", type=NAME, metavar="POSTURE", help="A posture with a name, such as home.")
+    @click.option("--reference", type=NAME, help="The node in whose frame the pose is given [world].")
     @click.option("--linear", is_flag=True, help="Along a straight line; with --pose.")
     @click.option("--via", type=Numbers(3), metavar="X,Y,Z", help="Along an arc through this point; with --pose.")
     @click.option("--speed", type=float, default=1.0, help="The part of the greatest joint speed, in (0, 1] [1].")
@@ -97,7 +97,7 @@ def order_options(function: Callable[..., Any]) -> Callable[..., Any]:
         joints: str | None,
         pose: tuple[float, ...] | None,
         posture: str | None,
-        reference: str,
+        reference: str | None,
         linear: bool,
         via: tuple[float, ...] | None,
         speed: float,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from virtualrobot.cli.move import follow
-from virtualrobot.cli.options import FiniteRange, Numbers, Target, degrees_option, pose_of_numbers, target_options
+from virtualrobot.cli.options import NAME, FiniteRange, Numbers, Target, degrees_option, pose_of_numbers, target_options
 from virtualrobot.cli.orders import Part, group_options, joint_goal, part_of
 
 if TYPE_CHECKING:
@@ -27,9 +27,9 @@ Examples:
 @click.argument("more", nargs=-1, metavar="[JOINT=VALUE]...")
 @click.option("--joints", metavar="VALUES", help="JOINT=VALUE,... or all values in order.")
 @click.option("--pose", type=Numbers(3, 6), metavar="X,Y,Z[,R,P,Y]", help="Where the tool centre point goes.")
-@click.option("--to", "posture", metavar="POSTURE", help="A posture with a name, such as home.")
-@click.option("--reference", default="", help="The node in whose frame the pose is given [world].")
-@click.option("--planner", default="", metavar="NAME", help="The algorithm of OMPL [RRTConnect].")
+@click.option("--to", "posture", type=NAME, metavar="POSTURE", help="A posture with a name, such as home.")
+@click.option("--reference", type=NAME, help="The node in whose frame the pose is given [world].")
+@click.option("--planner", type=NAME, metavar="NAME", help="The algorithm of OMPL [RRTConnect].")
 @click.option("--seed", type=click.IntRange(min=0), default=0, metavar="N", help="What the search draws from [0].")
 @click.option(
     "--time-limit", type=FiniteRange(min=0.0), default=10.0, metavar="SECONDS", help="How long it may take [10]."
@@ -46,8 +46,8 @@ def path(
     joints: str | None,
     pose: tuple[float, ...] | None,
     posture: str | None,
-    reference: str,
-    planner: str,
+    reference: str | None,
+    planner: str | None,
     seed: int,
     time_limit: float,
     show: bool | None,

@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from virtualrobot.cli.options import Numbers, Target, degrees_option, named_folders, pose_of_numbers, target_options
+from virtualrobot.cli.options import (
+    NAME,
+    Numbers,
+    Target,
+    degrees_option,
+    named_folders,
+    pose_of_numbers,
+    target_options,
+)
 from virtualrobot.cli.settings import settings_from, settings_option
 
 if TYPE_CHECKING:
@@ -21,9 +29,9 @@ _SCENE_ENDINGS = (".yaml", ".yml")
 
 @click.command()
 @click.argument("file")
-@click.option("--name", default="", help="Its name in the scene [what the file says].")
+@click.option("--name", type=NAME, help="Its name in the scene [what the file says].")
 @click.option("--at", type=Numbers(3, 6), metavar="X,Y,Z[,R,P,Y]", help="Where it goes in its parent's frame.")
-@click.option("--parent", default="", help="The node that it is fixed to [world].")
+@click.option("--parent", type=NAME, help="The node that it is fixed to [world].")
 @click.option("--as", "kind", type=click.Choice(["object", "part"]), default="object", help="For meshes: what it is.")
 @click.option("--scale", type=Numbers(1, 3), default="1", help="For meshes: one factor or three.")
 @click.option(
@@ -35,7 +43,7 @@ _SCENE_ENDINGS = (".yaml", ".yml")
 @click.option(
     "--package", "packages", multiple=True, callback=named_folders, metavar="NAME=FOLDER", help="Where a package is."
 )
-@click.option("--srdf", metavar="FILE", help="For robots: a file with groups, postures and links that may touch.")
+@click.option("--srdf", type=NAME, metavar="FILE", help="For robots: groups, postures and links that may touch.")
 @settings_option
 @click.option("--strict", is_flag=True, help="Refuse a file that there is a warning about.")
 @click.option("--add", is_flag=True, help="For scene files: add to the world instead of replacing it.")
@@ -44,9 +52,9 @@ _SCENE_ENDINGS = (".yaml", ".yml")
 def load(
     target: Target,
     file: str,
-    name: str,
+    name: str | None,
     at: tuple[float, ...] | None,
-    parent: str,
+    parent: str | None,
     kind: str,
     scale: tuple[float, ...],
     base: str,

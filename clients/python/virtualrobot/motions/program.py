@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Unpack
 
+from google.protobuf.internal.containers import RepeatedCompositeFieldContainer
+
+from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.messages import value_or_default
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
-from virtualrobot._wire.signal_values import SignalValue, condition, value_message
+from virtualrobot._wire.signal_values import GivenValue, condition, value_message
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.motions import motion, plans
 from virtualrobot.motions.moves import Move, messages_of
 from virtualrobot.v1 import motion_pb2
 
 
+@checked
 class Program:
     """Steps that one motion makes one after the other, planned as a whole before anything moves.
 
@@ -46,7 +49,7 @@ class Program:
         if zone is not None and zone_percent is not None:
             raise InvalidArgumentError("a zone has a distance or a percentage: give one of zone and zone_percent")
         given = messages_of(moves)
-        step = self._spec.steps.add().move
+        step = self._steps.add().move
         step.moves.extend(given)
         if zone is not None:
             step.blend_distance_meters = zone
@@ -54,13 +57,13 @@ class Program:
             step.blend_percent = zone_percent
         return self
 
-    def set(self, signal: str, value: SignalValue | Sequence[bool] = True) -> Program:
+    def set(self, signal: str, value: GivenValue = True) -> Program:
         """Add a step that sets a signal; between moves with a zone it is set in the zone's middle."""
-        self._spec.steps.add(set_signal=motion_pb2.SetSignalStep(signal=signal, value=value_message(value)))
+        self._steps.add(set_signal=motion_pb2.SetSignalStep(signal=signal, value=value_message(value)))
         return self
 
     def wait(
-        self, signal: str, value: SignalValue = True, timeout: float | None = None, comparison: str = "=="
+        self, signal: str, value: GivenValue = True, timeout: float | None = None, comparison: str = "=="
     ) -> Program:
         """Add a step that stands still until a signal compares so with a value (`==`, `!=`, `<`, `<=`, `>`, `>=`).
 
@@ -68,12 +71,12 @@ class Program:
         """
         seconds = value_or_default(timeout, "timeout")
         wait = motion_pb2.WaitSignalStep(condition=condition(signal, value, comparison), timeout_seconds=seconds)
-        self._spec.steps.add(wait_signal=wait)
+        self._steps.add(wait_signal=wait)
         return self
 
     def dwell(self, duration: float) -> Program:
         """Add a step that stands still for `duration` seconds of simulation time."""
-        self._spec.steps.add(dwell=motion_pb2.DwellStep(seconds=duration))
+        self._steps.add(dwell=motion_pb2.DwellStep(seconds=duration))
         return self
 
     def start(self, *, open: bool = False, **options: Unpack[motion.StartOptions]) -> motion.Motion:
@@ -100,11 +103,19 @@ class Program:
 
     def __len__(self) -> int:
         """Return the number of steps."""
-        return len(self._spec.steps)
+        return len(self._spec.steps) or int(bool(self._spec.moves))
+
+    @property
+    def _steps(self) -> RepeatedCompositeFieldContainer[motion_pb2.ProgramStep]:
+        """Steps, to be appended or appended to; moves that a file gives without steps become the first one."""
+        if self._spec.moves:
+            self._spec.steps.add().move.moves.extend(self._spec.moves)
+            del self._spec.moves[:]
+        return self._spec.steps
 
     def __repr__(self) -> str:
         """Return a line for people."""
-        return f"<Program of {len(self)} steps>"
+        return f"<Program of {len(self)} step{'s' * (len(self) != 1)}>"
 
 
 def read(services: Services, file: str | Path) -> Program:

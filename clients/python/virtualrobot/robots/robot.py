@@ -8,6 +8,7 @@ from contextlib import closing
 import numpy as np
 from numpy.typing import NDArray
 
+from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.messages import value_or_default
 from virtualrobot._wire.newest import newest
 from virtualrobot.errors import InvalidArgumentError
@@ -31,6 +32,7 @@ from virtualrobot.scene.editor import Direct, pick_command
 from virtualrobot.v1 import motion_pb2, robot_pb2
 
 
+@checked
 class Robot(Mover, Solver):
     """A robot by its name: an arm, a conveyor, a turntable, a vehicle, whatever has joints.
 
@@ -196,7 +198,7 @@ class Robot(Mover, Solver):
             timeout_seconds=timeout,
             busy_policy=motion_pb2.BUSY_POLICY_PREEMPT if preempt else motion_pb2.BUSY_POLICY_REJECT,
         )
-        return SetpointStream(self._services, target)
+        return SetpointStream(self._services, target, self._spread)
 
     # Tools and parts.
 
